@@ -86,14 +86,23 @@ void kt_phrase_add(kt_phrase *phrase, const char *format, ...) KT_PRINTF(2, 3);
 
 typedef struct kt_field kt_field;
 
+/* A field of a struct, to be written, and the same struct after reading a mapping without its key. */
+typedef struct kt_member {
+    const kt_field *field;
+    const void *object;
+    const void *standard;
+} kt_member;
+
 /* How values of one kind are read, written and compared. `object` is the struct that the field lies in. */
 typedef struct kt_kind {
     /* Reads a node into the object. On a fault, reports it, leaves the object untouched and returns false. */
     bool (*read)(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
-    void (*write)(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
-    /* Whether the field may be left out: it has the same bits as after reading a mapping without its key. NULL:
-     * never. */
-    bool (*same)(const kt_field *field, const void *object, const void *standard);
+    void (*write)(kt_emitter *e, const kt_member *m);
+    /* Whether the field may be left out: it has the same bits as after reading a mapping without its key. NULL: if the
+     * first `size` bytes of the value have them. */
+    bool (*same)(const kt_member *m);
+    size_t size;        /* of the value, or of its first member; without `same` and 0: it is never left out */
+    const void *detail; /* data of the kind, for fields whose detail is something else; NULL: that of the field */
 } kt_kind;
 
 enum {
@@ -106,10 +115,10 @@ struct kt_field {
     const char *key;
     const char *also; /* another spelling, which is read; NULL: none */
     const kt_kind *kind;
-    size_t offset;      /* in the struct */
-    unsigned flags;     /* KT_FIELD_ */
-    const void *detail; /* data of the kind: a kt_table or a kt_choice; of a key of a type its kt_key */
-    bool (*same)(const kt_field *field, const void *object, const void *standard); /* NULL: the kind's */
+    size_t offset;                    /* in the struct */
+    unsigned flags;                   /* KT_FIELD_ */
+    const void *detail;               /* data of the kind: a kt_table or a kt_choice; of a key of a type its kt_key */
+    bool (*same)(const kt_member *m); /* NULL: the kind's */
 };
 
 /* The choices of a word, by value. */
@@ -140,6 +149,13 @@ static inline void *kt_field_in(void *object, const kt_field *field) { return (c
 static inline const void *kt_field_of(const void *object, const kt_field *field) {
     return (const char *)object + field->offset;
 }
+static inline const void *kt_member_value(const kt_member *m) { return kt_field_of(m->object, m->field); }
+static inline const void *kt_member_standard(const kt_member *m) { return kt_field_of(m->standard, m->field); }
+
+/* The data of a field's kind. */
+static inline const void *kt_detail_of(const kt_field *field) {
+    return field->kind->detail != NULL ? field->kind->detail : field->detail;
+}
 
 #define KT_COUNT_OF(array) ((int)(sizeof(array) / sizeof *(array)))
 
@@ -158,9 +174,6 @@ bool kt_table_same(const kt_table *table, const void *object, const void *standa
 
 /* The scope of an item of a section: a body, loop or effect. */
 kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_node *node);
-
-/* Whether a field may be left out. */
-bool kt_field_same(const kt_field *field, const void *object, const void *standard);
 
 /* Returns the value of a word, or -1 after reporting a fault. */
 int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice);

@@ -384,21 +384,21 @@ bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_t
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-bool kt_field_same(const kt_field *field, const void *object, const void *standard) {
-    if (field->same != NULL)
-        return field->same(field, object, standard);
-    return field->kind->same != NULL && field->kind->same(field, object, standard);
-}
-
-static bool is_written(const kt_field *field, const void *object, const void *standard) {
-    return (field->flags & KT_FIELD_REQUIRED) != 0 || !kt_field_same(field, object, standard);
+static bool is_written(const kt_member *m) {
+    const kt_field *field = m->field;
+    const kt_kind *kind = field->kind;
+    if ((field->flags & KT_FIELD_REQUIRED) != 0)
+        return true;
+    if (field->same != NULL || kind->same != NULL)
+        return !(field->same != NULL ? field->same : kind->same)(m);
+    return kind->size == 0 || memcmp(kt_member_value(m), kt_member_standard(m), kind->size) != 0;
 }
 
 bool kt_table_same(const kt_table *table, const void *object, const void *standard) {
     kt_fields fields;
     list_fields(&fields, table, object_type_of(table, object));
     for (int i = 0; i < fields.count; i++)
-        if (is_written(&fields.field[i], object, standard))
+        if (is_written(&(kt_member){&fields.field[i], object, standard}))
             return false;
     return true;
 }
@@ -409,13 +409,14 @@ void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, co
     kt_emit_map(e, table->flow);
     for (int i = 0; i < fields.count; i++) {
         const kt_field *field = &fields.field[i];
-        if (!is_written(field, object, standard))
+        const kt_member member = {field, object, standard};
+        if (!is_written(&member))
             continue;
         if ((field->flags & KT_FIELD_SECTION) != 0)
             kt_emit_section(e, field->key);
         else
             kt_emit_key(e, field->key);
-        field->kind->write(e, field, object, standard);
+        field->kind->write(e, &member);
     }
     kt_emit_end(e);
 }

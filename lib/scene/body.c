@@ -1,5 +1,6 @@
 /* Bodies: the list, and the keys of each. */
 #include "compile/compile.h"
+#include "model/describe.h"
 #include "scene/shapes.h"
 #include "scene/vary.h"
 
@@ -24,11 +25,9 @@ static bool is_function_of_time(const kt_node *node) {
 
 /* The variable mass of a body, which is created if there is none. */
 static kt_variable_mass *variable_mass_of(kt_reader *r, kt_body *body) {
-    kt_variable_mass *made = kt_pool_take(&r->keep, 1, sizeof *made);
-    if (made == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_variable_mass *made = kt_reader_take(r, &r->keep, 1, sizeof *made);
+    if (made == NULL)
         return NULL;
-    }
     *made = body->variable_mass != NULL ? *body->variable_mass : (kt_variable_mass){.mass.type = KT_FUNCTION_NONE};
     body->variable_mass = made;
     return made;
@@ -60,18 +59,18 @@ static bool read_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const 
                                            "the mass is %g at t = 0; it must be above 0 at all times", body->mass);
 }
 
-static void write_mass(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_body *body = object;
+static void write_mass(kt_emitter *e, const kt_member *m) {
+    const kt_body *body = m->object;
     if (body->variable_mass != NULL)
         kt_write_function(e, &body->variable_mass->mass);
     else
-        kt_kind_number.write(e, field, object, standard);
+        kt_emit_number(e, body->mass);
 }
 
-static bool same_mass(const kt_field *field, const void *object, const void *standard) {
-    const kt_body *body = object;
+static bool same_mass(const kt_member *m) {
+    const kt_body *body = m->object;
     return body->variable_mass == NULL && !body->com_of_shape && !body->inertia_of_shape &&
-           kt_number_same(field, object, standard);
+           kt_same_bits(kt_member_value(m), kt_member_standard(m), sizeof body->mass);
 }
 
 /* Whether `mass` and `shape` are both written, so that a com or an inertia that is not written would be the shape's. */
@@ -81,19 +80,18 @@ static bool shape_has_mass(const kt_body *body, const kt_body *standard) {
     return has_mass && (body->shape.type != KT_SHAPE_NONE || body->shape_count > 0);
 }
 
-static bool same_com(const kt_field *field, const void *object, const void *standard) {
-    const kt_body *body = object;
-    return body->com_of_shape || (!shape_has_mass(body, standard) && kt_kind_vector.same(field, object, standard));
+static bool same_com(const kt_member *m) {
+    const kt_body *body = m->object;
+    return body->com_of_shape || (!shape_has_mass(body, m->standard) &&
+                                  kt_same_bits(kt_member_value(m), kt_member_standard(m), sizeof body->com));
 }
 
 static bool read_inertias(kt_reader *r, const kt_scope *scope, kt_node *node, kt_body *body, double values[6]) {
     kt_variable_mass *variable = variable_mass_of(r, body);
     bool good = variable != NULL;
-    int k = 0;
-    for (kt_node *item = node->of.first; item != NULL && variable != NULL; item = item->next, k++) {
-        const kt_scope here = {.outer = scope, .index = k};
-        good = read_dated(r, &here, item, &variable->inertia[k], &values[k]) && good;
-    }
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL && variable != NULL; item = item->next, here.index++)
+        good = read_dated(r, &here, item, &variable->inertia[here.index], &values[here.index]) && good;
     return good;
 }
 
@@ -129,24 +127,22 @@ static void write_inertias(kt_emitter *e, const kt_variable_mass *variable) {
     kt_emit_end(e);
 }
 
-static void write_inertia(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
+static void write_inertia(kt_emitter *e, const kt_member *m) {
     static const double zero[3] = {0.0, 0.0, 0.0};
-    const kt_variable_mass *variable = ((const kt_body *)object)->variable_mass;
+    const kt_variable_mass *variable = ((const kt_body *)m->object)->variable_mass;
     if (variable != NULL && kt_variable_mass_has_moments(variable)) {
         write_inertias(e, variable);
         return;
     }
-    const kt_sym3 *i = kt_field_of(object, field);
+    const kt_sym3 *i = kt_member_value(m);
     const double values[] = {i->xx, i->yy, i->zz, i->xy, i->xz, i->yz};
     kt_emit_numbers(e, values, kt_same_bits(values + 3, zero, sizeof zero) ? 3 : 6);
 }
 
-static bool same_inertia(const kt_field *field, const void *object, const void *standard) {
-    const kt_body *body = object;
-    return body->inertia_of_shape ||
-           (!shape_has_mass(body, standard) &&
-            kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(kt_sym3)));
+static bool same_inertia(const kt_member *m) {
+    const kt_body *body = m->object;
+    return body->inertia_of_shape || (!shape_has_mass(body, m->standard) &&
+                                      kt_same_bits(kt_member_value(m), kt_member_standard(m), sizeof(kt_sym3)));
 }
 
 /* Compared by same_inertia. */
@@ -157,32 +153,25 @@ static const kt_kind kind_mass = {.read = read_mass, .write = write_mass};
 static bool read_exhaust(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_vec3 velocity;
     (void)field, (void)object;
-    return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &velocity);
+    return kt_read_vector(r, scope, node, &velocity);
 }
-static bool never_written(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)object, (void)standard;
-    return true;
-}
-static const kt_kind kind_exhaust = {.read = read_exhaust, .same = never_written};
+static const kt_kind kind_exhaust = {.read = read_exhaust, .same = kt_never_written};
 
 /* ---- other keys -------------------------------------------------------------------------------------------------- */
 
-static bool same_parent(const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const char *const *parent = kt_field_of(object, field);
+static bool same_parent(const kt_member *m) {
+    const char *const *parent = kt_member_value(m);
     return *parent == NULL || strcmp(*parent, "world") == 0;
 }
 
-static bool same_shape(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_body *body = object;
+static bool same_shape(const kt_member *m) {
+    const kt_body *body = m->object;
     return body->shape.type == KT_SHAPE_NONE;
 }
 
 /* A joint is not written if it is fixed, does not place the body and has no name. */
-static bool same_body_joint(const kt_field *field, const void *object, const void *standard) {
-    (void)field;
-    const kt_joint *joint = &((const kt_body *)object)->joint, *rest = &((const kt_body *)standard)->joint;
+static bool same_body_joint(const kt_member *m) {
+    const kt_joint *joint = &((const kt_body *)m->object)->joint, *rest = &((const kt_body *)m->standard)->joint;
     return joint->type == KT_JOINT_FIXED && joint->name == NULL &&
            kt_same_bits(&joint->at, &rest->at, sizeof joint->at) && kt_same_rotation(&joint->rotation, &rest->rotation);
 }
@@ -196,7 +185,7 @@ static const kt_table marker_table = {.fields = marker_fields, .count = KT_COUNT
 /* A point, or a frame: `tip: [1, 0, 0]`, `tool: {at: [1, 0, 0], rotation: ROTATION}`. */
 static bool read_body_marker(kt_reader *r, const kt_scope *scope, kt_node *node, kt_marker *marker) {
     return node->kind == KT_NODE_MAP ? kt_table_read(r, scope, node, &marker_table, marker)
-                                     : kt_put_vector(r, scope, node, &marker->at);
+                                     : kt_put_numbers(r, scope, node, 3, KT_QUANTITY_NUMBER, NULL, &marker->at.x);
 }
 
 static void write_marker(kt_emitter *e, const kt_marker *marker) {
@@ -236,37 +225,27 @@ static bool read_body_markers(kt_reader *r, const kt_scope *scope, kt_node *node
     return good;
 }
 
-static void write_body_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_body *body = object;
+static void write_body_markers(kt_emitter *e, const kt_member *m) {
+    const kt_body *body = m->object;
     kt_emit_map(e, false);
     for (int i = 0; i < body->marker_count; i++)
         write_marker(e, &body->markers[i]);
     kt_emit_end(e);
 }
 
-static bool same_body_markers(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_body *)object)->marker_count == 0;
-}
-
-static const kt_kind kind_markers = {read_body_markers, write_body_markers, same_body_markers};
+static const kt_kind kind_markers = {.read = read_body_markers, .write = write_body_markers, .size = sizeof(int)};
 
 /* ---- shapes ------------------------------------------------------------------------------------------------------ */
 
-#define SHAPE_NAME(id, name) #name,
-static const char *const shape_names[] = {KT_SHAPE_LIST(SHAPE_NAME)};
+static const char *const shape_names[] = {KT_SHAPE_LIST(KT_LISTED_NAME)};
 static const kt_choice shape_types = {"shape.type", shape_names, KT_SHAPE_TYPE_COUNT, KT_SHAPE_NONE + 1, NULL};
 
 static const kt_descriptor *describe_shape(int type) { return kt_shape_descriptor((kt_shape_type)type); }
 
 static const kt_field shape_fields[] = {
-    {.key = "type",
-     .kind = &kt_kind_choice,
-     .offset = offsetof(kt_shape, type),
-     .flags = KT_FIELD_REQUIRED,
-     .detail = &shape_types},
+    {.key = "type", .kind = &kt_kind_choice, .flags = KT_FIELD_REQUIRED, .detail = &shape_types},
 };
+_Static_assert(offsetof(kt_shape, type) == 0, "the key `type` of a shape");
 static const kt_table shape_table = {.fields = shape_fields,
                                      .count = 1,
                                      .flow = true,
@@ -277,11 +256,7 @@ static const kt_table shape_table = {.fields = shape_fields,
 /* ---- several shapes ---------------------------------------------------------------------------------------------- */
 
 static const kt_field part_fields[] = {
-    {.key = "type",
-     .kind = &kt_kind_choice,
-     .offset = offsetof(kt_scene_part, shape.type),
-     .flags = KT_FIELD_REQUIRED,
-     .detail = &shape_types},
+    {.key = "type", .kind = &kt_kind_choice, .flags = KT_FIELD_REQUIRED, .detail = &shape_types},
     {.key = "mass", .kind = &kt_kind_number, .offset = offsetof(kt_scene_part, mass)},
 };
 _Static_assert(offsetof(kt_scene_part, shape) == 0, "keys of a shape are read into a part");
@@ -318,22 +293,16 @@ static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return good;
 }
 
-static void write_shapes(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_body *body = object;
+static void write_shapes(kt_emitter *e, const kt_member *m) {
+    const kt_body *body = m->object;
     const kt_shape rest = kt_shape_default();
-    (void)field, (void)standard;
     kt_emit_list(e, false);
     for (int i = 0; i < body->shape_count; i++)
         kt_table_write(e, &shape_table, &body->shapes[i], &rest);
     kt_emit_end(e);
 }
 
-static bool same_shapes(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_body *)object)->shape_count == 0;
-}
-
-static const kt_kind kind_shapes = {read_shapes, write_shapes, same_shapes};
+static const kt_kind kind_shapes = {.read = read_shapes, .write = write_shapes, .size = sizeof(int)};
 
 /* ---- a body ------------------------------------------------------------------------------------------------------ */
 
@@ -347,8 +316,8 @@ static const kt_field fields[] = {
     {.key = "inertia", .kind = &kind_inertia, AT(inertia), .same = same_inertia},
     {.key = "exhaust", .kind = &kind_exhaust},
     {.key = "shape", .kind = &kt_kind_map, AT(shape), .detail = &shape_table, .same = same_shape},
-    {.key = "shapes", .kind = &kind_shapes},
-    {.key = "markers", .kind = &kind_markers},
+    {.key = "shapes", .kind = &kind_shapes, AT(shape_count)},
+    {.key = "markers", .kind = &kind_markers, AT(marker_count)},
 };
 static const kt_table body_table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
@@ -440,7 +409,7 @@ static bool make_thrust(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     memcpy(name, body->name, length);
     memcpy(name + length, suffix, sizeof suffix);
     *thrust = kt_effect_default();
-    if (!kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &thrust->exhaust) ||
+    if (!kt_read_vector(r, scope, node, &thrust->exhaust) ||
         kt_body_inertia(body, &end.at, &inertia, NULL) != KT_OK) /* the check of the body reports its fault */
         return false;
     end.body = body->name;
@@ -463,12 +432,10 @@ void kt_exhausts_add(kt_reader *r, kt_description *d) {
     if (count == 0)
         return;
     const size_t all = (size_t)d->effect_count + (size_t)count;
-    kt_effect *effects = kt_pool_take(&r->keep, all, sizeof *effects);
-    kt_node **nodes = kt_pool_take(&r->scratch, all, sizeof *nodes);
-    if (effects == NULL || nodes == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_effect *effects = kt_reader_take(r, &r->keep, all, sizeof *effects);
+    kt_node **nodes = kt_reader_take(r, &r->scratch, all, sizeof *nodes);
+    if (effects == NULL || nodes == NULL)
         return;
-    }
     for (int i = 0; i < d->effect_count; i++) {
         effects[i] = d->effects[i];
         nodes[i] = r->scene->effect_nodes[i];

@@ -34,12 +34,8 @@ static bool find_column_symbol(void *user, const char *name, kt_symbol *symbol) 
 static const char *list_column_symbol(void *user, int k) {
     kt_reader *r = user;
     kt_variable variable;
-    char text[KT_EXPRESSION_NAME_MAX + 1];
     r->effort -= 1000;
-    if (r->effort <= 0 || !kt_variable_at(r->scene->description, k, &variable))
-        return NULL;
-    (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
-    return kt_pool_text(&r->scratch, text, strlen(text));
+    return r->effort > 0 && kt_variable_at(r->scene->description, k, &variable) ? kt_variable_text(r, &variable) : NULL;
 }
 
 /* A unit goes into the first line of CSV files, in square brackets. */
@@ -65,9 +61,8 @@ static kt_node *read_column_unit(kt_reader *r, const kt_scope *here, kt_node *no
             (void)kt_fault_expected(r, here, key->next,
                                     "a unit: up to 24 letters without brackets, commas and quotes ('m/s')");
             return NULL;
-        } else if ((column->unit = kt_pool_text(&r->keep, key->next->of.text, key->next->count)) == NULL) {
-            (void)kt_reader_out_of_memory(r);
-            return NULL;
+        } else {
+            column->unit = kt_reader_text(r, &r->keep, key->next->of.text, key->next->count);
         }
     }
     if (formula == NULL)
@@ -93,9 +88,7 @@ static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_sc
         (void)kt_fault_expected(r, &here, formula, "a formula (\"2*velocity.arm\")");
     else if (formula != NULL && kt_variables_are_known(r))
         (void)kt_read_formula(r, &here, formula, &symbols, true, &column->formula);
-    column->name = kt_pool_text(&r->keep, key->of.text, key->count);
-    if (column->name == NULL)
-        (void)kt_reader_out_of_memory(r);
+    column->name = kt_reader_text(r, &r->keep, key->of.text, key->count);
 }
 
 /* Names are compared with each other. */
@@ -124,9 +117,8 @@ static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, con
     return !kt_node_is_faulty(node);
 }
 
-static void write_scene_columns(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_scene *scene = object;
+static void write_scene_columns(kt_emitter *e, const kt_member *m) {
+    const kt_scene *scene = m->object;
     kt_emit_map(e, true);
     for (int i = 0; i < scene->column_count; i++) {
         kt_emit_key(e, scene->columns[i].name);
@@ -144,12 +136,7 @@ static void write_scene_columns(kt_emitter *e, const kt_field *field, const void
     kt_emit_end(e);
 }
 
-static bool same_columns(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_scene *)object)->column_count == 0;
-}
-
-const kt_kind kt_kind_columns = {read_columns, write_scene_columns, same_columns};
+const kt_kind kt_kind_columns = {.read = read_columns, .write = write_scene_columns, .size = sizeof(int)};
 
 /* ---- expressions that nothing uses ------------------------------------------------------------------------------- */
 
@@ -179,11 +166,9 @@ static void check_unused_expressions(kt_reader *r) {
 /* Expressions that nothing uses are read for their faults. They are no uses of parameters. */
 void kt_expressions_check(kt_reader *r) {
     const size_t count = (size_t)r->scene->parameter_count;
-    kt_named_number *before = kt_pool_take(&r->scratch, count + 1, sizeof *before);
-    if (before == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_named_number *before = kt_reader_take(r, &r->scratch, count + 1, sizeof *before);
+    if (before == NULL)
         return;
-    }
     if (count > 0)
         memcpy(before, r->scene->parameters, count * sizeof *before);
     check_unused_expressions(r);

@@ -37,10 +37,8 @@ static const char *list_event_symbol(void *user, int k) {
     r->effort -= 1000;
     if (r->effort <= 0)
         return NULL;
-    if (kt_variable_at(r->scene->description, k, &variable)) {
-        (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
-        return kt_pool_text(&r->scratch, text, strlen(text));
-    }
+    if (kt_variable_at(r->scene->description, k, &variable))
+        return kt_variable_text(r, &variable);
     while (kt_variable_at(r->scene->description, count, &variable))
         count++;
     r->effort -= 50 * (int64_t)count;
@@ -65,17 +63,10 @@ static bool read_when(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return read_event_formula(r, scope, node, out);
 }
 
-static void write_when(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const char *const *text = kt_field_of(object, field);
-    (void)standard;
-    kt_emit_text(e, *text);
-}
-
-static const kt_kind kind_when = {.read = read_when, .write = write_when};
+static const kt_kind kind_when = {.read = read_when, .write = kt_text_write};
 
 /* ---- what is done ------------------------------------------------------------------------------------------------ */
 
-static const char *const action_names[] = {"stop", "record"};
 static const char actions_expected[] =
     "an action: stop, record, {set: {NAME: VALUE}} of parameters, {release: NAME} or {engage: NAME} of a loop or an "
     "effect, {engage_here: NAME} of a loop, or {call: NAME} for one of the program's own";
@@ -145,15 +136,9 @@ static kt_phrase did_you_mean(kt_reader *r, const char *name) {
     kt_phrase phrase = {.length = 0};
     kt_nearest near = kt_nearest_make(name, &r->effort);
     kt_variable variable;
-    for (int k = 0; kt_variable_at(r->scene->description, k, &variable) && r->effort > 0; k++) {
-        char text[KT_EXPRESSION_NAME_MAX + 1];
-        (void)kt_variable_name(r->scene->description, &variable, text, sizeof text);
-        const char *kept = variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY
-                               ? kt_pool_text(&r->scratch, text, strlen(text))
-                               : NULL;
-        if (kept != NULL)
-            (void)kt_nearest_try(&near, kept);
-    }
+    for (int k = 0; kt_variable_at(r->scene->description, k, &variable) && r->effort > 0; k++)
+        if (variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY)
+            (void)kt_nearest_try(&near, kt_variable_text(r, &variable));
     if (near.best != NULL && kt_foothold_named(r, near.best) == NULL)
         kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
     return phrase;
@@ -197,34 +182,30 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
     return true;
 }
 
-/* Actions that have a name. */
+/* Actions: those up to RECORD are words, those from RELEASE on have a name. */
+enum { STOP, RECORD, SET, RELEASE, ENGAGE, ENGAGE_HERE, CALL };
 static const struct {
-    const char *key, *expected;
-} kinds[] = {{"call", "the name of an action of the program"},
-             {"release", "the name of a loop or an effect"},
-             {"engage", "the name of a loop or an effect"},
-             {"engage_here", "the name of a loop"}};
-
-/* How each action is written. */
-static const struct {
-    const char *word, *form;
-} action_forms[] = {{"stop", "'stop'"},
-                    {"record", "'record'"},
-                    {"set", "{set: {NAME: VALUE}}"},
-                    {"release", "{release: NAME}"},
-                    {"engage", "{engage: NAME}"},
-                    {"engage_here", "{engage_here: NAME}"},
-                    {"call", "{call: NAME}"}};
+    const char *word, *form; /* how it is written */
+    const char *expected;    /* its name; NULL: it has none */
+} actions[] = {
+    [STOP] = {"stop", "'stop'", NULL},
+    [RECORD] = {"record", "'record'", NULL},
+    [SET] = {"set", "{set: {NAME: VALUE}}", NULL},
+    [RELEASE] = {"release", "{release: NAME}", "the name of a loop or an effect"},
+    [ENGAGE] = {"engage", "{engage: NAME}", "the name of a loop or an effect"},
+    [ENGAGE_HERE] = {"engage_here", "{engage_here: NAME}", "the name of a loop"},
+    [CALL] = {"call", "{call: NAME}", "the name of an action of the program"},
+};
 
 /* Reports a word or a key that is no action, and names the nearest one. */
 static bool reject_action(kt_reader *r, const kt_scope *scope, kt_node *node, const char *word) {
     kt_nearest near = kt_nearest_make(word, &r->effort);
     kt_phrase what = {.length = 0};
-    for (int k = 0; k < KT_COUNT_OF(action_forms); k++)
-        (void)kt_nearest_try(&near, action_forms[k].word);
-    for (int k = 0; k < KT_COUNT_OF(action_forms) && near.best != NULL; k++)
-        if (strcmp(near.best, action_forms[k].word) == 0)
-            kt_phrase_add(&what, "did you mean %s? ", action_forms[k].form);
+    for (int k = 0; k < KT_COUNT_OF(actions); k++)
+        (void)kt_nearest_try(&near, actions[k].word);
+    for (int k = 0; k < KT_COUNT_OF(actions) && near.best != NULL; k++)
+        if (strcmp(near.best, actions[k].word) == 0)
+            kt_phrase_add(&what, "did you mean %s? ", actions[k].form);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is no action; %s%s %s", kt_name_quote(word).text, what.text,
                        near.best != NULL ? "Expected" : "expected", actions_expected);
 }
@@ -237,22 +218,23 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
         const kt_scope here = {.outer = scope, .key = "set"};
         return read_set(r, &here, set, event, to);
     }
-    for (size_t k = 0; k < KT_COUNT_OF(kinds) && node->count == 1; k++) {
-        kt_node *name = kt_node_find(node, kinds[k].key);
-        const kt_scope here = {.outer = scope, .key = kinds[k].key};
+    for (int k = RELEASE; k < KT_COUNT_OF(actions) && node->count == 1; k++) {
+        kt_node *name = kt_node_find(node, actions[k].word);
+        const kt_scope here = {.outer = scope, .key = actions[k].word};
         const char *text = NULL;
         if (name == NULL)
             continue;
-        if (!kt_read_name(r, &here, name, kinds[k].expected, &text))
+        if (!kt_read_name(r, &here, name, actions[k].expected, &text))
             return false;
-        if (k > 0 && !check_switched(r, &here, name, text))
+        if (k != CALL && !check_switched(r, &here, name, text))
             return false;
-        if (k == 3 && !kt_foothold_check(r, &here, name, text))
+        if (k == ENGAGE_HERE && !kt_foothold_check(r, &here, name, text))
             return false;
-        if (k == 0)
+        if (k == CALL)
             to->calls[event->call_count++] = text;
         else
-            to->switches[event->switch_count++] = (kt_scene_switch){.name = text, .on = k > 1, .here = k == 3};
+            to->switches[event->switch_count++] =
+                (kt_scene_switch){.name = text, .on = k != RELEASE, .here = k == ENGAGE_HERE};
         return true;
     }
     const kt_node *key = node->count == 1 ? node->of.first : NULL;
@@ -267,8 +249,8 @@ static int read_word(kt_reader *r, const kt_scope *scope, kt_node *node) {
         (void)kt_fault_expected(r, scope, node, actions_expected);
         return -1;
     }
-    for (int k = 0; k < KT_COUNT_OF(action_names); k++)
-        if (strcmp(node->of.text, action_names[k]) == 0)
+    for (int k = STOP; k <= RECORD; k++)
+        if (strcmp(node->of.text, actions[k].word) == 0)
             return k;
     (void)reject_action(r, scope, node, node->of.text);
     return -1;
@@ -283,9 +265,9 @@ static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_s
     const int action = read_word(r, scope, node);
     if (action < 0)
         return;
-    bool *flag = action == 0 ? &event->stop : &event->record;
+    bool *flag = action == STOP ? &event->stop : &event->record;
     if (*flag)
-        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' is there already; remove one", action_names[action]);
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' is there already; remove one", actions[action].word);
     *flag = true;
 }
 
@@ -315,20 +297,18 @@ static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const 
         return kt_fault_expected(r, scope, node, "an action or a list of actions: stop, record, {call: NAME}");
     if (!is_list)
         read_action(r, scope, node, event, &to);
-    int i = 0;
-    for (kt_node *item = is_list ? node->of.first : NULL; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = is_list ? node->of.first : NULL; item != NULL; item = item->next, here.index++)
         read_action(r, &here, item, event, &to);
-    }
     event->call = event->call_count > 0 ? to.calls : NULL;
     event->switches = event->switch_count > 0 ? to.switches : NULL;
     event->sets = event->set_count > 0 ? to.sets : NULL;
     return !kt_node_is_faulty(node);
 }
 
-static void write_event_name(kt_emitter *e, const char *key, const char *name) {
+static void write_event_name(kt_emitter *e, int action, const char *name) {
     kt_emit_map(e, true);
-    kt_emit_key(e, key);
+    kt_emit_key(e, actions[action].word);
     kt_emit_text(e, name);
     kt_emit_end(e);
 }
@@ -348,9 +328,8 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
     kt_emit_end(e);
 }
 
-static void write_then(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_scene_event *event = object;
+static void write_then(kt_emitter *e, const kt_member *m) {
+    const kt_scene_event *event = m->object;
     kt_emit_list(e, true);
     if (event->stop)
         kt_emit_word(e, "stop");
@@ -360,13 +339,12 @@ static void write_then(kt_emitter *e, const kt_field *field, const void *object,
         write_set(e, event);
     for (int i = 0; i < event->switch_count; i++)
         write_event_name(e,
-                         kinds[event->switches[i].here ? 3
-                               : event->switches[i].on ? 2
-                                                       : 1]
-                             .key,
+                         event->switches[i].here ? ENGAGE_HERE
+                         : event->switches[i].on ? ENGAGE
+                                                 : RELEASE,
                          event->switches[i].name);
     for (int i = 0; i < event->call_count; i++)
-        write_event_name(e, "call", event->call[i]);
+        write_event_name(e, CALL, event->call[i]);
     kt_emit_end(e);
 }
 
@@ -387,16 +365,11 @@ static bool read_event_limit(kt_reader *r, const kt_scope *scope, kt_node *node,
     return true;
 }
 
-static void write_event_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_emit_integer(e, *(const int *)kt_field_of(object, field));
+static void write_event_limit(kt_emitter *e, const kt_member *m) {
+    kt_emit_integer(e, *(const int *)kt_member_value(m));
 }
 
-static bool same_limit(const kt_field *field, const void *object, const void *standard) {
-    return *(const int *)kt_field_of(object, field) == *(const int *)kt_field_of(standard, field);
-}
-
-static const kt_kind kind_limit = {read_event_limit, write_event_limit, same_limit};
+static const kt_kind kind_limit = {.read = read_event_limit, .write = write_event_limit, .size = sizeof(int)};
 
 #define AT(member) .offset = offsetof(kt_scene_event, member)
 static const kt_field event_fields[] = {
@@ -475,26 +448,25 @@ const kt_items kt_events = {.expected = "a list of events ('- {name: ..., when: 
                             .read = read_event,
                             .write = write_event};
 
-static void write_events(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
+static void write_events(kt_emitter *e, const kt_member *m) {
     const kt_assigned_number *number;
-    for (size_t k = 0; (number = kt_assignments_next(object, &k)) != NULL;)
+    for (size_t k = 0; (number = kt_assignments_next(m->object, &k)) != NULL;)
         if (number->parameter < 0) {
             kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
                            "events set parameters that numbers of the scene follow; a scene is written with numbers in "
                            "place of parameters, which no event could set");
             break;
         }
-    kt_scene own = *(const kt_scene *)object;
+    kt_scene own = *(const kt_scene *)m->object;
     own.event_count -= own.fmu_count; /* the events of FMUs come last, and follow from these */
-    kt_items_write(e, field, &own, standard);
+    kt_items_write(e, &(kt_member){m->field, &own, m->standard});
 }
 
-static bool same_events(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_scene *)object)->event_count <= ((const kt_scene *)object)->fmu_count;
+static bool same_events(const kt_member *m) {
+    return ((const kt_scene *)m->object)->event_count <= ((const kt_scene *)m->object)->fmu_count;
 }
 
-const kt_kind kt_kind_events = {kt_items_read, write_events, same_events};
+const kt_kind kt_kind_events = {.read = kt_items_read, .write = write_events, .same = same_events};
 
 /* ---- until ------------------------------------------------------------------------------------------------------- */
 
@@ -512,14 +484,4 @@ static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return true;
 }
 
-static void write_until(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    kt_emit_text(e, ((const kt_scene *)object)->until.when);
-}
-
-static bool same_until(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_scene *)object)->until.when == NULL;
-}
-
-const kt_kind kt_kind_until = {read_until, write_until, same_until};
+const kt_kind kt_kind_until = {.read = read_until, .write = kt_text_write, .size = sizeof(char *)};

@@ -64,12 +64,10 @@ static void expand_output(kt_reader *r, const kt_node *item, const kt_node *key)
     if (key->kind != KT_NODE_TEXT || target->kind != KT_NODE_TEXT || target->count == 0 ||
         is_held(r, target->of.text) || !name_held(item, key->of.text, name))
         return; /* with a fault, if any, of kt_fmus_read */
-    char *text = kt_pool_take(&r->scratch, 1, 4 * NAME_MAX_LENGTH);
-    char *effect = kt_pool_take(&r->scratch, 1, 4 * NAME_MAX_LENGTH);
-    if (text == NULL || effect == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    char *text = kt_reader_take(r, &r->scratch, 1, 4 * NAME_MAX_LENGTH);
+    char *effect = kt_reader_take(r, &r->scratch, 1, 4 * NAME_MAX_LENGTH);
+    if (text == NULL || effect == NULL)
         return;
-    }
     (void)snprintf(text, 4 * NAME_MAX_LENGTH, "{%s: {rate: \"0\"}}", name);
     append_text(r, "states", text, target);
     (void)snprintf(effect, 4 * NAME_MAX_LENGTH, "- {name: %s, type: expression, joint: __joint__, force: \"%s\"}", name,
@@ -88,23 +86,22 @@ void kt_fmus_expand(kt_reader *r) {
 /* The place of a node in messages; NULL: out of memory. */
 static const char *where_of(kt_reader *r, const kt_node *node) {
     char where[KT_WHERE_SIZE];
-    if (node->line >= KT_SETTING_LINE)
-        (void)snprintf(where, sizeof where, "%s", r->scene->settings[node->line - KT_SETTING_LINE]);
-    else
-        kt_document_where(where, r->path, node->line, node->column);
-    const char *text = kt_pool_text(&r->keep, where, strlen(where));
-    if (text == NULL)
-        (void)kt_reader_out_of_memory(r);
-    return text;
+    kt_reader_where(r, r->path, node->line, node->column, where);
+    return kt_reader_text(r, &r->keep, where, strlen(where));
 }
 
-/* Reads the value of a variable into its port. */
-typedef bool read_port(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port);
+/* A mapping of variables of the FMU: the detail of a field whose offset is that of their number. */
+typedef struct port_list {
+    /* Reads the value of a variable into its port. */
+    bool (*read)(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port);
+    const char *expected;
+    size_t ports; /* offset in kt_scene_fmu */
+} port_list;
 
-static bool read_ports(kt_reader *r, const kt_scope *scope, kt_node *map, read_port *read, const char *expected,
-                       const kt_scene_port **ports, int *count) {
+static bool read_ports(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_field *field, void *object) {
+    const port_list *list = field->detail;
     if (map->kind != KT_NODE_MAP)
-        return kt_fault_expected(r, scope, map, expected);
+        return kt_fault_expected(r, scope, map, list->expected);
     kt_scene_port *to = kt_pool_take(&r->keep, (size_t)map->count + 1, sizeof *to);
     if (to == NULL)
         return kt_reader_out_of_memory(r);
@@ -122,34 +119,36 @@ static bool read_ports(kt_reader *r, const kt_scope *scope, kt_node *map, read_p
             if (strcmp(to[i].variable, port->variable) == 0)
                 return kt_fault_at(r, KT_ERROR_SCENE, scope, key, "%s is there already; remove one of them",
                                    kt_name_quote(port->variable).text);
-        if (read(r, &here, key->next, port))
+        if (list->read(r, &here, key->next, port))
             read_count++;
     }
-    *ports = to;
-    *count = read_count;
+    memcpy((char *)object + list->ports, &to, sizeof to);
+    memcpy(kt_field_in(object, field), &read_count, sizeof read_count);
     return !kt_node_is_faulty(map);
+}
+
+static void write_ports(kt_emitter *e, const kt_member *m) {
+    const port_list *list = m->field->detail;
+    const kt_scene_port *ports;
+    const int *count = kt_member_value(m);
+    memcpy(&ports, (const char *)m->object + list->ports, sizeof ports);
+    kt_emit_map(e, true);
+    for (int i = 0; i < *count; i++) {
+        kt_emit_name(e, ports[i].variable);
+        if (ports[i].text != NULL)
+            kt_emit_text(e, ports[i].text);
+        else
+            kt_emit_number(e, ports[i].value);
+    }
+    kt_emit_end(e);
 }
 
 static bool read_input(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port) {
     return kt_event_value_read(r, scope, value, true, &port->text);
 }
 
-static bool read_inputs(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_scene_fmu *fmu = object;
-    (void)field;
-    return read_ports(r, scope, node, read_input, "inputs of the FMU and formulas ('{angle: position.arm}')",
-                      &fmu->inputs, &fmu->input_count);
-}
-
 static bool read_parameter(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port) {
     return kt_put_number(r, scope, value, KT_QUANTITY_ANGLE, &port->value);
-}
-
-static bool read_parameters(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_scene_fmu *fmu = object;
-    (void)field;
-    return read_ports(r, scope, node, read_parameter, "parameters of the FMU and numbers ('{stiffness: 20}')",
-                      &fmu->parameters, &fmu->parameter_count);
 }
 
 static bool read_output(kt_reader *r, const kt_scope *scope, kt_node *value, kt_scene_port *port) {
@@ -159,16 +158,21 @@ static bool read_output(kt_reader *r, const kt_scope *scope, kt_node *value, kt_
     return true;
 }
 
-static bool read_outputs(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_scene_fmu *fmu = object;
-    (void)field;
-    return read_ports(r, scope, node, read_output, "outputs of the FMU and their targets ('{torque: arm}')",
-                      &fmu->outputs, &fmu->output_count);
-}
+static const port_list input_ports = {read_input, "inputs of the FMU and formulas ('{angle: position.arm}')",
+                                      offsetof(kt_scene_fmu, inputs)},
+                       output_ports = {read_output, "outputs of the FMU and their targets ('{torque: arm}')",
+                                       offsetof(kt_scene_fmu, outputs)},
+                       parameter_ports = {read_parameter, "parameters of the FMU and numbers ('{stiffness: 20}')",
+                                          offsetof(kt_scene_fmu, parameters)};
 
 static bool read_fmu_type(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)r, (void)scope, (void)node, (void)field, (void)object;
     return true;
+}
+
+static void write_fmu_type(kt_emitter *e, const kt_member *m) {
+    (void)m;
+    kt_emit_word(e, "fmu");
 }
 
 static bool read_fmu_file(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
@@ -179,9 +183,9 @@ static bool read_fmu_file(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return true;
 }
 
-static const kt_kind kind_type = {.read = read_fmu_type}, kind_file = {.read = read_fmu_file};
-static const kt_kind kind_inputs = {.read = read_inputs}, kind_outputs = {.read = read_outputs};
-static const kt_kind kind_parameters = {.read = read_parameters};
+static const kt_kind kind_type = {.read = read_fmu_type, .write = write_fmu_type};
+static const kt_kind kind_file = {.read = read_fmu_file, .write = kt_text_write};
+static const kt_kind kind_ports = {.read = read_ports, .write = write_ports, .size = sizeof(int)};
 
 #define AT(member) .offset = offsetof(kt_scene_fmu, member)
 static const kt_field fmu_fields[] = {
@@ -189,11 +193,11 @@ static const kt_field fmu_fields[] = {
     {.key = "type", .kind = &kind_type, .flags = KT_FIELD_REQUIRED},
     {.key = "file", .kind = &kind_file, AT(file), .flags = KT_FIELD_REQUIRED},
     {.key = "step", .kind = &kt_kind_positive, AT(step), .flags = KT_FIELD_REQUIRED},
-    {.key = "inputs", .kind = &kind_inputs},
-    {.key = "outputs", .kind = &kind_outputs},
-    {.key = "parameters", .kind = &kind_parameters},
+    {.key = "inputs", .kind = &kind_ports, AT(input_count), .detail = &input_ports},
+    {.key = "outputs", .kind = &kind_ports, AT(output_count), .detail = &output_ports},
+    {.key = "parameters", .kind = &kind_ports, AT(parameter_count), .detail = &parameter_ports},
 };
-static const kt_table fmu_table = {.fields = fmu_fields, .count = KT_COUNT_OF(fmu_fields)};
+static const kt_table fmu_table = {.fields = fmu_fields, .count = KT_COUNT_OF(fmu_fields), .flow = true};
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
@@ -263,12 +267,10 @@ void kt_fmus_read(kt_reader *r, kt_scene *scene) {
                           "there are %d FMUs; a scene has at most %d", count, (int)FMU_COUNT_MAX);
         return;
     }
-    kt_scene_fmu *fmus = kt_pool_take(&r->keep, (size_t)count, sizeof *fmus);
-    kt_scene_event *events = kt_pool_take(&r->keep, (size_t)scene->event_count + (size_t)count, sizeof *events);
-    if (fmus == NULL || events == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    kt_scene_fmu *fmus = kt_reader_take(r, &r->keep, (size_t)count, sizeof *fmus);
+    kt_scene_event *events = kt_reader_take(r, &r->keep, (size_t)scene->event_count + (size_t)count, sizeof *events);
+    if (fmus == NULL || events == NULL)
         return;
-    }
     kt_copy(events, scene->events, (size_t)scene->event_count * sizeof *events);
     scene->events = events;
     for (int i = 0; i < count && !r->out_of_memory; i++) {
@@ -286,51 +288,20 @@ void kt_fmus_read(kt_reader *r, kt_scene *scene) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static void write_ports(kt_emitter *e, const char *key, const kt_scene_port *ports, int count) {
-    if (count == 0)
-        return;
-    kt_emit_key(e, key);
-    kt_emit_map(e, true);
-    for (int i = 0; i < count; i++) {
-        kt_emit_name(e, ports[i].variable);
-        if (ports[i].text != NULL)
-            kt_emit_text(e, ports[i].text);
-        else
-            kt_emit_number(e, ports[i].value);
-    }
-    kt_emit_end(e);
-}
-
-static void write_fmu(kt_emitter *e, const kt_scene_fmu *fmu) {
-    kt_emit_map(e, true);
-    kt_emit_key(e, "name");
-    kt_emit_text(e, fmu->name);
-    kt_emit_key(e, "type");
-    kt_emit_word(e, "fmu");
-    kt_emit_key(e, "file");
-    kt_emit_text(e, fmu->file);
-    kt_emit_key(e, "step");
-    kt_emit_number(e, fmu->step);
-    write_ports(e, "inputs", fmu->inputs, fmu->input_count);
-    write_ports(e, "outputs", fmu->outputs, fmu->output_count);
-    write_ports(e, "parameters", fmu->parameters, fmu->parameter_count);
-    kt_emit_end(e);
-}
-
-static void write_effects(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_items *list = field->detail;
-    const kt_scene *scene = object;
-    (void)standard;
+static void write_effects(kt_emitter *e, const kt_member *m) {
+    static const kt_scene_fmu rest = {.name = NULL};
+    const kt_items *list = m->field->detail;
+    const kt_scene *scene = m->object;
     kt_emit_list(e, list->flow);
     for (int i = 0; i < scene->description.effect_count; i++)
         list->write(e, &scene->description.effects[i], i);
     for (int i = 0; i < scene->fmu_count; i++)
-        write_fmu(e, &scene->fmus[i]);
+        kt_table_write(e, &fmu_table, &scene->fmus[i], &rest);
     kt_emit_end(e);
 }
 
-static bool same_effects(const kt_field *field, const void *object, const void *standard) {
-    return ((const kt_scene *)object)->fmu_count == 0 && kt_items_same(field, object, standard);
+static bool same_effects(const kt_member *m) {
+    return ((const kt_scene *)m->object)->fmu_count == 0 && kt_items_same(m);
 }
 
-const kt_kind kt_kind_effects = {kt_items_read, write_effects, same_effects};
+const kt_kind kt_kind_effects = {.read = kt_items_read, .write = write_effects, .same = same_effects};

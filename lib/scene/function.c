@@ -12,15 +12,6 @@
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
-static bool take_numbers(kt_reader *r, size_t count, kt_function *out, double **numbers) {
-    *numbers = kt_pool_take(&r->keep, count, sizeof **numbers);
-    if (*numbers == NULL)
-        return kt_reader_out_of_memory(r);
-    out->numbers = *numbers;
-    out->number_count = (int)count;
-    return true;
-}
-
 /* The contents of a mapping: the function, and a file that it is to be read from. */
 typedef struct form_read {
     kt_function function; /* the first: fields lie in it */
@@ -32,17 +23,18 @@ static bool read_polynomial_function(kt_reader *r, const kt_scope *scope, kt_nod
                                      void *object) {
     (void)field;
     kt_function *function = object;
-    double *numbers;
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, "a list of coefficients [c0, c1, ...]");
-    if (!take_numbers(r, node->count, function, &numbers))
-        return false;
+    double *numbers = kt_pool_take(&r->keep, node->count, sizeof *numbers);
+    if (numbers == NULL)
+        return kt_reader_out_of_memory(r);
+    function->numbers = numbers;
+    function->number_count = (int)node->count;
     bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        kt_quantity quantity = i == 0 ? (kt_quantity)r->scene->quantity : KT_QUANTITY_NUMBER;
-        good = kt_read_number(r, &here, item, quantity, &numbers[i]) && good;
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++) {
+        kt_quantity quantity = here.index == 0 ? (kt_quantity)r->scene->quantity : KT_QUANTITY_NUMBER;
+        good = kt_read_number(r, &here, item, quantity, &numbers[here.index]) && good;
     }
     return good;
 }
@@ -52,23 +44,16 @@ static bool read_function_table(kt_reader *r, const kt_scope *scope, kt_node *no
     (void)field;
     kt_function *function = object;
     const kt_quantity quantities[] = {KT_QUANTITY_NUMBER, (kt_quantity)r->scene->quantity};
-    double *numbers;
     double value;
     if (node->kind == KT_NODE_TEXT && node->count > 0 &&
         (!node->plain || kt_scalar_classify(node->of.text, &value) == KT_SCALAR_TEXT)) {
         ((form_read *)object)->file = node; /* read with the other keys */
         return true;
     }
-    if (node->kind != KT_NODE_LIST || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a list of points [[t, y], [t, y], ...], or the name of a CSV file");
-    if (!take_numbers(r, 2 * (size_t)node->count, function, &numbers))
-        return false;
-    bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_numbers(r, &here, item, 2, KT_QUANTITY_NUMBER, quantities, &numbers[2 * (ptrdiff_t)i]) && good;
-    }
+    const bool good = kt_read_points(r, scope, node, 2, quantities,
+                                     "a list of points [[t, y], [t, y], ...], or the name of a CSV file",
+                                     &function->numbers, &function->number_count);
+    function->number_count *= 2;
     return good;
 }
 
@@ -89,12 +74,10 @@ static bool read_function_parts(kt_reader *r, const kt_scope *scope, kt_node *no
                            KT_FUNCTION_DEPTH_MAX);
     }
     bool good = true;
-    int i = 0;
+    kt_scope here = {.outer = scope};
     r->scene->unit = strcmp(field->key, "product") == 0 ? NULL : unit;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_function(r, &here, item, quantity, &parts[i]) && good;
-    }
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good = kt_read_function(r, &here, item, quantity, &parts[here.index]) && good;
     r->scene->unit = unit;
     r->scene->function_depth--;
     r->scene->quantity = (int)quantity;
@@ -113,23 +96,49 @@ static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return function->has_slopes;
 }
 
-/* Written by kt_write_function. */
-static const kt_kind kind_polynomial = {.read = read_polynomial_function}, kind_table = {.read = read_function_table},
-                     kind_parts = {.read = read_function_parts}, kind_slopes = {.read = read_slopes};
-
-/* ---- the forms --------------------------------------------------------------------------------------------------- */
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 static const char *const interpolation_names[] = {"linear", "cubic", "monotone"};
 static const kt_choice interpolations = {"function.interpolation", interpolation_names, 3, 0, NULL};
 
-static const kt_descriptor *describe_function(int type) { return kt_function_descriptor((kt_function_type)type); }
-static const kt_table sine_table = {
-    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_SINE, .flow = true};
-static const kt_table ramp_table = {
-    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_RAMP, .flow = true};
+static void write_polynomial(kt_emitter *e, const kt_member *m) {
+    const kt_function *function = m->object;
+    kt_emit_numbers(e, function->numbers, function->number_count);
+}
 
-static const kt_table bump_table = {
-    .describe = describe_function, .kind_of = kt_kind_of_value_key, .type = KT_FUNCTION_BUMP, .flow = true};
+/* The points, and the other keys of a table. */
+static void write_function_table(kt_emitter *e, const kt_member *m) {
+    const kt_function *function = m->object;
+    kt_write_points(e, function->numbers, 2, function->number_count / 2);
+    if (function->interpolation != KT_INTERPOLATION_LINEAR) {
+        kt_emit_key(e, "interpolation");
+        kt_emit_word(e, interpolation_names[function->interpolation]);
+    }
+    if (function->has_slopes) {
+        kt_emit_key(e, "slopes");
+        kt_emit_numbers(e, function->slopes, 2);
+    }
+}
+
+static void write_function_parts(kt_emitter *e, const kt_member *m) {
+    const kt_function *function = m->object;
+    kt_emit_list(e, true);
+    for (int i = 0; i < function->part_count; i++)
+        kt_write_function(e, &function->parts[i]);
+    kt_emit_end(e);
+}
+
+static const kt_kind kind_polynomial = {.read = read_polynomial_function, .write = write_polynomial},
+                     kind_table = {.read = read_function_table, .write = write_function_table},
+                     kind_parts = {.read = read_function_parts, .write = write_function_parts},
+                     kind_slopes = {.read = read_slopes};
+
+/* ---- the forms --------------------------------------------------------------------------------------------------- */
+
+static const kt_descriptor *describe_function(int type) { return kt_function_descriptor((kt_function_type)type); }
+static const kt_table sine_table = KT_TYPE_TABLE(describe_function, KT_FUNCTION_SINE),
+                      ramp_table = KT_TYPE_TABLE(describe_function, KT_FUNCTION_RAMP),
+                      bump_table = KT_TYPE_TABLE(describe_function, KT_FUNCTION_BUMP);
 
 enum { FORM_COUNT = 7 };
 static const kt_field form_fields[] = {
@@ -249,63 +258,22 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
     return true;
 }
 
-/* ---- writing ----------------------------------------------------------------------------------------------------- */
-
-static void write_function_points(kt_emitter *e, const kt_function *function) {
-    kt_emit_list(e, true);
-    for (int i = 0; i + 1 < function->number_count; i += 2)
-        kt_emit_numbers(e, function->numbers + i, 2);
-    kt_emit_end(e);
-}
-
+/* A number and a formula are written alone, other forms with their key. */
 void kt_write_function(kt_emitter *e, const kt_function *function) {
     static const kt_function zero = {.type = KT_FUNCTION_NONE};
-    if (function->type == KT_FUNCTION_CONSTANT || function->type == KT_FUNCTION_EXPRESSION) {
-        if (function->type == KT_FUNCTION_CONSTANT)
-            kt_emit_number(e, function->value);
-        else
-            kt_emit_text(e, function->text);
+    if (function->type == KT_FUNCTION_CONSTANT) {
+        kt_emit_number(e, function->value);
+        return;
+    }
+    if (function->type == KT_FUNCTION_EXPRESSION) {
+        kt_emit_text(e, function->text);
         return;
     }
     kt_emit_map(e, true);
     for (int i = 0; i < FORM_COUNT; i++)
-        if (form_types[i] == function->type)
+        if (form_types[i] == function->type) {
             kt_emit_key(e, form_fields[i].key);
-    switch (function->type) {
-    case KT_FUNCTION_SINE:
-        kt_table_write(e, &sine_table, function, &zero);
-        break;
-    case KT_FUNCTION_RAMP:
-        kt_table_write(e, &ramp_table, function, &zero);
-        break;
-    case KT_FUNCTION_POLYNOMIAL:
-        kt_emit_numbers(e, function->numbers, function->number_count);
-        break;
-    case KT_FUNCTION_TABLE:
-        write_function_points(e, function);
-        if (function->interpolation != KT_INTERPOLATION_LINEAR) {
-            kt_emit_key(e, "interpolation");
-            kt_emit_word(e, interpolation_names[function->interpolation]);
+            form_fields[i].kind->write(e, &(kt_member){&form_fields[i], function, &zero});
         }
-        if (function->has_slopes) {
-            kt_emit_key(e, "slopes");
-            kt_emit_numbers(e, function->slopes, 2);
-        }
-        break;
-    case KT_FUNCTION_BUMP:
-        kt_table_write(e, &bump_table, function, &zero);
-        break;
-    case KT_FUNCTION_SUM:
-    case KT_FUNCTION_PRODUCT:
-        kt_emit_list(e, true);
-        for (int i = 0; i < function->part_count; i++)
-            kt_write_function(e, &function->parts[i]);
-        kt_emit_end(e);
-        break;
-    case KT_FUNCTION_NONE:
-    case KT_FUNCTION_CONSTANT:
-    case KT_FUNCTION_EXPRESSION:
-        break;
-    }
     kt_emit_end(e);
 }

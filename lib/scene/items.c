@@ -17,8 +17,10 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
 }
 
 bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const kt_items *list = field->detail;
+    const kt_items *list = kt_detail_of(field);
     kt_item_read item = {.object = object};
+    if (node->count < list->least)
+        return kt_fault_expected(r, scope, node, list->expected);
     if (!kt_list_nodes(r, scope, node, list->expected, &item.nodes, &item.count))
         return false;
     if (list->most > 0 && item.count > list->most)
@@ -46,21 +48,17 @@ static int item_count_of(const kt_items *list, const void *object) {
     return count;
 }
 
-void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_items *list = field->detail;
-    const int count = item_count_of(list, object);
+void kt_items_write(kt_emitter *e, const kt_member *m) {
+    const kt_items *list = kt_detail_of(m->field);
+    const int count = item_count_of(list, m->object);
     const char *items;
-    (void)standard;
-    memcpy(&items, (const char *)object + list->array, sizeof items);
+    memcpy(&items, (const char *)m->object + list->array, sizeof items);
     kt_emit_list(e, list->flow);
     for (int i = 0; i < count; i++)
         list->write(e, items + (size_t)i * list->size, i);
     kt_emit_end(e);
 }
 
-bool kt_items_same(const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    return item_count_of(field->detail, object) == 0;
-}
+bool kt_items_same(const kt_member *m) { return item_count_of(kt_detail_of(m->field), m->object) == 0; }
 
-const kt_kind kt_kind_items = {kt_items_read, kt_items_write, kt_items_same};
+const kt_kind kt_kind_items = {.read = kt_items_read, .write = kt_items_write, .same = kt_items_same};

@@ -83,48 +83,32 @@ static bool read_turn(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return read_orientation(r, scope, node, kt_field_in(object, field));
 }
 
-static void write_turn(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
+static void write_turn(kt_emitter *e, const kt_member *m) {
     kt_emit_map(e, true);
     kt_emit_key(e, "quaternion");
-    kt_emit_numbers(e, kt_field_of(object, field), 4);
+    kt_emit_numbers(e, kt_member_value(m), 4);
     kt_emit_end(e);
-}
-
-static bool same_turn(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 4 * sizeof(double));
 }
 
 static bool read_rates(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_put_numbers(r, scope, node, 3, KT_QUANTITY_RATE, NULL, kt_field_in(object, field));
 }
 
-static void write_joint_rates(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_emit_numbers(e, kt_field_of(object, field), 3);
-}
-
-static bool same_rates(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 3 * sizeof(double));
-}
-
-static const kt_kind kind_turn = {read_turn, write_turn, same_turn},
-                     kind_rates = {read_rates, write_joint_rates, same_rates};
+static const kt_kind kind_turn = {.read = read_turn, .write = write_turn, .size = 4 * sizeof(double)},
+                     kind_rates = {.read = read_rates, .write = kt_kind_numbers_write, .size = 3 * sizeof(double)};
 
 /* A given part is written, zero or not. */
 static bool is_given(const kt_joint *joint, unsigned part) { return (joint->given & part) != 0; }
 
-static bool same_place(const kt_field *field, const void *object, const void *standard) {
-    return !is_given(object, KT_GIVEN_POSITION) && kt_kind_vector.same(field, object, standard);
+static bool same_three(const kt_member *m, unsigned part) {
+    return !is_given(m->object, part) && kt_same_bits(kt_member_value(m), kt_member_standard(m), 3 * sizeof(double));
 }
 
-static bool same_linear(const kt_field *field, const void *object, const void *standard) {
-    return !is_given(object, KT_GIVEN_VELOCITY) && kt_kind_vector.same(field, object, standard);
-}
+static bool same_place(const kt_member *m) { return same_three(m, KT_GIVEN_POSITION); }
 
-static bool same_angular(const kt_field *field, const void *object, const void *standard) {
-    return !is_given(object, KT_GIVEN_ANGULAR) && same_rates(field, object, standard);
-}
+static bool same_linear(const kt_member *m) { return same_three(m, KT_GIVEN_VELOCITY); }
+
+static bool same_angular(const kt_member *m) { return same_three(m, KT_GIVEN_ANGULAR); }
 
 /* The fields of the position of a joint with three positions and a quaternion. */
 #define AT(member) .offset = offsetof(kt_joint, member)
@@ -203,18 +187,16 @@ static void write_coordinates(kt_emitter *e, const double *values, int count) {
         kt_emit_numbers(e, values, count);
 }
 
-static void write_joint_position(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
+static void write_joint_position(kt_emitter *e, const kt_member *m) {
+    const kt_joint *joint = m->object, *rest = m->standard;
     if (quaternion_index_of(joint) > 0)
         kt_table_write(e, &free_position, joint, rest);
     else
         write_coordinates(e, joint->position, position_counts[joint->type]);
 }
 
-static void write_joint_velocity(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
+static void write_joint_velocity(kt_emitter *e, const kt_member *m) {
+    const kt_joint *joint = m->object, *rest = m->standard;
     if (quaternion_index_of(joint) > 0)
         kt_table_write(e, &free_velocity, joint, rest);
     else
@@ -223,16 +205,14 @@ static void write_joint_velocity(kt_emitter *e, const kt_field *field, const voi
 
 /* The default position is all zeros, including coordinates that the type does not have. A quaternion of zeros is not
  * given. */
-static bool same_position(const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
+static bool same_position(const kt_member *m) {
+    const kt_joint *joint = m->object, *rest = m->standard;
     return (!is_given(joint, KT_GIVEN_POSITION) || quaternion_index_of(joint) == 0) &&
            kt_same_bits(joint->position, rest->position, sizeof joint->position);
 }
 
-static bool same_velocity(const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
+static bool same_velocity(const kt_member *m) {
+    const kt_joint *joint = m->object, *rest = m->standard;
     return !is_given(joint, KT_GIVEN_VELOCITY) &&
            (!is_given(joint, KT_GIVEN_ANGULAR) || quaternion_index_of(joint) <= 0) &&
            kt_same_bits(joint->velocity, rest->velocity, sizeof joint->velocity);
@@ -256,25 +236,19 @@ static bool read_armature(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return true;
 }
 
-static void write_armature(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object;
+static void write_armature(kt_emitter *e, const kt_member *m) {
+    const kt_joint *joint = m->object;
     int count = velocity_counts[joint->type];
-    (void)field, (void)standard;
     while (count > 1 && joint->armature[count - 1] == joint->armature[0])
         count--;
     write_coordinates(e, joint->armature, count > 1 ? velocity_counts[joint->type] : 1);
 }
 
-static bool same_armature(const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
-    return kt_same_bits(joint->armature, rest->armature, sizeof joint->armature);
-}
-
 static const kt_kind *kind_of_key(const kt_key *key) {
-    static const kt_kind position = {read_position, write_joint_position, same_position};
-    static const kt_kind velocity = {read_velocity, write_joint_velocity, same_velocity};
-    static const kt_kind armature = {read_armature, write_armature, same_armature};
+    static const kt_kind position = {.read = read_position, .write = write_joint_position, .same = same_position};
+    static const kt_kind velocity = {.read = read_velocity, .write = write_joint_velocity, .same = same_velocity};
+    static const kt_kind armature = {
+        .read = read_armature, .write = write_armature, .size = KT_JOINT_NV_MAX * sizeof(double)};
     return key->kind == KT_KEY_POSITION   ? &position
            : key->kind == KT_KEY_VELOCITY ? &velocity
            : key->kind == KT_KEY_ARMATURE ? &armature
@@ -294,18 +268,12 @@ static bool read_joint_limit(kt_reader *r, const kt_scope *scope, kt_node *node,
                          kt_field_in(object, field));
 }
 
-static void write_joint_limit(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_emit_number(e, *(const double *)kt_field_of(object, field));
-}
-
-static bool same_limits(const kt_field *field, const void *object, const void *standard) {
-    const kt_joint *joint = object, *rest = standard;
-    (void)field;
+static bool same_limits(const kt_member *m) {
+    const kt_joint *joint = m->object, *rest = m->standard;
     return kt_same_bits(&joint->limits, &rest->limits, sizeof joint->limits);
 }
 
-static const kt_kind kind_limit = {read_joint_limit, write_joint_limit, kt_number_same};
+static const kt_kind kind_limit = {.read = read_joint_limit, .write = kt_kind_numbers_write, .size = sizeof(double)};
 static const kt_field limit_fields[] = {
     {.key = "lower", .kind = &kind_limit, LIMIT(lower)},
     {.key = "upper", .kind = &kind_limit, LIMIT(upper)},

@@ -18,39 +18,17 @@ static bool read_distance(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return kt_put_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
-static bool same_distance(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_effect *)object)->initial_length;
-}
+static bool same_distance(const kt_member *m) { return ((const kt_effect *)m->object)->initial_length; }
 
 static const char *const frame_names[] = {"world", "body"};
 static const kt_choice frames = {"effects.frame", frame_names, 2, 0, NULL};
 
-static bool read_frame(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const int value = kt_choice_read(r, scope, node, &frames);
-    if (value < 0)
-        return false;
-    memcpy(kt_field_in(object, field), &value, sizeof value);
-    return true;
-}
-
-static void write_frame(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_frame *frame = kt_field_of(object, field);
-    kt_emit_word(e, frame_names[*frame]);
-}
-
-static bool same_frame(const kt_field *field, const void *object, const void *standard) {
-    return kt_kind_choice.same(field, object, standard);
-}
-
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
 /* A body and its point are one end, but two keys. If the end has a marker, that is the point. */
-static void write_end_body(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
+static void write_end_body(kt_emitter *e, const kt_member *m) {
     kt_end end;
-    memcpy(&end, kt_field_of(object, field), sizeof end);
+    memcpy(&end, kt_member_value(m), sizeof end);
     end.at = kt_vec3_make(0.0, 0.0, 0.0);
     kt_write_end(e, &end);
 }
@@ -66,7 +44,7 @@ static bool read_end_point(kt_reader *r, const kt_scope *scope, kt_node *node, c
     if (on->marker != NULL || on->at.x != 0.0 || on->at.y != 0.0 || on->at.z != 0.0)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'on' gives the place already; leave one of them out");
     if (node->kind == KT_NODE_LIST)
-        return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, &on->at);
+        return kt_read_vector(r, scope, node, &on->at);
     if (node->kind != KT_NODE_TEXT || on->body == NULL)
         return kt_fault_expected(r, scope, node, "a list of three numbers, or a marker");
     if (!kt_read_end(r, scope, node, &point))
@@ -78,12 +56,9 @@ static bool read_end_point(kt_reader *r, const kt_scope *scope, kt_node *node, c
     return true;
 }
 
-static void write_end_point(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_kind_vector.write(e, field, object, standard);
-}
-
-static bool same_point(const kt_field *field, const void *object, const void *standard) {
-    return ((const kt_effect *)object)->between[0].marker != NULL || kt_kind_vector.same(field, object, standard);
+static bool same_point(const kt_member *m) {
+    return ((const kt_effect *)m->object)->between[0].marker != NULL ||
+           kt_same_bits(kt_member_value(m), kt_member_standard(m), sizeof(kt_vec3));
 }
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
@@ -94,10 +69,6 @@ static bool read_joint_name(kt_reader *r, const kt_scope *scope, kt_node *node, 
         return false;
     r->scene->joint_quantity = (int)kt_joint_quantity(r, *joint);
     return true;
-}
-
-static void write_joint_name(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_kind_name.write(e, field, object, standard);
 }
 
 /* Joints named twice are left to kt_description_check. The sum of the terms is an angle if one of their joints
@@ -131,9 +102,8 @@ static bool is_written_term(const kt_loop *loop, int i) {
     return !kt_loop_has_formula(loop) || coefficient != 0.0 || signbit(coefficient);
 }
 
-static void write_coupling_terms(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_loop *loop = object;
+static void write_coupling_terms(kt_emitter *e, const kt_member *m) {
+    const kt_loop *loop = m->object;
     kt_emit_map(e, true);
     for (int i = 0; i < loop->term_count; i++) {
         if (!is_written_term(loop, i))
@@ -144,9 +114,8 @@ static void write_coupling_terms(kt_emitter *e, const kt_field *field, const voi
     kt_emit_end(e);
 }
 
-static bool same_terms(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_loop *loop = object;
+static bool same_terms(const kt_member *m) {
+    const kt_loop *loop = m->object;
     bool any = !kt_loop_has_formula(loop);
     for (int i = 0; i < loop->term_count; i++)
         any = any || is_written_term(loop, i);
@@ -241,16 +210,6 @@ static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return add_formula_terms(r, &names, object);
 }
 
-static void write_coupling(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    kt_emit_text(e, ((const kt_loop *)object)->formula);
-}
-
-static bool same_coupling(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_loop *)object)->formula == NULL;
-}
-
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
 /* A function of a key's values that is read at its final place. */
@@ -270,16 +229,7 @@ static bool read_function(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return put_function_at(r, scope, node, field, kt_field_in(object, field));
 }
 
-static void write_function(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_write_function(e, kt_field_of(object, field));
-}
-
-static bool same_function(const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_function *function = kt_field_of(object, field);
-    return function->type == KT_FUNCTION_NONE;
-}
+static void write_function(kt_emitter *e, const kt_member *m) { kt_write_function(e, kt_member_value(m)); }
 
 static bool read_function_list(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                                void *object) {
@@ -287,17 +237,14 @@ static bool read_function_list(kt_reader *r, const kt_scope *scope, kt_node *nod
     if (node->kind != KT_NODE_LIST || node->count != 3)
         return kt_fault_expected(r, scope, node, "a list of three numbers or functions of time");
     bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = put_function_at(r, &here, item, field, &functions[i]) && good;
-    }
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good = put_function_at(r, &here, item, field, &functions[here.index]) && good;
     return good;
 }
 
-static void write_functions(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_function *functions = kt_field_of(object, field);
+static void write_functions(kt_emitter *e, const kt_member *m) {
+    const kt_function *functions = kt_member_value(m);
     kt_emit_list(e, true);
     for (int i = 0; i < 3; i++)
         kt_write_function(e, &functions[i]);
@@ -322,23 +269,20 @@ static bool read_effect_formula(kt_reader *r, const kt_scope *scope, kt_node *no
 /* One formula, or a list of three. */
 static bool read_formulas(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const char **formulas = kt_field_in(object, field);
+    kt_scope here = {.outer = scope};
     bool good = true;
-    int i = 0;
     if (node->kind != KT_NODE_LIST)
         return read_effect_formula(r, scope, node, object, formulas);
     if (node->count != 3)
         return kt_fault_expected(r, scope, node, "a formula, or a list of three");
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = read_effect_formula(r, &here, item, object, &formulas[i]) && good;
-    }
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good = read_effect_formula(r, &here, item, object, &formulas[here.index]) && good;
     return good;
 }
 
-static void write_formulas(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const char *const *formulas = kt_field_of(object, field);
-    if (((const kt_effect *)object)->end_count != 1) {
+static void write_formulas(kt_emitter *e, const kt_member *m) {
+    const char *const *formulas = kt_member_value(m);
+    if (((const kt_effect *)m->object)->end_count != 1) {
         kt_emit_text(e, formulas[0]);
         return;
     }
@@ -348,41 +292,39 @@ static void write_formulas(kt_emitter *e, const kt_field *field, const void *obj
     kt_emit_end(e);
 }
 
-static bool same_formulas(const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const char *const *formulas = kt_field_of(object, field);
+static bool same_formulas(const kt_member *m) {
+    const char *const *formulas = kt_member_value(m);
     return formulas[0] == NULL && formulas[1] == NULL && formulas[2] == NULL;
 }
 
 /* ---- all kinds --------------------------------------------------------------------------------------------------- */
 
 /* An expression acts at one of three places: two ends, one end, or a joint. */
-static bool same_ends(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_effect *effect = object;
+static bool same_ends(const kt_member *m) {
+    const kt_effect *effect = m->object;
     return effect->end_count != 2 || effect->path_count > 0;
 }
-static bool same_end(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_effect *)object)->end_count != 1;
-}
-static bool same_joint_name(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_effect *effect = object;
+static bool same_end(const kt_member *m) { return ((const kt_effect *)m->object)->end_count != 1; }
+static bool same_joint_name(const kt_member *m) {
+    const kt_effect *effect = m->object;
     return effect->joint == NULL || effect->end_count != 0;
 }
 
 const kt_kind *kt_kind_of_item_key(const kt_key *key) {
-    static const kt_kind distance = {read_distance, kt_number_write, same_distance};
-    static const kt_kind frame = {read_frame, write_frame, same_frame};
+    static const kt_kind distance = {
+        .read = read_distance, .write = kt_kind_numbers_write, .same = same_distance, .size = sizeof(double)};
+    static const kt_kind frame = {
+        .read = kt_word_read, .write = kt_word_write, .size = sizeof(kt_frame), .detail = &frames};
     static const kt_kind body = {.read = read_end_body, .write = write_end_body};
-    static const kt_kind point = {read_end_point, write_end_point, same_point};
-    static const kt_kind joint = {.read = read_joint_name, .write = write_joint_name};
-    static const kt_kind terms = {read_terms, write_coupling_terms, same_terms};
-    static const kt_kind coupling = {read_coupling, write_coupling, same_coupling};
-    static const kt_kind function = {read_function, write_function, same_function};
-    static const kt_kind formulas = {read_formulas, write_formulas, same_formulas};
-    static const kt_kind functions = {read_function_list, write_functions, same_function};
+    static const kt_kind point = {
+        .read = read_end_point, .write = kt_kind_numbers_write, .same = same_point, .size = sizeof(kt_vec3)};
+    static const kt_kind joint = {.read = read_joint_name, .write = kt_text_write};
+    static const kt_kind terms = {.read = read_terms, .write = write_coupling_terms, .same = same_terms};
+    static const kt_kind coupling = {.read = read_coupling, .write = kt_text_write, .size = sizeof(char *)};
+    static const kt_kind function = {.read = read_function, .write = write_function, .size = sizeof(kt_function_type)};
+    static const kt_kind formulas = {.read = read_formulas, .write = write_formulas, .same = same_formulas};
+    static const kt_kind functions = {
+        .read = read_function_list, .write = write_functions, .size = sizeof(kt_function_type)};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_FRAME] = &frame,
         [KT_KEY_END] = &kt_kind_end,
@@ -400,9 +342,9 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_FORMULAS] = &formulas,
         [KT_KEY_PATH] = &kt_kind_path,
     };
-    static const kt_kind optional_ends = {kt_kind_ends_read, kt_kind_ends_write, same_ends};
-    static const kt_kind optional_end = {kt_kind_end_read, kt_kind_end_write, same_end};
-    static const kt_kind optional_joint = {read_joint_name, write_joint_name, same_joint_name};
+    static const kt_kind optional_ends = {.read = kt_kind_ends_read, .write = kt_kind_ends_write, .same = same_ends};
+    static const kt_kind optional_end = {.read = kt_kind_end_read, .write = kt_kind_end_write, .same = same_end};
+    static const kt_kind optional_joint = {.read = read_joint_name, .write = kt_text_write, .same = same_joint_name};
     if (!key->needed && key->kind == KT_KEY_ENDS)
         return &optional_ends;
     if (!key->needed && key->kind == KT_KEY_END)

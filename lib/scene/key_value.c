@@ -25,19 +25,6 @@ static bool read_key_number(kt_reader *r, const kt_scope *scope, kt_node *node, 
     return kt_put_number(r, scope, node, kt_key_quantity(r, field), kt_field_in(object, field));
 }
 
-static bool read_six(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_put_numbers(r, scope, node, 6, KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
-}
-
-static void write_six(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_emit_numbers(e, kt_field_of(object, field), 6);
-}
-
-static bool same_six(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), 6 * sizeof(double));
-}
-
 /* If the default is zero, zero means that no axis is given; to write it is a mistake. */
 static bool read_key_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_key *key = field->detail;
@@ -52,32 +39,25 @@ static bool read_key_axis(kt_reader *r, const kt_scope *scope, kt_node *node, co
                        key->standard);
 }
 
-static void write_key_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_kind_axis.write(e, field, object, standard);
-}
-
-static bool same_axis(const kt_field *field, const void *object, const void *standard) {
-    return kt_kind_axis.same(field, object, standard);
-}
-
 /* ---- corners of a polygon ---------------------------------------------------------------------------------------- */
 
 static bool read_corners(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_shape *shape = object;
     (void)field;
-    return kt_read_points(r, scope, node, 2, "a list of corners [[x, y], [x, y], ...]", &shape->points,
+    return kt_read_points(r, scope, node, 2, NULL, "a list of corners [[x, y], [x, y], ...]", &shape->points,
                           &shape->point_count);
 }
 
-static void write_corners(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_shape *shape = object;
-    (void)field, (void)standard;
+static void write_corners(kt_emitter *e, const kt_member *m) {
+    const kt_shape *shape = m->object;
     kt_write_points(e, shape->points, 2, shape->point_count);
 }
 
 const kt_kind *kt_kind_of_value_key(const kt_key *key) {
-    static const kt_kind number = {read_key_number, kt_number_write, kt_number_same};
-    static const kt_kind six = {read_six, write_six, same_six}, axis = {read_key_axis, write_key_axis, same_axis};
+    static const kt_kind number = {.read = read_key_number, .write = kt_kind_numbers_write, .size = sizeof(double)};
+    static const kt_kind six = {
+        .read = kt_kind_numbers_read, .write = kt_kind_numbers_write, .size = 6 * sizeof(double)};
+    static const kt_kind axis = {.read = read_key_axis, .write = kt_axis_write, .size = sizeof(kt_vec3)};
     static const kt_kind corners = {.read = read_corners, .write = write_corners};
     static const kt_kind *const kinds[KT_KEY_KIND_COUNT] = {
         [KT_KEY_NUMBER] = &number,

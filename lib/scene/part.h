@@ -33,7 +33,8 @@ typedef struct kt_item_read {
 struct kt_items {
     const char *expected;       /* "a list of loops ('- {type: ..., between: ...}')" */
     const char *noun, *section; /* of items that messages call by their names; NULL: by their indices */
-    int most;                   /* items that a list may have; 0: any number */
+    unsigned least;             /* items that a list must have */
+    int most;                   /* and that it may have; 0: any number */
     size_t size, array, count;  /* of an item; offsets of the array and of its length, an int */
     size_t nodes;               /* offset in kt_scene_reading of the array of nodes; 0: it is not kept */
     bool flow;                  /* written in one line */
@@ -44,8 +45,8 @@ struct kt_items {
 
 extern const kt_kind kt_kind_items;
 bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
-void kt_items_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
-bool kt_items_same(const kt_field *field, const void *object, const void *standard);
+void kt_items_write(kt_emitter *e, const kt_member *m);
+bool kt_items_same(const kt_member *m);
 
 /* Finds the items of a list: their number, and their nodes in an array. Returns false, after reporting why, if the node
  * is no list. */

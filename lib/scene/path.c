@@ -6,7 +6,7 @@
  * begins a branch.
  */
 #include "kinetree/effect.h"
-#include "scene/value.h"
+#include "scene/part.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -28,58 +28,37 @@ static const kt_table point_table = {.fields = point_fields, .count = KT_COUNT_O
 
 static kt_path_point standard_point(void) { return (kt_path_point){.end = kt_end_default()}; }
 
-static bool read_path_point(kt_reader *r, const kt_scope *scope, kt_node *node, kt_path_point *point) {
-    if (node->kind != KT_NODE_MAP)
-        return kt_read_end(r, scope, node, &point->end);
+static void read_path_point(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
+    kt_path_point *point = (kt_path_point *)item->items + item->index;
+    kt_node *node = item->nodes[item->index];
+    *point = standard_point();
+    if (node->kind != KT_NODE_MAP) {
+        (void)kt_read_end(r, scope, node, &point->end);
+        return;
+    }
     (void)kt_table_read(r, scope, node, &point_table, point);
-    if (point->end.marker != NULL && kt_node_find(node, "at") != NULL)
-        kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'marker' and 'at' are two points; leave one of them out");
-    if (point->end.body != NULL && strcmp(point->end.body, "world") == 0)
-        point->end.body = NULL;
-    return !kt_node_is_faulty(node);
+    (void)kt_end_settle(r, scope, node, &point->end);
 }
 
-static bool read_path(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_effect *effect = object;
-    (void)field;
-    if (node->kind != KT_NODE_LIST || node->count < 2)
-        return kt_fault_expected(r, scope, node, "a list of two points or more");
-    kt_path_point *points = kt_pool_take(&r->keep, node->count, sizeof *points);
-    if (points == NULL)
-        return kt_reader_out_of_memory(r);
-    bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        points[i] = standard_point();
-        good = read_path_point(r, &here, item, &points[i]) && good;
-    }
-    effect->path = points;
-    effect->path_count = i;
-    return good;
-}
-
-static void write_path_points(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_effect *effect = object;
+static void write_path_point(kt_emitter *e, const void *item, int index) {
     const kt_path_point plain = standard_point();
-    (void)field, (void)standard;
-    kt_emit_list(e, true);
-    for (int i = 0; i < effect->path_count; i++) {
-        kt_path_point point = effect->path[i];
-        if (point.radius == 0.0 && point.divisor == 0.0) {
-            kt_write_end(e, &point.end);
-            continue;
-        }
-        if (point.end.body == NULL)
-            point.end.body = "world";
-        kt_table_write(e, &point_table, &point, &plain);
+    kt_path_point point = *(const kt_path_point *)item;
+    (void)index;
+    if (point.radius == 0.0 && point.divisor == 0.0) {
+        kt_write_end(e, &point.end);
+        return;
     }
-    kt_emit_end(e);
+    if (point.end.body == NULL)
+        point.end.body = "world";
+    kt_table_write(e, &point_table, &point, &plain);
 }
 
-static bool same_path(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_effect *)object)->path_count == 0;
-}
-
-const kt_kind kt_kind_path = {read_path, write_path_points, same_path};
+static const kt_items points = {.expected = "a list of two points or more",
+                                .least = 2,
+                                .size = sizeof(kt_path_point),
+                                .array = offsetof(kt_effect, path),
+                                .count = offsetof(kt_effect, path_count),
+                                .flow = true,
+                                .read = read_path_point,
+                                .write = write_path_point};
+const kt_kind kt_kind_path = {.read = kt_items_read, .write = kt_items_write, .same = kt_items_same, .detail = &points};

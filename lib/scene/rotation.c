@@ -60,11 +60,9 @@ static bool read_matrix(kt_reader *r, const kt_scope *scope, kt_node *node, cons
         return kt_fault_expected(r, scope, node, "a matrix: a list of three rows of three numbers");
     double *out = kt_field_in(object, field);
     bool good = true;
-    int row = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, row++) {
-        const kt_scope here = {.outer = scope, .index = row};
-        good = kt_read_numbers(r, &here, item, 3, KT_QUANTITY_NUMBER, NULL, out + (ptrdiff_t)3 * row) && good;
-    }
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good = kt_read_numbers(r, &here, item, 3, KT_QUANTITY_NUMBER, NULL, out + (ptrdiff_t)3 * here.index) && good;
     return good;
 }
 
@@ -207,7 +205,7 @@ void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
         break;
     case KT_ROTATION_AXIS_ANGLE:
         kt_emit_key(e, form_fields[AXIS_FIELD].key);
-        kt_kind_axis.write(e, &form_fields[AXIS_FIELD], rotation, rotation);
+        kt_kind_axis.write(e, &(kt_member){&form_fields[AXIS_FIELD], rotation, rotation});
         kt_emit_key(e, form_fields[ANGLE_FIELD].key);
         kt_emit_number(e, rotation->value[3]);
         break;
@@ -232,13 +230,8 @@ static bool read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return kt_read_rotation(r, scope, node, kt_field_in(object, field));
 }
 
-static void write_rotation(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    kt_write_rotation(e, kt_field_of(object, field));
-}
+static void write_rotation(kt_emitter *e, const kt_member *m) { kt_write_rotation(e, kt_member_value(m)); }
 
-static bool same_rotation(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_rotation(kt_field_of(object, field), kt_field_of(standard, field));
-}
+static bool same_rotation(const kt_member *m) { return kt_same_rotation(kt_member_value(m), kt_member_standard(m)); }
 
-const kt_kind kt_kind_rotation = {read_rotation, write_rotation, same_rotation};
+const kt_kind kt_kind_rotation = {.read = read_rotation, .write = write_rotation, .same = same_rotation};

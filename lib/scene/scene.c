@@ -10,6 +10,7 @@
 #include "document/file.h"
 #include "document/flow.h"
 #include "document/number.h"
+#include "model/describe.h"
 #include "scene/assignment.h"
 #include "scene/beam.h"
 #include "scene/comma.h"
@@ -35,8 +36,8 @@ static bool read_version(kt_reader *r, const kt_scope *scope, kt_node *node, con
     return true;
 }
 
-static void write_version(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)object, (void)standard;
+static void write_version(kt_emitter *e, const kt_member *m) {
+    (void)m;
     kt_emit_integer(e, 1);
 }
 
@@ -44,15 +45,9 @@ static const kt_kind kind_version = {.read = read_version, .write = write_versio
 
 /* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, bodies and
  * effects that follow from them. */
-static bool same_parameters(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)object, (void)standard;
-    return true;
-}
+static const kt_kind kind_parameters = {.read = read_version, .same = kt_never_written};
 
-static const kt_kind kind_parameters = {.read = read_version, .write = write_version, .same = same_parameters};
-
-#define LIMIT_NAME(id, name) #name,
-static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(LIMIT_NAME)};
+static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(KT_LISTED_NAME)};
 static const kt_choice limits = {"inertia_check", limit_names, KT_INERTIA_LIMIT_COUNT, 0, NULL};
 
 #define AT(member) .offset = offsetof(kt_scene, member)
@@ -97,12 +92,8 @@ static bool check_version(kt_reader *r, kt_node *root) {
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-/* The place of a fault: in the file, or in a setting, which is given with its text. */
 static void locate_fault(const kt_reader *r, const char *path, const kt_fault *fault, char where[KT_WHERE_SIZE]) {
-    if (fault->line < KT_SETTING_LINE)
-        kt_document_where(where, path, fault->line, fault->column);
-    else
-        (void)snprintf(where, KT_WHERE_SIZE, "%s", r->scene->settings[fault->line - KT_SETTING_LINE]);
+    kt_reader_where(r, path, fault->line, fault->column, where);
 }
 
 /* Reports all faults; the first is the call's error. */
@@ -424,8 +415,6 @@ static kt_status emit(const kt_scene *scene, FILE *stream, kt_error *error) {
 kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error) {
     if (KT_IS_MISSING(error, scene, stream))
         return KT_ERROR_ARGUMENT;
-    if (scene == NULL || stream == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "scene", "scene and stream cannot be NULL");
     kt_status status = kt_description_check(&scene->description, NULL, NULL, error);
     if (status == KT_OK)
         status = kt_check_run(&scene->run, &scene->description, error);

@@ -1,4 +1,5 @@
 /* The lists of loops and effects, and the joints that the assembly holds. */
+#include "model/describe.h"
 #include "scene/part.h"
 
 #include <stddef.h>
@@ -7,22 +8,19 @@
 static const char *const switching_names[] = {"always", "on", "off"};
 static const kt_choice switchings = {"switched", switching_names, KT_SWITCHING_COUNT, 0, NULL};
 
+#define AT(item, member) .offset = offsetof(item, member)
+
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
-#define LOOP_NAME(id, name) #name,
-static const char *const loop_names[] = {KT_LOOP_LIST(LOOP_NAME)};
+static const char *const loop_names[] = {KT_LOOP_LIST(KT_LISTED_NAME)};
 static const kt_choice loop_types = {"loops.type", loop_names, KT_LOOP_TYPE_COUNT, 0, NULL};
 
 static const kt_descriptor *describe_loop(int type) { return kt_loop_descriptor((kt_loop_type)type); }
 
 static const kt_field loop_fields[] = {
-    {.key = "name", .kind = &kt_kind_name, .offset = offsetof(kt_loop, name)},
-    {.key = "type",
-     .kind = &kt_kind_choice,
-     .offset = offsetof(kt_loop, type),
-     .flags = KT_FIELD_REQUIRED,
-     .detail = &loop_types},
-    {.key = "switched", .kind = &kt_kind_choice, .offset = offsetof(kt_loop, switching), .detail = &switchings},
+    {.key = "name", .kind = &kt_kind_name, AT(kt_loop, name)},
+    {.key = "type", .kind = &kt_kind_choice, AT(kt_loop, type), .flags = KT_FIELD_REQUIRED, .detail = &loop_types},
+    {.key = "switched", .kind = &kt_kind_choice, AT(kt_loop, switching), .detail = &switchings},
 };
 static const kt_table loop_table = {.fields = loop_fields,
                                     .count = KT_COUNT_OF(loop_fields),
@@ -79,27 +77,22 @@ static const kt_items hold = {.expected = "a list of joints",
                               .write = write_hold};
 static const kt_field initial_fields[] = {
     {.key = "hold", .kind = &kt_kind_items, .detail = &hold},
-    {.key = "tolerance", .kind = &kt_kind_number, .offset = offsetof(kt_scene, description.tolerance)},
-    {.key = "from", .kind = &kt_kind_text, .offset = offsetof(kt_scene, from)},
+    {.key = "tolerance", .kind = &kt_kind_number, AT(kt_scene, description.tolerance)},
+    {.key = "from", .kind = &kt_kind_text, AT(kt_scene, from)},
 };
 const kt_table kt_initial_table = {.fields = initial_fields, .count = KT_COUNT_OF(initial_fields)};
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-#define EFFECT_NAME(id, name) #name,
-static const char *const effect_names[] = {KT_EFFECT_LIST(EFFECT_NAME)};
+static const char *const effect_names[] = {KT_EFFECT_LIST(KT_LISTED_NAME)};
 static const kt_choice effect_types = {"effects.type", effect_names, KT_EFFECT_TYPE_COUNT, 0, "fmu"};
 
 static const kt_descriptor *describe_effect(int type) { return kt_effect_descriptor((kt_effect_type)type); }
 
 static const kt_field effect_fields[] = {
-    {.key = "name", .kind = &kt_kind_name, .offset = offsetof(kt_effect, name)},
-    {.key = "type",
-     .kind = &kt_kind_choice,
-     .offset = offsetof(kt_effect, type),
-     .flags = KT_FIELD_REQUIRED,
-     .detail = &effect_types},
-    {.key = "switched", .kind = &kt_kind_choice, .offset = offsetof(kt_effect, switching), .detail = &switchings},
+    {.key = "name", .kind = &kt_kind_name, AT(kt_effect, name)},
+    {.key = "type", .kind = &kt_kind_choice, AT(kt_effect, type), .flags = KT_FIELD_REQUIRED, .detail = &effect_types},
+    {.key = "switched", .kind = &kt_kind_choice, AT(kt_effect, switching), .detail = &switchings},
 };
 static const kt_table effect_table = {.fields = effect_fields,
                                       .count = KT_COUNT_OF(effect_fields),

@@ -1,6 +1,7 @@
 /* The sections `simulate` and `output`: the settings of a run, and its records. */
 #include "effect/effect.h"
 #include "integrator/integrator.h"
+#include "model/describe.h"
 #include "scene/event.h"
 #include "scene/part.h"
 #include "scene/vary.h"
@@ -8,12 +9,11 @@
 #include <math.h>
 #include <string.h>
 
-#define RUN_NAME(id, name) #name,
-static const char *const formulation_names[] = {KT_FORMULATION_LIST(RUN_NAME)};
-static const char *const reduction_names[] = {KT_REDUCTION_LIST(RUN_NAME)};
-static const char *const metric_names[] = {KT_METRIC_LIST(RUN_NAME)};
-static const char *const plan_names[] = {KT_PLAN_LIST(RUN_NAME)};
-static const char *const scheme_names[] = {KT_CONTACT_SCHEME_LIST(RUN_NAME)};
+static const char *const formulation_names[] = {KT_FORMULATION_LIST(KT_LISTED_NAME)};
+static const char *const reduction_names[] = {KT_REDUCTION_LIST(KT_LISTED_NAME)};
+static const char *const metric_names[] = {KT_METRIC_LIST(KT_LISTED_NAME)};
+static const char *const plan_names[] = {KT_PLAN_LIST(KT_LISTED_NAME)};
+static const char *const scheme_names[] = {KT_CONTACT_SCHEME_LIST(KT_LISTED_NAME)};
 static const kt_choice formulations = {"simulate.formulation", formulation_names, KT_COUNT_OF(formulation_names), 0,
                                        NULL};
 static const kt_choice reductions = {"simulate.reduction", reduction_names, KT_COUNT_OF(reduction_names), 0, NULL};
@@ -30,7 +30,7 @@ static const kt_choice records = {"output.record", record_names, KT_COUNT_OF(rec
 /* ---- the method -------------------------------------------------------------------------------------------------- */
 
 static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_run *run = kt_field_in(object, field);
+    const char **integrator = kt_field_in(object, field);
     char all[256];
     (void)kt_method_names(false, all, sizeof all);
     if (node->kind != KT_NODE_TEXT || node->count == 0)
@@ -38,7 +38,7 @@ static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, 
     const char *name = node->of.text;
     const kt_method *method = kt_method_find(name);
     if (method != NULL) {
-        run->integrator = method->name;
+        *integrator = method->name;
         return true;
     }
     kt_nearest nearest = kt_nearest_make(name, &r->effort);
@@ -52,19 +52,7 @@ static bool read_integrator(kt_reader *r, const kt_scope *scope, kt_node *node, 
                        all);
 }
 
-static void write_integrator(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_run *run = kt_field_of(object, field);
-    kt_emit_text(e, run->integrator);
-}
-
-static bool same_integrator(const kt_field *field, const void *object, const void *standard) {
-    const kt_run *run = kt_field_of(object, field), *rest = kt_field_of(standard, field);
-    return run->integrator == NULL || rest->integrator == NULL ? run->integrator == rest->integrator
-                                                               : strcmp(run->integrator, rest->integrator) == 0;
-}
-
-static const kt_kind kind_integrator = {read_integrator, write_integrator, same_integrator};
+static const kt_kind kind_integrator = {.read = read_integrator, .write = kt_text_write, .size = sizeof(char *)};
 
 /* ---- tolerances -------------------------------------------------------------------------------------------------- */
 
@@ -96,22 +84,22 @@ static bool read_tolerance(kt_reader *r, const kt_scope *scope, kt_node *node, c
     return true;
 }
 
-static void write_tolerance(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_run *run = kt_field_of(object, field);
+static void write_tolerance(kt_emitter *e, const kt_member *m) {
+    const kt_run *run = kt_member_value(m);
     if (kt_same_bits(&run->relative, &run->absolute, sizeof run->relative))
         kt_emit_number(e, run->relative);
     else
-        kt_table_write(e, &tolerance_table, run, kt_field_of(standard, field));
+        kt_table_write(e, &tolerance_table, run, kt_member_standard(m));
 }
 
 /* A run with a fixed step has no tolerance. */
-static bool same_tolerance(const kt_field *field, const void *object, const void *standard) {
-    const kt_run *run = kt_field_of(object, field), *rest = kt_field_of(standard, field);
+static bool same_tolerance(const kt_member *m) {
+    const kt_run *run = kt_member_value(m), *rest = kt_member_standard(m);
     return run->step > 0.0 || (kt_same_bits(&run->relative, &rest->relative, sizeof run->relative) &&
                                kt_same_bits(&run->absolute, &rest->absolute, sizeof run->absolute));
 }
 
-static const kt_kind kind_tolerance = {read_tolerance, write_tolerance, same_tolerance};
+static const kt_kind kind_tolerance = {.read = read_tolerance, .write = write_tolerance, .same = same_tolerance};
 
 /* ---- simulate ---------------------------------------------------------------------------------------------------- */
 
@@ -126,12 +114,12 @@ static bool read_duration(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return true;
 }
 
-static const kt_kind kind_duration = {read_duration, kt_number_write, kt_number_same};
+static const kt_kind kind_duration = {.read = read_duration, .write = kt_kind_numbers_write, .size = sizeof(double)};
 
 #define AT(member) .offset = offsetof(kt_scene, member)
 static const kt_field simulate_fields[] = {
     {.key = "duration", .kind = &kind_duration, AT(run.duration)},
-    {.key = "integrator", .kind = &kind_integrator, AT(run)},
+    {.key = "integrator", .kind = &kind_integrator, AT(run.integrator)},
     {.key = "step", .kind = &kt_kind_positive, AT(run.step)},
     {.key = "tolerance", .kind = &kind_tolerance, AT(run)},
     {.key = "max_step", .kind = &kt_kind_positive, AT(run.max_step)},
@@ -141,7 +129,7 @@ static const kt_field simulate_fields[] = {
     {.key = "metric", .kind = &kt_kind_choice, AT(run.metric), .detail = &metrics},
     {.key = "plan", .kind = &kt_kind_choice, AT(run.plan), .detail = &plans},
     {.key = "contact", .kind = &kt_kind_choice, AT(contact), .detail = &schemes},
-    {.key = "until", .kind = &kt_kind_until},
+    {.key = "until", .kind = &kt_kind_until, AT(until.when)},
 };
 static const kt_table simulate_table = {.fields = simulate_fields, .count = KT_COUNT_OF(simulate_fields)};
 
@@ -246,15 +234,8 @@ static bool read_simulate(kt_reader *r, const kt_scope *scope, kt_node *node, co
     return true;
 }
 
-static void write_simulate(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_table_write(e, &simulate_table, kt_field_of(object, field), kt_field_of(standard, field));
-}
-
-static bool same_simulate(const kt_field *field, const void *object, const void *standard) {
-    return kt_table_same(&simulate_table, kt_field_of(object, field), kt_field_of(standard, field));
-}
-
-const kt_kind kt_kind_simulate = {read_simulate, write_simulate, same_simulate};
+const kt_kind kt_kind_simulate = {
+    .read = read_simulate, .write = kt_map_write, .same = kt_map_same, .detail = &simulate_table};
 
 /* ---- output ------------------------------------------------------------------------------------------------------ */
 
@@ -262,9 +243,8 @@ static bool read_record_list(kt_reader *r, const kt_scope *scope, kt_node *node,
     unsigned *out = kt_field_in(object, field), bits = 0;
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, "a list of quantities, such as [position, energy]");
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++) {
         int record = kt_choice_read(r, &here, item, &records);
         if (record < 0)
             continue;
@@ -279,9 +259,8 @@ static bool read_record_list(kt_reader *r, const kt_scope *scope, kt_node *node,
     return true;
 }
 
-static void write_record(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const unsigned *bits = kt_field_of(object, field);
+static void write_record(kt_emitter *e, const kt_member *m) {
+    const unsigned *bits = kt_member_value(m);
     kt_emit_list(e, true);
     for (int i = 0; i < records.count; i++)
         if ((*bits & record_bits[i]) != 0)
@@ -289,12 +268,7 @@ static void write_record(kt_emitter *e, const kt_field *field, const void *objec
     kt_emit_end(e);
 }
 
-static bool same_record(const kt_field *field, const void *object, const void *standard) {
-    const unsigned *a = kt_field_of(object, field), *b = kt_field_of(standard, field);
-    return *a == *b;
-}
-
-static const kt_kind kind_record = {read_record_list, write_record, same_record};
+static const kt_kind kind_record = {.read = read_record_list, .write = write_record, .size = sizeof(unsigned)};
 
 /* Reports a marker that does not exist, and suggests the one that was probably meant. */
 static bool report_marker(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_end *end, int body) {
@@ -364,29 +338,23 @@ static bool read_traced_markers(kt_reader *r, const kt_scope *scope, kt_node *no
     return true;
 }
 
-static void write_traced_markers(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_run *run = &((const kt_scene *)object)->run;
+static void write_traced_markers(kt_emitter *e, const kt_member *m) {
+    const kt_run *run = &((const kt_scene *)m->object)->run;
     kt_emit_list(e, true);
     for (int i = 0; i < run->marker_count; i++)
         kt_emit_pair(e, run->markers[i].body, run->markers[i].marker);
     kt_emit_end(e);
 }
 
-static bool same_traced_markers(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    return ((const kt_scene *)object)->run.marker_count == 0;
-}
-
-static const kt_kind kind_markers = {read_traced_markers, write_traced_markers, same_traced_markers};
+static const kt_kind kind_markers = {.read = read_traced_markers, .write = write_traced_markers, .size = sizeof(int)};
 
 #undef AT
 #define AT(member) .offset = offsetof(kt_scene, run.member)
 static const kt_field output_fields[] = {
     {.key = "interval", .kind = &kt_kind_positive, AT(interval)},
     {.key = "record", .kind = &kind_record, AT(record)},
-    {.key = "markers", .kind = &kind_markers},
-    {.key = "columns", .kind = &kt_kind_columns},
+    {.key = "markers", .kind = &kind_markers, AT(marker_count)},
+    {.key = "columns", .kind = &kt_kind_columns, .offset = offsetof(kt_scene, column_count)},
 };
 const kt_table kt_output_table = {.fields = output_fields, .count = KT_COUNT_OF(output_fields)};
 

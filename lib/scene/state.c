@@ -24,13 +24,7 @@ static bool read_state_rate(kt_reader *r, const kt_scope *scope, kt_node *node, 
     return kt_read_formula(r, scope, node, &symbols, true, out);
 }
 
-static void write_rate(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const char *const *text = kt_field_of(object, field);
-    (void)standard;
-    kt_emit_text(e, *text);
-}
-
-static const kt_kind kind_rate = {.read = read_state_rate, .write = write_rate};
+static const kt_kind kind_rate = {.read = read_state_rate, .write = kt_text_write};
 
 #define AT(member) .offset = offsetof(kt_state, member)
 static const kt_field state_fields[] = {
@@ -89,13 +83,12 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     return !kt_node_is_faulty(node);
 }
 
-static void write_state_list(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_description *d = &((const kt_scene *)object)->description;
+static void write_state_list(kt_emitter *e, const kt_member *m) {
+    const kt_description *d = &((const kt_scene *)m->object)->description;
     const kt_state rest = kt_state_default();
     kt_emit_map(e, false);
     for (int k = 0; k < d->state_count; k++) {
-        if (kt_scene_is_place_state(object, d->states[k].name))
+        if (kt_scene_is_place_state(m->object, d->states[k].name))
             continue; /* of an event, which makes it again */
         kt_emit_key(e, d->states[k].name);
         if (d->states[k].rate == NULL)
@@ -107,13 +100,12 @@ static void write_state_list(kt_emitter *e, const kt_field *field, const void *o
     kt_emit_end(e);
 }
 
-static bool same_states(const kt_field *field, const void *object, const void *standard) {
-    (void)field, (void)standard;
-    const kt_description *d = &((const kt_scene *)object)->description;
+static bool same_states(const kt_member *m) {
+    const kt_description *d = &((const kt_scene *)m->object)->description;
     bool none = true;
     for (int k = 0; k < d->state_count; k++)
-        none = none && kt_scene_is_place_state(object, d->states[k].name);
+        none = none && kt_scene_is_place_state(m->object, d->states[k].name);
     return none;
 }
 
-const kt_kind kt_kind_states = {read_states, write_state_list, same_states};
+const kt_kind kt_kind_states = {.read = read_states, .write = write_state_list, .same = same_states};

@@ -9,6 +9,11 @@
 
 bool kt_same_bits(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
 
+bool kt_never_written(const kt_member *m) {
+    (void)m;
+    return true;
+}
+
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
 
 static const char *expected_number(kt_quantity quantity) {
@@ -110,40 +115,38 @@ bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int cou
     }
     double values[9] = {0.0};
     bool good = true;
-    kt_node *item = node->of.first;
-    for (int i = 0; i < count; i++, item = item->next) {
-        const kt_scope here = {.outer = scope, .index = i};
-        if (!kt_read_number(r, &here, item, quantities == NULL ? quantity : quantities[i], &values[i]))
-            good = false;
-    }
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good = kt_read_number(r, &here, item, quantities == NULL ? quantity : quantities[here.index],
+                              &values[here.index]) &&
+               good;
     if (good)
         memcpy(out, values, (size_t)count * sizeof *out);
     return good;
 }
 
-bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out) {
+bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out) {
     double v[3] = {0.0, 0.0, 0.0};
-    if (!kt_read_numbers(r, scope, node, 3, quantity, NULL, v))
+    if (!kt_read_numbers(r, scope, node, 3, KT_QUANTITY_NUMBER, NULL, v))
         return false;
     *out = kt_vec3_make(v[0], v[1], v[2]);
     return true;
 }
 
-bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
-                    const double **out, int *count) {
+bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const kt_quantity *quantities,
+                    const char *expected, const double **out, int *count) {
     if (node->kind != KT_NODE_LIST || node->count == 0)
         return kt_fault_expected(r, scope, node, expected);
     double *points = kt_pool_take(&r->keep, (size_t)size * node->count, sizeof *points);
     if (points == NULL)
         return kt_reader_out_of_memory(r);
     bool good = true;
-    int i = 0;
-    for (kt_node *item = node->of.first; item != NULL; item = item->next, i++) {
-        const kt_scope here = {.outer = scope, .index = i};
-        good = kt_read_numbers(r, &here, item, size, KT_QUANTITY_NUMBER, NULL, points + size * i) && good;
-    }
+    kt_scope here = {.outer = scope};
+    for (kt_node *item = node->of.first; item != NULL; item = item->next, here.index++)
+        good =
+            kt_read_numbers(r, &here, item, size, KT_QUANTITY_NUMBER, quantities, points + size * here.index) && good;
     *out = points;
-    *count = i;
+    *count = here.index;
     return good;
 }
 
@@ -169,13 +172,6 @@ bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int coun
     return true;
 }
 
-bool kt_put_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out) {
-    if (!kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, out))
-        return false;
-    kt_numbers_follow(r, node, &out->x);
-    return true;
-}
-
 static bool read_number(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     return kt_put_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
 }
@@ -188,38 +184,28 @@ static bool read_angle(kt_reader *r, const kt_scope *scope, kt_node *node, const
     return kt_put_number(r, scope, node, KT_QUANTITY_ANGLE, kt_field_in(object, field));
 }
 
-void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const double *value = kt_field_of(object, field);
-    kt_emit_number(e, *value);
+static int number_count_of(const kt_field *field) { return (int)(field->kind->size / sizeof(double)); }
+
+bool kt_kind_numbers_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_put_numbers(r, scope, node, number_count_of(field), KT_QUANTITY_NUMBER, NULL, kt_field_in(object, field));
 }
 
-bool kt_number_same(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(double));
+void kt_kind_numbers_write(kt_emitter *e, const kt_member *m) {
+    const double *values = kt_member_value(m);
+    if (number_count_of(m->field) == 1)
+        kt_emit_number(e, *values);
+    else
+        kt_emit_numbers(e, values, number_count_of(m->field));
 }
 
-const kt_kind kt_kind_number = {read_number, kt_number_write, kt_number_same};
-const kt_kind kt_kind_positive = {read_positive, kt_number_write, kt_number_same};
-const kt_kind kt_kind_angle = {read_angle, kt_number_write, kt_number_same};
+const kt_kind kt_kind_number = {.read = read_number, .write = kt_kind_numbers_write, .size = sizeof(double)};
+const kt_kind kt_kind_positive = {.read = read_positive, .write = kt_kind_numbers_write, .size = sizeof(double)};
+const kt_kind kt_kind_angle = {.read = read_angle, .write = kt_kind_numbers_write, .size = sizeof(double)};
 
 /* ---- vectors ----------------------------------------------------------------------------------------------------- */
 
-static bool read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_put_vector(r, scope, node, kt_field_in(object, field));
-}
-
-static void write_vector(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_vec3 *v = kt_field_of(object, field);
-    const double values[] = {v->x, v->y, v->z};
-    kt_emit_numbers(e, values, 3);
-}
-
-static bool same_vector(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(kt_vec3));
-}
-
-const kt_kind kt_kind_vector = {read_vector, write_vector, same_vector};
+_Static_assert(sizeof(kt_vec3) == 3 * sizeof(double), "a vector is a list of three numbers");
+const kt_kind kt_kind_vector = {.read = kt_kind_numbers_read, .write = kt_kind_numbers_write, .size = sizeof(kt_vec3)};
 
 static const struct {
     const char *word;
@@ -230,7 +216,7 @@ static const struct {
 static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_vec3 *out = kt_field_in(object, field);
     if (node->kind == KT_NODE_LIST && node->count == 3)
-        return kt_read_vector(r, scope, node, KT_QUANTITY_NUMBER, out);
+        return kt_read_vector(r, scope, node, out);
     if (node->kind == KT_NODE_TEXT) {
         for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
             if (strcmp(node->of.text, axes[i].word) == 0) {
@@ -242,18 +228,18 @@ static bool read_axis(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return kt_fault_expected(r, scope, node, "an axis (x, y, z, -x, -y, -z or a list of three numbers)");
 }
 
-static void write_axis(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    const kt_vec3 *axis = kt_field_of(object, field);
+void kt_axis_write(kt_emitter *e, const kt_member *m) {
+    const kt_vec3 *axis = kt_member_value(m);
     for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
         if (kt_same_bits(axis, &axes[i].axis, sizeof *axis)) {
             kt_emit_word(e, axes[i].word);
             return;
         }
     }
-    write_vector(e, field, object, standard);
+    kt_kind_numbers_write(e, m);
 }
 
-const kt_kind kt_kind_axis = {read_axis, write_axis, same_vector};
+const kt_kind kt_kind_axis = {.read = read_axis, .write = kt_axis_write, .size = sizeof(kt_vec3)};
 
 /* ---- texts and words --------------------------------------------------------------------------------------------- */
 
@@ -303,44 +289,38 @@ static bool read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return kt_read_name(r, scope, node, "a name", kt_field_in(object, field));
 }
 
-static void write_text_member(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const char *const *text = kt_field_of(object, field);
+void kt_text_write(kt_emitter *e, const kt_member *m) {
+    const char *const *text = kt_member_value(m);
     kt_emit_text(e, *text);
 }
 
-static bool same_text(const kt_field *field, const void *object, const void *standard) {
-    const char *const *a = kt_field_of(object, field), *const *b = kt_field_of(standard, field);
+static bool same_text(const kt_member *m) {
+    const char *const *a = kt_member_value(m), *const *b = kt_member_standard(m);
     return *a == NULL || *b == NULL ? *a == *b : strcmp(*a, *b) == 0;
 }
 
-const kt_kind kt_kind_text = {read_text_member, write_text_member, same_text};
-const kt_kind kt_kind_name = {read_name, write_text_member, same_text};
+const kt_kind kt_kind_text = {.read = read_text_member, .write = kt_text_write, .same = same_text};
+const kt_kind kt_kind_name = {.read = read_name, .write = kt_text_write, .same = same_text};
 
-static bool read_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    int value = kt_choice_read(r, scope, node, field->detail);
+bool kt_word_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    int value = kt_choice_read(r, scope, node, kt_detail_of(field));
     if (value < 0)
         return false;
     memcpy(kt_field_in(object, field), &value, sizeof value);
     return true;
 }
 
-static void write_choice(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const kt_choice *choice = field->detail;
+void kt_word_write(kt_emitter *e, const kt_member *m) {
+    const kt_choice *choice = kt_detail_of(m->field);
     int value;
-    memcpy(&value, kt_field_of(object, field), sizeof value);
+    memcpy(&value, kt_member_value(m), sizeof value);
     if (value < choice->first || value >= choice->count)
         kt_emit_reject(e, KT_ERROR_ARGUMENT, "%s is %d, which has no meaning", choice->where, value);
     else
         kt_emit_word(e, choice->names[value]);
 }
 
-static bool same_choice(const kt_field *field, const void *object, const void *standard) {
-    return kt_same_bits(kt_field_of(object, field), kt_field_of(standard, field), sizeof(int));
-}
-
-const kt_kind kt_kind_choice = {read_choice, write_choice, same_choice};
+const kt_kind kt_kind_choice = {.read = kt_word_read, .write = kt_word_write, .size = sizeof(int)};
 
 static bool read_flag(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     double value;
@@ -351,18 +331,12 @@ static bool read_flag(kt_reader *r, const kt_scope *scope, kt_node *node, const 
     return true;
 }
 
-static void write_flag(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    (void)standard;
-    const bool *value = kt_field_of(object, field);
+static void write_flag(kt_emitter *e, const kt_member *m) {
+    const bool *value = kt_member_value(m);
     kt_emit_word(e, *value ? "true" : "false");
 }
 
-static bool same_flag(const kt_field *field, const void *object, const void *standard) {
-    const bool *a = kt_field_of(object, field), *b = kt_field_of(standard, field);
-    return *a == *b;
-}
-
-const kt_kind kt_kind_flag = {read_flag, write_flag, same_flag};
+const kt_kind kt_kind_flag = {.read = read_flag, .write = write_flag, .size = sizeof(bool)};
 
 /* ---- mappings ---------------------------------------------------------------------------------------------------- */
 
@@ -370,12 +344,12 @@ static bool read_map(kt_reader *r, const kt_scope *scope, kt_node *node, const k
     return kt_table_read(r, scope, node, field->detail, kt_field_in(object, field));
 }
 
-static void write_map(kt_emitter *e, const kt_field *field, const void *object, const void *standard) {
-    kt_table_write(e, field->detail, kt_field_of(object, field), kt_field_of(standard, field));
+void kt_map_write(kt_emitter *e, const kt_member *m) {
+    kt_table_write(e, kt_detail_of(m->field), kt_member_value(m), kt_member_standard(m));
 }
 
-static bool same_map(const kt_field *field, const void *object, const void *standard) {
-    return kt_table_same(field->detail, kt_field_of(object, field), kt_field_of(standard, field));
+bool kt_map_same(const kt_member *m) {
+    return kt_table_same(kt_detail_of(m->field), kt_member_value(m), kt_member_standard(m));
 }
 
-const kt_kind kt_kind_map = {read_map, write_map, same_map};
+const kt_kind kt_kind_map = {.read = read_map, .write = kt_map_write, .same = kt_map_same};

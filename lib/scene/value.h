@@ -17,17 +17,16 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
 /* A list of exactly `count` numbers (at most 9), of one quantity or, `quantities` not NULL, of one each. */
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
-bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_vec3 *out);
+bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out);
 /* A list of points of `size` numbers each, kept with the scene. It is kept even if a point is wrong, so that its length
- * gets no second fault. The text `expected` describes the list. */
-bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const char *expected,
-                    const double **out, int *count);
+ * gets no second fault. The text `expected` describes the list; quantities: of the numbers of a point, or NULL. */
+bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const kt_quantity *quantities,
+                    const char *expected, const double **out, int *count);
 void kt_write_points(kt_emitter *e, const double *points, int size, int count);
 /* The same of numbers that stay in *out, of which nothing else is concluded (vary.h). */
 bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                     const kt_quantity *quantities, double *out);
-bool kt_put_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out);
 /* Free text, or the name of an object, which `expected` describes ("a name"). Kept with the scene. kt_description_check
  * decides whether a name is valid. */
 bool kt_read_text(kt_reader *r, const kt_scope *scope, kt_node *node, const char **out);
@@ -35,6 +34,9 @@ bool kt_read_name(kt_reader *r, const kt_scope *scope, kt_node *node, const char
 /* A quaternion, normalised; one that is of unit norm to rounding keeps its bits. */
 bool kt_read_quaternion(kt_reader *r, const kt_scope *scope, kt_node *node, double out[4]);
 bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rotation *out);
+/* The end of a mapping that has been read: reports two points, and takes `world` for the ground. Returns false if the
+ * mapping has faults. */
+bool kt_end_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *end);
 bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out);
 /* A function of time; `quantity` is that of its values. */
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out);
@@ -50,9 +52,17 @@ void kt_write_function(kt_emitter *e, const kt_function *function);
 bool kt_same_bits(const void *a, const void *b, size_t size);
 bool kt_same_rotation(const kt_rotation *a, const kt_rotation *b);
 
-/* For kinds of numbers that have a reader of their own. */
-void kt_number_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
-bool kt_number_same(const kt_field *field, const void *object, const void *standard);
+/* Parts of kinds. Numbers are as many as the kind's size has room for. The function `same` of kt_never_written leaves a
+ * key out. */
+bool kt_never_written(const kt_member *m);
+bool kt_kind_numbers_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+void kt_kind_numbers_write(kt_emitter *e, const kt_member *m);
+void kt_axis_write(kt_emitter *e, const kt_member *m);
+void kt_text_write(kt_emitter *e, const kt_member *m);
+bool kt_word_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
+void kt_word_write(kt_emitter *e, const kt_member *m);
+void kt_map_write(kt_emitter *e, const kt_member *m);
+bool kt_map_same(const kt_member *m);
 
 /* double */
 extern const kt_kind kt_kind_number, kt_kind_positive, kt_kind_angle;
@@ -74,15 +84,18 @@ extern const kt_kind kt_kind_track;    /* kt_track */
 
 /* Their parts, for keys that may be missing. */
 bool kt_kind_end_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
-void kt_kind_end_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+void kt_kind_end_write(kt_emitter *e, const kt_member *m);
 bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
-void kt_kind_ends_write(kt_emitter *e, const kt_field *field, const void *object, const void *standard);
+void kt_kind_ends_write(kt_emitter *e, const kt_member *m);
 
 /* The kinds that read, write and compare keys of a type. A key that any type may have has kt_kind_of_value_key (NULL:
  * it is of another kind). A key of a loop or an effect has kt_kind_of_item_key. The quantity of a key's number follows
  * from its unit. */
 const kt_kind *kt_kind_of_value_key(const kt_key *key);
 const kt_kind *kt_kind_of_item_key(const kt_key *key);
+/* A table of the keys of one type alone. */
+#define KT_TYPE_TABLE(describer, id)                                                                                   \
+    { .describe = describer, .kind_of = kt_kind_of_value_key, .type = id, .flow = true }
 kt_quantity kt_key_quantity(const kt_reader *r, const kt_field *field);
 /* The SI unit of a key's number, up to a '|' or its end. For "rad|m" it is the first if the joint that the item acts
  * in, which has been read before, rotates. */
