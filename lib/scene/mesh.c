@@ -162,7 +162,7 @@ static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_re
     *mesh = standard_mesh();
     if (!kt_table_read(r, scope, node, &table, mesh))
         return;
-    if (r->scene->names_are_known && kt_find_body(r, mesh->body) < 0) {
+    if (r->scene->names_are_known && mesh->body != NULL && kt_find_body(r, mesh->body) < 0) {
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                           kt_name_quote(mesh->body).text);
         return;
