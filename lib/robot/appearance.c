@@ -85,10 +85,9 @@ bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_
 /* Counts a missing mesh, with the name of the first. */
 static void count_missing_mesh(kt_appearance *appearance, const kt_element *e, const char *name) {
     if (appearance->missing.count == 0)
-        appearance->missing.what =
-            name == NULL ? "one without a name" : kt_pool_text(&appearance->r->keep, name, strlen(name));
-    if (appearance->missing.what == NULL)
-        (void)kt_reader_out_of_memory(appearance->r);
+        appearance->missing.what = name == NULL
+                                       ? "one without a name"
+                                       : kt_robot_text(appearance->r, &appearance->r->keep, name, strlen(name));
     kt_left_count(&appearance->missing, e);
 }
 
@@ -149,14 +148,12 @@ typedef struct sizes {
 } sizes;
 
 static bool take_sizes(sizes *s, kt_appearance *appearance, kt_body *bodies, int count) {
-    kt_pool *scratch = &appearance->r->scratch;
-    void *memory = kt_pool_take(scratch, 1, kt_names_size((size_t)count + 1));
+    kt_reader *r = appearance->r;
     *s = (sizes){.bodies = bodies, .count = count};
-    s->away = kt_pool_take(scratch, (size_t)count + 1, sizeof *s->away);
-    s->path = kt_pool_take(scratch, (size_t)count + 1, sizeof *s->path);
-    if (memory == NULL || s->away == NULL || s->path == NULL)
-        return kt_reader_out_of_memory(appearance->r);
-    kt_names_init(&s->names, (size_t)count + 1, memory);
+    s->away = kt_robot_take(r, &r->scratch, (size_t)count + 1, sizeof *s->away);
+    s->path = kt_robot_take(r, &r->scratch, (size_t)count + 1, sizeof *s->path);
+    if (s->away == NULL || s->path == NULL || !kt_robot_names(r, &s->names, (size_t)count + 1))
+        return false;
     for (int i = 0; i < count; i++) {
         (void)kt_names_add(&s->names, 0, bodies[i].name, i);
         s->away[i] = -1.0;

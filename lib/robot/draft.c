@@ -124,9 +124,7 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
     to->effect_count = d->effects.count;
     to->states = d->states.items;
     to->state_count = d->states.count;
-    to->name = name != NULL ? kt_pool_text(&d->r->keep, name, strlen(name)) : NULL;
-    if (name != NULL && to->name == NULL)
-        (void)kt_reader_out_of_memory(d->r);
+    to->name = name != NULL ? kt_robot_text(d->r, &d->r->keep, name, strlen(name)) : NULL;
 }
 
 bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene) {

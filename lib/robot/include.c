@@ -34,9 +34,9 @@ bool kt_include_exists(const char *path, bool folder) {
 static bool lies_in_any(kt_reader *r, const char *path, const char *folders) {
     for (const char *at = folders; at != NULL && *at != '\0';) {
         const size_t size = strcspn(at, ":");
-        const char *folder = size > 0 ? kt_pool_text(&r->scratch, at, size) : NULL;
+        const char *folder = size > 0 ? kt_robot_text(r, &r->scratch, at, size) : NULL;
         if (size > 0 && folder == NULL)
-            return kt_reader_out_of_memory(r);
+            return false;
         if (folder != NULL && lies_in(path, folder))
             return true;
         at += size + (at[size] == ':');
@@ -54,26 +54,14 @@ const char *kt_include_relative(kt_reader *r, const kt_robot_source *source, con
     const bool is_outside = slash != NULL && e->file[0] == '/' && !begins_with_folder(e->file, source->folder);
     const size_t folder = source->folder != NULL && !is_outside ? strlen(source->folder) + 1 : 0;
     const size_t length = slash != NULL && (size_t)(slash - e->file) > folder ? (size_t)(slash - e->file) - folder : 0;
-    const size_t room = length + strlen(name) + 2;
-    char *whole = kt_pool_take(&r->scratch, room, 1);
-    if (whole == NULL)
-        (void)kt_reader_out_of_memory(r);
-    else
-        (void)snprintf(whole, room, "%.*s%s%s", (int)length, length > 0 ? e->file + folder : "", length > 0 ? "/" : "",
-                       name);
-    return whole;
+    return kt_robot_print(r, &r->scratch, "%.*s%s%s", (int)length, length > 0 ? e->file + folder : "",
+                          length > 0 ? "/" : "", name);
 }
 
 /* The path to open, of a name that is relative to the robot's folder, or absolute; NULL: no memory. */
 static const char *whole_path(kt_reader *r, const kt_robot_source *source, const char *name) {
     const bool is_absolute = name[0] == '/';
-    const size_t room = strlen(source->folder) + strlen(name) + 2;
-    char *path = kt_pool_take(&r->keep, room, 1);
-    if (path != NULL)
-        (void)snprintf(path, room, "%s%s%s", is_absolute ? "" : source->folder, is_absolute ? "" : "/", name);
-    else
-        (void)kt_reader_out_of_memory(r);
-    return path;
+    return kt_robot_print(r, &r->keep, "%s%s%s", is_absolute ? "" : source->folder, is_absolute ? "" : "/", name);
 }
 
 bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char *name) {
@@ -87,9 +75,7 @@ static const char *find_allowed(kt_reader *r, const kt_robot_source *source, con
     const char *found = NULL;
     if (real != NULL && (lies_in(real, source->folder) || lies_in_any(r, real, source->options->allow) ||
                          lies_in_any(r, real, source->options->search))) {
-        found = kt_pool_text(&r->keep, real, strlen(real));
-        if (found == NULL)
-            (void)kt_reader_out_of_memory(r);
+        found = kt_robot_text(r, &r->keep, real, strlen(real));
     }
     free(real);
     return found;

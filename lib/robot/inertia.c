@@ -32,15 +32,14 @@ typedef struct parts {
 } parts;
 
 static bool take_parts(parts *p, kt_judge *j) {
-    kt_pool *scratch = &j->r->scratch;
     const size_t count = (size_t)j->count + 1;
     *p = (parts){.j = j};
-    p->first = kt_pool_take(scratch, count, sizeof *p->first);
-    p->pose = kt_pool_take(scratch, count, sizeof *p->pose);
-    p->path = kt_pool_take(scratch, count, sizeof *p->path);
-    p->part = kt_pool_take(scratch, count, sizeof *p->part);
+    p->first = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->first);
+    p->pose = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->pose);
+    p->path = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->path);
+    p->part = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->part);
     if (p->first == NULL || p->pose == NULL || p->path == NULL || p->part == NULL)
-        return kt_reader_out_of_memory(j->r);
+        return false;
     for (int i = 0; i < j->count; i++) {
         p->first[i] = -1;
         p->part[i] = (part){.moment = kt_vec3_make(0.0, 0.0, 0.0)};

@@ -68,11 +68,9 @@ static void give(kt_reader *r, const kt_element *root, const char *text, kt_body
                  const void *user) {
     const char *sign = strrchr(text, '=');
     double mass = 0.0;
-    const char *link = kt_pool_text(&r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
-    if (link == NULL) {
-        (void)kt_reader_out_of_memory(r);
+    const char *link = kt_robot_text(r, &r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
+    if (link == NULL)
         return;
-    }
     if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
         (void)kt_robot_fault(r, root, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
         return;

@@ -147,12 +147,8 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static bool init_names(kt_mjcf *m) {
-    const size_t count = 2 * (size_t)m->elements + 2; /* tendons have two names */
-    void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
-    if (memory == NULL)
-        return kt_reader_out_of_memory(m->r);
-    kt_names_init(&m->names, count, memory);
-    return kt_namer_init(&m->bodies_named, m->r, 5 * m->elements + 2) &&
+    return kt_robot_names(m->r, &m->names, 2 * (size_t)m->elements + 2) && /* tendons have two names */
+           kt_namer_init(&m->bodies_named, m->r, 5 * m->elements + 2) &&
            kt_namer_init(&m->draft.loop_names, m->r, 2 * m->elements + 2) &&
            kt_namer_init(&m->states_named, m->r, m->elements + 2) &&
            kt_namer_init(&m->joints_named, m->r, 7 * m->elements + 4) &&

@@ -286,11 +286,9 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
 /* c: the coefficients of the force in the joint for the constant, the position and the velocity. */
 static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {
     kt_effect *servo = kt_mjcf_add_along(m, l, KT_EFFECT_SERVO);
-    double *line_of_time = kt_pool_take(&m->r->keep, 2, sizeof *line_of_time);
-    if (servo == NULL || line_of_time == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    double *line_of_time = kt_robot_take(m->r, &m->r->keep, 2, sizeof *line_of_time);
+    if (servo == NULL || line_of_time == NULL)
         return;
-    }
     servo->stiffness = 0.0 - c[1]; /* no negative zero */
     servo->damping = 0.0 - c[2];
     /* without stiffness the target's rate is that of the control */

@@ -97,13 +97,11 @@ static void rename_attributes(kt_mjcf *m, kt_element *e, const char *prefix) {
     bool is_named = false;
     for (; e->attributes[count] != NULL; count += 2)
         is_named = is_named || has_prefix(e->attributes[count]);
-    const char **attributes = is_named ? kt_pool_take(&m->r->scratch, count + 1, sizeof *attributes) : NULL;
+    const char **attributes = is_named ? kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *attributes) : NULL;
     if (!is_named)
         return;
-    if (attributes == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    if (attributes == NULL)
         return;
-    }
     for (size_t i = 0; i < count; i += 2) {
         attributes[i] = e->attributes[i];
         attributes[i + 1] = has_prefix(attributes[i]) && *e->attributes[i + 1] != '\0'
@@ -169,11 +167,9 @@ static void unlink_element(kt_element *e) {
 
 /* A <frame> in place of an <attach>, for the contents of an element of the attached model. */
 static kt_element *make_attached_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
-    kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
-    if (frame == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_element *frame = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *frame);
+    if (frame == NULL)
         return NULL;
-    }
     *frame = *at;
     frame->name = "frame";
     frame->attributes = of->attributes;
@@ -187,11 +183,9 @@ static kt_element *make_attached_frame(kt_mjcf *m, const kt_element *at, const k
  * document. */
 static kt_element *make_bare_frame(kt_mjcf *m, const kt_element *at, const kt_element *body) {
     const kt_element *p = body->parent;
-    const char **attributes = kt_pool_take(&m->r->scratch, 3, sizeof *attributes);
-    if (attributes == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 3, sizeof *attributes);
+    if (attributes == NULL)
         return NULL;
-    }
     while (p->parent != NULL && (p->document != body->document || kt_xml_attribute(p, "childclass") == NULL))
         p = p->parent;
     attributes[1] = p->document == body->document ? kt_xml_attribute(p, "childclass") : NULL;

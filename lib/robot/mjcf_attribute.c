@@ -305,20 +305,14 @@ kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag) {
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
 const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second) {
-    const size_t room = strlen(first) + strlen(second) + 1;
-    m->joined_bytes += room;
+    m->joined_bytes += strlen(first) + strlen(second) + 1;
     if (m->joined_bytes > KT_FILE_SIZE_MAX) {
         if (!kt_draft_is_wrong(&m->draft))
             (void)kt_mjcf_fault(m, e, "names with prefixes and numbers of copies take more than %d MB",
                                 KT_FILE_SIZE_MAX >> 20);
         return NULL;
     }
-    char *whole = kt_pool_take(&m->r->scratch, room, 1);
-    if (whole == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(whole, room, "%s%s", first, second);
-    return whole;
+    return kt_robot_print(m->r, &m->r->scratch, "%s%s", first, second);
 }
 
 void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index) {

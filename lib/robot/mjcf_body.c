@@ -330,11 +330,9 @@ static void make_markers(kt_mjcf *m) {
             continue;
         }
         kt_marker *marker = kt_list_add(m->r, &m->r->keep, &b->markers, sizeof *marker);
-        char *copy = kt_pool_text(&m->r->keep, name, strlen(name));
-        if (marker == NULL || copy == NULL) {
-            (void)kt_reader_out_of_memory(m->r);
+        char *copy = kt_robot_text(m->r, &m->r->keep, name, strlen(name));
+        if (marker == NULL || copy == NULL)
             return;
-        }
         *marker = (kt_marker){
             .name = copy, .at = site->pose.position, .rotation = kt_rotation_of_matrix(site->pose.rotation)};
     }
@@ -343,11 +341,9 @@ static void make_markers(kt_mjcf *m) {
 static void name_mjcf_joints(kt_mjcf *m) {
     const int count = m->draft.bodies.count;
     kt_body *bodies = m->draft.bodies.items;
-    const char **names = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *names);
-    if (names == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    const char **names = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *names);
+    if (names == NULL)
         return;
-    }
     for (int i = 0; i < m->joints.count; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
         const char *name = kt_xml_attribute(j->element, "name");

@@ -57,9 +57,9 @@ static bool read_cable_plugin(kt_mjcf *m, kt_element *plugin, const char *standa
     const bool is_instance = instance != NULL && kt_xml_attribute(plugin, "plugin") == NULL;
     if (from == NULL || !(is_instance || kt_mjcf_is_equal(kt_xml_attribute(plugin, "plugin"), KT_MJCF_ELASTICITY)))
         return false;
-    const char **attributes = kt_pool_take(&m->r->scratch, 9, sizeof *attributes);
+    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 9, sizeof *attributes);
     if (attributes == NULL)
-        return kt_reader_out_of_memory(m->r);
+        return false;
     size_t count = 0;
     instance = instance != NULL ? instance : standard_instance;
     if (instance != NULL) {
@@ -93,15 +93,15 @@ static kt_vec3 turn_vertex(kt_quat q, kt_vec3 v) {
 static bool take_vertices(kt_mjcf *m, cable *c) {
     if (c->count > VERTICES_MOST)
         return kt_mjcf_fault(m, c->element, "a cable has at most %d vertices here", (int)VERTICES_MOST);
-    c->vertices = kt_pool_take(&m->r->scratch, 3 * (size_t)c->count, sizeof *c->vertices);
-    return c->vertices != NULL || kt_reader_out_of_memory(m->r);
+    c->vertices = kt_robot_take(m->r, &m->r->scratch, 3 * (size_t)c->count, sizeof *c->vertices);
+    return c->vertices != NULL;
 }
 
 static bool read_cable_vertices(kt_mjcf *m, cable *c, const char *text) {
     const size_t most = 3 * (VERTICES_MOST + 1), room = strlen(text) / 2 + 1 < most ? strlen(text) / 2 + 1 : most;
-    double *numbers = kt_pool_take(&m->r->scratch, room, sizeof *numbers);
+    double *numbers = kt_robot_take(m->r, &m->r->scratch, room, sizeof *numbers);
     if (numbers == NULL)
-        return kt_reader_out_of_memory(m->r);
+        return false;
     const int count = kt_parse_numbers(text, (int)room, numbers);
     if (count < 6 || count % 3 != 0)
         return kt_mjcf_fault(m, c->element, "vertex: expected three numbers for each of two vertices or more");

@@ -104,12 +104,8 @@ static void take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt
     *items = (kt_list){.items = NULL};
     for (const kt_element *s = kt_xml_child(root, "tendon"); s != NULL; s = kt_xml_next(s, "tendon"))
         count += count_elements(s);
-    void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
-    if (memory == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    if (!kt_robot_names(m->r, &names, count))
         return;
-    }
-    kt_names_init(&names, count, memory);
     name_copies(&names, of);
     for (size_t i = 0; i < sizeof section_names / sizeof *section_names; i++)
         take_items(m, root, section_names[i], &names, items);
@@ -122,9 +118,9 @@ static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix) {
     size_t count = 0;
     while (e->attributes[count] != NULL)
         count++;
-    const char **attributes = kt_pool_take(&m->r->scratch, count + 1, sizeof *attributes);
+    const char **attributes = kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *attributes);
     if (attributes == NULL)
-        return kt_reader_out_of_memory(m->r);
+        return false;
     for (size_t i = 0; i < count; i += 2) {
         const bool is_name = strcmp(e->attributes[i], "name") == 0 || kt_mjcf_reference(e->attributes[i]) >= 0;
         attributes[i] = e->attributes[i];
@@ -141,7 +137,8 @@ static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix) {
 
 /* Copies an element and those within, below another one. NULL if there is no memory, or there are too many elements. */
 static kt_element *copy_item(kt_mjcf *m, const kt_element *e, kt_element *to) {
-    kt_element *copy = ++m->elements <= KT_MJCF_ELEMENTS_MOST ? kt_pool_take(&m->r->scratch, 1, sizeof *copy) : NULL;
+    kt_element *copy =
+        ++m->elements <= KT_MJCF_ELEMENTS_MOST ? kt_robot_take(m->r, &m->r->scratch, 1, sizeof *copy) : NULL;
     if (copy == NULL) {
         if (m->elements <= KT_MJCF_ELEMENTS_MOST)
             (void)kt_reader_out_of_memory(m->r);
@@ -184,11 +181,9 @@ static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const
     size_t count = 0;
     while (e->attributes[count] != NULL)
         count++;
-    const char **copy = kt_pool_take(&m->r->scratch, count + 1, sizeof *copy);
-    if (copy == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    const char **copy = kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *copy);
+    if (copy == NULL)
         return NULL;
-    }
     for (size_t i = 0; i < count; i += 2) {
         const char *value = e->attributes[i + 1];
         copy[i] = e->attributes[i];
@@ -209,9 +204,9 @@ static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, co
     for (const kt_element *e = from->first; e != NULL; e = e->next) {
         if (++m->elements > KT_MJCF_ELEMENTS_MOST)
             return false;
-        kt_element *copy = kt_pool_take(&m->r->scratch, 1, sizeof *copy);
+        kt_element *copy = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *copy);
         if (copy == NULL)
-            return kt_reader_out_of_memory(m->r);
+            return false;
         *copy = *e;
         copy->first = copy->last = copy->next = NULL;
         copy->attributes = copy_attributes(m, e, suffix);
@@ -229,13 +224,11 @@ static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose
     const kt_quat q = kt_quat_from_matrix(pose.rotation);
     const kt_vec3 p = pose.position;
     const char *childclass = kt_xml_attribute(e, "childclass");
-    kt_element *frame = kt_pool_take(&m->r->scratch, 1, sizeof *frame);
-    const char **attributes = kt_pool_take(&m->r->scratch, 7, sizeof *attributes);
-    char *text = kt_pool_take(&m->r->scratch, 240, 1);
-    if (frame == NULL || attributes == NULL || text == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_element *frame = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *frame);
+    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 7, sizeof *attributes);
+    char *text = kt_robot_take(m->r, &m->r->scratch, 240, 1);
+    if (frame == NULL || attributes == NULL || text == NULL)
         return NULL;
-    }
     (void)snprintf(text, 100, "%.17g %.17g %.17g", p.x, p.y, p.z);
     (void)snprintf(text + 100, 140, "%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z);
     attributes[0] = "pos";

@@ -127,9 +127,9 @@ static bool read_flex(kt_mjcf *m, const kt_element *e, kt_flex *f) {
         return kt_mjcf_fault(m, e, "it has no elements");
     place_flex(m, f);
     const int nodes = kt_flex_node_count(m, f), room = f->count > nodes ? f->count : nodes;
-    bool *pinned = kt_pool_take(&m->r->scratch, (size_t)room, sizeof *pinned);
+    bool *pinned = kt_robot_take(m->r, &m->r->scratch, (size_t)room, sizeof *pinned);
     if (pinned == NULL)
-        return kt_reader_out_of_memory(m->r);
+        return false;
     if (!kt_flex_pin(m, f, pinned, room))
         return false;
     int moving = 0;
@@ -334,12 +334,10 @@ static int order_flex_ends(const void *a, const void *b) {
 
 /* All pairs of points of an element, each once; returns how many. NULL: no memory. */
 static int *list_flex_edges(kt_mjcf *m, const kt_flex *f, int *count) {
-    int *ends = kt_pool_take(&m->r->scratch, 12 * (size_t)f->element_count + 1, sizeof *ends), all = 0;
+    int *ends = kt_robot_take(m->r, &m->r->scratch, 12 * (size_t)f->element_count + 1, sizeof *ends), all = 0;
     *count = 0;
-    if (ends == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    if (ends == NULL)
         return NULL;
-    }
     for (int i = 0; i < f->element_count; i++)
         for (int a = 0; a <= f->dim; a++)
             for (int b = a + 1; b <= f->dim; b++) {

@@ -87,13 +87,11 @@ static void find_bending(const kt_flex *f, const kt_elasticity *l, bent_pair *p)
 /* All sides of triangles that two of them share, in *count; NULL: no memory. The first triangle gives the direction. */
 static bent_pair *list_pairs(kt_mjcf *m, const kt_flex *f, int *count) {
     const size_t all = 3 * (size_t)f->element_count;
-    bent_side *sides = kt_pool_take(&m->r->scratch, all + 1, sizeof *sides);
-    bent_pair *pairs = kt_pool_take(&m->r->scratch, all + 1, sizeof *pairs);
+    bent_side *sides = kt_robot_take(m->r, &m->r->scratch, all + 1, sizeof *sides);
+    bent_pair *pairs = kt_robot_take(m->r, &m->r->scratch, all + 1, sizeof *pairs);
     *count = 0;
-    if (sides == NULL || pairs == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    if (sides == NULL || pairs == NULL)
         return NULL;
-    }
     for (size_t i = 0; i < all; i++) {
         const int *v = f->elements + 3 * (i / 3);
         const int one = v[(i + 1) % 3], two = v[(i + 2) % 3];
@@ -187,11 +185,10 @@ void kt_elastic_resist_bending(kt_mjcf *m, const kt_elastic *p, const kt_elastic
     int count, entry_count = 0;
     bool is_exchanged = false;
     bent_pair *pairs = list_pairs(m, p->f, &count);
-    bent_entry *entries = kt_pool_take(&m->r->scratch, 16 * (size_t)(pairs != NULL ? count : 0) + 1, sizeof *entries);
-    if (pairs == NULL || entries == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    bent_entry *entries =
+        kt_robot_take(m->r, &m->r->scratch, 16 * (size_t)(pairs != NULL ? count : 0) + 1, sizeof *entries);
+    if (pairs == NULL || entries == NULL)
         return;
-    }
     for (int n = 0; n < count; n++) {
         find_bending(p->f, l, &pairs[n]);
         if (!isfinite(pairs[n].b[0][0])) {

@@ -22,9 +22,9 @@
 int kt_flex_numbers(kt_mjcf *m, const kt_element *e, const char *name, double **values) {
     const char *text = kt_xml_attribute(e, name);
     const size_t room = text != NULL ? strlen(text) / 2 + 1 : 0;
-    *values = kt_pool_take(&m->r->scratch, room + 1, sizeof **values);
+    *values = kt_robot_take(m->r, &m->r->scratch, room + 1, sizeof **values);
     if (*values == NULL)
-        return kt_reader_out_of_memory(m->r) ? 0 : -1;
+        return -1;
     const int count = text != NULL ? kt_parse_numbers(text, (int)room, *values) : 0;
     if (count < 0)
         (void)kt_mjcf_fault(m, e, "%s: expected numbers", name);
@@ -99,11 +99,11 @@ static double facing(const kt_flex *f, const double origin[3], const int *points
 
 static bool add_flex_surface(kt_mjcf *m, kt_flex *f, const kt_triangles *mesh) {
     const int count = mesh->vertex_count, first = f->dim == 3;
-    flex_corner *corners = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *corners);
-    int *to = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *to);
+    flex_corner *corners = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *corners);
+    int *to = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *to);
     double origin[3] = {0.0, 0.0, 0.0};
     if (corners == NULL || to == NULL || !kt_flex_take(m, f, count + 1.0, mesh->triangle_count))
-        return kt_reader_out_of_memory(m->r);
+        return false;
     (void)kt_mjcf_numbers(m, f->element, NULL, "origin", 3, 3, origin);
     for (int i = 0; i < count; i++) {
         const kt_vec3 v = mesh->vertices[i];

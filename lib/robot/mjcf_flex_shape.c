@@ -26,9 +26,9 @@ bool kt_flex_take(kt_mjcf *m, kt_flex *f, double points, double elements) {
         return fault_of_many_points(m, f);
     f->room = (int)points;
     f->element_room = (int)elements;
-    f->points = kt_pool_take(&m->r->scratch, (size_t)f->room + 1, sizeof *f->points);
-    f->elements = kt_pool_take(&m->r->scratch, 4 * (size_t)f->element_room + 1, sizeof *f->elements);
-    return (f->points != NULL && f->elements != NULL) || kt_reader_out_of_memory(m->r);
+    f->points = kt_robot_take(m->r, &m->r->scratch, (size_t)f->room + 1, sizeof *f->points);
+    f->elements = kt_robot_take(m->r, &m->r->scratch, 4 * (size_t)f->element_room + 1, sizeof *f->elements);
+    return (f->points != NULL && f->elements != NULL);
 }
 
 void kt_flex_add_point(kt_flex *f, double x, double y, double z) {

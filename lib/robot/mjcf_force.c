@@ -227,11 +227,9 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     const char *name = kt_xml_attribute(t->element, "name");
     kt_body *body = kt_draft_body(&m->draft, t->element);
     kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_COUPLING, "tendon");
-    kt_term *terms = kt_pool_take(&m->r->keep, (size_t)t->count + 1, sizeof *terms);
-    if (body == NULL || loop == NULL || terms == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_term *terms = kt_robot_take(m->r, &m->r->keep, (size_t)t->count + 1, sizeof *terms);
+    if (body == NULL || loop == NULL || terms == NULL)
         return;
-    }
     body->name = kt_namer_make(&m->bodies_named, name != NULL && *name != '\0' ? name : "tendon");
     body->joint.type = KT_JOINT_PRISMATIC;
     body->joint.position[0] = t->start;

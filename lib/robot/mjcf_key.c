@@ -17,10 +17,8 @@ static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, 
     const char *text = kt_xml_attribute(key, name);
     if (text == NULL)
         return NULL;
-    double *values = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *values);
-    if (values == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else if (kt_parse_numbers(text, count, values) != count) {
+    double *values = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *values);
+    if (values != NULL && kt_parse_numbers(text, count, values) != count) {
         (void)kt_mjcf_fault(m, key, "%s: expected %d numbers, found '%.60s'", name, count, text);
         values = NULL;
     }
@@ -76,10 +74,8 @@ static void count_unread(kt_mjcf *m, const kt_element *key, const char *attribut
 /* ---- attached models --------------------------------------------------------------------------------------------- */
 
 static double *zeros(kt_mjcf *m, int count) {
-    double *values = kt_pool_take(&m->r->scratch, (size_t)count + 1, sizeof *values);
-    if (values == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
+    double *values = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *values);
+    if (values != NULL)
         memset(values, 0, ((size_t)count + 1) * sizeof *values);
     return values;
 }

@@ -159,11 +159,9 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
         joint.position[0] += kt_vec3_norm(p.items[i].start) / p.items[i].divisor;
     const char *length = add_slider(m, t, wanted, NULL, joint);
     kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_COUPLING, "tendon");
-    kt_term *terms = kt_pool_take(&m->r->keep, 1 + 3 * (size_t)p.count, sizeof *terms);
-    if (length == NULL || loop == NULL || terms == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_term *terms = kt_robot_take(m->r, &m->r->keep, 1 + 3 * (size_t)p.count, sizeof *terms);
+    if (length == NULL || loop == NULL || terms == NULL)
         return;
-    }
     terms[0] = (kt_term){length, 1.0};
     loop->terms = terms;
     loop->term_count = 1 + 3 * p.count;

@@ -202,11 +202,9 @@ static void couple_mjcf_joints(kt_mjcf *m, const kt_element *e, bool is_tendon) 
     if (!is_linear && formula == NULL)
         return;
     kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_COUPLING, is_tendon ? "tendon_equality" : "joint_equality");
-    kt_term *terms = kt_pool_take(&m->r->keep, (size_t)(y.count + x.count) + 1, sizeof *terms);
-    if (loop == NULL || terms == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_term *terms = kt_robot_take(m->r, &m->r->keep, (size_t)(y.count + x.count) + 1, sizeof *terms);
+    if (loop == NULL || terms == NULL)
         return;
-    }
     const int first = add_terms(m, &y, 1.0, terms);
     loop->terms = terms;
     loop->term_count = kt_terms_merge(terms, first + add_terms(m, &x, -a[1], terms + first));

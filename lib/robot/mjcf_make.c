@@ -14,9 +14,7 @@ const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values) {
         kt_number_format(text + length, values[i]);
         length += strlen(text + length);
     }
-    const char *kept = kt_pool_text(&m->r->scratch, text, length);
-    if (kept == NULL)
-        (void)kt_reader_out_of_memory(m->r);
+    const char *kept = kt_robot_text(m->r, &m->r->scratch, text, length);
     return kept;
 }
 
@@ -30,12 +28,10 @@ static size_t count_words(const char *const *attributes) {
 kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
                                 const char *const *attributes, const kt_element *like) {
     const size_t own = count_words(attributes), more = like != NULL ? count_words(like->attributes) : 0;
-    kt_element *e = kt_pool_take(&m->r->scratch, 1, sizeof *e);
-    const char **all = kt_pool_take(&m->r->scratch, own + more + 1, sizeof *all);
-    if (e == NULL || all == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_element *e = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *e);
+    const char **all = kt_robot_take(m->r, &m->r->scratch, own + more + 1, sizeof *all);
+    if (e == NULL || all == NULL)
         return NULL;
-    }
     if (++m->elements > KT_MJCF_ELEMENTS_MOST) {
         if (!kt_draft_is_wrong(&m->draft))
             (void)kt_mjcf_fault(m, from, "cables and copies make more than %d elements of the model",

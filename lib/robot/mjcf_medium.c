@@ -39,7 +39,7 @@ static const char *name_marker(kt_mjcf *m, const kt_mjcf_body *b) {
             (void)snprintf(name, sizeof name, "medium_%d", number++);
             i = -1;
         }
-    return kt_pool_text(&m->r->keep, name, strlen(name));
+    return kt_robot_text(m->r, &m->r->keep, name, strlen(name));
 }
 
 /* Adds a marker at the centre of mass, along the axes of the inertia. */
@@ -47,10 +47,8 @@ static void place_marker(kt_mjcf *m, kt_mjcf_body *b) {
     const kt_mat3 axes = kt_mjcf_axes_of_body(b);
     const char *name = name_marker(m, b);
     kt_marker *marker = kt_list_add(m->r, &m->r->keep, &b->markers, sizeof *marker);
-    if (name == NULL || marker == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    if (name == NULL || marker == NULL)
         return;
-    }
     *marker = (kt_marker){.name = name, .at = b->com, .rotation = kt_rotation_of_matrix(axes)};
     b->medium = name;
     b->medium_axes = axes;

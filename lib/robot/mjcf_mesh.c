@@ -23,15 +23,7 @@ const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e) {
 /* "FOLDER/PATH", or an absolute path as it is; NULL: no memory. */
 static const char *path_in(kt_mjcf *m, const char *folder, const char *path) {
     const bool is_whole = path[0] == '/' || folder == NULL || folder[0] == '\0';
-    const size_t room = is_whole ? 1 : strlen(folder) + strlen(path) + 2;
-    char *whole = is_whole ? NULL : kt_pool_take(&m->r->scratch, room, 1);
-    if (is_whole)
-        return path;
-    if (whole == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(whole, room, "%s/%s", folder, path);
-    return whole;
+    return is_whole ? path : kt_robot_print(m->r, &m->r->scratch, "%s/%s", folder, path);
 }
 
 /* The path of a mesh's file from the model's folder, unless it is absolute; NULL: no memory. As in MuJoCo, the search
@@ -57,9 +49,7 @@ void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const 
     }
     kt_phrase_add(&what, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
     if (left->count == 0)
-        left->what = kt_pool_text(&m->r->scratch, what.text, strlen(what.text));
-    if (left->count == 0 && left->what == NULL)
-        (void)kt_reader_out_of_memory(m->r);
+        left->what = kt_robot_text(m->r, &m->r->scratch, what.text, strlen(what.text));
     kt_left_count(left, e);
 }
 
@@ -99,7 +89,7 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
         return kt_error_set(error, KT_ERROR_SCENE, "", "a plugin makes the mesh: give its body an <inertial>");
     for (int i = 0; i < 2; i++) {
         const size_t most = texts[i] != NULL ? strlen(texts[i]) / 2 + 1 : 0;
-        numbers[i] = kt_pool_take(&m->r->scratch, most + 1, sizeof **numbers);
+        numbers[i] = kt_robot_take(m->r, &m->r->scratch, most + 1, sizeof **numbers);
         if (numbers[i] == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
         counts[i] = texts[i] != NULL ? kt_parse_numbers(texts[i], (int)most, numbers[i]) : 0;
@@ -215,9 +205,7 @@ const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e) {
     if (name != NULL || file == NULL)
         return name;
     const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
-    name = kt_pool_text(&m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
-    if (name == NULL)
-        (void)kt_reader_out_of_memory(m->r);
+    name = kt_robot_text(m->r, &m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
     for (int d = e->document; d > 0 && name != NULL; d = kt_mjcf_document_at(m, d)->parent)
         name = kt_mjcf_join(m, e, kt_mjcf_document_at(m, d)->prefix, name);
     return name;
@@ -304,7 +292,7 @@ static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
     double numbers[8];
     const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
     const size_t room = (word != NULL ? strlen(word) : 0) + 8 * (KT_NUMBER_SIZE + 1) + 1;
-    char *all = word != NULL ? kt_pool_take(&m->r->keep, room, 1) : NULL;
+    char *all = word != NULL ? kt_robot_take(m->r, &m->r->keep, room, 1) : NULL;
     if (all == NULL) {
         if (word != NULL)
             (void)kt_reader_out_of_memory(m->r);

@@ -68,11 +68,9 @@ int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end) {
 
 /* The length of the path while the springs of all joints have no force. */
 static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
-    kt_path_point_record *records = kt_pool_take(&m->r->scratch, (size_t)t->path_count, sizeof *records);
-    if (records == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_path_point_record *records = kt_robot_take(m->r, &m->r->scratch, (size_t)t->path_count, sizeof *records);
+    if (records == NULL)
         return 0.0;
-    }
     for (int i = 0; i < t->path_count; i++) { /* all in the axes of the world */
         const kt_pose on = pose_at_rest(m, kt_mjcf_body_of_end(m, &t->path[i].end));
         const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
@@ -210,9 +208,9 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     size_t count = 1;
     for (const kt_element *c = t->element->first; c != NULL; c = c->next)
         count++;
-    t->path = kt_pool_take(&m->r->keep, count, sizeof *t->path);
+    t->path = kt_robot_take(m->r, &m->r->keep, count, sizeof *t->path);
     if (t->path == NULL)
-        return kt_reader_out_of_memory(m->r);
+        return false;
     if (!read_tendon_points(m, t))
         return false;
     for (int i = 0; i < t->path_count; i++)

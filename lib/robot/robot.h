@@ -131,6 +131,16 @@ const char *kt_namer_make(kt_namer *namer, const char *wanted);
 void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
                     const kt_element *const *elements, kt_left *renamed);
 
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* Take memory, or a text, from a pool of the reader. NULL, after reporting to the reader, if there is none. */
+void *kt_robot_take(kt_reader *r, kt_pool *pool, size_t count, size_t size);
+char *kt_robot_text(kt_reader *r, kt_pool *pool, const char *text, size_t length);
+const char *kt_robot_print(kt_reader *r, kt_pool *pool, const char *format, ...) KT_PRINTF(3, 4);
+
+/* Makes a table for `count` names; false if there is no memory. */
+bool kt_robot_names(kt_reader *r, kt_names *names, size_t count);
+
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 /* An array that grows, in a pool. Items move when it grows. */

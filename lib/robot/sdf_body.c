@@ -120,10 +120,8 @@ static void want_name(kt_sdf *m, kt_sdf_joint *j) {
     add_path(m, &path, j->frame);
     kt_phrase_add(&path, "%s", is_second ? "_2" : "");
     j->body = m->draft.bodies.count - 1;
-    const char *name = kt_pool_text(&m->r->scratch, path.text, strlen(path.text));
+    const char *name = kt_robot_text(m->r, &m->r->scratch, path.text, strlen(path.text));
     ((const char **)m->wanted.items)[j->body] = name;
-    if (name == NULL)
-        (void)kt_reader_out_of_memory(m->r);
 }
 
 static void make_sdf_body(kt_sdf *m, int index) {

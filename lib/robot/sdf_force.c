@@ -109,11 +109,9 @@ void kt_sdf_make_effects(kt_sdf *m) {
 static void couple_sdf_joints(kt_sdf *m, const kt_element *e, const char *name, const kt_term *terms, int count,
                               double offset) {
     kt_loop *loop = kt_draft_loop(&m->draft, e, KT_LOOP_COUPLING, name);
-    kt_term *kept = kt_pool_take(&m->r->keep, (size_t)count, sizeof *kept);
-    if (loop == NULL || kept == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_term *kept = kt_robot_take(m->r, &m->r->keep, (size_t)count, sizeof *kept);
+    if (loop == NULL || kept == NULL)
         return;
-    }
     memcpy(kept, terms, (size_t)count * sizeof *kept);
     loop->terms = kept;
     loop->term_count = count;

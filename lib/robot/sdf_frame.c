@@ -60,17 +60,6 @@ static void override(kt_sdf *m, const kt_element *e, kt_sdf_frame *f) {
     }
 }
 
-/* The name of the frame of a model which is merged into another. */
-static const char *merged_name(kt_sdf *m, const char *name) {
-    const size_t room = strlen(name) + 32;
-    char *made = kt_pool_take(&m->r->scratch, room, 1);
-    if (made != NULL)
-        (void)snprintf(made, room, "_merged__%s__model__", name);
-    else
-        (void)kt_reader_out_of_memory(m->r);
-    return made;
-}
-
 /* A merged model has no scope of its own. Its items are in the model around it, and their poses are relative to a
  * frame. */
 static void include_model(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
@@ -89,7 +78,7 @@ static void include_model(kt_sdf *m, const kt_element *e, int scope, int home, c
     f->placed = kt_xml_attribute(model, "placement_frame");
     override(m, e, f);
     if (is_merged && f->name != NULL)
-        f->name = merged_name(m, f->name);
+        f->name = kt_robot_print(m->r, &m->r->scratch, "_merged__%s__model__", f->name);
     add_children(m, model, is_merged ? scope : index, index, &inner);
 }
 
@@ -130,11 +119,9 @@ static const char *other_name(kt_sdf *m, const kt_sdf_frame *f, int number) {
     const bool is_model = f->kind == KT_SDF_MODEL;
     const char *ending = is_model ? "_" : "_frame";
     const size_t room = strlen(f->name) + 32;
-    char *made = kt_pool_take(&m->r->scratch, room, 1);
-    if (made == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    char *made = kt_robot_take(m->r, &m->r->scratch, room, 1);
+    if (made == NULL)
         return f->name;
-    }
     (void)snprintf(made, room, "%s%s", f->name, is_model ? "_1" : ending);
     for (number = is_model ? 2 : number; kt_names_find(&m->names, scope_of(f->scope, false), made) >= 0; number++)
         (void)snprintf(made, room, "%s%s%d", f->name, ending, number);
@@ -172,13 +159,9 @@ static bool add_frame_name(kt_sdf *m, int i, bool is_last) {
 /* Frames are last, and models that have to be renamed, since others keep their names. */
 static void add_names(kt_sdf *m) {
     const size_t count = (size_t)m->frames.count + 1;
-    void *memory = kt_pool_take(&m->r->scratch, 1, kt_names_size(count));
-    bool *is_named = kt_pool_take(&m->r->scratch, count, sizeof *is_named);
-    if (memory == NULL || is_named == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    bool *is_named = kt_robot_take(m->r, &m->r->scratch, count, sizeof *is_named);
+    if (is_named == NULL || !kt_robot_names(m->r, &m->names, count))
         return;
-    }
-    kt_names_init(&m->names, count, memory);
     for (int i = 1; i < m->frames.count; i++)
         is_named[i] = kt_sdf_frame_at(m, i)->kind != KT_SDF_FRAME && add_frame_name(m, i, false);
     for (int i = 1; i < m->frames.count; i++)
@@ -325,11 +308,9 @@ static void place_model(kt_sdf *m, int model) {
 /* Depths and poses in the world, from the bases outwards. */
 static void settle(kt_sdf *m) {
     enum { ON_PATH = -2 };
-    int *path = kt_pool_take(&m->r->scratch, (size_t)m->frames.count, sizeof *path);
-    if (path == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    int *path = kt_robot_take(m->r, &m->r->scratch, (size_t)m->frames.count, sizeof *path);
+    if (path == NULL)
         return;
-    }
     kt_sdf_frame_at(m, 0)->depth = 0;
     for (int i = 1; i < m->frames.count; i++) {
         int count = 0, at = i;

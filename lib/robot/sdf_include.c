@@ -49,16 +49,6 @@ int kt_sdf_version(kt_sdf *m, kt_element *sdf) {
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
-static const char *join_folder(kt_sdf *m, const char *folder, const char *name) {
-    const size_t room = strlen(folder) + strlen(name) + 2;
-    char *path = kt_pool_take(&m->r->scratch, room, 1);
-    if (path == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    else
-        (void)snprintf(path, room, "%s/%s", folder, name);
-    return path;
-}
-
 enum { SERVED_NAME = 400, VERSION_DIGITS = 9 };
 
 /* Copies a part of a URI, and decodes `%XX`, where XX are two hexadecimal digits. Returns false if a decoded character
@@ -91,26 +81,21 @@ static long version_number(const char *name) {
 
 /* The newest version in the folder of a model; NULL: none. */
 static const char *newest_of(kt_sdf *m, const char *folder) {
-    const size_t room = strlen(folder) + VERSION_DIGITS + 2;
-    char *path = kt_pool_take(&m->r->scratch, room, 1), *best = kt_pool_take(&m->r->scratch, room, 1);
-    DIR *versions = path != NULL && best != NULL ? opendir(folder) : NULL;
+    const char *best = NULL;
+    DIR *versions = opendir(folder);
     long newest = 0;
-    if (path == NULL || best == NULL)
-        (void)kt_reader_out_of_memory(m->r);
     for (const struct dirent *entry = versions != NULL ? readdir(versions) : NULL; entry != NULL;
          entry = readdir(versions)) {
         const long version = version_number(entry->d_name);
-        if (version <= newest)
-            continue;
-        (void)snprintf(path, room, "%s/%ld", folder, version);
-        if (kt_include_exists(path, true)) {
+        const char *path = version > newest ? kt_robot_print(m->r, &m->r->scratch, "%s/%ld", folder, version) : NULL;
+        if (path != NULL && kt_include_exists(path, true)) {
             newest = version;
-            memcpy(best, path, room);
+            best = path;
         }
     }
     if (versions != NULL)
         (void)closedir(versions);
-    return newest > 0 ? best : NULL;
+    return best;
 }
 
 /* Where a model of a server is kept on this machine; NULL: nowhere. */
@@ -164,7 +149,7 @@ static const char *uri_path_of(kt_sdf *m, const kt_element *e, const char *uri) 
 
 /* The name of a model's newest file, up to the newest version that is read, by its model.config; else model.sdf. */
 static const char *model_file_of(kt_sdf *m, const kt_element *e, const char *folder) {
-    const char *config = join_folder(m, folder, "model.config"), *best = "model.sdf";
+    const char *config = kt_robot_print(m->r, &m->r->scratch, "%s/%s", folder, "model.config"), *best = "model.sdf";
     int newest = 0;
     kt_element *root = config != NULL && kt_include_exists(config, false)
                            ? kt_include_read(m->r, e, config, &m->included_bytes)
@@ -198,16 +183,6 @@ static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
     kt_left_count(&m->missing, e);
 }
 
-/* Names the file that is missing in the folder of a model. */
-static const char *without_file(kt_sdf *m, const char *uri, const char *file) {
-    kt_phrase words = {.length = 0};
-    kt_phrase_add(&words, "%s, whose folder has no file %s", uri, file);
-    const char *text = kt_pool_text(&m->r->keep, words.text, strlen(words.text));
-    if (text == NULL)
-        (void)kt_reader_out_of_memory(m->r);
-    return text;
-}
-
 const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
                                  int *version) {
     const char *uri = kt_sdf_text(e, "uri");
@@ -220,10 +195,13 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
     if (*path != NULL && kt_include_exists(*path, true)) {
         const bool is_absolute = *path[0] == '/';
         const char *file = model_file_of(m, e, *path);
-        const char *inner = join_folder(m, is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
+        const char *inner = kt_robot_print(m->r, &m->r->scratch, "%s/%s",
+                                           is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
         const bool is_there = inner != NULL && kt_include_is_there(m->r, m->source, inner);
         *path = is_there ? kt_include_path(m->r, m->source, e, inner) : NULL;
-        uri = is_there || inner == NULL ? uri : without_file(m, uri, file);
+        uri = is_there || inner == NULL
+                  ? uri
+                  : kt_robot_print(m->r, &m->r->keep, "%s, whose folder has no file %s", uri, file);
     }
     if (*path == NULL || !kt_include_exists(*path, false)) {
         if (m->r->fault_count == faults)

@@ -38,11 +38,9 @@ static const struct {
 } names[] = {{"mesh", "filename", "uri"}, {"link", "damping", "velocity_decay"}};
 
 static void hang_text(kt_sdf *m, kt_element *parent, const char *name, const char *text) {
-    kt_element *e = kt_pool_take(&m->r->scratch, 1, sizeof *e);
-    if (e == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    kt_element *e = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *e);
+    if (e == NULL)
         return;
-    }
     static const char *const none[] = {NULL};
     *e = *parent;
     e->name = name;
@@ -63,11 +61,9 @@ static void move_attributes(kt_sdf *m, kt_element *e, const char *list) {
     size_t count = 0, kept = 0;
     while (e->attributes[2 * count] != NULL)
         count++;
-    const char **left = kt_pool_take(&m->r->scratch, 2 * count + 1, sizeof *left);
-    if (left == NULL) {
-        (void)kt_reader_out_of_memory(m->r);
+    const char **left = kt_robot_take(m->r, &m->r->scratch, 2 * count + 1, sizeof *left);
+    if (left == NULL)
         return;
-    }
     for (size_t i = 0; i < count; i++) {
         const char *const *a = &e->attributes[2 * i];
         if (kt_words_have(list, a[0])) {

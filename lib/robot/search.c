@@ -27,14 +27,11 @@ typedef struct search {
 
 /* Keeps the path if there is such a file. */
 static bool try_path(search *s, const char *folder, int size, const char *package, int length) {
-    char *path = kt_pool_take(&s->r->scratch, (size_t)size + (size_t)length + strlen(s->rest) + 3, 1);
-    if (path == NULL)
-        return kt_reader_out_of_memory(s->r);
-    (void)sprintf(path, "%.*s%s%.*s%s%s", size, folder, size > 0 ? "/" : "", length, length > 0 ? package : "",
-                  length > 0 && *s->rest != '\0' ? "/" : "", s->rest);
-    char *real = realpath(path, NULL);
-    if (real != NULL && (s->found = kt_pool_text(&s->r->keep, real, strlen(real))) == NULL)
-        (void)kt_reader_out_of_memory(s->r);
+    const char *path = kt_robot_print(s->r, &s->r->scratch, "%.*s%s%.*s%s%s", size, folder, size > 0 ? "/" : "", length,
+                                      length > 0 ? package : "", length > 0 && *s->rest != '\0' ? "/" : "", s->rest);
+    char *real = path != NULL ? realpath(path, NULL) : NULL;
+    if (real != NULL)
+        s->found = kt_robot_text(s->r, &s->r->keep, real, strlen(real));
     free(real);
     return s->found != NULL;
 }

@@ -82,11 +82,9 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
 
 static void judge_urdf_inertias(kt_urdf *u) {
     const size_t room = (size_t)u->draft.bodies.count + 1;
-    int *parents = kt_pool_take(&u->r->scratch, room, sizeof *parents);
-    if (parents == NULL) {
-        (void)kt_reader_out_of_memory(u->r);
+    int *parents = kt_robot_take(u->r, &u->r->scratch, room, sizeof *parents);
+    if (parents == NULL)
         return;
-    }
     for (int i = 0; i < u->link_count; i++) {
         const kt_urdf_link *link = &u->links[i];
         if (link->index >= 0)
@@ -102,11 +100,11 @@ static void judge_urdf_inertias(kt_urdf *u) {
 }
 
 static bool find_links(kt_urdf *u) {
-    u->draft.links = kt_pool_take(&u->r->scratch, (size_t)u->draft.bodies.count + 1, sizeof *u->draft.links);
+    u->draft.links = kt_robot_take(u->r, &u->r->scratch, (size_t)u->draft.bodies.count + 1, sizeof *u->draft.links);
     for (int i = 0; i < u->link_count && u->draft.links != NULL; i++)
         if (u->links[i].index >= 0)
             u->draft.links[u->links[i].index] = u->links[i].element;
-    return u->draft.links != NULL || kt_reader_out_of_memory(u->r);
+    return u->draft.links != NULL;
 }
 
 static void make_scene(kt_urdf *u, kt_scene *scene) {

@@ -215,12 +215,10 @@ static void make_urdf_effects(kt_urdf *u, const kt_urdf_joint *j) {
 static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
     if (j->master < 0)
         return;
-    kt_term *terms = kt_pool_take(&u->r->keep, 2, sizeof *terms);
-    char *name = kt_pool_take(&u->r->scratch, strlen(j->name) + 16, 1);
-    if (terms == NULL || name == NULL) {
-        (void)kt_reader_out_of_memory(u->r);
+    kt_term *terms = kt_robot_take(u->r, &u->r->keep, 2, sizeof *terms);
+    char *name = kt_robot_take(u->r, &u->r->scratch, strlen(j->name) + 16, 1);
+    if (terms == NULL || name == NULL)
         return;
-    }
     (void)snprintf(name, strlen(j->name) + 16, "mimic_%s", j->name);
     kt_loop *loop = kt_draft_loop(&u->draft, kt_xml_child(j->element, "mimic"), KT_LOOP_COUPLING, name);
     if (loop == NULL)
@@ -237,12 +235,10 @@ static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
 static void name_urdf_joints(kt_urdf *u) {
     const int count = u->draft.bodies.count;
     kt_body *bodies = u->draft.bodies.items;
-    const char **names = kt_pool_take(&u->r->scratch, (size_t)count + 1, sizeof *names);
+    const char **names = kt_robot_take(u->r, &u->r->scratch, (size_t)count + 1, sizeof *names);
     kt_namer joints;
-    if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count)) {
-        (void)kt_reader_out_of_memory(u->r);
+    if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count))
         return;
-    }
     for (int i = 0; i < u->link_count; i++) {
         const int carrier = u->links[i].carrier, body = u->links[i].index;
         const char *name = carrier >= 0 ? kt_xml_attribute(u->joints[carrier].element, "name") : NULL;

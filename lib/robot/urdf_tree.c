@@ -216,11 +216,9 @@ static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
 }
 
 void kt_urdf_follow(kt_urdf *u) {
-    int *path = kt_pool_take(&u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
-    if (path == NULL) {
-        (void)kt_reader_out_of_memory(u->r);
+    int *path = kt_robot_take(u->r, &u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
+    if (path == NULL)
         return;
-    }
     for (int i = 0; i < u->joint_count; i++)
         read_mimic(u, &u->joints[i]);
     for (int i = 0; i < u->joint_count; i++) {
@@ -255,11 +253,9 @@ static void declare_world(kt_urdf *u) {
         const char *name = parent != NULL ? kt_xml_attribute(parent, "link") : NULL;
         if (name == NULL || strcmp(name, "world") != 0)
             continue;
-        kt_element *e = kt_pool_take(&u->r->scratch, 1, sizeof *e);
-        if (e == NULL) {
-            (void)kt_reader_out_of_memory(u->r);
+        kt_element *e = kt_robot_take(u->r, &u->r->scratch, 1, sizeof *e);
+        if (e == NULL)
             return;
-        }
         *e = (kt_element){.name = "link", .attributes = attributes, .line = parent->line, .column = parent->column};
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
@@ -270,20 +266,17 @@ static void declare_world(kt_urdf *u) {
 
 /* Numbers the links and joints of <robot>, in the order of the file. */
 bool kt_urdf_collect(kt_urdf *u) {
-    kt_pool *pool = &u->r->scratch;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         u->link_count += strcmp(e->name, "link") == 0;
         u->joint_count += strcmp(e->name, "joint") == 0;
         kt_strange_search(&u->strange, &all_known, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
-    const size_t names = links + joints + 1;
-    void *memory = kt_pool_take(pool, 1, kt_names_size(names));
-    u->links = kt_pool_take(pool, links + 2, sizeof *u->links);
-    u->joints = kt_pool_take(pool, joints + 1, sizeof *u->joints);
-    if (memory == NULL || u->links == NULL || u->joints == NULL || !kt_namer_init(&u->namer, u->r, u->link_count + 1))
-        return kt_reader_out_of_memory(u->r);
-    kt_names_init(&u->names, names, memory);
+    u->links = kt_robot_take(u->r, &u->r->scratch, links + 2, sizeof *u->links);
+    u->joints = kt_robot_take(u->r, &u->r->scratch, joints + 1, sizeof *u->joints);
+    if (u->links == NULL || u->joints == NULL || !kt_robot_names(u->r, &u->names, links + joints + 1) ||
+        !kt_namer_init(&u->namer, u->r, u->link_count + 1))
+        return false;
     u->link_count = u->joint_count = 0;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         if (strcmp(e->name, "link") == 0) {
