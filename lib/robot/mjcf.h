@@ -391,7 +391,8 @@ typedef struct kt_mjcf_formula {
 } kt_mjcf_formula;
 
 void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
-void kt_mjcf_put_number(kt_mjcf_formula *to, double value);
+/* Puts a text with %s, %d and %g (print.h). */
+void kt_mjcf_print(kt_mjcf_formula *to, const char *format, ...) KT_PRINTF(2, 3);
 /* "2", or "2*step(t - 0.1)" of a value that is zero before a delay. */
 void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay);
 /* "2*position.a", "velocity.a": `quantity` is position or velocity. */

@@ -51,10 +51,7 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
     if (d->type == KT_MJCF_FILTER) {
         kt_mjcf_put(&rate, "(");
         kt_mjcf_put_delayed(&rate, control, d->delay);
-        kt_mjcf_put(&rate, " - ");
-        kt_mjcf_put(&rate, name);
-        kt_mjcf_put(&rate, ")/");
-        kt_mjcf_put_number(&rate, d->numbers[0]);
+        kt_mjcf_print(&rate, " - %s)/%g", name, d->numbers[0]);
     } else if (d->type == KT_MJCF_MUSCLE) {
         kt_mjcf_put_muscle_rate(d, control, name, &rate);
     } else {

@@ -335,12 +335,9 @@ static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins
         kt_mjcf_put(to, is_below && is_above ? "clamp(" : is_below ? "min(" : is_above ? "max(" : "(");
         return;
     }
-    for (int i = 0; i < 2; i++) {
-        if (isinf(bounds[i]))
-            continue;
-        kt_mjcf_put(to, ", ");
-        kt_mjcf_put_number(to, bounds[i]);
-    }
+    for (int i = 0; i < 2; i++)
+        if (!isinf(bounds[i]))
+            kt_mjcf_print(to, ", %g", bounds[i]);
     kt_mjcf_put(to, ")");
 }
 
@@ -352,7 +349,7 @@ static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_
     const bool is_constant = c[0] != 0.0 || (c[1] == 0.0 && c[2] == 0.0);
     const size_t first = to->length;
     if (is_constant)
-        kt_mjcf_put_number(to, c[0]);
+        kt_mjcf_print(to, "%g", c[0]);
     for (int k = 0; k < 2 && is_along_path(m, d); k++) {
         if (c[k + 1] == 0.0)
             continue;
@@ -399,7 +396,7 @@ static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
         kt_mjcf_put(to, d->activation);
         put_bounded(to, d->range, false);
     } else {
-        kt_mjcf_put_number(to, d->control);
+        kt_mjcf_print(to, "%g", d->control);
     }
     kt_mjcf_put(to, "*(");
     if (d->has_active)
@@ -424,11 +421,7 @@ static void put_shared_sum(const kt_mjcf *m, const kt_list *actions, const actio
 static void put_share(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
     static const char *const calls[] = {"/min(", "/max("};
     for (int i = 0; i < 2; i++) {
-        kt_mjcf_put(to, "*");
-        kt_mjcf_put_number(to, first->shared[i]);
-        kt_mjcf_put(to, calls[i]);
-        kt_mjcf_put_number(to, first->shared[i]);
-        kt_mjcf_put(to, ", ");
+        kt_mjcf_print(to, "*%g%s%g, ", first->shared[i], calls[i], first->shared[i]);
         put_shared_sum(m, actions, first, to);
         kt_mjcf_put(to, ")");
     }
@@ -441,9 +434,7 @@ static void put_action(const kt_mjcf *m, const kt_list *actions, const action *f
     const bool is_one = first->is_shared && is_one_sum(actions, first);
     for (const action *d = first; d != NULL; d = d->is_shared && !is_one ? next_sharer(actions, d) : NULL) {
         const double *bounds = is_one ? d->shared : d->bounds;
-        kt_mjcf_put(to, d != first ? " + " : "");
-        kt_mjcf_put_number(to, d->gear * lever);
-        kt_mjcf_put(to, "*");
+        kt_mjcf_print(to, "%s%g*", d != first ? " + " : "", d->gear * lever);
         put_bounded(to, bounds, true);
         kt_mjcf_put(to, d->is_shared && !is_one ? "(" : "");
         if (is_one)

@@ -128,10 +128,8 @@ static void act_by_row(kt_mjcf *m, const kt_elastic *p, const bent_entry *row, i
         for (int i = first; i < last; i++)
             variables += kt_elastic_put_point(m, p, row[i].column, axis, damping != 0.0,
                                               -row[i].value * (damping != 0.0 ? damping : 1.0), &constant, &to);
-        if (damping == 0.0 && constant != 0.0) {
-            kt_mjcf_put(&to, " + ");
-            kt_mjcf_put_number(&to, constant);
-        }
+        if (damping == 0.0 && constant != 0.0)
+            kt_mjcf_print(&to, " + %g", constant);
         if (variables > 0)
             act_on_coordinate(m, p, row->row, axis, &to);
     }
@@ -156,8 +154,7 @@ static void act_by_curvature(kt_mjcf *m, const kt_elastic *p, const bent_pair *p
     for (int i = 0; i < 4; i++)
         for (int axis = 0; axis < 3 && p->body[pair->v[i]] >= 0; axis++) {
             kt_mjcf_formula to = {.whole = true};
-            kt_mjcf_put_number(&to, i == 0 ? pair->curved : -pair->curved);
-            kt_mjcf_put(&to, "*(");
+            kt_mjcf_print(&to, "%g*(", i == 0 ? pair->curved : -pair->curved);
             for (int k = 1; k < 4; k++) {
                 if (i > 0 && k != i)
                     continue;

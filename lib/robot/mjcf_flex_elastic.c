@@ -170,14 +170,11 @@ static void put_strain(const kt_mjcf *m, const kt_elastic *p, const kt_elasticit
         }
         kt_mjcf_put(to, "*(");
         put_component(m, p, ends, axis, is_own, false, to);
-        kt_mjcf_put(to, " + ");
-        kt_mjcf_put_number(to, 2.0 * l->damping);
-        kt_mjcf_put(to, "*");
+        kt_mjcf_print(to, " + %g*", 2.0 * l->damping);
         put_component(m, p, ends, axis, is_own, true, to);
         kt_mjcf_put(to, ")");
     }
-    kt_mjcf_put(to, " - ");
-    kt_mjcf_put_number(to, kt_vec3_dot(span, span));
+    kt_mjcf_print(to, " - %g", kt_vec3_dot(span, span));
 }
 
 static kt_end end_at_point(kt_mjcf *m, const kt_elastic *p, int point) {
@@ -224,14 +221,12 @@ static void stretch_edge(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
         kt_mjcf_formula term = {.whole = true};
         if (k[e] == 0.0 || (p->body[other[0]] < 0 && p->body[other[1]] < 0)) /* a constant length */
             continue;
-        kt_mjcf_put_number(&term, k[e]);
-        kt_mjcf_put(&term, "*(");
+        kt_mjcf_print(&term, "%g*(", k[e]);
         put_strain(m, p, l, other, e == own, &term);
         kt_mjcf_put(&term, ")");
         if (to.length + term.length > FORMULA_MOST)
             end_stretch(m, p, ends, &to);
-        kt_mjcf_put(&to, to.length == 0 ? "-length*(" : " + ");
-        kt_mjcf_put(&to, term.text);
+        kt_mjcf_print(&to, "%s%s", to.length == 0 ? "-length*(" : " + ", term.text);
         to.whole = to.whole && term.whole;
     }
     end_stretch(m, p, ends, &to);

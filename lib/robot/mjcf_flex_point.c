@@ -45,10 +45,7 @@ void kt_elastic_put_span(const kt_mjcf *m, const kt_elastic *p, const int ends[2
     kt_mjcf_formula terms = {.whole = true};
     (void)kt_elastic_put_point(m, p, ends[1], axis, is_rate, 1.0, &constant, &terms);
     (void)kt_elastic_put_point(m, p, ends[0], axis, is_rate, -1.0, &constant, &terms);
-    kt_mjcf_put(to, "(");
-    kt_mjcf_put_number(to, is_rate ? 0.0 : constant);
-    kt_mjcf_put(to, terms.text);
-    kt_mjcf_put(to, ")");
+    kt_mjcf_print(to, "(%g%s)", is_rate ? 0.0 : constant, terms.text);
 }
 
 kt_effect *kt_elastic_add(kt_mjcf *m, const kt_flex *f, const kt_mjcf_formula *formula) {

@@ -31,20 +31,7 @@ static bool is_plain(const double k[3]) { return k[0] >= 0.0 && k[1] == 0.0 && k
 /* A force along a line by a formula: -factor x (k0 + k1 w + k2 x^2), with w = x, or |x|. */
 static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const char *x, bool is_odd) {
     kt_mjcf_formula to = {.whole = true};
-    kt_mjcf_put_number(&to, -l->factor);
-    kt_mjcf_put(&to, "*");
-    kt_mjcf_put(&to, x);
-    kt_mjcf_put(&to, "*(");
-    kt_mjcf_put_number(&to, k[0]);
-    kt_mjcf_put(&to, " + ");
-    kt_mjcf_put_number(&to, k[1]);
-    kt_mjcf_put(&to, is_odd ? "*abs" : "*");
-    kt_mjcf_put(&to, x);
-    kt_mjcf_put(&to, " + ");
-    kt_mjcf_put_number(&to, k[2]);
-    kt_mjcf_put(&to, "*");
-    kt_mjcf_put(&to, x);
-    kt_mjcf_put(&to, "^2)");
+    kt_mjcf_print(&to, "%g*%s*(%g + %g*%s%s + %g*%s^2)", -l->factor, x, k[0], k[1], is_odd ? "abs" : "", x, k[2], x);
     const char *text = kt_mjcf_keep_formula(m, &to);
     kt_effect *effect = text != NULL ? kt_mjcf_add_along(m, l, KT_EFFECT_EXPRESSION) : NULL;
     if (effect != NULL)
@@ -68,8 +55,7 @@ static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], con
     for (int i = 0; i < 2 && (i == 0 || rest[0] != rest[1]); i++) {
         kt_mjcf_put(&x, rest[0] != rest[1] ? begins[i] : "(");
         kt_mjcf_put_coordinate(&x, l->factor, "position", l->joint);
-        kt_mjcf_put(&x, " + ");
-        kt_mjcf_put_number(&x, 0.0 - rest[i]);
+        kt_mjcf_print(&x, " + %g", 0.0 - rest[i]);
     }
     kt_mjcf_put(&x, rest[0] != rest[1] ? "))" : ")");
     add_polynomial(m, l, k, x.text, false);

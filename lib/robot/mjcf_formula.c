@@ -1,42 +1,40 @@
 /* Formulas of a scene, written piece by piece, for features of MJCF that effects and loops do not have as numbers. */
-#include "document/number.h"
 #include "robot/mjcf.h"
+#include "robot/print.h"
 
 #include <string.h>
 
-void kt_mjcf_put(kt_mjcf_formula *to, const char *text) {
-    const size_t length = strlen(text);
+static void put_formula_piece(void *user, const char *text, size_t length, bool is_argument) {
+    kt_mjcf_formula *to = user;
+    (void)is_argument;
     to->whole = to->whole && to->length + length < sizeof to->text;
     if (!to->whole)
         return;
-    memcpy(to->text + to->length, text, length + 1);
+    memcpy(to->text + to->length, text, length);
     to->length += length;
+    to->text[to->length] = '\0';
 }
 
-void kt_mjcf_put_number(kt_mjcf_formula *to, double value) {
-    char number[KT_NUMBER_SIZE];
-    kt_number_format(number, value);
-    kt_mjcf_put(to, number);
+void kt_mjcf_put(kt_mjcf_formula *to, const char *text) { put_formula_piece(to, text, strlen(text), true); }
+
+void kt_mjcf_print(kt_mjcf_formula *to, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    kt_print_pieces(put_formula_piece, to, format, arguments);
+    va_end(arguments);
 }
 
 void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay) {
-    kt_mjcf_put_number(to, value);
-    if (!(delay > 0.0))
-        return;
-    kt_mjcf_put(to, "*step(t - ");
-    kt_mjcf_put_number(to, delay);
-    kt_mjcf_put(to, ")");
+    kt_mjcf_print(to, "%g", value);
+    if (delay > 0.0)
+        kt_mjcf_print(to, "*step(t - %g)", delay);
 }
 
 void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint) {
-    if (factor != 1.0) {
-        kt_mjcf_put_number(to, factor);
-        kt_mjcf_put(to, "*");
-    }
+    if (factor != 1.0)
+        kt_mjcf_print(to, "%g*", factor);
     to->whole = to->whole && strlen(quantity) + 1 + strlen(joint) <= KT_EXPRESSION_NAME_MAX;
-    kt_mjcf_put(to, quantity);
-    kt_mjcf_put(to, ".");
-    kt_mjcf_put(to, joint);
+    kt_mjcf_print(to, "%s.%s", quantity, joint);
 }
 
 const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula) {

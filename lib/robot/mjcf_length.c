@@ -91,10 +91,8 @@ static void put_part(const char *const names[3], double divisor, kt_mjcf_formula
         kt_mjcf_put_coordinate(to, 1.0, "position", names[k]);
         kt_mjcf_put(to, k == 2 ? "^2)" : "^2");
     }
-    if (divisor == 1.0)
-        return;
-    kt_mjcf_put(to, "/");
-    kt_mjcf_put_number(to, divisor);
+    if (divisor != 1.0)
+        kt_mjcf_print(to, "/%g", divisor);
 }
 
 /* Adds the sliders of a part as terms without a coefficient, and its length to the formula. */

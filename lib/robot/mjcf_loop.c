@@ -161,10 +161,8 @@ static void put_length(const kt_mjcf *m, const side *s, kt_mjcf_formula *to) {
         kt_mjcf_put(to, i == 0 ? "(" : " + ");
         kt_mjcf_put_coordinate(to, term->coefficient, "position", kt_mjcf_joint_at(m, term->joint)->name);
     }
-    if (s->reference != 0.0) {
-        kt_mjcf_put(to, " + ");
-        kt_mjcf_put_number(to, -s->reference);
-    }
+    if (s->reference != 0.0)
+        kt_mjcf_print(to, " + %g", -s->reference);
     kt_mjcf_put(to, ")");
 }
 
@@ -176,9 +174,7 @@ static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x,
     for (int k = 2; k < 5; k++) {
         if (a[k] == 0.0)
             continue;
-        kt_mjcf_put(&to, to.length > 0 ? " + " : "");
-        kt_mjcf_put_number(&to, -a[k]);
-        kt_mjcf_put(&to, "*");
+        kt_mjcf_print(&to, "%s%g*", to.length > 0 ? " + " : "", -a[k]);
         put_length(m, x, &to);
         kt_mjcf_put(&to, powers[k - 2]);
     }

@@ -35,17 +35,9 @@ kt_mjcf_muscle kt_mjcf_muscle_of(const double numbers[KT_MJCF_MUSCLE_NUMBERS], c
 
 /* "clamp((x - from)*factor, 0, most)", or "max((x - from)*factor, 0)" if most is infinite. */
 static void put_ramp(const char *x, double from, double factor, double most, kt_mjcf_formula *to) {
-    kt_mjcf_put(to, isinf(most) ? "max((" : "clamp((");
-    kt_mjcf_put(to, x);
-    kt_mjcf_put(to, " + ");
-    kt_mjcf_put_number(to, 0.0 - from);
-    kt_mjcf_put(to, ")*");
-    kt_mjcf_put_number(to, factor);
-    kt_mjcf_put(to, ", 0");
-    if (!isinf(most)) {
-        kt_mjcf_put(to, ", ");
-        kt_mjcf_put_number(to, most);
-    }
+    kt_mjcf_print(to, "%s((%s + %g)*%g, 0", isinf(most) ? "max" : "clamp", x, 0.0 - from, factor);
+    if (!isinf(most))
+        kt_mjcf_print(to, ", %g", most);
     kt_mjcf_put(to, ")");
 }
 
@@ -63,14 +55,11 @@ static double half_of(double length) { return 2.0 / copysign(fmax(least, fabs(le
 
 void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const char *rate, kt_mjcf_formula *to) {
     const double c = muscle->stretched - 1.0;
-    kt_mjcf_put_number(to, -muscle->force);
-    kt_mjcf_put(to, "*");
+    kt_mjcf_print(to, "%g*", -muscle->force);
     put_curve(length, muscle->shortest, -half_of(muscle->shortest), 2.0, to);
     kt_mjcf_put(to, "*");
     put_curve(length, muscle->longest, -half_of(muscle->longest), 2.0, to);
-    kt_mjcf_put(to, "*(clamp(");
-    kt_mjcf_put(to, rate);
-    kt_mjcf_put(to, " + 1, 0, 1)^2");
+    kt_mjcf_print(to, "*(clamp(%s + 1, 0, 1)^2", rate);
     if (c > 0.0) {
         kt_mjcf_put(to, " + ");
         put_ramp(rate, 0.0, 1.0, c, to);
@@ -82,50 +71,33 @@ void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const 
 }
 
 void kt_mjcf_put_passive(const kt_mjcf_muscle *muscle, const char *length, kt_mjcf_formula *to) {
-    kt_mjcf_put_number(to, -muscle->force * muscle->passive);
-    kt_mjcf_put(to, "*");
+    kt_mjcf_print(to, "%g*", -muscle->force * muscle->passive);
     put_curve(length, 1.0, half_of(muscle->longest), (double)INFINITY, to);
 }
 
 /* "T1*e" or "T2/e". */
 static void put_time(double time, const char *sign, const char *w, kt_mjcf_formula *to) {
-    kt_mjcf_put_number(to, fmax(least, time));
-    kt_mjcf_put(to, sign);
-    kt_mjcf_put(to, "(0.5 + 1.5*clamp(");
-    kt_mjcf_put(to, w);
-    kt_mjcf_put(to, ", 0, 1))");
+    kt_mjcf_print(to, "%g%s(0.5 + 1.5*clamp(%s, 0, 1))", fmax(least, time), sign, w);
 }
 
 void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const char *w, kt_mjcf_formula *to) {
     const double width = d->numbers[2];
     kt_mjcf_formula difference = {.whole = true}, share = {.whole = true};
     kt_mjcf_put_delayed(&difference, fmin(fmax(control, 0.0), 1.0), d->delay);
-    kt_mjcf_put(&difference, " - ");
-    kt_mjcf_put(&difference, w);
-    if (width > least) {
+    kt_mjcf_print(&difference, " - %s", w);
+    if (width > least)
         put_ramp(difference.text, -0.5 * width, 1.0 / width, 1.0, &share);
-    } else {
-        kt_mjcf_put(&share, "(");
-        kt_mjcf_put(&share, difference.text);
-        kt_mjcf_put(&share, " > 0)");
-    }
-    kt_mjcf_put(to, "(");
-    kt_mjcf_put(to, difference.text);
-    kt_mjcf_put(to, ")/(");
+    else
+        kt_mjcf_print(&share, "(%s > 0)", difference.text);
+    kt_mjcf_print(to, "(%s)/(", difference.text);
     put_time(d->numbers[1], "/", w, to);
     kt_mjcf_put(to, " + (");
     put_time(d->numbers[0], "*", w, to);
     kt_mjcf_put(to, " - ");
     put_time(d->numbers[1], "/", w, to);
-    kt_mjcf_put(to, ")*");
-    kt_mjcf_put(to, share.text);
-    if (width > least) {
-        kt_mjcf_put(to, "^3*(10 + ");
-        kt_mjcf_put(to, share.text);
-        kt_mjcf_put(to, "*(6*");
-        kt_mjcf_put(to, share.text);
-        kt_mjcf_put(to, " - 15))");
-    }
+    kt_mjcf_print(to, ")*%s", share.text);
+    if (width > least)
+        kt_mjcf_print(to, "^3*(10 + %s*(6*%s - 15))", share.text, share.text);
     kt_mjcf_put(to, ")");
     to->whole = to->whole && difference.whole && share.whole;
 }

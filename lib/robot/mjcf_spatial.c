@@ -223,8 +223,7 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
 void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to) {
-    kt_mjcf_put_number(to, factor);
-    kt_mjcf_put(to, is_rate ? "*speed" : "*length");
+    kt_mjcf_print(to, "%g*%s", factor, is_rate ? "speed" : "length");
 }
 
 void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
@@ -261,29 +260,19 @@ typedef struct passive {
 
 /* "x*(-k0 + -k1*odd + -k2*x^2)". */
 static void put_polynomial(const double k[3], const char *x, const char *odd, kt_mjcf_formula *to) {
-    const char *const factors[] = {"", odd, x}, *const ends[] = {"", "", "^2"};
-    kt_mjcf_put(to, x);
-    kt_mjcf_put(to, "*(");
-    for (int i = 0; i < 3; i++) {
-        if (i > 0 && k[i] == 0.0)
-            continue;
-        kt_mjcf_put(to, i > 0 ? " + " : "");
-        kt_mjcf_put_number(to, -k[i]);
-        kt_mjcf_put(to, i > 0 ? "*" : "");
-        kt_mjcf_put(to, factors[i]);
-        kt_mjcf_put(to, ends[i]);
-    }
-    kt_mjcf_put(to, ")");
+    kt_mjcf_print(to, "%s*(%g", x, -k[0]);
+    for (int i = 1; i < 3; i++)
+        if (k[i] != 0.0)
+            kt_mjcf_print(to, " + %g*%s", -k[i], i == 1 ? odd : x);
+    kt_mjcf_put(to, k[2] != 0.0 ? "^2)" : ")");
 }
 
 /* "(length - clamp(length, a, b))", the stretch of the spring. */
 static void put_stretch(const passive *p, kt_mjcf_formula *to) {
-    kt_mjcf_put(to, p->rest[0] == p->rest[1] ? "(length - " : "(length - clamp(length");
-    for (int i = 0; i < 2 && (i == 0 || p->rest[0] != p->rest[1]); i++) {
-        kt_mjcf_put(to, p->rest[0] != p->rest[1] ? ", " : "");
-        kt_mjcf_put_number(to, p->rest[i]);
-    }
-    kt_mjcf_put(to, p->rest[0] == p->rest[1] ? ")" : "))");
+    if (p->rest[0] == p->rest[1])
+        kt_mjcf_print(to, "(length - %g)", p->rest[0]);
+    else
+        kt_mjcf_print(to, "(length - clamp(length, %g, %g))", p->rest[0], p->rest[1]);
 }
 
 static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
@@ -298,19 +287,10 @@ static void put_spring(const passive *p, kt_mjcf_formula *to) {
         put_polynomial(p->stiffness, stretch.text, stretch.text, to);
         return;
     }
-    if (p->rest[0] == p->rest[1]) {
-        kt_mjcf_put_number(to, p->stiffness[0] * p->rest[0]);
-    } else {
-        kt_mjcf_put(to, "clamp(");
-        kt_mjcf_put_path(1.0, false, to);
-        for (int i = 0; i < 2; i++) {
-            kt_mjcf_put(to, ", ");
-            kt_mjcf_put_number(to, p->rest[i]);
-        }
-        kt_mjcf_put(to, ")*");
-        kt_mjcf_put_number(to, p->stiffness[0]);
-    }
-    kt_mjcf_put(to, " + ");
+    if (p->rest[0] == p->rest[1])
+        kt_mjcf_print(to, "%g + ", p->stiffness[0] * p->rest[0]);
+    else
+        kt_mjcf_print(to, "clamp(1*length, %g, %g)*%g + ", p->rest[0], p->rest[1], p->stiffness[0]);
     kt_mjcf_put_path(-p->stiffness[0], false, to);
 }
 
@@ -319,13 +299,8 @@ static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *u
     const passive *p = user;
     (void)m, (void)t;
     put_spring(p, to);
-    if (p->friction != 0.0) {
-        kt_mjcf_put(to, " + ");
-        kt_mjcf_put_number(to, -p->friction);
-        kt_mjcf_put(to, "*tanh(speed/");
-        kt_mjcf_put_number(to, kt_effect_default().smoothing);
-        kt_mjcf_put(to, ")");
-    }
+    if (p->friction != 0.0)
+        kt_mjcf_print(to, " + %g*tanh(speed/%g)", -p->friction, kt_effect_default().smoothing);
     if (!is_spring(p->damping))
         return;
     kt_mjcf_put(to, " + ");
@@ -333,13 +308,8 @@ static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *u
         kt_mjcf_put_path(-p->damping[0], true, to);
     else
         put_polynomial(p->damping, "speed", "abs(speed)", to);
-    for (int i = 0; i < 2 && p->only_beyond; i++) {
-        kt_mjcf_put(to, i == 0 ? "*((" : ") + (");
-        kt_mjcf_put_path(1.0, false, to);
-        kt_mjcf_put(to, i == 0 ? " < " : " > ");
-        kt_mjcf_put_number(to, p->rest[i]);
-    }
-    kt_mjcf_put(to, p->only_beyond ? "))" : "");
+    if (p->only_beyond)
+        kt_mjcf_print(to, "*((1*length < %g) + (1*length > %g))", p->rest[0], p->rest[1]);
 }
 
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {

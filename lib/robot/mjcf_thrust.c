@@ -38,9 +38,7 @@ static void add_driven_wrench(kt_mjcf *m, const kt_element *e, const kt_end *end
     effect->frame = KT_FRAME_BODY;
     for (int k = 0; k < 6; k++) {
         kt_mjcf_formula to = {.whole = true};
-        kt_mjcf_put_number(&to, parts[k]);
-        kt_mjcf_put(&to, "*");
-        kt_mjcf_put(&to, force);
+        kt_mjcf_print(&to, "%g*%s", parts[k], force);
         effect->formula[k] = parts[k] != 0.0 ? kt_mjcf_keep_formula(m, &to) : NULL;
     }
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));

@@ -135,12 +135,13 @@ void kt_export_lose(kt_export *x, const char *what);
  * the coupling is none. */
 bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]);
 
-/* Writes ` name="1 2 3"`. */
+/* Writes a text with %s, %d and %g (print.h). In the arguments, special characters of XML are replaced. */
+void kt_export_print(kt_export *x, const char *format, ...) KT_PRINTF(2, 3);
+
+/* Write ` name="1 2 3"`; a number unless it is zero. */
 void kt_export_numbers(kt_export *x, const char *name, const double *values, int count);
 void kt_export_vector(kt_export *x, const char *name, kt_vec3 v);
-
-/* Writes a text, with the special characters of XML replaced. */
-void kt_export_text(kt_export *x, const char *text);
+void kt_export_unless_zero(kt_export *x, const char *name, double value);
 
 static inline const kt_body *kt_export_body(const kt_export *x, int i) { return &x->d->bodies[i]; }
 kt_mat3 kt_export_matrix(const kt_rotation *rotation);
@@ -162,10 +163,6 @@ kt_pose kt_export_end(const kt_export *x, const kt_end *end);
 
 /* The body of a joint with one coordinate; -1 where there is none of the name. */
 int kt_export_scalar(const kt_export *x, const char *joint);
-
-/* A number with as many digits as its bits need. */
-enum { KT_EXPORT_NUMBER = 32 };
-void kt_export_number(char *text, double value);
 
 /* The action at each body; `depth` is the number of bodies around it. */
 typedef void kt_export_visit(kt_export *x, int body, int depth);
@@ -242,7 +239,7 @@ bool kt_export_read_muscle(const char *force, const char *rate, kt_export_muscle
 double kt_export_muscle_force(const kt_export_muscle *m, double length, double speed, double w);
 double kt_export_muscle_rate(const kt_export_muscle *m, double w);
 
-/* Writes the attributes of a muscle. */
+/* Writes the attributes of a muscle, and ends its element. */
 void kt_export_write_muscle(kt_export *x, const kt_export_muscle *m);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */

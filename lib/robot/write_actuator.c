@@ -526,17 +526,14 @@ bool kt_export_take_actuator(kt_export *x, const kt_effect *e) {
 static const double buffer_step = 1e-4;
 
 static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
-    fputs(d->muscle != NULL ? "    <muscle" : "    <general", x->stream);
-    if (d->effect->name != NULL && d->is_first) {
-        fputs(" name=\"", x->stream);
-        kt_export_text(x, d->effect->name);
-        fputs("\"", x->stream);
-    }
+    kt_export_print(x, "    <%s", d->muscle != NULL ? "muscle" : "general");
+    if (d->effect->name != NULL && d->is_first)
+        kt_export_print(x, " name=\"%s\"", d->effect->name);
     if (d->rope >= 0)
         kt_export_rope_name(x, "tendon", d->rope);
     else
-        fprintf(x->stream, " %s=\"%s\"", x->role[d->body] == KT_EXPORT_SUM ? "tendon" : "joint",
-                kt_joint_name_of(kt_export_body(x, d->body)));
+        kt_export_print(x, " %s=\"%s\"", x->role[d->body] == KT_EXPORT_SUM ? "tendon" : "joint",
+                        kt_joint_name_of(kt_export_body(x, d->body)));
     if (d->has_force_range)
         kt_export_numbers(x, "forcerange", d->force_range, 2);
     if (d->has_act_range)
@@ -544,23 +541,19 @@ static void write_formula_actuator(kt_export *x, const kt_export_actuator *d) {
     if (d->body >= 0 && isfinite(kt_export_body(x, d->body)->joint.limits.effort) &&
         !kt_export_has_force_range(&x->forces[d->body]))
         kt_export_lose(x, KT_EXPORT_EFFORTS);
-    if (d->delay > 0.0) {
-        kt_export_numbers(x, "delay", &d->delay, 1);
-        fprintf(x->stream, " nsample=\"%d\"", (int)fmin(ceil(d->delay / buffer_step) + 1.0, 16777216.0));
-    }
+    if (d->delay > 0.0)
+        kt_export_print(x, " delay=\"%g\" nsample=\"%d\"", d->delay,
+                        (int)fmin(ceil(d->delay / buffer_step) + 1.0, 16777216.0));
     if (d->muscle != NULL) {
         kt_export_write_muscle(x, d->muscle);
-        fputs("/>\n", x->stream);
         return;
     }
     if (d->state >= 0)
-        fprintf(x->stream, " dyntype=\"%s\" gaintype=\"affine\"", d->time > 0.0 ? "filterexact" : "integrator");
+        kt_export_print(x, " dyntype=\"%s\" gaintype=\"affine\"", d->time > 0.0 ? "filterexact" : "integrator");
     if (d->time > 0.0)
-        kt_export_numbers(x, "dynprm", &d->time, 1);
+        kt_export_print(x, " dynprm=\"%g\"", d->time);
     kt_export_numbers(x, "gainprm", d->gain, d->state >= 0 ? 3 : 1);
-    fputs(" biastype=\"affine\"", x->stream);
-    kt_export_numbers(x, "biasprm", d->bias, 3);
-    fputs("/>\n", x->stream);
+    kt_export_print(x, " biastype=\"affine\" biasprm=\"%g %g %g\"/>\n", d->bias[0], d->bias[1], d->bias[2]);
 }
 
 void kt_export_formula_actuators(kt_export *x) {

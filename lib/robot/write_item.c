@@ -1,5 +1,5 @@
 /* Parts that both formats write: numbers, texts, joints of several coordinates as several joints, solids, masses. */
-#include "document/number.h"
+#include "robot/print.h"
 #include "robot/write.h"
 
 #include <math.h>
@@ -7,38 +7,41 @@
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-void kt_export_number(char *text, double value) { kt_number_format(text, value); }
+/* A character that XML does not have becomes '?'. */
+static void write_piece(void *user, const char *text, size_t length, bool is_argument) {
+    const kt_export *x = user;
+    for (size_t i = 0; i < length; i++)
+        if (is_argument && text[i] == '<')
+            fputs("&lt;", x->stream);
+        else if (is_argument && text[i] == '&')
+            fputs("&amp;", x->stream);
+        else if (is_argument && text[i] == '"')
+            fputs("&quot;", x->stream);
+        else
+            fputc(is_argument && (unsigned char)text[i] < ' ' ? '?' : text[i], x->stream);
+}
+
+void kt_export_print(kt_export *x, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    kt_print_pieces(write_piece, x, format, arguments);
+    va_end(arguments);
+}
 
 void kt_export_numbers(kt_export *x, const char *name, const double *values, int count) {
-    char text[KT_EXPORT_NUMBER];
-    fprintf(x->stream, " %s=\"", name);
-    for (int i = 0; i < count; i++) {
-        kt_export_number(text, values[i]);
-        fprintf(x->stream, "%s%s", i > 0 ? " " : "", text);
-    }
-    fputs("\"", x->stream);
+    kt_export_print(x, " %s=\"", name);
+    for (int i = 0; i < count; i++)
+        kt_export_print(x, i > 0 ? " %g" : "%g", values[i]);
+    kt_export_print(x, "\"");
+}
+
+void kt_export_unless_zero(kt_export *x, const char *name, double value) {
+    if (value != 0.0)
+        kt_export_print(x, " %s=\"%g\"", name, value);
 }
 
 void kt_export_vector(kt_export *x, const char *name, kt_vec3 v) {
     kt_export_numbers(x, name, (const double[]){v.x, v.y, v.z}, 3);
-}
-
-/* A character that XML does not have becomes '?'. */
-void kt_export_text(kt_export *x, const char *text) {
-    for (; *text != '\0'; text++)
-        switch (*text) {
-        case '<':
-            fputs("&lt;", x->stream);
-            break;
-        case '&':
-            fputs("&amp;", x->stream);
-            break;
-        case '"':
-            fputs("&quot;", x->stream);
-            break;
-        default:
-            fputc((unsigned char)*text < ' ' ? '?' : *text, x->stream);
-        }
 }
 
 void kt_export_lose(kt_export *x, const char *what) {

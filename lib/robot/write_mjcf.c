@@ -22,6 +22,12 @@ static void write_quat(kt_export *x, kt_mat3 rotation) {
         kt_export_numbers(x, "quat", (const double[]){q.w, q.x, q.y, q.z}, 4);
 }
 
+/* The place of a body, a geom or a site. */
+static void write_place(kt_export *x, kt_vec3 at, kt_mat3 rotation) {
+    kt_export_vector(x, "pos", at);
+    write_quat(x, rotation);
+}
+
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
 /* A joint of MJCF: a step of one of our joints, on the body that has it in the file. */
@@ -50,14 +56,11 @@ static void write_limits(kt_export *x, int i) {
 }
 
 static void write_mjcf_forces(kt_export *x, const kt_export_forces *f) {
-    if (f->damping != 0.0)
-        kt_export_numbers(x, "damping", &f->damping, 1);
-    if (f->friction != 0.0)
-        kt_export_numbers(x, "frictionloss", &f->friction, 1);
+    kt_export_unless_zero(x, "damping", f->damping);
+    kt_export_unless_zero(x, "frictionloss", f->friction);
+    kt_export_unless_zero(x, "stiffness", f->stiffness);
     if (f->stiffness != 0.0)
-        kt_export_numbers(x, "stiffness", &f->stiffness, 1);
-    if (f->stiffness != 0.0 && f->rest != 0.0)
-        kt_export_numbers(x, "springref", &f->rest, 1);
+        kt_export_unless_zero(x, "springref", f->rest);
 }
 
 static void write_mjcf_joint(kt_export *x, const act *a, const kt_export_step *step) {
@@ -70,23 +73,23 @@ static void write_mjcf_joint(kt_export *x, const act *a, const kt_export_step *s
     for (int n = 1; n < nv; n++)
         if (body->joint.armature[a->part + n] != armature)
             kt_export_lose(x, "armatures of a ball or free joint that differ");
-    fprintf(x->stream, "<joint name=\"%s", kt_joint_name_of(body));
+    kt_export_print(x, "<joint name=\"%s", kt_joint_name_of(body));
     if (a->part > 0)
-        fprintf(x->stream, "__%d", a->part);
-    fprintf(x->stream, "\" type=\"%s\"", type);
+        kt_export_print(x, "__%d", a->part);
+    kt_export_print(x, "\" type=\"%s\"", type);
     if (!a->is_own)
         kt_export_vector(x, "pos", a->frame.position);
     if (nv == 1)
         kt_export_vector(x, "axis",
                          a->is_own ? kt_vec3_normalize(step->axis)
                                    : kt_mat3_apply(a->frame.rotation, kt_vec3_normalize(step->axis)));
-    if (armature != 0.0 && !(body->joint.type == KT_JOINT_SCREW && a->part > 0))
-        kt_export_numbers(x, "armature", &armature, 1);
+    if (body->joint.type != KT_JOINT_SCREW || a->part == 0)
+        kt_export_unless_zero(x, "armature", armature);
     if (is_whole && nv == 1) {
         write_limits(x, a->body);
         write_mjcf_forces(x, &x->forces[a->body]);
     }
-    fputs("/>", x->stream);
+    kt_export_print(x, "/>");
 }
 
 /* The joints of a body: those of its own joint, which may be several. */
@@ -152,9 +155,7 @@ static void write_mjcf_inertial(kt_export *x, int body, bool moves) {
         return;
     const kt_sym3 s = m.full;
     const bool is_diagonal = s.xy == 0.0 && s.xz == 0.0 && s.yz == 0.0;
-    fputs("<inertial", x->stream);
-    kt_export_vector(x, "pos", m.com);
-    kt_export_numbers(x, "mass", &m.mass, 1);
+    kt_export_print(x, "<inertial pos=\"%g %g %g\" mass=\"%g\"", m.com.x, m.com.y, m.com.z, m.mass);
     if (m.is_plain) {
         kt_export_numbers(x, is_diagonal ? "diaginertia" : "fullinertia",
                           (const double[]){s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, is_diagonal ? 3 : 6);
@@ -162,7 +163,7 @@ static void write_mjcf_inertial(kt_export *x, int body, bool moves) {
         write_quat(x, m.axes);
         kt_export_numbers(x, "diaginertia", m.moment, 3);
     }
-    fputs("/>", x->stream);
+    kt_export_print(x, "/>");
 }
 
 static const char for_pictures[] = " mass=\"0\" contype=\"0\" conaffinity=\"0\"/>";
@@ -180,11 +181,10 @@ static void write_geom(kt_export *x, const kt_shape *of) {
             kt_export_lose(x, "shapes without a volume");
             return;
         }
-    fprintf(x->stream, "<geom type=\"%s\"", is_box ? "box" : is_sphere ? "sphere" : "cylinder");
+    kt_export_print(x, "<geom type=\"%s\"", is_box ? "box" : is_sphere ? "sphere" : "cylinder");
     kt_export_numbers(x, "size", size, count);
-    kt_export_vector(x, "pos", shape.at);
-    write_quat(x, kt_export_matrix(&shape.rotation));
-    fputs(for_pictures, x->stream);
+    write_place(x, shape.at, kt_export_matrix(&shape.rotation));
+    kt_export_print(x, for_pictures);
 }
 
 /* The file of a mesh, or the text of one that is built in; NULL: it is left out. */
@@ -210,40 +210,37 @@ static void write_mjcf_meshes(kt_export *x, int i) {
         const kt_scene_mesh *mesh = &x->meshes[k];
         if (source_of(x, k) == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
             continue;
-        fprintf(x->stream, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
-        kt_export_vector(x, "pos", mesh->at);
-        write_quat(x, kt_export_matrix(&mesh->rotation));
-        fputs(for_pictures, x->stream);
+        kt_export_print(x, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
+        write_place(x, mesh->at, kt_export_matrix(&mesh->rotation));
+        kt_export_print(x, for_pictures);
     }
 }
 
 static void write_source(kt_export *x, int mesh) {
     const char *source = source_of(x, mesh);
-    if (x->meshes[mesh].builtin != NULL) {
-        source += strspn(source, " ");
-        const int length = (int)strcspn(source, " ");
-        fprintf(x->stream, " builtin=\"%.*s\" params=\"%s\"", length, source,
-                source + length + strspn(source + length, " "));
+    if (x->meshes[mesh].builtin == NULL) {
+        kt_export_print(x, " file=\"%s\"", source);
         return;
     }
-    fputs(" file=\"", x->stream);
-    kt_export_text(x, source);
-    fputs("\"", x->stream);
+    source += strspn(source, " ");
+    const int length = (int)strcspn(source, " ");
+    fprintf(x->stream, " builtin=\"%.*s\" params=\"%s\"", length, source,
+            source + length + strspn(source + length, " "));
 }
 
 static void write_assets(kt_export *x) {
-    fputs("  <asset>\n", x->stream);
+    kt_export_print(x, "  <asset>\n");
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_vec3 scale = x->meshes[k].scale;
         if (source_of(x, k) == NULL || asset_of(x, k) != k)
             continue;
-        fprintf(x->stream, "    <mesh name=\"mesh_%d\" inertia=\"shell\"", k);
+        kt_export_print(x, "    <mesh name=\"mesh_%d\" inertia=\"shell\"", k);
         write_source(x, k);
         if (scale.x != 1.0 || scale.y != 1.0 || scale.z != 1.0)
             kt_export_vector(x, "scale", scale);
-        fputs("/>\n", x->stream);
+        kt_export_print(x, "/>\n");
     }
-    fputs("  </asset>\n", x->stream);
+    kt_export_print(x, "  </asset>\n");
 }
 
 /* The ends of loops are sites LOOP__1 and LOOP__2. Points a unit along the axis of a revolute loop are LOOP__3 and
@@ -256,15 +253,14 @@ static void write_ends(kt_export *x, int body) {
             if ((end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1) != body)
                 continue;
             const kt_pose frame = kt_export_end(x, end);
-            fprintf(x->stream, "<site name=\"%s__%d\"", loop->name, k + 1);
-            kt_export_vector(x, "pos", frame.position);
-            write_quat(x, frame.rotation);
-            fputs("/>", x->stream);
+            kt_export_print(x, "<site name=\"%s__%d\"", loop->name, k + 1);
+            write_place(x, frame.position, frame.rotation);
+            kt_export_print(x, "/>");
             if (loop->type != KT_LOOP_REVOLUTE)
                 continue;
-            fprintf(x->stream, "<site name=\"%s__%d\"", loop->name, k + 3);
+            kt_export_print(x, "<site name=\"%s__%d\"", loop->name, k + 3);
             kt_export_vector(x, "pos", kt_pose_apply(frame, kt_vec3_normalize(loop->axis)));
-            fputs("/>", x->stream);
+            kt_export_print(x, "/>");
         }
     }
 }
@@ -273,11 +269,10 @@ static void write_markers(kt_export *x, int i) {
     const kt_body *body = kt_export_body(x, i);
     for (int k = 0; k < body->marker_count; k++) { /* names of sites are those of the whole model */
         const bool is_first = kt_names_find(&x->names, 2, body->markers[k].name) == i;
-        fprintf(x->stream, "<site name=\"%s%s%s\"", is_first ? "" : body->name, is_first ? "" : "__",
-                body->markers[k].name);
-        kt_export_vector(x, "pos", body->markers[k].at);
-        write_quat(x, kt_export_matrix(&body->markers[k].rotation));
-        fputs("/>", x->stream);
+        kt_export_print(x, "<site name=\"%s%s%s\"", is_first ? "" : body->name, is_first ? "" : "__",
+                        body->markers[k].name);
+        write_place(x, body->markers[k].at, kt_export_matrix(&body->markers[k].rotation));
+        kt_export_print(x, "/>");
     }
 }
 
@@ -287,9 +282,8 @@ static void begin_body(kt_export *x, int i, int depth) {
         return;
     const kt_pose pose = whole_pose(x, i);
     fprintf(x->stream, "%*s<body name=\"%s\"", 2 * depth + 4, "", body->name);
-    kt_export_vector(x, "pos", pose.position);
-    write_quat(x, pose.rotation);
-    fputs(">", x->stream);
+    write_place(x, pose.position, pose.rotation);
+    kt_export_print(x, ">");
     const int joints = write_joints(x, i);
     write_mjcf_inertial(x, i, joints > 0);
     for (int k = 0; k <= body->shape_count; k++)
@@ -298,7 +292,7 @@ static void begin_body(kt_export *x, int i, int depth) {
     write_markers(x, i);
     write_ends(x, i);
     kt_export_rope_points(x, i);
-    fputs("\n", x->stream);
+    kt_export_print(x, "\n");
 }
 
 static void end_body(kt_export *x, int i, int depth) {
@@ -307,21 +301,20 @@ static void end_body(kt_export *x, int i, int depth) {
 }
 
 void kt_export_mjcf(kt_export *x) {
-    fputs("<mujoco model=\"", x->stream);
-    kt_export_text(x, x->d->name != NULL ? x->d->name : "robot");
-    fputs("\">\n  <compiler angle=\"radian\" autolimits=\"true\"/>\n  <option", x->stream);
+    kt_export_print(x, "<mujoco model=\"%s\">\n", x->d->name != NULL ? x->d->name : "robot");
+    kt_export_print(x, "  <compiler angle=\"radian\" autolimits=\"true\"/>\n  <option");
     kt_export_vector(x, "gravity", x->d->gravity);
-    fputs("/>\n", x->stream);
+    kt_export_print(x, "/>\n");
     write_assets(x);
-    fputs("  <worldbody>\n    ", x->stream);
+    kt_export_print(x, "  <worldbody>\n    ");
     write_ends(x, -1);
     kt_export_rope_points(x, -1);
-    fputs("\n", x->stream);
+    kt_export_print(x, "\n");
     kt_export_tree(x, begin_body, end_body);
-    fputs("  </worldbody>\n", x->stream);
+    kt_export_print(x, "  </worldbody>\n");
     kt_export_tendons(x);
     kt_export_equalities(x);
     kt_export_actuators(x);
     kt_export_start(x);
-    fputs("</mujoco>\n", x->stream);
+    kt_export_print(x, "</mujoco>\n");
 }

@@ -20,11 +20,8 @@ static void write_terms(kt_export *x, const kt_loop *loop, int but, double facto
     for (int k = 0; k < loop->term_count; k++) {
         const double coefficient = factor * loop->terms[k].coefficient;
         const int body = kt_export_scalar(x, loop->terms[k].joint);
-        if (body == but || coefficient == 0.0)
-            continue;
-        fprintf(x->stream, "<joint joint=\"%s\"", loop->terms[k].joint);
-        kt_export_numbers(x, "coef", &coefficient, 1);
-        fputs("/>", x->stream);
+        if (body != but && coefficient != 0.0)
+            kt_export_print(x, "<joint joint=\"%s\" coef=\"%g\"/>", loop->terms[k].joint, coefficient);
     }
 }
 
@@ -33,70 +30,48 @@ static void write_number(kt_export *x, int i) {
     const kt_joint *joint = &kt_export_body(x, i)->joint;
     double own;
     const double offset = kt_export_number_offset(x, i, &own), rest = f->rest - offset;
-    fprintf(x->stream, "    <fixed name=\"%s\"", joint_of(x, i));
-    if (f->damping != 0.0)
-        kt_export_numbers(x, "damping", &f->damping, 1);
-    if (f->friction != 0.0)
-        kt_export_numbers(x, "frictionloss", &f->friction, 1);
-    if (f->stiffness != 0.0) {
-        kt_export_numbers(x, "stiffness", &f->stiffness, 1);
-        kt_export_numbers(x, "springlength", (const double[]){rest, rest}, 2);
-    }
-    if (joint->armature[0] != 0.0)
-        kt_export_numbers(x, "armature", &joint->armature[0], 1);
+    kt_export_print(x, "    <fixed name=\"%s\"", joint_of(x, i));
+    kt_export_unless_zero(x, "damping", f->damping);
+    kt_export_unless_zero(x, "frictionloss", f->friction);
+    if (f->stiffness != 0.0)
+        kt_export_print(x, " stiffness=\"%g\" springlength=\"%g %g\"", f->stiffness, rest, rest);
+    kt_export_unless_zero(x, "armature", joint->armature[0]);
     if (isfinite(joint->limits.lower) && isfinite(joint->limits.upper) && joint->limits.lower < joint->limits.upper)
-        kt_export_numbers(x, "range", (const double[]){joint->limits.lower - offset, joint->limits.upper - offset}, 2);
-    fputs(">", x->stream);
+        kt_export_print(x, " range=\"%g %g\"", joint->limits.lower - offset, joint->limits.upper - offset);
+    kt_export_print(x, ">");
     write_terms(x, x->sum[i], i, -1.0 / own);
-    fputs("</fixed>\n", x->stream);
+    kt_export_print(x, "</fixed>\n");
 }
 
 void kt_export_tendons(kt_export *x) {
-    fputs("  <tendon>\n", x->stream);
+    kt_export_print(x, "  <tendon>\n");
     for (int i = 0; i < x->d->body_count; i++)
         if (x->role[i] == KT_EXPORT_SUM)
             write_number(x, i);
     for (int i = 0; i < x->tendon_count; i++) {
-        fprintf(x->stream, "    <fixed name=\"%s\">", x->tendons[i]->name);
+        kt_export_print(x, "    <fixed name=\"%s\">", x->tendons[i]->name);
         write_terms(x, x->tendons[i], -1, 1.0);
-        fputs("</fixed>\n", x->stream);
+        kt_export_print(x, "</fixed>\n");
     }
     kt_export_ropes(x);
-    fputs("  </tendon>\n", x->stream);
+    kt_export_print(x, "  </tendon>\n");
 }
 
 /* ---- equalities -------------------------------------------------------------------------------------------------- */
 
 static void write_sites(kt_export *x, const kt_loop *loop, const char *type, const char *suffix, int first) {
-    fprintf(x->stream, "    <%s name=\"%s%s\" site1=\"%s__%d\" site2=\"%s__%d\"/>\n", type, loop->name, suffix,
-            loop->name, first, loop->name, first + 1);
-}
-
-static void write_follower(kt_export *x, const char *joint, const char *other, const double *a, int count) {
-    fprintf(x->stream, "    <joint joint1=\"%s\"", joint);
-    if (other != NULL)
-        fprintf(x->stream, " joint2=\"%s\"", other);
-    kt_export_numbers(x, "polycoef", a, count);
-    fputs("/>\n", x->stream);
-}
-
-/* The slide of a screw advances with its hinge. */
-static void write_screw(kt_export *x, int i) {
-    const kt_joint *joint = &kt_export_body(x, i)->joint;
-    fprintf(x->stream, "    <joint joint1=\"%s__1\" joint2=\"%s\"", joint_of(x, i), joint_of(x, i));
-    kt_export_numbers(x, "polycoef", (const double[]){0.0, joint->pitch, 0.0, 0.0, 0.0}, 5);
-    fputs("/>\n", x->stream);
+    kt_export_print(x, "    <%s name=\"%s%s\" site1=\"%s__%d\" site2=\"%s__%d\"/>\n", type, loop->name, suffix,
+                    loop->name, first, loop->name, first + 1);
 }
 
 static void write_held(kt_export *x, const kt_loop *loop) {
-    double at = 0.0, v[3];
-    if (kt_function_evaluate(&loop->function, 0.0, v, NULL) == KT_OK)
-        at = v[0];
-    write_follower(x, loop->joint, NULL, (const double[]){at, 0.0, 0.0, 0.0, 0.0}, 5);
+    double v[3];
+    const double at = kt_function_evaluate(&loop->function, 0.0, v, NULL) == KT_OK ? v[0] : 0.0;
+    kt_export_print(x, "    <joint joint1=\"%s\" polycoef=\"%g 0 0 0 0\"/>\n", loop->joint, at);
 }
 
 void kt_export_equalities(kt_export *x) {
-    fputs("  <equality>\n", x->stream);
+    kt_export_print(x, "  <equality>\n");
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
         if (loop->type == KT_LOOP_MOTION && kt_export_scalar(x, loop->joint) >= 0)
@@ -109,17 +84,18 @@ void kt_export_equalities(kt_export *x) {
     }
     for (int i = 0; i < x->d->body_count; i++) {
         const kt_export_follower *f = &x->followers[i];
+        const kt_joint *joint = &kt_export_body(x, i)->joint;
         if (f->master >= 0)
-            write_follower(x, joint_of(x, i), joint_of(x, f->master), f->a, 5);
-        if (kt_export_body(x, i)->joint.type == KT_JOINT_SCREW)
-            write_screw(x, i);
+            kt_export_print(x, "    <joint joint1=\"%s\" joint2=\"%s\" polycoef=\"%g %g %g %g %g\"/>\n", joint_of(x, i),
+                            joint_of(x, f->master), f->a[0], f->a[1], f->a[2], f->a[3], f->a[4]);
+        if (joint->type == KT_JOINT_SCREW) /* its slide advances with its hinge */
+            kt_export_print(x, "    <joint joint1=\"%s__1\" joint2=\"%s\" polycoef=\"0 %g 0 0 0\"/>\n", joint_of(x, i),
+                            joint_of(x, i), joint->pitch);
     }
-    for (int i = 0; i < x->tendon_count; i++) {
-        fprintf(x->stream, "    <tendon tendon1=\"%s\"", x->tendons[i]->name);
-        kt_export_numbers(x, "polycoef", (const double[]){x->tendons[i]->offset, 0.0, 0.0, 0.0, 0.0}, 5);
-        fputs("/>\n", x->stream);
-    }
-    fputs("  </equality>\n", x->stream);
+    for (int i = 0; i < x->tendon_count; i++)
+        kt_export_print(x, "    <tendon tendon1=\"%s\" polycoef=\"%g 0 0 0 0\"/>\n", x->tendons[i]->name,
+                        x->tendons[i]->offset);
+    kt_export_print(x, "  </equality>\n");
 }
 
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
@@ -152,18 +128,16 @@ static void write_bounds(kt_export *x, const kt_effect *e) {
 static void write_motor(kt_export *x, const kt_export_motor *motor) {
     const kt_effect *e = motor->effect;
     const bool is_number = x->role[motor->body] == KT_EXPORT_SUM, is_servo = e->type == KT_EFFECT_SERVO;
-    fprintf(x->stream, "    <%s", is_servo ? "general" : "motor");
+    kt_export_print(x, "    <%s", is_servo ? "general" : "motor");
     if (e->name != NULL)
-        fprintf(x->stream, " name=\"%s\"", e->name);
-    fprintf(x->stream, " %s=\"%s\"", is_number ? "tendon" : "joint", joint_of(x, motor->body));
+        kt_export_print(x, " name=\"%s\"", e->name);
+    kt_export_print(x, " %s=\"%s\"", is_number ? "tendon" : "joint", joint_of(x, motor->body));
     if (is_servo) {
-        const double gain = e->stiffness > 0.0 ? e->stiffness : e->damping;
-        fputs(" biastype=\"affine\"", x->stream);
-        kt_export_numbers(x, "gainprm", &gain, 1);
-        kt_export_numbers(x, "biasprm", (const double[]){0.0, -e->stiffness, -e->damping}, 3);
+        kt_export_print(x, " biastype=\"affine\" gainprm=\"%g\" biasprm=\"0 %g %g\"",
+                        e->stiffness > 0.0 ? e->stiffness : e->damping, -e->stiffness, -e->damping);
         write_bounds(x, e);
     }
-    fputs("/>\n", x->stream);
+    kt_export_print(x, "/>\n");
     if (!is_steady(e))
         kt_export_lose(x, "functions of time of motors and servos, whose controls are those of the start");
     if (isfinite(kt_export_body(x, motor->body)->joint.limits.effort) && !is_number)
@@ -171,11 +145,11 @@ static void write_motor(kt_export *x, const kt_export_motor *motor) {
 }
 
 void kt_export_actuators(kt_export *x) {
-    fputs("  <actuator>\n", x->stream);
+    kt_export_print(x, "  <actuator>\n");
     for (int i = 0; i < x->motor_count; i++)
         write_motor(x, &x->motors[i]);
     kt_export_formula_actuators(x);
-    fputs("  </actuator>\n", x->stream);
+    kt_export_print(x, "  </actuator>\n");
 }
 
 static double control_of(const kt_export *x, const kt_export_motor *motor) {
@@ -192,11 +166,8 @@ static double control_of(const kt_export *x, const kt_export_motor *motor) {
 /* ---- the start --------------------------------------------------------------------------------------------------- */
 
 static void add_numbers(kt_export *x, const double *values, int count) {
-    for (int i = 0; i < count; i++) {
-        char text[KT_EXPORT_NUMBER];
-        kt_export_number(text, values[i]);
-        fprintf(x->stream, " %s", text);
-    }
+    for (int i = 0; i < count; i++)
+        kt_export_print(x, " %g", values[i]);
 }
 
 static void add_quat(kt_export *x, const double *p) {
@@ -258,23 +229,23 @@ static void write_activations(kt_export *x) {
         if (x->actuators[i].state < 0)
             continue;
         if (!has_any)
-            fputs("\"\n      act=\"", x->stream);
+            kt_export_print(x, "\"\n      act=\"");
         has_any = true;
         add_numbers(x, &x->d->states[x->actuators[i].state].initial, 1);
     }
 }
 
 void kt_export_start(kt_export *x) {
-    fputs("  <keyframe>\n    <key name=\"start\" qpos=\"", x->stream);
+    kt_export_print(x, "  <keyframe>\n    <key name=\"start\" qpos=\"");
     kt_export_tree(x, write_position, NULL);
-    fputs("\"\n      qvel=\"", x->stream);
+    kt_export_print(x, "\"\n      qvel=\"");
     kt_export_tree(x, write_velocity, NULL);
     if (x->motor_count + x->actuator_count > 0)
-        fputs("\"\n      ctrl=\"", x->stream);
+        kt_export_print(x, "\"\n      ctrl=\"");
     for (int i = 0; i < x->motor_count; i++)
         add_numbers(x, (const double[]){control_of(x, &x->motors[i])}, 1);
     for (int i = 0; i < x->actuator_count; i++)
         add_numbers(x, &x->actuators[i].control, 1);
     write_activations(x);
-    fputs("\"/>\n  </keyframe>\n", x->stream);
+    kt_export_print(x, "\"/>\n  </keyframe>\n");
 }

@@ -120,17 +120,11 @@ double kt_export_muscle_rate(const kt_export_muscle *m, double w) {
 void kt_export_write_muscle(kt_export *x, const kt_export_muscle *m) {
     static const double range[2] = {0.75, 1.05};
     const double unit = m->gear / m->slope, vmax = m->slope / m->rate;
-    const double lengths[2] = {(range[0] - m->offset) * unit, (range[1] - m->offset) * unit};
-    kt_export_numbers(x, "gear", &m->gear, 1);
-    kt_export_numbers(x, "timeconst", m->times, 2);
+    kt_export_print(x, " gear=\"%g\" timeconst=\"%g %g\"", m->gear, m->times[0], m->times[1]);
     if (m->times[2] > 0.0)
-        kt_export_numbers(x, "tausmooth", &m->times[2], 1);
-    kt_export_numbers(x, "lengthrange", lengths, 2);
-    kt_export_numbers(x, "range", range, 2);
-    kt_export_numbers(x, "force", &m->force, 1);
-    kt_export_numbers(x, "lmin", &m->shortest, 1);
-    kt_export_numbers(x, "lmax", &m->longest, 1);
-    kt_export_numbers(x, "vmax", &vmax, 1);
-    kt_export_numbers(x, "fpmax", &m->passive, 1);
-    kt_export_numbers(x, "fvmax", &m->stretched, 1);
+        kt_export_print(x, " tausmooth=\"%g\"", m->times[2]);
+    kt_export_print(x, " lengthrange=\"%g %g\" range=\"%g %g\"", (range[0] - m->offset) * unit,
+                    (range[1] - m->offset) * unit, range[0], range[1]);
+    kt_export_print(x, " force=\"%g\" lmin=\"%g\" lmax=\"%g\" vmax=\"%g\" fpmax=\"%g\" fvmax=\"%g\"/>\n", m->force,
+                    m->shortest, m->longest, vmax, m->passive, m->stretched);
 }

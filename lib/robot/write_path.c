@@ -113,38 +113,36 @@ static kt_path_point point_at(const kt_effect *e, int k) {
 
 static void write_name(kt_export *x, const char *attribute, int rope, int point, const char *suffix) {
     const char *name = x->ropes[rope].effect->name;
-    fprintf(x->stream, " %s=\"", attribute);
     if (name != NULL)
-        kt_export_text(x, name);
+        kt_export_print(x, " %s=\"%s", attribute, name);
     else
-        fprintf(x->stream, "rope%d", rope + 1);
+        kt_export_print(x, " %s=\"rope%d", attribute, rope + 1);
     if (point >= 0)
-        fprintf(x->stream, "__%d%s", point + 1, suffix);
-    fputs("\"", x->stream);
+        kt_export_print(x, "__%d%s", point + 1, suffix);
+    kt_export_print(x, "\"");
 }
 
 void kt_export_rope_name(kt_export *x, const char *attribute, int rope) { write_name(x, attribute, rope, -1, ""); }
 
 static void write_site(kt_export *x, int rope, int point, const char *suffix, kt_vec3 at) {
-    fputs("<site", x->stream);
+    kt_export_print(x, "<site");
     write_name(x, "name", rope, point, suffix);
-    kt_export_vector(x, "pos", at);
-    fputs("/>", x->stream);
+    kt_export_print(x, " pos=\"%g %g %g\"/>", at.x, at.y, at.z);
 }
 
 /* A side is far outside: MuJoCo before 3.0 compares its distance in the plane of the path with the radius. */
 static void write_surface(kt_export *x, int rope, int k, const kt_path_point *point, const kt_pose *frame) {
     const bool is_cylinder = kt_vec3_norm(point->axis) > 0.0, has_side = kt_vec3_norm(point->side) > 0.0;
     const double size[2] = {point->radius, point->radius};
-    fputs("<geom", x->stream);
+    kt_export_print(x, "<geom");
     write_name(x, "name", rope, k, "");
-    fprintf(x->stream, " type=\"%s\" mass=\"0\" contype=\"0\" conaffinity=\"0\" group=\"3\"",
-            is_cylinder ? "cylinder" : "sphere");
+    kt_export_print(x, " type=\"%s\" mass=\"0\" contype=\"0\" conaffinity=\"0\" group=\"3\"",
+                    is_cylinder ? "cylinder" : "sphere");
     kt_export_numbers(x, "size", size, is_cylinder ? 2 : 1);
     kt_export_vector(x, "pos", frame->position);
     if (is_cylinder)
         kt_export_vector(x, "zaxis", kt_mat3_apply(frame->rotation, point->axis));
-    fputs("/>", x->stream);
+    kt_export_print(x, "/>");
     if (point->inside)
         write_site(x, rope, k, "__side", frame->position);
     else if (has_side)
@@ -171,36 +169,31 @@ void kt_export_rope_points(kt_export *x, int body) {
 /* ---- tendons ----------------------------------------------------------------------------------------------------- */
 
 static void write_entry(kt_export *x, int rope, int k, const kt_path_point *point) {
-    if (k > 0 && point->divisor > 0.0) {
-        fputs("<pulley", x->stream);
-        kt_export_numbers(x, "divisor", &point->divisor, 1);
-        fputs("/>", x->stream);
-    }
-    fputs(point->radius > 0.0 ? "<geom" : "<site", x->stream);
+    if (k > 0 && point->divisor > 0.0)
+        kt_export_print(x, "<pulley divisor=\"%g\"/>", point->divisor);
+    kt_export_print(x, point->radius > 0.0 ? "<geom" : "<site");
     write_name(x, point->radius > 0.0 ? "geom" : "site", rope, k, "");
     if (point->radius > 0.0 && (point->inside || kt_vec3_norm(point->side) > 0.0))
         write_name(x, "sidesite", rope, k, "__side");
-    fputs("/>", x->stream);
+    kt_export_print(x, "/>");
 }
 
 void kt_export_ropes(kt_export *x) {
     for (int i = 0; i < x->rope_count; i++) {
         const kt_export_rope *rope = &x->ropes[i];
-        fputs("    <spatial", x->stream);
+        kt_export_print(x, "    <spatial");
         write_name(x, "name", i, -1, "");
         if (rope->stiffness > 0.0) {
             kt_export_numbers(x, "stiffness", &rope->stiffness, 1);
             kt_export_numbers(x, "springlength", rope->rest, rope->rest[0] < rope->rest[1] ? 2 : 1);
         }
-        if (rope->damping > 0.0)
-            kt_export_numbers(x, "damping", &rope->damping, 1);
-        if (rope->armature > 0.0)
-            kt_export_numbers(x, "armature", &rope->armature, 1);
-        fputs(">", x->stream);
+        kt_export_unless_zero(x, "damping", rope->damping);
+        kt_export_unless_zero(x, "armature", rope->armature);
+        kt_export_print(x, ">");
         for (int k = 0; k < count_points(rope->effect); k++) {
             const kt_path_point point = point_at(rope->effect, k);
             write_entry(x, i, k, &point);
         }
-        fputs("</spatial>\n", x->stream);
+        kt_export_print(x, "</spatial>\n");
     }
 }

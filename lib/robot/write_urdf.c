@@ -18,61 +18,53 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Names of links and joints between the steps of a joint: BODY__1, BODY__2. */
-static void write_between(kt_export *x, const char *body, int step) { fprintf(x->stream, "%s__%d", body, step); }
+/* The name of a link or a joint, or of step 1, 2 ... of a joint: BODY, BODY__1, BODY__2. */
+static void write_between(kt_export *x, const char *body, int step) {
+    kt_export_print(x, "%s", body);
+    if (step > 0)
+        kt_export_print(x, "__%d", step);
+}
 
 static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_rotation *rotation) {
     const bool is_rpy = rotation->type == KT_ROTATION_RPY;
     const kt_vec3 rpy = is_rpy ? kt_vec3_make(rotation->value[0], rotation->value[1], rotation->value[2])
                                : kt_rpy_from_matrix(kt_export_matrix(rotation), NULL);
-    fprintf(x->stream, "%s<origin", indent);
-    kt_export_vector(x, "xyz", at);
+    kt_export_print(x, "%s<origin xyz=\"%g %g %g\"", indent, at.x, at.y, at.z);
     if (rotation->type != KT_ROTATION_NONE)
         kt_export_vector(x, "rpy", rpy);
-    fputs("/>\n", x->stream);
+    kt_export_print(x, "/>\n");
 }
 
 static void write_urdf_inertial(kt_export *x, int body, bool moves) {
-    static const char *const names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
     const kt_export_moments m = kt_export_take_moments(x, body, moves);
     if (m.is_nothing)
         return;
     const kt_sym3 s = m.is_plain ? m.full : kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
-    const double values[] = {s.xx, s.xy, s.xz, s.yy, s.yz, s.zz};
     const kt_quat q = kt_quat_from_matrix(m.axes);
     kt_rotation axes = {.type = KT_ROTATION_NONE};
     if (!m.is_plain)
         axes = kt_rotation_quaternion(q.w, q.x, q.y, q.z);
-    fputs("    <inertial>\n", x->stream);
+    kt_export_print(x, "    <inertial>\n");
     write_origin(x, "      ", m.com, &axes);
-    fputs("      <mass", x->stream);
-    kt_export_numbers(x, "value", &m.mass, 1);
-    fputs("/>\n      <inertia", x->stream);
-    for (int i = 0; i < 6; i++)
-        kt_export_numbers(x, names[i], &values[i], 1);
-    fputs("/>\n    </inertial>\n", x->stream);
+    kt_export_print(x, "      <mass value=\"%g\"/>\n      <inertia ixx=\"%g\" ixy=\"%g\" ixz=\"%g\"", m.mass, s.xx,
+                    s.xy, s.xz);
+    kt_export_print(x, " iyy=\"%g\" iyz=\"%g\" izz=\"%g\"/>\n    </inertial>\n", s.yy, s.yz, s.zz);
 }
 
 /* A rod is a cylinder between its ends. */
 static void write_visual(kt_export *x, const kt_shape *of) {
     kt_shape shape = *of;
-    if (shape.type == KT_SHAPE_NONE)
+    if (shape.type == KT_SHAPE_NONE || !kt_export_solid(x, &shape))
         return;
-    if (!kt_export_solid(x, &shape))
-        return;
-    fputs("    <visual>\n", x->stream);
+    kt_export_print(x, "    <visual>\n");
     write_origin(x, "      ", shape.at, &shape.rotation);
-    fputs("      <geometry><", x->stream);
-    if (shape.type == KT_SHAPE_BOX) {
-        fputs("box", x->stream);
-        kt_export_vector(x, "size", shape.size);
-    } else {
-        fputs(shape.type == KT_SHAPE_SPHERE ? "sphere" : "cylinder", x->stream);
-        kt_export_numbers(x, "radius", &shape.radius, 1);
-        if (shape.type == KT_SHAPE_CYLINDER)
-            kt_export_numbers(x, "length", &shape.length, 1);
-    }
-    fputs("/></geometry>\n    </visual>\n", x->stream);
+    if (shape.type == KT_SHAPE_BOX)
+        kt_export_print(x, "      <geometry><box size=\"%g %g %g\"", shape.size.x, shape.size.y, shape.size.z);
+    else if (shape.type == KT_SHAPE_SPHERE)
+        kt_export_print(x, "      <geometry><sphere radius=\"%g\"", shape.radius);
+    else
+        kt_export_print(x, "      <geometry><cylinder radius=\"%g\" length=\"%g\"", shape.radius, shape.length);
+    kt_export_print(x, "/></geometry>\n    </visual>\n");
 }
 
 static void write_urdf_meshes(kt_export *x, int i) {
@@ -80,13 +72,11 @@ static void write_urdf_meshes(kt_export *x, int i) {
         const kt_scene_mesh *mesh = &x->meshes[k];
         if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
             continue;
-        fputs("    <visual>\n", x->stream);
+        kt_export_print(x, "    <visual>\n");
         write_origin(x, "      ", mesh->at, &mesh->rotation);
-        fputs("      <geometry><mesh filename=\"", x->stream);
-        kt_export_text(x, x->mesh_files[k]);
-        fputs("\"", x->stream);
+        kt_export_print(x, "      <geometry><mesh filename=\"%s\"", x->mesh_files[k]);
         kt_export_vector(x, "scale", mesh->scale);
-        fputs("/></geometry>\n    </visual>\n", x->stream);
+        kt_export_print(x, "/></geometry>\n    </visual>\n");
     }
 }
 
@@ -108,35 +98,25 @@ static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
     const bool has_rates = isfinite(l->velocity) || isfinite(l->effort);
     if (strcmp(type, "revolute") != 0 && strcmp(type, "prismatic") != 0 && !has_rates)
         return;
-    fputs("    <limit", x->stream);
+    kt_export_print(x, "    <limit");
     if (strcmp(type, "continuous") != 0) {
         const double lower = isfinite(l->lower) ? l->lower : -far, upper = isfinite(l->upper) ? l->upper : far;
-        kt_export_numbers(x, "lower", &lower, 1);
-        kt_export_numbers(x, "upper", &upper, 1);
+        kt_export_print(x, " lower=\"%g\" upper=\"%g\"", lower, upper);
         if (lower == -far || upper == far)
             kt_export_lose(x, "missing limits, which are written as 1e9");
     }
-    const double effort = isfinite(l->effort) ? l->effort : far, velocity = isfinite(l->velocity) ? l->velocity : far;
-    kt_export_numbers(x, "effort", &effort, 1);
-    kt_export_numbers(x, "velocity", &velocity, 1);
-    fputs("/>\n", x->stream);
+    kt_export_print(x, " effort=\"%g\" velocity=\"%g\"/>\n", isfinite(l->effort) ? l->effort : far,
+                    isfinite(l->velocity) ? l->velocity : far);
 }
 
 static void write_urdf_forces(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_export_follower *follower = &x->followers[i];
-    if (f->damping != 0.0 || f->friction != 0.0) {
-        fputs("    <dynamics", x->stream);
-        kt_export_numbers(x, "damping", &f->damping, 1);
-        kt_export_numbers(x, "friction", &f->friction, 1);
-        fputs("/>\n", x->stream);
-    }
-    if (follower->master < 0)
-        return;
-    fprintf(x->stream, "    <mimic joint=\"%s\"", kt_joint_name_of(kt_export_body(x, follower->master)));
-    kt_export_numbers(x, "multiplier", &follower->a[1], 1);
-    kt_export_numbers(x, "offset", &follower->a[0], 1);
-    fputs("/>\n", x->stream);
+    if (f->damping != 0.0 || f->friction != 0.0)
+        kt_export_print(x, "    <dynamics damping=\"%g\" friction=\"%g\"/>\n", f->damping, f->friction);
+    if (follower->master >= 0)
+        kt_export_print(x, "    <mimic joint=\"%s\" multiplier=\"%g\" offset=\"%g\"/>\n",
+                        kt_joint_name_of(kt_export_body(x, follower->master)), follower->a[1], follower->a[0]);
 }
 
 /* ---- the direction of gravity ------------------------------------------------------------------------------------ */
@@ -174,40 +154,31 @@ static void write_urdf_joint(kt_export *x, int i, int k, int count, const kt_exp
     const kt_body *body = kt_export_body(x, i);
     const kt_rotation none = {.type = KT_ROTATION_NONE};
     const char *type = type_name(&body->joint, step);
-    fprintf(x->stream, "  <joint name=\"%s", kt_joint_name_of(body));
-    if (k > 0)
-        fprintf(x->stream, "__%d", k);
-    fprintf(x->stream, "\" type=\"%s\">\n    <parent link=\"", type);
-    if (k > 0)
-        write_between(x, body->name, k);
-    else
-        fputs(x->parent[i] >= 0 ? kt_export_body(x, x->parent[i])->name : "world", x->stream);
-    fputs("\"/>\n    <child link=\"", x->stream);
-    if (k < count - 1)
-        write_between(x, body->name, k + 1);
-    else
-        fputs(body->name, x->stream);
-    fputs("\"/>\n", x->stream);
+    const char *parent = k > 0 ? body->name : x->parent[i] >= 0 ? kt_export_body(x, x->parent[i])->name : "world";
+    kt_export_print(x, "  <joint name=\"");
+    write_between(x, kt_joint_name_of(body), k);
+    kt_export_print(x, "\" type=\"%s\">\n    <parent link=\"", type);
+    write_between(x, parent, k);
+    kt_export_print(x, "\"/>\n    <child link=\"");
+    write_between(x, body->name, k < count - 1 ? k + 1 : 0);
+    kt_export_print(x, "\"/>\n");
     if (k == 0 && x->parent[i] < 0)
         write_root_origin(x, &body->joint);
     else
         write_origin(x, "    ", k == 0 ? body->joint.at : kt_vec3_make(0.0, 0.0, 0.0),
                      k == 0 ? &body->joint.rotation : &none);
     if (step != NULL && step->type != KT_JOINT_FREE) {
-        fputs("    <axis", x->stream);
-        kt_export_vector(x, "xyz", kt_vec3_normalize(step->axis));
-        fputs("/>\n", x->stream);
+        const kt_vec3 axis = kt_vec3_normalize(step->axis);
+        kt_export_print(x, "    <axis xyz=\"%g %g %g\"/>\n", axis.x, axis.y, axis.z);
         write_limit(x, &body->joint, type);
     }
     if (k == 0)
         write_urdf_forces(x, i);
-    fputs("  </joint>\n", x->stream);
+    kt_export_print(x, "  </joint>\n");
     if (k < count - 1) {
-        fputs("  <link name=\"", x->stream);
-        write_between(x, body->name, k + 1);
-        fputs("\">\n", x->stream);
+        kt_export_print(x, "  <link name=\"%s__%d\">\n", body->name, k + 1);
         write_urdf_inertial(x, -1, true);
-        fputs("  </link>\n", x->stream);
+        kt_export_print(x, "  </link>\n");
     }
 }
 
@@ -224,13 +195,12 @@ static void write_rotor(kt_export *x, const kt_body *body, const kt_export_step 
         return;
     }
     const char *joint = kt_joint_name_of(body);
-    fprintf(x->stream,
-            "  <transmission name=\"%s_rotor\">\n    <type>transmission_interface/SimpleTransmission</type>\n"
-            "    <joint name=\"%s\"/>\n    <actuator name=\"%s_motor\"><mechanicalReduction>1</mechanicalReduction>"
-            "<motorInertia",
-            joint, joint, joint);
-    kt_export_numbers(x, "value", &body->joint.armature[0], 1);
-    fputs("/></actuator>\n  </transmission>\n", x->stream);
+    kt_export_print(
+        x,
+        "  <transmission name=\"%s_rotor\">\n    <type>transmission_interface/SimpleTransmission</type>\n"
+        "    <joint name=\"%s\"/>\n    <actuator name=\"%s_motor\"><mechanicalReduction>1</mechanicalReduction>"
+        "<motorInertia value=\"%g\"/></actuator>\n  </transmission>\n",
+        joint, joint, joint, body->joint.armature[0]);
 }
 
 static void lose_start(kt_export *x, const kt_joint *joint) {
@@ -245,12 +215,12 @@ static void write_body(kt_export *x, int i) {
     const kt_body *body = kt_export_body(x, i);
     kt_export_step steps[KT_EXPORT_STEPS] = {{KT_JOINT_PLANAR, body->joint.axis}};
     const int count = body->joint.type == KT_JOINT_PLANAR ? 1 : kt_export_steps(&body->joint, steps);
-    fprintf(x->stream, "  <link name=\"%s\">\n", body->name);
+    kt_export_print(x, "  <link name=\"%s\">\n", body->name);
     write_urdf_inertial(x, i, count > 0);
     for (int k = 0; k <= body->shape_count; k++)
         write_visual(x, kt_export_shape(body, k));
     write_urdf_meshes(x, i);
-    fputs("  </link>\n", x->stream);
+    kt_export_print(x, "  </link>\n");
     for (int k = 0; k < (count > 0 ? count : 1); k++)
         write_urdf_joint(x, i, k, count > 0 ? count : 1, count > 0 ? &steps[k] : NULL);
     if (count > 0)
@@ -262,12 +232,11 @@ static void write_body(kt_export *x, int i) {
 
 void kt_export_urdf(kt_export *x) {
     const kt_vec3 g = x->d->gravity;
-    fputs("<?xml version=\"1.0\"?>\n<robot name=\"", x->stream);
-    kt_export_text(x, x->d->name != NULL ? x->d->name : "robot");
-    fputs("\">\n  <link name=\"world\"/>\n", x->stream);
+    kt_export_print(x, "<?xml version=\"1.0\"?>\n<robot name=\"%s\">\n  <link name=\"world\"/>\n",
+                    x->d->name != NULL ? x->d->name : "robot");
     for (int i = 0; i < x->d->body_count; i++)
         write_body(x, i);
-    fputs("</robot>\n", x->stream);
+    kt_export_print(x, "</robot>\n");
     if (!is_upright(g))
         kt_export_lose(x, "gravity that is not along -z: the mechanism is turned upright");
     if (fabs(kt_vec3_norm(g) - 9.81) > 1e-12)
