@@ -3,9 +3,8 @@
 #define KT_ROBOT_WRITE_H
 
 #include "kinetree/export.h"
-
-#include "base/names.h"
-#include "base/pool.h"
+#include "kinetree/expression.h"
+#include "robot/robot.h"
 
 /* The forces in a joint of one coordinate. */
 typedef struct kt_export_forces {
@@ -160,6 +159,8 @@ static inline const kt_shape *kt_export_shape(const kt_body *body, int k) {
 
 /* The point of an end, in its body's frame. */
 kt_pose kt_export_end(const kt_export *x, const kt_end *end);
+/* Parses a formula in the memory of the export. NULL if it has none, is faulty, or if there is no memory. */
+const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_symbols *symbols);
 
 /* The body of a joint with one coordinate; -1 where there is none of the name. */
 int kt_export_scalar(const kt_export *x, const char *joint);

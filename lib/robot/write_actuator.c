@@ -69,12 +69,10 @@ static bool find_actuator_variables(actuator_formula *f) {
 }
 
 static bool parse_actuator(kt_export *x, const char *text, const kt_effect *e, actuator_formula *f) {
-    kt_error ignored;
     f->names = kt_formula_names_of(x->d, e);
     const kt_symbols symbols = kt_formula_symbols(&f->names);
-    const size_t size = text != NULL ? kt_expression_size(text) : 0;
-    void *memory = size > 0 ? kt_pool_take(&x->pool, size, 1) : NULL;
-    return memory != NULL && kt_expression_parse(text, &symbols, memory, size, &f->formula, NULL, &ignored) == KT_OK;
+    f->formula = kt_export_parse(x, text, &symbols);
+    return f->formula != NULL;
 }
 
 /* The coefficients of a constant, of L and of L', with one state 1 or none. */

@@ -108,6 +108,16 @@ static kt_mat3 turn_z_to(kt_vec3 a) {
     return kt_matrix_from_euler_vector(kt_vec3_scale(atan2(sine, a.z) / sine, n));
 }
 
+const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_symbols *symbols) {
+    const size_t size = kt_expression_size(text);
+    void *memory = size > 0 ? kt_pool_take(&x->pool, size, 1) : NULL;
+    const kt_expression *parsed = NULL;
+    kt_error ignored;
+    if (memory == NULL || kt_expression_parse(text, symbols, memory, size, &parsed, NULL, &ignored) != KT_OK)
+        return NULL;
+    return parsed;
+}
+
 static kt_rotation as_rotation(kt_mat3 matrix) {
     const kt_quat q = kt_quat_from_matrix(matrix);
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);

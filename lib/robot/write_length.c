@@ -99,12 +99,9 @@ static bool fit_length(kt_export *x, const kt_loop *loop, found_length *f) {
     static const double numbers[] = {0.3, -1.2, 0.7, 2.1, -0.4, 1.6, 0.9};
     kt_coupling_names names = {.loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
-    const size_t size = kt_expression_size(loop->formula);
-    void *memory = kt_pool_take(&x->pool, size, 1);
-    const kt_expression *formula;
-    kt_error ignored;
+    const kt_expression *formula = kt_export_parse(x, loop->formula, &symbols);
     double at[KT_FORMULA_VARIABLE_MAX];
-    if (memory == NULL || kt_expression_parse(loop->formula, &symbols, memory, size, &formula, NULL, &ignored) != KT_OK)
+    if (formula == NULL)
         return false;
     for (int i = 0; i < f->count; i++) {
         memset(at, 0, sizeof at);

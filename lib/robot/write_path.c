@@ -54,13 +54,8 @@ static bool find_line(kt_export *x, const kt_effect *e, rope_line *r) {
     static const double far = 1024.0;
     kt_formula_names names = kt_formula_names_of(x->d, e);
     const kt_symbols symbols = kt_formula_symbols(&names);
-    const kt_expression *formula;
-    kt_error ignored;
-    const size_t size = kt_expression_size(e->formula[0]);
-    void *memory = kt_pool_take(&x->pool, size, 1);
-    if (memory == NULL ||
-        kt_expression_parse(e->formula[0], &symbols, memory, size, &formula, NULL, &ignored) != KT_OK ||
-        !reads_path_alone(&names))
+    const kt_expression *formula = kt_export_parse(x, e->formula[0], &symbols);
+    if (formula == NULL || !reads_path_alone(&names))
         return false;
     const double start = value_at(formula, &names, 0.0, 0.0), end = value_at(formula, &names, far, 0.0);
     r->damping = start - value_at(formula, &names, 0.0, 1.0);

@@ -60,14 +60,9 @@ bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5
     relation r = {.loop = loop, .own = own};
     kt_coupling_names names = {.loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
-    kt_error ignored;
     double by_y[3], by_x[3];
-    if (kt_loop_has_formula(loop)) {
-        const size_t size = kt_expression_size(loop->formula);
-        void *memory = kt_pool_take(&x->pool, size, 1);
-        if (memory == NULL || kt_expression_parse(loop->formula, &symbols, memory, size, &r.formula, NULL, &ignored))
-            return false;
-    }
+    if (kt_loop_has_formula(loop) && (r.formula = kt_export_parse(x, loop->formula, &symbols)) == NULL)
+        return false;
     differentiate(&r, true, by_y);
     differentiate(&r, false, by_x);
     const double slope = loop->terms[own].coefficient + by_y[0];
