@@ -60,9 +60,7 @@ double kt_contact_mobility(const kt_contact_tree *tree, int body, kt_vec3 at, co
 
 static kt_pose pose_of(const kt_contact_tree *tree, const kt_end *end) {
     const int body = end->body != NULL ? kt_body_find(tree->model, end->body) : 0;
-    kt_pose own = {.rotation = kt_mat3_identity(), .position = end->at};
-    if (end->rotation.type != KT_ROTATION_NONE && kt_rotation_evaluate(&end->rotation, &own.rotation, NULL) != KT_OK)
-        own.rotation = kt_mat3_identity(); /* the check of the description reports it */
+    const kt_pose own = {.rotation = kt_matrix_of_rotation(&end->rotation), .position = end->at};
     return body > 0 ? kt_pose_compose(kt_body_pose(tree->model, tree->data, body), own) : own;
 }
 

@@ -52,14 +52,6 @@ static int fixed_to(const parts *p, int b) {
     return p->j->bodies[b].joint.type == KT_JOINT_FIXED ? p->j->parents[b] : -1;
 }
 
-static kt_pose pose_on_parent(const kt_body *body) {
-    kt_pose pose = {.rotation = kt_mat3_identity(), .position = body->joint.at};
-    if (body->joint.rotation.type != KT_ROTATION_NONE &&
-        kt_rotation_evaluate(&body->joint.rotation, &pose.rotation, NULL) != KT_OK)
-        pose.rotation = kt_mat3_identity(); /* the check of the description reports it */
-    return pose;
-}
-
 /* A walk over all bodies has met a circle of parents: it ends there, and the check of the description reports the
  * circle. */
 static void find_firsts(parts *p) {
@@ -77,7 +69,7 @@ static void find_firsts(parts *p) {
         while (count-- > 0) {
             const int b = p->path[count];
             p->first[b] = p->first[at];
-            p->pose[b] = kt_pose_compose(p->pose[at], pose_on_parent(&p->j->bodies[b]));
+            p->pose[b] = kt_pose_compose(p->pose[at], kt_frame_of_joint(&p->j->bodies[b].joint));
             at = b;
         }
     }
@@ -87,14 +79,10 @@ static void find_firsts(parts *p) {
 
 /* Centre of mass and inertia of a body, about the axes of its part. */
 static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inertia) {
-    const kt_body *body = &p->j->bodies[b];
     const kt_pose pose = p->pose[b];
-    kt_vec3 com = body->com;
-    kt_sym3 own = body->inertia;
-    if ((body->com_of_shape || body->inertia_of_shape) && kt_body_inertia(body, &com, &own, NULL) != KT_OK)
-        com = body->com; /* likewise */
-    *centre = kt_pose_apply(pose, com);
-    *inertia = kt_sym3_rotate(pose.rotation, own);
+    kt_properties_of(&p->j->bodies[b], centre, inertia);
+    *centre = kt_pose_apply(pose, *centre);
+    *inertia = kt_sym3_rotate(pose.rotation, *inertia);
 }
 
 static part *part_of(const parts *p, int body) { return &p->part[p->first[body]]; }

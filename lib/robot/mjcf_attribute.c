@@ -228,15 +228,6 @@ static kt_mat3 from_xyaxes(kt_mjcf *m, const kt_element *e, const double v[6]) {
     return of_columns(x, y, kt_vec3_cross(x, y));
 }
 
-/* The least rotation that takes z to an axis. */
-static kt_mat3 from_zaxis(kt_vec3 axis) {
-    const kt_vec3 z = kt_vec3_make(0.0, 0.0, 1.0), a = kt_vec3_normalize(axis), n = kt_vec3_cross(z, a);
-    const double sine = kt_vec3_norm(n), angle = atan2(sine, a.z);
-    if (sine == 0.0)
-        return a.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
-    return kt_matrix_from_euler_vector(kt_vec3_scale(angle / sine, n));
-}
-
 /* Small letters: about carried axes, on the right; capital ones: about fixed axes, on the left. */
 kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double angles[3]) {
     kt_mat3 r = kt_mat3_identity();
@@ -273,7 +264,7 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
         if (is_zero(kt_vec3_make(v[0], v[1], v[2])))
             (void)kt_mjcf_fault(m, e, "zaxis: the axis is zero");
         else
-            r = from_zaxis(kt_vec3_make(v[0], v[1], v[2]));
+            r = kt_matrix_z_to(kt_vec3_normalize(kt_vec3_make(v[0], v[1], v[2])));
     }
     if (kt_mjcf_numbers(m, e, tag, "euler", 3, 3, v) == 3)
         r = kt_mjcf_rotation_of_euler(kt_mjcf_settings_of(m, e), v);
@@ -289,7 +280,7 @@ static bool from_ends(kt_mjcf *m, const kt_element *e, const char *tag, kt_pose 
     if (is_zero(kt_vec3_sub(a, b)))
         return kt_mjcf_fault(m, e, "fromto: the two points coincide");
     pose->position = kt_vec3_scale(0.5, kt_vec3_add(a, b));
-    pose->rotation = from_zaxis(kt_vec3_sub(b, a));
+    pose->rotation = kt_matrix_z_to(kt_vec3_normalize(kt_vec3_sub(b, a)));
     return true;
 }
 

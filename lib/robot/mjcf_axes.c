@@ -23,10 +23,8 @@ static kt_quat quat_about(int axis, double cosine, double sine) {
 /* One rotation; false if none is needed. The moments become those before it. */
 static bool turn_axes(kt_sym3 s, kt_quat *q, double moments[3]) {
     const kt_mat3 r = kt_matrix_from_quat(*q);
-    const kt_vec3 columns[3] = {r.x, r.y, r.z};
     const double d01 = turned_entry(s, r.x, r.y), d02 = turned_entry(s, r.x, r.z), d12 = turned_entry(s, r.y, r.z);
-    for (int i = 0; i < 3; i++)
-        moments[i] = turned_entry(s, columns[i], columns[i]);
+    kt_moments_about(s, r, moments);
     const int axis = fabs(d01) > fabs(d02) && fabs(d01) > fabs(d12) ? 2 : fabs(d02) > fabs(d12) ? 1 : 0;
     const int row = axis == 0 ? 1 : 0, column = axis == 2 ? 1 : 2;
     const double entry = axis == 2 ? d01 : axis == 1 ? d02 : d12;
@@ -62,11 +60,8 @@ kt_mat3 kt_mjcf_axes_of_body(const kt_mjcf_body *b) {
 }
 
 bool kt_mjcf_has_doubtful_axes(const kt_mjcf_body *b) {
-    const kt_mat3 axes = kt_mjcf_axes_of_body(b);
-    const kt_vec3 along[3] = {axes.x, axes.y, axes.z};
     double moments[3];
-    for (int i = 0; i < 3; i++)
-        moments[i] = turned_entry(b->inertia, along[i], along[i]);
+    kt_moments_about(b->inertia, kt_mjcf_axes_of_body(b), moments);
     for (int i = 0; i < 3; i++)
         if (b->has_mesh && fabs(moments[i] - moments[(i + 1) % 3]) <= 1e-5 * moments[i])
             return true;

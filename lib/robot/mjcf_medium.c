@@ -24,13 +24,6 @@ static void find_ellipsoid(kt_mjcf *m, const kt_element *geom, int body, kt_pose
         kt_mjcf_body_at(m, body)->has_ellipsoids = true;
 }
 
-/* The principal moments of a body, in its axes. */
-static void moments_of(const kt_mjcf_body *b, kt_mat3 axes, double moments[3]) {
-    const kt_vec3 along[3] = {axes.x, axes.y, axes.z};
-    for (int i = 0; i < 3; i++)
-        moments[i] = kt_vec3_dot(along[i], kt_sym3_apply(b->inertia, along[i]));
-}
-
 /* A marker's name that no site of the body has. */
 static const char *name_marker(kt_mjcf *m, const kt_mjcf_body *b) {
     char name[24] = "medium";
@@ -88,7 +81,7 @@ void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b) {
     kt_effect *drag = b->medium != NULL ? kt_draft_effect(&m->draft, b->element, KT_EFFECT_DRAG) : NULL;
     if (drag == NULL)
         return;
-    moments_of(b, b->medium_axes, moments);
+    kt_moments_about(b->inertia, b->medium_axes, moments);
     for (int i = 0; i < 3; i++) {
         const double twice = moments[(i + 1) % 3] + moments[(i + 2) % 3] - moments[i];
         sizes[i] = sqrt(6.0 * fmax(1e-15, twice) / b->mass);

@@ -300,6 +300,38 @@ kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
 }
 
+kt_mat3 kt_matrix_of_rotation(const kt_rotation *rotation) {
+    kt_mat3 matrix = kt_mat3_identity();
+    if (rotation->type != KT_ROTATION_NONE && kt_rotation_evaluate(rotation, &matrix, NULL) != KT_OK)
+        return kt_mat3_identity();
+    return matrix;
+}
+
+kt_mat3 kt_matrix_z_to(kt_vec3 axis) {
+    const kt_vec3 n = kt_vec3_cross(kt_vec3_make(0.0, 0.0, 1.0), axis);
+    const double sine = kt_vec3_norm(n);
+    if (sine == 0.0)
+        return axis.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
+    return kt_matrix_from_euler_vector(kt_vec3_scale(atan2(sine, axis.z) / sine, n));
+}
+
+kt_pose kt_frame_of_joint(const kt_joint *joint) {
+    return (kt_pose){.rotation = kt_matrix_of_rotation(&joint->rotation), .position = joint->at};
+}
+
+void kt_properties_of(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia) {
+    *com = body->com;
+    *inertia = body->inertia;
+    if ((body->com_of_shape || body->inertia_of_shape) && kt_body_inertia(body, com, inertia, NULL) != KT_OK)
+        *com = body->com; /* the check of the description reports it */
+}
+
+void kt_moments_about(kt_sym3 inertia, kt_mat3 axes, double moments[3]) {
+    const kt_vec3 along[3] = {axes.x, axes.y, axes.z};
+    for (int i = 0; i < 3; i++)
+        moments[i] = kt_vec3_dot(along[i], kt_sym3_apply(inertia, along[i]));
+}
+
 /* The place in the file itself. For an element of an included file, this is the place of the include. */
 static kt_mark mark_of(const kt_element *e) {
     const kt_element *at = e->included != NULL ? e->included : e;

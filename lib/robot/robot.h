@@ -161,6 +161,21 @@ int kt_parse_numbers(const char *text, int most, double *values);
 /* A rotation for a description: none if it is the identity. */
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 
+/* The matrix of a rotation; the identity of one that is faulty, which the check of the description reports. */
+kt_mat3 kt_matrix_of_rotation(const kt_rotation *rotation);
+
+/* The least rotation that takes z to a unit vector. */
+kt_mat3 kt_matrix_z_to(kt_vec3 axis);
+
+/* The frame of a joint in the body that carries it. */
+kt_pose kt_frame_of_joint(const kt_joint *joint);
+
+/* The centre of mass and the inertia of a body, also where they are those of its shapes. */
+void kt_properties_of(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia);
+
+/* The moments of an inertia about three axes. */
+void kt_moments_about(kt_sym3 inertia, kt_mat3 axes, double moments[3]);
+
 /* Marks the places of the scene's items in the file, for faults of its compilation. `bodies` and `loops` are their
  * elements. */
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *bodies,

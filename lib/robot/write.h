@@ -143,10 +143,6 @@ void kt_export_vector(kt_export *x, const char *name, kt_vec3 v);
 void kt_export_unless_zero(kt_export *x, const char *name, double value);
 
 static inline const kt_body *kt_export_body(const kt_export *x, int i) { return &x->d->bodies[i]; }
-kt_mat3 kt_export_matrix(const kt_rotation *rotation);
-
-/* Mass, com and inertia as they are in the end. */
-void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia);
 
 /* A shape as a box, sphere or cylinder along z; a rod is a cylinder between its ends. Returns false, and counts it,
  * where it has no size or is a point. */
@@ -159,11 +155,12 @@ static inline const kt_shape *kt_export_shape(const kt_body *body, int k) {
 
 /* The point of an end, in its body's frame. */
 kt_pose kt_export_end(const kt_export *x, const kt_end *end);
-/* Parses a formula in the memory of the export. NULL if it has none, is faulty, or if there is no memory. */
-const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_symbols *symbols);
 
 /* The body of a joint with one coordinate; -1 where there is none of the name. */
 int kt_export_scalar(const kt_export *x, const char *joint);
+
+/* Parses a formula in the memory of the export. NULL if it has none, is faulty, or if there is no memory. */
+const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_symbols *symbols);
 
 /* The action at each body; `depth` is the number of bodies around it. */
 typedef void kt_export_visit(kt_export *x, int body, int depth);

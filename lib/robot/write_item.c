@@ -57,20 +57,6 @@ void kt_export_lose(kt_export *x, const char *what) {
 
 /* ---- joints and masses ------------------------------------------------------------------------------------------- */
 
-kt_mat3 kt_export_matrix(const kt_rotation *rotation) {
-    kt_mat3 matrix = kt_mat3_identity();
-    if (rotation->type != KT_ROTATION_NONE && kt_rotation_evaluate(rotation, &matrix, NULL) != KT_OK)
-        return kt_mat3_identity(); /* the description has been checked */
-    return matrix;
-}
-
-void kt_export_mass(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia) {
-    *com = body->com;
-    *inertia = body->inertia;
-    if ((body->com_of_shape || body->inertia_of_shape) && kt_body_inertia(body, com, inertia, NULL) != KT_OK)
-        *com = body->com; /* likewise */
-}
-
 int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]) {
     const kt_mat3 triad = kt_triad_from_axis(kt_vec3_normalize(joint->axis), 2);
     const kt_vec3 second = joint->axis2;
@@ -97,16 +83,7 @@ int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]
     }
 }
 
-/* ---- shapes, ends ------------------------------------------------------------------------------------------------ */
-
-/* The rotation that takes z to a unit vector, by the axis normal to both. */
-static kt_mat3 turn_z_to(kt_vec3 a) {
-    const kt_vec3 n = kt_vec3_cross(kt_vec3_make(0.0, 0.0, 1.0), a);
-    const double sine = kt_vec3_norm(n);
-    if (sine == 0.0)
-        return a.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
-    return kt_matrix_from_euler_vector(kt_vec3_scale(atan2(sine, a.z) / sine, n));
-}
+/* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
 const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_symbols *symbols) {
     const size_t size = kt_expression_size(text);
@@ -117,6 +94,8 @@ const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_sy
         return NULL;
     return parsed;
 }
+
+/* ---- shapes, ends ------------------------------------------------------------------------------------------------ */
 
 static kt_rotation as_rotation(kt_mat3 matrix) {
     const kt_quat q = kt_quat_from_matrix(matrix);
@@ -140,24 +119,24 @@ bool kt_export_solid(kt_export *x, kt_shape *shape) {
         shape->at = kt_vec3_scale(0.5, kt_vec3_add(shape->from, shape->to));
         shape->rotation = (kt_rotation){.type = KT_ROTATION_NONE};
     } else {
-        own = kt_export_matrix(&shape->rotation);
+        own = kt_matrix_of_rotation(&shape->rotation);
     }
     if (shape->type == KT_SHAPE_ROD || shape->type == KT_SHAPE_CYLINDER) {
         shape->type = KT_SHAPE_CYLINDER;
         if (shape->length > 0.0)
-            shape->rotation = as_rotation(kt_mat3_multiply(own, turn_z_to(kt_vec3_normalize(axis))));
+            shape->rotation = as_rotation(kt_mat3_multiply(own, kt_matrix_z_to(kt_vec3_normalize(axis))));
     }
     return true;
 }
 
 kt_pose kt_export_end(const kt_export *x, const kt_end *end) {
     const int body = end->marker != NULL && end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
-    const kt_pose own = {.position = end->at, .rotation = kt_export_matrix(&end->rotation)};
+    const kt_pose own = {.position = end->at, .rotation = kt_matrix_of_rotation(&end->rotation)};
     for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++) {
         const kt_marker *marker = &x->d->bodies[body].markers[i];
         if (strcmp(marker->name, end->marker) == 0)
             return (kt_pose){.position = marker->at,
-                             .rotation = kt_mat3_multiply(kt_export_matrix(&marker->rotation), own.rotation)};
+                             .rotation = kt_mat3_multiply(kt_matrix_of_rotation(&marker->rotation), own.rotation)};
     }
     return own;
 }

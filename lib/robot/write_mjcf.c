@@ -183,7 +183,7 @@ static void write_geom(kt_export *x, const kt_shape *of) {
         }
     kt_export_print(x, "<geom type=\"%s\"", is_box ? "box" : is_sphere ? "sphere" : "cylinder");
     kt_export_numbers(x, "size", size, count);
-    write_place(x, shape.at, kt_export_matrix(&shape.rotation));
+    write_place(x, shape.at, kt_matrix_of_rotation(&shape.rotation));
     kt_export_print(x, for_pictures);
 }
 
@@ -211,7 +211,7 @@ static void write_mjcf_meshes(kt_export *x, int i) {
         if (source_of(x, k) == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
             continue;
         kt_export_print(x, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
-        write_place(x, mesh->at, kt_export_matrix(&mesh->rotation));
+        write_place(x, mesh->at, kt_matrix_of_rotation(&mesh->rotation));
         kt_export_print(x, for_pictures);
     }
 }
@@ -271,7 +271,7 @@ static void write_markers(kt_export *x, int i) {
         const bool is_first = kt_names_find(&x->names, 2, body->markers[k].name) == i;
         kt_export_print(x, "<site name=\"%s%s%s\"", is_first ? "" : body->name, is_first ? "" : "__",
                         body->markers[k].name);
-        write_place(x, body->markers[k].at, kt_export_matrix(&body->markers[k].rotation));
+        write_place(x, body->markers[k].at, kt_matrix_of_rotation(&body->markers[k].rotation));
         kt_export_print(x, "/>");
     }
 }

@@ -213,7 +213,7 @@ static void write_velocity(kt_export *x, int i, int depth) {
         add_numbers(x, j->velocity, 6);
     } else if (j->type == KT_JOINT_FREE) {
         const kt_vec3 own = kt_vec3_make(j->velocity[0], j->velocity[1], j->velocity[2]);
-        const kt_vec3 v = kt_mat3_apply(kt_export_matrix(&j->rotation), own);
+        const kt_vec3 v = kt_mat3_apply(kt_matrix_of_rotation(&j->rotation), own);
         add_numbers(x, (const double[]){v.x, v.y, v.z}, 3);
         add_numbers(x, j->velocity + 3, 3);
     } else if (j->type == KT_JOINT_SPHERICAL) {

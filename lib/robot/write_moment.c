@@ -75,9 +75,7 @@ static kt_export_moments find_moments(const kt_export *x, int i, bool moves) {
         return m;
     if (!m.is_plain)
         m.axes = kt_principal_axes(s);
-    const kt_vec3 columns[3] = {m.axes.x, m.axes.y, m.axes.z};
-    for (int k = 0; k < 3; k++)
-        m.moment[k] = kt_vec3_dot(columns[k], kt_sym3_apply(s, columns[k]));
+    kt_moments_about(s, m.axes, m.moment);
     m.is_plain = m.is_plain || is_safe(m.moment, x->least);
     const double size = fmax(fmax(m.moment[0], m.moment[1]), m.moment[2]);
     const double spare = m.is_plain ? 0.0 : x->spare;
@@ -112,8 +110,7 @@ kt_export_moments kt_export_take_moments(kt_export *x, int i, bool moves) {
 
 /* Adds mass and moments of a fixed body to those of the body that carries it. */
 static void give_inertial(kt_export *x, int i, int to) {
-    const kt_joint *joint = &kt_export_body(x, i)->joint;
-    const kt_pose pose = {.rotation = kt_export_matrix(&joint->rotation), .position = joint->at};
+    const kt_pose pose = kt_frame_of_joint(&kt_export_body(x, i)->joint);
     kt_export_inertial *a = &x->inertials[to], *b = &x->inertials[i];
     const double mass = a->mass + b->mass;
     const kt_vec3 com = kt_pose_apply(pose, b->com);
@@ -147,7 +144,7 @@ bool kt_export_find_inertials(kt_export *x) {
     for (int i = 0; i < x->d->body_count; i++) {
         kt_export_inertial *to = &x->inertials[i];
         to->mass = kt_export_body(x, i)->mass;
-        kt_export_mass(kt_export_body(x, i), &to->com, &to->inertia);
+        kt_properties_of(kt_export_body(x, i), &to->com, &to->inertia);
     }
     for (bool again = true; again;) { /* each body gives once, so that this ends */
         again = false;

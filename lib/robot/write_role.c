@@ -51,7 +51,7 @@ static void count_all_uses(const kt_export *x, uses *all) {
 static bool is_bare(const kt_body *body, const uses *use) {
     kt_vec3 com;
     kt_sym3 s;
-    kt_export_mass(body, &com, &s);
+    kt_properties_of(body, &com, &s);
     return body->mass == 0.0 && s.xx == 0.0 && s.yy == 0.0 && s.zz == 0.0 && s.xy == 0.0 && s.xz == 0.0 &&
            s.yz == 0.0 && body->variable_mass == NULL && body->shape.type == KT_SHAPE_NONE && body->shape_count == 0 &&
            body->marker_count == 0 && use->ends == 0;
@@ -112,7 +112,7 @@ static bool is_skew(const kt_export *x, int body) {
     for (int i = body; slides(own->type) && x->role[i] == KT_EXPORT_MERGED;) {
         i = x->first_child[i];
         const kt_joint *joint = &kt_export_body(x, i)->joint;
-        frame = kt_mat3_multiply(frame, kt_export_matrix(&joint->rotation));
+        frame = kt_mat3_multiply(frame, kt_matrix_of_rotation(&joint->rotation));
         const bool are_plain = own->type == KT_JOINT_PRISMATIC && joint->type == KT_JOINT_PRISMATIC;
         const kt_vec3 axis = kt_mat3_apply(frame, joint->axis);
         if (slides(joint->type) &&

@@ -1,14 +1,10 @@
 /* Bodies within one another, and the pose of each. */
 #include "robot/write.h"
 
-static kt_pose frame_of(const kt_joint *joint) {
-    return (kt_pose){.rotation = kt_export_matrix(&joint->rotation), .position = joint->at};
-}
-
 kt_pose kt_export_pose(const kt_export *x, int body) {
     const kt_joint *joint = &kt_export_body(x, body)->joint;
     const double *p = joint->position;
-    const kt_pose frame = frame_of(joint);
+    const kt_pose frame = kt_frame_of_joint(joint);
     if (joint->type != KT_JOINT_FREE || x->parent[body] >= 0)
         return frame;
     kt_quat q = kt_quat_make(p[3], p[4], p[5], p[6]);

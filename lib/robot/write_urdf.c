@@ -28,7 +28,7 @@ static void write_between(kt_export *x, const char *body, int step) {
 static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_rotation *rotation) {
     const bool is_rpy = rotation->type == KT_ROTATION_RPY;
     const kt_vec3 rpy = is_rpy ? kt_vec3_make(rotation->value[0], rotation->value[1], rotation->value[2])
-                               : kt_rpy_from_matrix(kt_export_matrix(rotation), NULL);
+                               : kt_rpy_from_matrix(kt_matrix_of_rotation(rotation), NULL);
     kt_export_print(x, "%s<origin xyz=\"%g %g %g\"", indent, at.x, at.y, at.z);
     if (rotation->type != KT_ROTATION_NONE)
         kt_export_vector(x, "rpy", rpy);
@@ -145,7 +145,7 @@ static void write_root_origin(kt_export *x, const kt_joint *joint) {
         return;
     }
     const kt_mat3 turn = turn_upright(x->d->gravity);
-    const kt_rotation rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_export_matrix(&joint->rotation)));
+    const kt_rotation rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_matrix_of_rotation(&joint->rotation)));
     write_origin(x, "    ", kt_mat3_apply(turn, joint->at), &rotation);
 }
 
