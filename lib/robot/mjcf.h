@@ -287,8 +287,6 @@ const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, con
 /* Puts the children of `from` (NULL: none) in place of an element that follows `before` (NULL: it is the first).
  * Returns the first of the children; if there are none, the element that follows. */
 kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from);
-/* Adds an element at the end of another's. */
-void kt_mjcf_hang_below(kt_element *parent, kt_element *e);
 
 /* ---- mjcf_composite.c, mjcf_cable.c ------------------------------------------------------------------------------ */
 

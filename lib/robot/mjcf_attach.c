@@ -82,39 +82,19 @@ static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, con
 
 /* Names of elements, and references to them. Classes need no prefix: each document has its own. */
 static bool has_prefix(const char *attribute) {
-    static const char *const names[] = {"name",   "body",          "body1",   "body2",     "joint",      "joint1",
-                                        "joint2", "jointinparent", "tendon",  "tendon1",   "tendon2",    "site",
-                                        "site1",  "site2",         "refsite", "cranksite", "slidersite", "mesh",
-                                        "geom",   "sidesite",      "hfield"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        if (strcmp(attribute, names[i]) == 0)
-            return true;
-    return false;
-}
-
-static void rename_attributes(kt_mjcf *m, kt_element *e, const char *prefix) {
-    size_t count = 0;
-    bool is_named = false;
-    for (; e->attributes[count] != NULL; count += 2)
-        is_named = is_named || has_prefix(e->attributes[count]);
-    const char **attributes = is_named ? kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *attributes) : NULL;
-    if (!is_named)
-        return;
-    if (attributes == NULL)
-        return;
-    for (size_t i = 0; i < count; i += 2) {
-        attributes[i] = e->attributes[i];
-        attributes[i + 1] = has_prefix(attributes[i]) && *e->attributes[i + 1] != '\0'
-                                ? kt_mjcf_join(m, e, prefix, e->attributes[i + 1])
-                                : e->attributes[i + 1];
-        if (attributes[i + 1] == NULL)
-            return;
-    }
-    e->attributes = attributes;
+    return kt_mjcf_reference(attribute) >= 0 || kt_words_have(" name mesh hfield ", attribute);
 }
 
 static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
-    rename_attributes(m, e, prefix);
+    const char **own = kt_element_own(m->r, e);
+    for (size_t i = 0; own != NULL && own[i] != NULL; i += 2) {
+        if (!has_prefix(own[i]) || *own[i + 1] == '\0')
+            continue;
+        const char *whole = kt_mjcf_join(m, e, prefix, own[i + 1]);
+        if (whole == NULL)
+            return;
+        own[i + 1] = whole;
+    }
     for (kt_element *child = e->first; child != NULL && !kt_draft_is_wrong(&m->draft); child = child->next)
         rename_all(m, child, prefix);
 }
@@ -167,14 +147,10 @@ static void unlink_element(kt_element *e) {
 
 /* A <frame> in place of an <attach>, for the contents of an element of the attached model. */
 static kt_element *make_attached_frame(kt_mjcf *m, const kt_element *at, const kt_element *of) {
-    kt_element *frame = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *frame);
-    if (frame == NULL)
+    kt_element *frame = kt_element_at(m->r, at, "frame", of->attributes);
+    if (frame == NULL || kt_element_own(m->r, frame) == NULL)
         return NULL;
-    *frame = *at;
-    frame->name = "frame";
-    frame->attributes = of->attributes;
     frame->document = of->document;
-    frame->first = frame->last = frame->next = NULL;
     m->elements++;
     return frame;
 }
@@ -183,14 +159,10 @@ static kt_element *make_attached_frame(kt_mjcf *m, const kt_element *at, const k
  * document. */
 static kt_element *make_bare_frame(kt_mjcf *m, const kt_element *at, const kt_element *body) {
     const kt_element *p = body->parent;
-    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 3, sizeof *attributes);
-    if (attributes == NULL)
-        return NULL;
     while (p->parent != NULL && (p->document != body->document || kt_xml_attribute(p, "childclass") == NULL))
         p = p->parent;
-    attributes[1] = p->document == body->document ? kt_xml_attribute(p, "childclass") : NULL;
-    attributes[0] = attributes[1] != NULL ? "childclass" : NULL;
-    attributes[2] = NULL;
+    const char *class = p->document == body->document ? kt_xml_attribute(p, "childclass") : NULL;
+    const char *const attributes[] = {class != NULL ? "childclass" : NULL, class, NULL};
     return make_attached_frame(m, at, &(kt_element){.attributes = attributes, .document = body->document});
 }
 
@@ -206,15 +178,15 @@ static void take_bodies(kt_mjcf *m, const kt_element *e, const kt_mjcf_document 
         kt_element *frame = body != NULL ? make_bare_frame(m, e, body) : make_attached_frame(m, e, w);
         if (frame == NULL)
             return;
-        kt_mjcf_hang_below(to, frame);
+        kt_element_hang(to, frame);
         if (body != NULL) {
             unlink_element(body);
-            kt_mjcf_hang_below(frame, body);
+            kt_element_hang(frame, body);
             continue;
         }
         for (kt_element *child = w->first, *next; child != NULL; child = next) {
             next = child->next;
-            kt_mjcf_hang_below(frame, child);
+            kt_element_hang(frame, child);
         }
         w->first = w->last = NULL;
     }
@@ -224,15 +196,12 @@ static void take_bodies(kt_mjcf *m, const kt_element *e, const kt_mjcf_document 
 
 /* Moves all sections of a model, except its bodies, settings and classes, to the model that attaches it. */
 static void take_sections(kt_element *from, kt_element *to) {
-    static const char *const kept[] = {"worldbody", "compiler", "default", "option", "size", "statistic", "visual"};
+    static const char kept[] = " worldbody compiler default option size statistic visual ";
     kt_element *e = from->first;
     from->first = from->last = NULL;
     for (kt_element *next; e != NULL; e = next) {
-        bool stays = false;
         next = e->next;
-        for (size_t i = 0; i < sizeof kept / sizeof *kept; i++)
-            stays = stays || strcmp(e->name, kept[i]) == 0;
-        kt_mjcf_hang_below(stays ? from : to, e);
+        kt_element_hang(kt_words_have(kept, e->name) ? from : to, e);
     }
 }
 
@@ -279,14 +248,8 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     take_sections(root, kt_mjcf_document_at(m, e->document)->root);
 }
 
-static bool has_bodies(const kt_element *e) {
-    return strcmp(e->name, "worldbody") == 0 || strcmp(e->name, "body") == 0 || strcmp(e->name, "frame") == 0 ||
-           strcmp(e->name, "replicate") == 0;
-}
-
 /* Expands the world, bodies and their frames, and replicates. Contents that are attached have been expanded before. */
 static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
-    static const char *const none[] = {NULL};
     kt_element *before = NULL;
     for (kt_element *e = parent->first, *next; e != NULL && !kt_draft_is_wrong(&m->draft); e = next) {
         next = e->next;
@@ -295,12 +258,12 @@ static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
             before = e;
             continue;
         }
-        if (!has_bodies(parent)) {
+        if (!kt_words_have(" worldbody body frame replicate ", parent->name)) {
             (void)kt_mjcf_fault(m, e, "it stands in <%.40s>; put it into <worldbody>, <body>, <frame> or <replicate>",
                                 parent->name);
             return;
         }
-        kt_element attached = {.name = "frame", .attributes = none, .document = e->document};
+        kt_element attached = {.name = "frame", .attributes = kt_no_attributes, .document = e->document};
         attach(m, e, depth, &attached);
         (void)kt_mjcf_splice(parent, before, e, &attached);
         before = attached.last != NULL ? attached.last : before;

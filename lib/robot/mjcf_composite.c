@@ -57,9 +57,7 @@ static bool read_cable_plugin(kt_mjcf *m, kt_element *plugin, const char *standa
     const bool is_instance = instance != NULL && kt_xml_attribute(plugin, "plugin") == NULL;
     if (from == NULL || !(is_instance || kt_mjcf_is_equal(kt_xml_attribute(plugin, "plugin"), KT_MJCF_ELASTICITY)))
         return false;
-    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 9, sizeof *attributes);
-    if (attributes == NULL)
-        return false;
+    const char *attributes[9] = {NULL};
     size_t count = 0;
     instance = instance != NULL ? instance : standard_instance;
     if (instance != NULL) {
@@ -73,11 +71,10 @@ static bool read_cable_plugin(kt_mjcf *m, kt_element *plugin, const char *standa
         attributes[count++] = keys[i];
         attributes[count++] = value;
     }
-    attributes[count] = NULL;
     plugin->name = KT_MJCF_ELASTICITY;
     plugin->attributes = attributes;
     plugin->first = plugin->last = NULL;
-    return true;
+    return kt_element_own(m->r, plugin) != NULL;
 }
 
 /* ---- vertices ---------------------------------------------------------------------------------------------------- */
@@ -245,21 +242,22 @@ static void add_cable_geom(kt_mjcf *m, const cable *c, kt_element *body, int i, 
     (void)snprintf(name, sizeof name, "G%d", i);
     (void)kt_mjcf_numbers(m, c->geom, NULL, "size", 1, 3, size);
     size[0] = 0.5 * length;
-    const char *whole = kt_mjcf_join(m, c->element, c->prefix, name);
     const char *place = is_box ? kt_mjcf_write_numbers(m, 3, (const double[]){0.5 * length, 0.0, 0.0})
                                : kt_mjcf_write_numbers(m, 6, (const double[]){0.0, 0.0, 0.0, length, 0.0, 0.0});
-    const char *sizes = kt_mjcf_write_numbers(m, 3, size);
-    if (whole == NULL || place == NULL || sizes == NULL)
-        return;
-    const char *const attributes[] = {"name", whole, is_box ? "pos" : "fromto", place, is_box ? "size" : NULL,
-                                      sizes,  NULL};
+    const char *const attributes[] = {"name",
+                                      kt_mjcf_join(m, c->element, c->prefix, name),
+                                      is_box ? "pos" : "fromto",
+                                      place,
+                                      is_box ? "size" : NULL,
+                                      kt_mjcf_write_numbers(m, 3, size),
+                                      NULL};
     (void)kt_mjcf_add_element(m, body, c->element, "geom", attributes, c->geom);
 }
 
 static void add_cable_joint(kt_mjcf *m, const cable *c, kt_element *body, int i) {
     const bool is_free = i == 0 && strcmp(c->initial, "free") == 0;
     const char *name = name_cable_part(m, c, "J", i);
-    if (name == NULL || (i == 0 && strcmp(c->initial, "none") == 0))
+    if (i == 0 && strcmp(c->initial, "none") == 0)
         return;
     const char *const attributes[] = {
         "name",         name, "type", is_free ? "free" : "ball", is_free ? "damping" : NULL, "0", "armature", "0",
@@ -270,9 +268,9 @@ static void add_cable_joint(kt_mjcf *m, const cable *c, kt_element *body, int i)
 static void add_cable_site(kt_mjcf *m, const cable *c, kt_element *body, int i, double length) {
     const double place[3] = {i == c->count - 2 ? length : 0.0, 0.0, 0.0};
     const char *name = name_cable_part(m, c, "S", i), *text = kt_mjcf_write_numbers(m, 3, place);
-    if (name == NULL || text == NULL || (i > 0 && i < c->count - 2))
-        return;
     const char *const attributes[] = {"name", name, "pos", text, NULL};
+    if (i > 0 && i < c->count - 2)
+        return;
     (void)kt_mjcf_add_element(m, body, c->element, "site", attributes, c->site);
 }
 
@@ -285,8 +283,6 @@ static kt_element *add_cable_edge(kt_mjcf *m, cable *c, kt_element *parent, int 
     const kt_quat whole = follow_edge(c, i), q = i > 0 ? kt_quat_multiply(kt_quat_conjugate(c->before), whole) : whole;
     const char *name = name_cable_part(m, c, "B", i), *place = kt_mjcf_write_numbers(m, 3, i > 0 ? others : first);
     const char *turned = kt_mjcf_write_numbers(m, 4, (const double[]){q.w, q.x, q.y, q.z});
-    if (name == NULL || place == NULL || turned == NULL)
-        return NULL;
     const char *const attributes[] = {"name", name, "pos", place, "quat", turned, NULL};
     kt_element *body = kt_mjcf_add_element(m, parent, c->element, "body", attributes, NULL);
     if (body == NULL)
@@ -297,10 +293,8 @@ static kt_element *add_cable_edge(kt_mjcf *m, cable *c, kt_element *parent, int 
     add_cable_geom(m, c, body, i, length);
     add_cable_joint(m, c, body, i);
     add_cable_site(m, c, body, i, length);
-    if (c->elasticity != NULL) {
-        static const char *const none[] = {NULL};
-        (void)kt_mjcf_add_element(m, body, c->element, c->elasticity->name, none, c->elasticity);
-    }
+    if (c->elasticity != NULL)
+        (void)kt_mjcf_add_element(m, body, c->element, c->elasticity->name, kt_no_attributes, c->elasticity);
     return m->r->out_of_memory ? NULL : body;
 }
 
@@ -354,23 +348,16 @@ static void expand_cables(kt_mjcf *m, kt_element *parent) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first, *next; e != NULL && !kt_draft_is_wrong(&m->draft); e = next) {
         next = e->next;
-        if (strcmp(e->name, "composite") == 0 && kt_mjcf_is_equal(kt_xml_attribute(e, "type"), "cable")) {
-            static const char *const none[] = {NULL};
-            kt_element chain = {.name = "frame", .attributes = none, .document = e->document};
+        const bool is_composite = strcmp(e->name, "composite") == 0;
+        if (is_composite || strcmp(e->name, "flexcomp") == 0) {
+            kt_element chain = {.name = "frame", .attributes = kt_no_attributes, .document = e->document};
             cable c;
-            if (read_cable(m, e, &c))
-                make_cable_chain(m, &c, &chain);
-            (void)kt_mjcf_splice(parent, before, e, &chain);
-            before = chain.last != NULL ? chain.last : before;
-            continue;
-        }
-        if (strcmp(e->name, "composite") == 0 || strcmp(e->name, "flexcomp") == 0) {
-            static const char *const none[] = {NULL};
-            kt_element chain = {.name = "frame", .attributes = none, .document = e->document};
-            if (strcmp(e->name, "composite") == 0)
-                count_removed(m, e);
-            else
+            if (!is_composite)
                 kt_mjcf_make_flex(m, e, &chain);
+            else if (!kt_mjcf_is_equal(kt_xml_attribute(e, "type"), "cable"))
+                count_removed(m, e);
+            else if (read_cable(m, e, &c))
+                make_cable_chain(m, &c, &chain);
             (void)kt_mjcf_splice(parent, before, e, &chain);
             before = chain.last != NULL ? chain.last : before;
             continue;

@@ -114,54 +114,43 @@ static void take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt
 /* ---- copies ------------------------------------------------------------------------------------------------------ */
 
 /* Adds a suffix to the name and the references of an element and of those within. False after reporting. */
-static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix) {
-    size_t count = 0;
-    while (e->attributes[count] != NULL)
-        count++;
-    const char **attributes = kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *attributes);
-    if (attributes == NULL)
-        return false;
-    for (size_t i = 0; i < count; i += 2) {
-        const bool is_name = strcmp(e->attributes[i], "name") == 0 || kt_mjcf_reference(e->attributes[i]) >= 0;
-        attributes[i] = e->attributes[i];
-        attributes[i + 1] = is_name ? kt_mjcf_join(m, e, e->attributes[i + 1], suffix) : e->attributes[i + 1];
-        if (attributes[i + 1] == NULL)
+/* Gives the copy of an element its name, with a suffix; in an item, also its references. False after reporting. */
+static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix, bool is_item) {
+    const char **own = kt_element_own(m->r, e);
+    for (size_t i = 0; own != NULL && own[i] != NULL; i += 2) {
+        const char *value = own[i + 1];
+        if (strcmp(own[i], "name") != 0 && !(is_item && kt_mjcf_reference(own[i]) >= 0))
+            continue;
+        const char **base = is_item ? &value : kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *base);
+        const char *whole = kt_mjcf_join(m, e, value, suffix);
+        if (base == NULL || whole == NULL)
             return false;
+        *base = value;
+        own[i + 1] = whole;
     }
-    e->attributes = attributes;
-    for (kt_element *child = e->first; child != NULL; child = child->next)
-        if (!rename_copy(m, child, suffix))
+    return own != NULL;
+}
+
+/* Copies an element and those within, below another one. NULL if there is no memory, or there are too many elements. */
+/* Copies an element and those within, below another one. False after reporting, or if there are too many elements. */
+static bool copy_element(kt_mjcf *m, const kt_element *e, kt_element *to, const char *suffix, bool is_item) {
+    kt_element *copy = ++m->elements <= KT_MJCF_ELEMENTS_MOST ? kt_element_at(m->r, e, e->name, e->attributes) : NULL;
+    if (copy == NULL || !rename_copy(m, copy, suffix, is_item))
+        return false;
+    kt_element_hang(to, copy);
+    for (const kt_element *child = e->first; child != NULL; child = child->next)
+        if (!copy_element(m, child, copy, suffix, is_item))
             return false;
     return true;
 }
 
-/* Copies an element and those within, below another one. NULL if there is no memory, or there are too many elements. */
-static kt_element *copy_item(kt_mjcf *m, const kt_element *e, kt_element *to) {
-    kt_element *copy =
-        ++m->elements <= KT_MJCF_ELEMENTS_MOST ? kt_robot_take(m->r, &m->r->scratch, 1, sizeof *copy) : NULL;
-    if (copy == NULL) {
-        if (m->elements <= KT_MJCF_ELEMENTS_MOST)
-            (void)kt_reader_out_of_memory(m->r);
-        return NULL;
-    }
-    *copy = *e;
-    copy->first = copy->last = copy->next = NULL;
-    kt_mjcf_hang_below(to, copy);
-    for (const kt_element *child = e->first; child != NULL; child = child->next)
-        if (copy_item(m, child, copy) == NULL)
-            return NULL;
-    return copy;
-}
-
 static bool copy_items(kt_mjcf *m, int document, const kt_list *items, const char *suffix) {
-    static const char *const none[] = {NULL};
     kt_element *root = kt_mjcf_document_at(m, document)->root, *section = NULL;
     for (int i = 0; i < items->count; i++) {
         const kt_element *e = ((kt_element *const *)items->items)[i];
         if (section == NULL || strcmp(section->name, e->parent->name) != 0)
-            section = kt_mjcf_add_element(m, root, e, e->parent->name, none, NULL);
-        kt_element *copy = section != NULL ? copy_item(m, e, section) : NULL;
-        if (copy == NULL || !rename_copy(m, copy, suffix))
+            section = kt_mjcf_add_element(m, root, e, e->parent->name, kt_no_attributes, NULL);
+        if (section == NULL || !copy_element(m, e, section, suffix, true))
             return false;
     }
     return true;
@@ -176,46 +165,11 @@ bool kt_mjcf_has_copies(const kt_mjcf *m, const char *name) {
 
 /* ---- replicate --------------------------------------------------------------------------------------------------- */
 
-/* Attributes with `suffix` at the name, and with childclass left as it is; NULL after reporting. */
-static const char *const *copy_attributes(kt_mjcf *m, const kt_element *e, const char *suffix) {
-    size_t count = 0;
-    while (e->attributes[count] != NULL)
-        count++;
-    const char **copy = kt_robot_take(m->r, &m->r->scratch, count + 1, sizeof *copy);
-    if (copy == NULL)
-        return NULL;
-    for (size_t i = 0; i < count; i += 2) {
-        const char *value = e->attributes[i + 1];
-        copy[i] = e->attributes[i];
-        copy[i + 1] = value;
-        if (strcmp(copy[i], "name") != 0)
-            continue;
-        const char **base = kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *base);
-        copy[i + 1] = kt_mjcf_join(m, e, value, suffix);
-        if (base == NULL || copy[i + 1] == NULL)
-            return NULL;
-        *base = value;
-    }
-    return copy;
-}
-
 /* Copies the children of an element; false if there is no memory, or there are too many elements. */
 static bool copy_children(kt_mjcf *m, const kt_element *from, kt_element *to, const char *suffix) {
-    for (const kt_element *e = from->first; e != NULL; e = e->next) {
-        if (++m->elements > KT_MJCF_ELEMENTS_MOST)
+    for (const kt_element *e = from->first; e != NULL; e = e->next)
+        if (!copy_element(m, e, to, suffix, false))
             return false;
-        kt_element *copy = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *copy);
-        if (copy == NULL)
-            return false;
-        *copy = *e;
-        copy->first = copy->last = copy->next = NULL;
-        copy->attributes = copy_attributes(m, e, suffix);
-        if (copy->attributes == NULL)
-            return false;
-        kt_mjcf_hang_below(to, copy);
-        if (!copy_children(m, e, copy, suffix))
-            return false;
-    }
     return true;
 }
 
@@ -224,24 +178,12 @@ static kt_element *make_copy_frame(kt_mjcf *m, const kt_element *e, kt_pose pose
     const kt_quat q = kt_quat_from_matrix(pose.rotation);
     const kt_vec3 p = pose.position;
     const char *childclass = kt_xml_attribute(e, "childclass");
-    kt_element *frame = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *frame);
-    const char **attributes = kt_robot_take(m->r, &m->r->scratch, 7, sizeof *attributes);
-    char *text = kt_robot_take(m->r, &m->r->scratch, 240, 1);
-    if (frame == NULL || attributes == NULL || text == NULL)
-        return NULL;
-    (void)snprintf(text, 100, "%.17g %.17g %.17g", p.x, p.y, p.z);
-    (void)snprintf(text + 100, 140, "%.17g %.17g %.17g %.17g", q.w, q.x, q.y, q.z);
-    attributes[0] = "pos";
-    attributes[1] = text;
-    attributes[2] = "quat";
-    attributes[3] = text + 100;
-    attributes[4] = childclass != NULL ? "childclass" : NULL;
-    attributes[5] = childclass;
-    *frame = *e;
-    frame->name = "frame";
-    frame->attributes = attributes;
-    frame->first = frame->last = frame->next = NULL;
-    return frame;
+    const char *place = kt_mjcf_write_numbers(m, 3, (const double[]){p.x, p.y, p.z});
+    const char *turned = kt_mjcf_write_numbers(m, 4, (const double[]){q.w, q.x, q.y, q.z});
+    const char *const attributes[] = {"pos",      place, "quat", turned, childclass != NULL ? "childclass" : NULL,
+                                      childclass, NULL};
+    kt_element *frame = place != NULL && turned != NULL ? kt_element_at(m->r, e, "frame", attributes) : NULL;
+    return frame != NULL && kt_element_own(m->r, frame) != NULL ? frame : NULL;
 }
 
 int kt_mjcf_copy_of(const kt_mjcf *m, const kt_element *e, int near) {
@@ -268,14 +210,13 @@ static void keep_copy(kt_mjcf *m, int document, const kt_element *e, const kt_el
 /* The copies. The angles of copy k are those of `euler` times k. Each is displaced by `offset` from the one before,
  * along the axes of that one. */
 static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element *copies) {
-    static const char *const none[] = {NULL};
     const double count = kt_mjcf_number(m, e, NULL, "count", 0.0);
     const char *separator = kt_xml_attribute(e, "sep");
     const kt_vec3 offset = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0));
     kt_pose at = kt_pose_identity();
     double euler[3] = {0.0, 0.0, 0.0};
     (void)kt_mjcf_numbers(m, e, NULL, "euler", 3, 3, euler);
-    *copies = (kt_element){.name = "frame", .attributes = none};
+    *copies = (kt_element){.name = "frame", .attributes = kt_no_attributes};
     if (kt_draft_is_wrong(&m->draft))
         return;
     if (!(count >= 1.0 && count <= KT_MJCF_ELEMENTS_MOST && count == floor(count))) {
@@ -300,7 +241,7 @@ static void replicate(kt_mjcf *m, int document, const kt_element *e, kt_element 
                 (void)kt_mjcf_fault(m, e, "copies make more than %d elements of the model", (int)KT_MJCF_ELEMENTS_MOST);
             return;
         }
-        kt_mjcf_hang_below(copies, frame);
+        kt_element_hang(copies, frame);
         keep_copy(m, document, e, frame, suffix);
         at.position = kt_pose_apply(at, offset);
         at.rotation = kt_mjcf_rotation_of_euler(

@@ -18,8 +18,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const no_attributes[] = {NULL};
-
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
 /* Keeps the name of a flexcomp that is left out. */
@@ -155,8 +153,6 @@ static kt_element *add_bare(kt_mjcf *m, const kt_flex *f, kt_element *parent, co
 
 static bool add_site_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *parent, const double at[3]) {
     const char *name = kt_flex_name_point(m, f, i, "__site"), *place = kt_mjcf_write_numbers(m, 3, at);
-    if (name == NULL || place == NULL)
-        return false;
     const char *const attributes[] = {"name", name, "pos", place, NULL};
     return add_bare(m, f, parent, "site", attributes) != NULL;
 }
@@ -177,7 +173,7 @@ static bool add_geom_of_point(kt_mjcf *m, const kt_flex *f, kt_element *body) {
             attributes[count++] = kt_xml_attribute(contact, taken[i]);
         }
     attributes[count] = NULL;
-    return attributes[5] != NULL && add_bare(m, f, body, "geom", attributes) != NULL;
+    return add_bare(m, f, body, "geom", attributes) != NULL;
 }
 
 /* The axes of the slides of a point; returns how many. */
@@ -201,8 +197,6 @@ static bool add_body_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *c
                  inertia = p->mass * 2.0 * size * size / 3.0;
     const char *place = kt_mjcf_write_numbers(m, 3, p->at), *mass = kt_mjcf_write_numbers(m, 1, &p->mass);
     const char *moments = kt_mjcf_write_numbers(m, 3, (const double[]){inertia, inertia, inertia});
-    if (place == NULL || mass == NULL || moments == NULL)
-        return false;
     const char *const own[] = {"name", p->name, "pos", place, NULL};
     const char *const inertial[] = {"pos", "0 0 0", "mass", mass, "diaginertia", moments, NULL};
     kt_vec3 axes[3];
@@ -212,7 +206,7 @@ static bool add_body_of_point(kt_mjcf *m, const kt_flex *f, int i, kt_element *c
     for (int k = 0, count = slides_of(f, p, axes); k < count; k++) {
         const char *axis = kt_mjcf_write_numbers(m, 3, (const double[]){axes[k].x, axes[k].y, axes[k].z});
         const char *const sliding[] = {"type", "slide", "axis", axis, NULL};
-        if (axis == NULL || kt_mjcf_add_element(m, body, f->element, "joint", sliding, NULL) == NULL)
+        if (kt_mjcf_add_element(m, body, f->element, "joint", sliding, NULL) == NULL)
             return false;
     }
     return f->motion >= KT_FLEX_TRILINEAR ||
@@ -282,8 +276,6 @@ static double mobility_of_point(const kt_flex *f, const kt_flex_point *p, kt_vec
 static void add_rigid_edge(kt_mjcf *m, const kt_flex *f, const char *const sites[2], double length,
                            kt_element *section) {
     const char *text = kt_mjcf_write_numbers(m, 1, &length);
-    if (text == NULL)
-        return;
     const char *const attributes[] = {"name", f->name, "site1", sites[0], "site2", sites[1], "length", text, NULL};
     (void)add_bare(m, f, section, KT_MJCF_EDGE, attributes);
 }
@@ -291,8 +283,6 @@ static void add_rigid_edge(kt_mjcf *m, const kt_flex *f, const char *const sites
 static void add_elastic_edge(kt_mjcf *m, const kt_flex *f, double stiffness, double damping, const char *const sites[2],
                              kt_element *section) {
     const char *k = kt_mjcf_write_numbers(m, 1, &stiffness), *d = kt_mjcf_write_numbers(m, 1, &damping);
-    if (k == NULL || d == NULL)
-        return;
     const char *const attributes[] = {"stiffness", k, "damping", d, NULL};
     kt_element *tendon = add_bare(m, f, section, "spatial", attributes);
     for (int i = 0; i < 2 && tendon != NULL; i++) {
@@ -362,7 +352,7 @@ static void add_flex_edges(kt_mjcf *m, const kt_flex *f) {
     const flex_law law = read_flex_law(m, f, edge);
     const char *name = law.is_rigid ? "equality" : "tendon";
     const int *ends = list_flex_edges(m, f, &count);
-    kt_element *section = ends != NULL ? kt_mjcf_add_element(m, root, f->element, name, no_attributes, NULL) : NULL;
+    kt_element *section = ends != NULL ? kt_mjcf_add_element(m, root, f->element, name, kt_no_attributes, NULL) : NULL;
     for (int i = 0; i < count && section != NULL && !kt_draft_is_wrong(&m->draft); i++)
         add_flex_edge(m, f, &law, ends + 2 * (size_t)i, section);
 }

@@ -9,16 +9,6 @@
 
 /* ---- elements ---------------------------------------------------------------------------------------------------- */
 
-void kt_mjcf_hang_below(kt_element *parent, kt_element *e) {
-    e->parent = parent;
-    e->next = NULL;
-    if (parent->last == NULL)
-        parent->first = e;
-    else
-        parent->last->next = e;
-    parent->last = e;
-}
-
 kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from) {
     kt_element *next = e->next;
     for (kt_element *child = from != NULL ? from->first : NULL; child != NULL; child = child->next)

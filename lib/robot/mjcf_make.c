@@ -28,9 +28,9 @@ static size_t count_words(const char *const *attributes) {
 kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
                                 const char *const *attributes, const kt_element *like) {
     const size_t own = count_words(attributes), more = like != NULL ? count_words(like->attributes) : 0;
-    kt_element *e = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *e);
-    const char **all = kt_robot_take(m->r, &m->r->scratch, own + more + 1, sizeof *all);
-    if (e == NULL || all == NULL)
+    const char **all = own % 2 == 0 ? kt_robot_take(m->r, &m->r->scratch, own + more + 1, sizeof *all) : NULL;
+    kt_element *e = all != NULL ? kt_element_at(m->r, from, name, all) : NULL;
+    if (e == NULL)
         return NULL;
     if (++m->elements > KT_MJCF_ELEMENTS_MOST) {
         if (!kt_draft_is_wrong(&m->draft))
@@ -46,11 +46,6 @@ kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element
         all[count++] = like->attributes[i];
         all[count++] = like->attributes[i + 1];
     }
-    all[count] = NULL;
-    *e = *from;
-    e->name = name;
-    e->attributes = all;
-    e->first = e->last = NULL;
-    kt_mjcf_hang_below(parent, e);
+    kt_element_hang(parent, e);
     return e;
 }

@@ -6,7 +6,7 @@
 #include "robot/mjcf.h"
 
 /* A new element below another, for an element of the file, with attributes before those of `like` (NULL: none). The
- * first of a name counts. NULL after reporting. */
+ * first of a name counts. NULL after reporting, or if a value is missing, which has been reported. */
 kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
                                 const char *const *attributes, const kt_element *like);
 

@@ -275,6 +275,42 @@ void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
     return (char *)list->items + (size_t)list->count++ * size;
 }
 
+/* ---- elements that a reader makes -------------------------------------------------------------------------------- */
+
+const char *const kt_no_attributes[1] = {NULL};
+
+kt_element *kt_element_at(kt_reader *r, const kt_element *place, const char *name, const char *const *attributes) {
+    kt_element *e = kt_robot_take(r, &r->scratch, 1, sizeof *e);
+    if (e == NULL)
+        return NULL;
+    *e = *place;
+    e->name = name;
+    e->attributes = attributes;
+    e->first = e->last = e->next = NULL;
+    return e;
+}
+
+const char **kt_element_own(kt_reader *r, kt_element *e) {
+    size_t count = 0;
+    while (e->attributes[count] != NULL)
+        count++;
+    const char **own = kt_robot_take(r, &r->scratch, count + 1, sizeof *own);
+    if (own != NULL)
+        memcpy(own, e->attributes, count * sizeof *own);
+    e->attributes = own != NULL ? own : kt_no_attributes;
+    return own;
+}
+
+void kt_element_hang(kt_element *parent, kt_element *e) {
+    e->parent = parent;
+    e->next = NULL;
+    if (parent->last == NULL)
+        parent->first = e;
+    else
+        parent->last->next = e;
+    parent->last = e;
+}
+
 /* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
 int kt_parse_numbers(const char *text, int most, double *values) {

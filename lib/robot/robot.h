@@ -152,6 +152,20 @@ typedef struct kt_list {
 /* A new item of zeros at the end; NULL, after reporting to the reader, if there is no memory. */
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
 
+/* ---- elements that a reader makes -------------------------------------------------------------------------------- */
+
+/* Of an element without attributes. */
+extern const char *const kt_no_attributes[1];
+
+/* A new element at the place of another one, without children; NULL: no memory. */
+kt_element *kt_element_at(kt_reader *r, const kt_element *place, const char *name, const char *const *attributes);
+
+/* Gives an element a copy of its attributes, whose values can be changed; NULL: no memory. */
+const char **kt_element_own(kt_reader *r, kt_element *e);
+
+/* Adds an element at the end of another's. */
+void kt_element_hang(kt_element *parent, kt_element *e);
+
 /* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
 /* Parses at most `most` decimal numbers, separated by blanks. Returns the count. Returns -1 if the text has anything

@@ -38,42 +38,28 @@ static const struct {
 } names[] = {{"mesh", "filename", "uri"}, {"link", "damping", "velocity_decay"}};
 
 static void hang_text(kt_sdf *m, kt_element *parent, const char *name, const char *text) {
-    kt_element *e = kt_robot_take(m->r, &m->r->scratch, 1, sizeof *e);
+    kt_element *e = kt_element_at(m->r, parent, name, kt_no_attributes);
     if (e == NULL)
         return;
-    static const char *const none[] = {NULL};
-    *e = *parent;
-    e->name = name;
     e->text = text;
-    e->attributes = none;
-    e->first = e->last = e->next = NULL;
-    e->parent = parent;
-    if (parent->last != NULL)
-        parent->last->next = e;
-    else
-        parent->first = e;
-    parent->last = e;
+    kt_element_hang(parent, e);
     parent->text = NULL;
 }
 
 /* Makes children of those attributes that are in a list, and keeps the others. */
 static void move_attributes(kt_sdf *m, kt_element *e, const char *list) {
-    size_t count = 0, kept = 0;
-    while (e->attributes[2 * count] != NULL)
-        count++;
-    const char **left = kt_robot_take(m->r, &m->r->scratch, 2 * count + 1, sizeof *left);
-    if (left == NULL)
-        return;
-    for (size_t i = 0; i < count; i++) {
-        const char *const *a = &e->attributes[2 * i];
-        if (kt_words_have(list, a[0])) {
-            hang_text(m, e, a[0], a[1]);
+    const char **own = kt_element_own(m->r, e);
+    size_t kept = 0;
+    for (size_t i = 0; own != NULL && own[i] != NULL; i += 2) {
+        if (kt_words_have(list, own[i])) {
+            hang_text(m, e, own[i], own[i + 1]);
             continue;
         }
-        left[kept++] = a[0];
-        left[kept++] = a[1];
+        own[kept++] = own[i];
+        own[kept++] = own[i + 1];
     }
-    e->attributes = left;
+    if (own != NULL)
+        own[kept] = NULL;
 }
 
 static void convert_element(kt_sdf *m, kt_element *e) {
@@ -84,8 +70,7 @@ static void convert_element(kt_sdf *m, kt_element *e) {
         const char *text = strcmp(e->name, texts[i].name) == 0 ? kt_xml_attribute(e, texts[i].attribute) : NULL;
         if (text == NULL)
             continue;
-        static const char *const none[] = {NULL};
-        e->attributes = none;
+        e->attributes = kt_no_attributes;
         e->name = texts[i].new_name;
         e->text = text;
     }

@@ -253,10 +253,9 @@ static void declare_world(kt_urdf *u) {
         const char *name = parent != NULL ? kt_xml_attribute(parent, "link") : NULL;
         if (name == NULL || strcmp(name, "world") != 0)
             continue;
-        kt_element *e = kt_robot_take(u->r, &u->r->scratch, 1, sizeof *e);
+        kt_element *e = kt_element_at(u->r, parent, "link", attributes);
         if (e == NULL)
             return;
-        *e = (kt_element){.name = "link", .attributes = attributes, .line = parent->line, .column = parent->column};
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
         u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .friction = 1.0};
