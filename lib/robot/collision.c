@@ -123,11 +123,10 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
 /* Makes contacts of a collision with all planes. */
 static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
     const kt_body *body = &t->judge->bodies[item->body];
-    const char *name = kt_xml_attribute(item->element, "name");
     const double mass = touching_tree_mass(t, item->body);
     kt_vec3 points[KT_CONTACT_POINTS_MOST];
     kt_contact_shape shape = {.element = item->element,
-                              .name = name != NULL && *name != '\0' ? name : body->name,
+                              .name = kt_element_name(item->element, body->name),
                               .body = body->name,
                               .names = &t->names,
                               .solid = item->solid,

@@ -24,9 +24,7 @@ static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const 
     effect->name = *name != '\0' ? name : NULL;
     effect->between[0].body = shape->body;
     effect->between[0].at = kt_pose_apply(shape->pose, at);
-    effect->between[1].body = ground->body;
-    effect->between[1].at = ground->pose.position;
-    effect->between[1].rotation = kt_rotation_of_matrix(ground->pose.rotation);
+    effect->between[1] = kt_end_at(ground->body, ground->pose);
     effect->radius = radius;
     effect->friction = shape->friction;
     effect->slip = shape->slip;

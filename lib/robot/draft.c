@@ -14,9 +14,47 @@ static void *add(kt_draft *d, kt_list *items, kt_list *elements, size_t size, co
 
 kt_body *kt_draft_body(kt_draft *d, const kt_element *e) {
     kt_body *body = add(d, &d->bodies, &d->body_elements, sizeof *body, e);
-    if (body != NULL)
-        *body = kt_body_default();
+    const char **name = kt_list_add(d->r, &d->r->scratch, &d->joint_names, sizeof *name);
+    if (body == NULL || name == NULL)
+        return NULL;
+    *body = kt_body_default();
+    *name = NULL;
     return body;
+}
+
+static bool has_own_joint_name(const kt_draft *d, int body) {
+    const char *name = *kt_draft_joint_name(d, body);
+    return name != NULL && strcmp(name, ((const kt_body *)d->bodies.items)[body].name) != 0;
+}
+
+/* Joints without a name of their own have that of their body, and keep it. */
+void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed) {
+    kt_body *bodies = d->bodies.items;
+    for (int i = 0; i < d->bodies.count; i++)
+        if (!has_own_joint_name(d, i))
+            (void)kt_namer_make(joints, bodies[i].name);
+    for (int i = 0; i < d->bodies.count; i++) {
+        if (!has_own_joint_name(d, i))
+            continue;
+        bodies[i].joint.name = kt_namer_make(joints, *kt_draft_joint_name(d, i));
+        if (strcmp(bodies[i].joint.name, *kt_draft_joint_name(d, i)) != 0)
+            kt_left_count(renamed, ((const kt_element *const *)d->body_elements.items)[i]);
+    }
+}
+
+void kt_joint_set_free(kt_joint *joint, kt_pose pose) {
+    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
+    joint->type = KT_JOINT_FREE;
+    memcpy(joint->position, start, sizeof start);
+}
+
+kt_end kt_end_at(const char *body, kt_pose pose) {
+    kt_end end = kt_end_default();
+    end.body = body;
+    end.at = pose.position;
+    end.rotation = kt_rotation_of_matrix(pose.rotation);
+    return end;
 }
 
 kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name) {
@@ -26,6 +64,16 @@ kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, cons
     *loop = kt_loop_default();
     loop->type = type;
     loop->name = kt_namer_make(&d->loop_names, name);
+    return loop;
+}
+
+kt_loop *kt_draft_coupling(kt_draft *d, const kt_element *e, const char *name, int count, kt_term **terms) {
+    kt_loop *loop = kt_draft_loop(d, e, KT_LOOP_COUPLING, name);
+    *terms = kt_robot_take(d->r, &d->r->keep, (size_t)count, sizeof **terms);
+    if (loop == NULL || *terms == NULL)
+        return NULL;
+    loop->terms = *terms;
+    loop->term_count = count;
     return loop;
 }
 
@@ -43,6 +91,14 @@ kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_typ
     if (effect != NULL)
         effect->joint = joint;
     return effect;
+}
+
+void kt_draft_spring(kt_draft *d, const kt_element *e, const char *joint, double stiffness, double rest) {
+    kt_effect *spring = stiffness != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_SPRING, joint) : NULL;
+    if (spring == NULL)
+        return;
+    spring->stiffness = stiffness;
+    spring->rest = kt_function_constant(rest);
 }
 
 void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction) {

@@ -373,9 +373,6 @@ typedef struct kt_mjcf_line {
     double factor;
 } kt_mjcf_line;
 
-/* A new effect in the joint of a line; NULL: no memory. */
-kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type);
-
 /* Finds, or makes, the joint that a tendon acts in; false if it has none. */
 bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
 
@@ -397,6 +394,11 @@ void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay);
 void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
 /* The text for a description; NULL if it had no room, or there is no memory. */
 const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
+/* A new effect by a formula; NULL after counting it as `too_long`, if the formula had no room. */
+kt_effect *kt_mjcf_add_formula(kt_mjcf *m, const kt_element *e, const kt_mjcf_formula *formula, const char *too_long);
+
+/* Names the last effect of the draft, if there is a name. */
+void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
 
 /* ---- mjcf_activation.c ------------------------------------------------------------------------------------------- */
 
@@ -541,14 +543,8 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 
 /* ---- mjcf_thrust.c ----------------------------------------------------------------------------------------------- */
 
-/* Names the last effect of the draft, if there is a name. */
-void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
-
 void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula);
 bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
-
-/* A new loop, which has the name of its element, or `standard_name`. NULL: no memory. */
-kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name);
 
 /* Whether a text that may be missing equals another. */
 static inline bool kt_mjcf_is_equal(const char *a, const char *b) {

@@ -35,9 +35,8 @@ int kt_mjcf_activations_of(const kt_mjcf_dynamics *d) {
 
 /* "activation_NAME", with letters, digits and '_' alone. */
 static const char *make_activation_name(kt_mjcf *m, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "name");
     kt_phrase wanted = {.length = 0};
-    kt_phrase_add(&wanted, "activation_%.100s", name != NULL && *name != '\0' ? name : "of_actuator");
+    kt_phrase_add(&wanted, "activation_%.100s", kt_element_name(e, "of_actuator"));
     for (char *c = wanted.text; *c != '\0'; c++)
         *c = *c == '-' || *c == '.' ? '_' : *c;
     return kt_namer_make(&m->states_named, wanted.text);

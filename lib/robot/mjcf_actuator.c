@@ -285,7 +285,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
 
 /* c: the coefficients of the force in the joint for the constant, the position and the velocity. */
 static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {
-    kt_effect *servo = kt_mjcf_add_along(m, l, KT_EFFECT_SERVO);
+    kt_effect *servo = kt_draft_joint_effect(&m->draft, l->element, KT_EFFECT_SERVO, l->joint);
     double *line_of_time = kt_robot_take(m->r, &m->r->keep, 2, sizeof *line_of_time);
     if (servo == NULL || line_of_time == NULL)
         return;
@@ -319,7 +319,7 @@ static void add_alone(kt_mjcf *m, const action *d) {
     if ((c[1] != 0.0 || c[2] != 0.0) && bounds[0] < bounds[1]) {
         add_servo(m, &l, c, bounds);
     } else {
-        kt_effect *motor = kt_mjcf_add_along(m, &l, KT_EFFECT_MOTOR);
+        kt_effect *motor = kt_draft_joint_effect(&m->draft, l.element, KT_EFFECT_MOTOR, l.joint);
         if (motor == NULL)
             return;
         motor->torque = kt_function_constant(clamp(c[0], bounds[0], bounds[1]));
@@ -483,14 +483,12 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action 
     put_bounded(&to, j->force, false);
     if (sharers == 0)
         return;
-    const char *text = variables <= KT_FORMULA_VARIABLE_MAX ? kt_mjcf_keep_formula(m, &to) : NULL;
-    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, last->element, KT_EFFECT_EXPRESSION) : NULL;
-    if (effect == NULL) {
-        kt_unknown_count(&m->forces, "actuators whose limited sum is too long for a formula", last->element);
+    to.whole = to.whole && variables <= KT_FORMULA_VARIABLE_MAX;
+    kt_effect *effect =
+        kt_mjcf_add_formula(m, last->element, &to, "actuators whose limited sum is too long for a formula");
+    if (effect == NULL)
         return;
-    }
     effect->joint = j->name;
-    effect->formula[0] = text;
     kt_phrase name = {.length = 0};
     kt_phrase_add(&name, "%.150s_actuators", j->name);
     kt_mjcf_name_effect(m, only != NULL || (sharers == 1 && last->tendon < 0) ? kt_xml_attribute(last->element, "name")

@@ -307,8 +307,8 @@ const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, con
 }
 
 void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index) {
-    const char *name = kt_xml_attribute(e, "name");
-    if (name != NULL && *name != '\0' && kt_names_add(&m->names, scope, name, index) >= 0)
+    const char *name = kt_element_name(e, NULL);
+    if (name != NULL && kt_names_add(&m->names, scope, name, index) >= 0)
         (void)kt_mjcf_fault(m, e, "there is another %s of this name; each needs one of its own", e->name);
 }
 

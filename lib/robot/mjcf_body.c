@@ -142,12 +142,11 @@ static void name_mjcf_bodies(kt_mjcf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->bodies.count; i++) {
             kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-            const char *name = kt_xml_attribute(b->element, "name");
-            const bool has_name = name != NULL && *name != '\0';
-            if (has_name != (pass == 0))
+            const char *name = kt_element_name(b->element, NULL);
+            if ((name != NULL) != (pass == 0))
                 continue;
-            b->name = kt_namer_make(&m->bodies_named, has_name ? name : "body");
-            if (has_name && strcmp(name, b->name) != 0)
+            b->name = kt_namer_make(&m->bodies_named, name != NULL ? name : "body");
+            if (name != NULL && strcmp(name, b->name) != 0)
                 kt_left_count(&m->renamed, b->element);
         }
 }
@@ -202,14 +201,9 @@ static void set_numbers(double *to, int count, const double *from) {
         to[i] = from[i];
 }
 
-static void start_quaternion(double *to, kt_quat q) { set_numbers(to, 4, (const double[]){q.w, q.x, q.y, q.z}); }
-
 /* A free joint counts from the world, not from the pose of the body, at which it starts. */
 static void fill_free(const kt_mjcf *m, const kt_mjcf_joint *j, kt_joint *joint) {
-    const kt_pose place = kt_mjcf_place_of(m, j->body);
-    joint->type = KT_JOINT_FREE;
-    set_numbers(joint->position, 3, (const double[]){place.position.x, place.position.y, place.position.z});
-    start_quaternion(joint->position + 3, kt_quat_from_matrix(place.rotation));
+    kt_joint_set_free(joint, kt_mjcf_place_of(m, j->body));
     if (m->qpos != NULL)
         set_numbers(joint->position, 7, m->qpos + j->position);
     if (m->qvel != NULL)
@@ -255,10 +249,9 @@ static bool is_zero_vec3(kt_vec3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 
 
 /* The name of the body that carries a joint which is not the last, or whose point is not the body's origin. */
 static const char *carrier_name(kt_mjcf *m, const kt_mjcf_joint *j, const char *body) {
-    const char *name = kt_xml_attribute(j->element, "name");
     char made[300];
     (void)snprintf(made, sizeof made, "%.200s_joint", body);
-    return kt_namer_make(&m->bodies_named, name != NULL && *name != '\0' ? name : made);
+    return kt_namer_make(&m->bodies_named, kt_element_name(j->element, made));
 }
 
 static void fill_body(const kt_mjcf_body *b, kt_body *body) {
@@ -292,6 +285,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         if (body == NULL)
             return;
         j->carrier_index = m->draft.bodies.count - 1;
+        *kt_draft_joint_name(&m->draft, j->carrier_index) = kt_element_name(j->element, NULL);
         body->name = j->carrier = is_own ? b->name : carrier_name(m, j, b->name);
         body->parent = parent;
         fill_mjcf_joint(m, b, j, &frame, &body->joint);
@@ -339,17 +333,8 @@ static void make_markers(kt_mjcf *m) {
 }
 
 static void name_mjcf_joints(kt_mjcf *m) {
-    const int count = m->draft.bodies.count;
-    kt_body *bodies = m->draft.bodies.items;
-    const char **names = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *names);
-    if (names == NULL)
-        return;
-    for (int i = 0; i < m->joints.count; i++) {
-        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        const char *name = kt_xml_attribute(j->element, "name");
-        names[j->carrier_index] = name != NULL && *name != '\0' ? name : NULL;
-    }
-    kt_joints_name(&m->joints_named, bodies, count, names, m->draft.body_elements.items, &m->renamed_joints);
+    const kt_body *bodies = m->draft.bodies.items;
+    kt_draft_name_joints(&m->draft, &m->joints_named, &m->renamed_joints);
     for (int i = 0; i < m->joints.count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
         j->name = kt_joint_name_of(&bodies[j->carrier_index]);

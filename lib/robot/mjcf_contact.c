@@ -159,13 +159,12 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
 
 static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
-    const char *name = kt_xml_attribute(s->element, "name");
     const double mass = contact_tree_mass(m, s->body);
     kt_contact_law l;
     if (!find_law(m, plane, s, &l))
         return;
     kt_contact_shape shape = {.element = s->element,
-                              .name = name != NULL && *name != '\0' ? name : b->name,
+                              .name = kt_element_name(s->element, b->name),
                               .body = b->name,
                               .names = &m->effects_named,
                               .solid = s->solid,

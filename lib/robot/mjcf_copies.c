@@ -113,7 +113,6 @@ static void take_copied_items(kt_mjcf *m, int document, const kt_element *of, kt
 
 /* ---- copies ------------------------------------------------------------------------------------------------------ */
 
-/* Adds a suffix to the name and the references of an element and of those within. False after reporting. */
 /* Gives the copy of an element its name, with a suffix; in an item, also its references. False after reporting. */
 static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix, bool is_item) {
     const char **own = kt_element_own(m->r, e);
@@ -131,7 +130,6 @@ static bool rename_copy(kt_mjcf *m, kt_element *e, const char *suffix, bool is_i
     return own != NULL;
 }
 
-/* Copies an element and those within, below another one. NULL if there is no memory, or there are too many elements. */
 /* Copies an element and those within, below another one. False after reporting, or if there are too many elements. */
 static bool copy_element(kt_mjcf *m, const kt_element *e, kt_element *to, const char *suffix, bool is_item) {
     kt_element *copy = ++m->elements <= KT_MJCF_ELEMENTS_MOST ? kt_element_at(m->r, e, e->name, e->attributes) : NULL;

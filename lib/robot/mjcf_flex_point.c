@@ -49,11 +49,5 @@ void kt_elastic_put_span(const kt_mjcf *m, const kt_elastic *p, const int ends[2
 }
 
 kt_effect *kt_elastic_add(kt_mjcf *m, const kt_flex *f, const kt_mjcf_formula *formula) {
-    const char *text = kt_mjcf_keep_formula(m, formula);
-    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, f->element, KT_EFFECT_EXPRESSION) : NULL;
-    if (effect != NULL)
-        effect->formula[0] = text;
-    else
-        kt_unknown_count(&m->forces, "elasticity of a flexcomp that is too long for a formula", f->element);
-    return effect;
+    return kt_mjcf_add_formula(m, f->element, formula, "elasticity of a flexcomp that is too long for a formula");
 }

@@ -11,10 +11,6 @@
 
 /* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */
 
-kt_effect *kt_mjcf_add_along(kt_mjcf *m, const kt_mjcf_line *l, kt_effect_type type) {
-    return kt_draft_joint_effect(&m->draft, l->element, type, l->joint);
-}
-
 static bool is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 
 /* Reads k0, k1, k2; false if all are zero, or the forces are turned off.
@@ -32,22 +28,16 @@ static bool is_plain(const double k[3]) { return k[0] >= 0.0 && k[1] == 0.0 && k
 static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const char *x, bool is_odd) {
     kt_mjcf_formula to = {.whole = true};
     kt_mjcf_print(&to, "%g*%s*(%g + %g*%s%s + %g*%s^2)", -l->factor, x, k[0], k[1], is_odd ? "abs" : "", x, k[2], x);
-    const char *text = kt_mjcf_keep_formula(m, &to);
-    kt_effect *effect = text != NULL ? kt_mjcf_add_along(m, l, KT_EFFECT_EXPRESSION) : NULL;
+    kt_effect *effect =
+        kt_mjcf_add_formula(m, l->element, &to, "spring or damper of a joint whose name is too long for a formula");
     if (effect != NULL)
-        effect->formula[0] = text;
-    else
-        kt_unknown_count(&m->forces, "spring or damper of a joint whose name is too long for a formula", l->element);
+        effect->joint = l->joint;
 }
 
 /* A spring without force from the first to the second length. */
 static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const double rest[2]) {
     if (is_plain(k) && rest[0] == rest[1]) {
-        kt_effect *effect = kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_SPRING);
-        if (effect == NULL)
-            return;
-        effect->stiffness = k[0] * l->factor * l->factor;
-        effect->rest = kt_function_constant(rest[0] / l->factor);
+        kt_draft_spring(&m->draft, l->element, l->joint, k[0] * l->factor * l->factor, rest[0] / l->factor);
         return;
     }
     kt_mjcf_formula x = {.whole = true};
@@ -63,9 +53,7 @@ static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], con
 
 static void add_damping(kt_mjcf *m, const kt_mjcf_line *l, const double k[3]) {
     if (is_plain(k)) {
-        kt_effect *damper = kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_DAMPER);
-        if (damper != NULL)
-            damper->damping = k[0] * l->factor * l->factor;
+        kt_draft_resistance(&m->draft, l->element, l->joint, k[0] * l->factor * l->factor, 0.0);
         return;
     }
     kt_mjcf_formula v = {.whole = true};
@@ -81,11 +69,9 @@ static double line_friction_of(kt_mjcf *m, const kt_element *e, const char *tag)
 
 static void add_line_friction(kt_mjcf *m, const kt_mjcf_line *l) {
     const double friction = line_friction_of(m, l->element, l->tag);
-    kt_effect *rub = friction != 0.0 ? kt_mjcf_add_along(m, l, KT_EFFECT_JOINT_FRICTION) : NULL;
-    if (rub == NULL)
-        return;
-    rub->coulomb = friction * fabs(l->factor);
-    kt_left_count(&m->friction, l->element);
+    kt_draft_resistance(&m->draft, l->element, l->joint, 0.0, friction * fabs(l->factor));
+    if (friction != 0.0)
+        kt_left_count(&m->friction, l->element);
 }
 
 /* Whether limits become stops. */
@@ -127,15 +113,12 @@ static void spring_ball(kt_mjcf *m, const kt_mjcf_joint *j) {
     if (effect == NULL)
         return;
     const kt_joint *joint = &((const kt_body *)m->draft.bodies.items)[j->carrier_index].joint;
-    const kt_pose start = kt_mjcf_place_of(m, j->body);
     effect->between[0].body = ((const kt_body *)m->draft.bodies.items)[j->carrier_index].parent;
     effect->between[0].at = joint->at;
     effect->between[0].rotation = joint->rotation;
     effect->between[1].body = j->carrier;
-    if (j->type == KT_MJCF_FREE) { /* from the pose of the body */
-        effect->between[0].at = start.position;
-        effect->between[0].rotation = kt_rotation_of_matrix(start.rotation);
-    }
+    if (j->type == KT_MJCF_FREE) /* from the pose of the body */
+        effect->between[0] = kt_end_at(effect->between[0].body, kt_mjcf_place_of(m, j->body));
     for (int i = j->type == KT_MJCF_FREE ? 0 : 3; i < 6; i++) {
         effect->stiffnesses[i] = m->off.springs ? 0.0 : stiffness[0];
         effect->dampings[i] = m->off.dampers ? 0.0 : damping[0];
@@ -210,13 +193,12 @@ static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
 
 /* A body whose position is the tendon's length. */
 static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
-    const char *name = kt_xml_attribute(t->element, "name");
+    const char *name = kt_element_name(t->element, "tendon");
     kt_body *body = kt_draft_body(&m->draft, t->element);
-    kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_COUPLING, "tendon");
-    kt_term *terms = kt_robot_take(m->r, &m->r->keep, (size_t)t->count + 1, sizeof *terms);
-    if (body == NULL || loop == NULL || terms == NULL)
+    kt_term *terms;
+    if (body == NULL || kt_draft_coupling(&m->draft, t->element, name, t->count + 1, &terms) == NULL)
         return;
-    body->name = kt_namer_make(&m->bodies_named, name != NULL && *name != '\0' ? name : "tendon");
+    body->name = kt_namer_make(&m->bodies_named, name);
     body->joint.type = KT_JOINT_PRISMATIC;
     body->joint.position[0] = t->start;
     body->joint.armature[0] = kt_mjcf_number(m, t->element, "tendon", "armature", 0.0);
@@ -227,8 +209,6 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
         const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
         terms[i + 1] = (kt_term){kt_mjcf_joint_at(m, term->joint)->name, -term->coefficient};
     }
-    loop->terms = terms;
-    loop->term_count = t->count + 1;
     t->joint = joint;
     t->coefficient = 1.0;
     kt_left_count(&m->tied, t->element);

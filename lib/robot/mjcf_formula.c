@@ -41,3 +41,19 @@ const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula) {
     const char *text = formula->whole ? kt_robot_text(m->r, &m->r->keep, formula->text, formula->length) : NULL;
     return text;
 }
+
+kt_effect *kt_mjcf_add_formula(kt_mjcf *m, const kt_element *e, const kt_mjcf_formula *formula, const char *too_long) {
+    const char *text = kt_mjcf_keep_formula(m, formula);
+    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
+    if (effect != NULL)
+        effect->formula[0] = text;
+    else
+        kt_unknown_count(&m->forces, too_long, e);
+    return effect;
+}
+
+void kt_mjcf_name_effect(kt_mjcf *m, const char *name) {
+    kt_effect *effects = m->draft.effects.items;
+    if (name != NULL && *name != '\0')
+        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
+}

@@ -113,7 +113,7 @@ static void add_part_of_path(kt_mjcf *m, const kt_mjcf_tendon *t, const part *p,
         parent = ((const kt_body *)m->draft.bodies.items)[m->draft.bodies.count - 1].name;
     }
     put_part(names, p->divisor, to);
-    kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_SPHERICAL, "tendon");
+    kt_loop *loop = kt_draft_loop(&m->draft, t->element, KT_LOOP_SPHERICAL, kt_element_name(t->element, "tendon"));
     if (loop == NULL)
         return;
     loop->between[0].body = parent;
@@ -140,8 +140,7 @@ static bool joins_branches(const kt_mjcf *m, const kt_mjcf_tendon *t) {
 }
 
 void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
-    const char *name = kt_xml_attribute(t->element, "name");
-    const char *wanted = name != NULL && *name != '\0' ? name : "tendon";
+    const char *wanted = kt_element_name(t->element, "tendon");
     kt_mjcf_formula to = {.whole = true};
     kt_joint joint = kt_joint_default();
     parts p;
@@ -156,13 +155,11 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     for (int i = 0; i < p.count; i++)
         joint.position[0] += kt_vec3_norm(p.items[i].start) / p.items[i].divisor;
     const char *length = add_slider(m, t, wanted, NULL, joint);
-    kt_loop *loop = kt_mjcf_add_loop(m, t->element, KT_LOOP_COUPLING, "tendon");
-    kt_term *terms = kt_robot_take(m->r, &m->r->keep, 1 + 3 * (size_t)p.count, sizeof *terms);
-    if (length == NULL || loop == NULL || terms == NULL)
+    kt_term *terms;
+    kt_loop *loop = kt_draft_coupling(&m->draft, t->element, wanted, 1 + 3 * p.count, &terms);
+    if (length == NULL || loop == NULL)
         return;
     terms[0] = (kt_term){length, 1.0};
-    loop->terms = terms;
-    loop->term_count = 1 + 3 * p.count;
     loop->offset = p.constant;
     const int index = m->draft.loops.count - 1;
     for (int i = 0; i < p.count && !m->r->out_of_memory; i++)

@@ -12,11 +12,6 @@
 
 #include <string.h>
 
-kt_loop *kt_mjcf_add_loop(kt_mjcf *m, const kt_element *e, kt_loop_type type, const char *standard_name) {
-    const char *name = kt_xml_attribute(e, "name");
-    return kt_draft_loop(&m->draft, e, type, name != NULL && *name != '\0' ? name : standard_name);
-}
-
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
 /* The two bodies of an equality; the second is the world where none is named. */
@@ -39,17 +34,15 @@ static kt_pose world_of(const kt_mjcf *m, int body) {
     return kt_pose_compose(kt_mjcf_body_at(m, body)->world, kt_mjcf_body_at(m, body)->frame);
 }
 
-/* `pose`: in the body's own frame. For a pose in MuJoCo's frame of the body, see end_in. */
-static kt_end equality_end_of(const kt_mjcf *m, int body, kt_pose pose) {
-    kt_end end = kt_end_default();
-    end.body = kt_mjcf_body_at(m, body)->name;
-    end.at = pose.position;
-    end.rotation = kt_rotation_of_matrix(pose.rotation);
-    return end;
+/* `pose`: in MuJoCo's frame of the body. */
+static kt_end end_in(const kt_mjcf *m, int body, kt_pose pose) {
+    const kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    return kt_end_at(b->name, kt_pose_compose(b->frame, pose));
 }
 
-static kt_end end_in(const kt_mjcf *m, int body, kt_pose pose) {
-    return equality_end_of(m, body, kt_pose_compose(kt_mjcf_body_at(m, body)->frame, pose));
+static kt_end end_at_site(const kt_mjcf *m, int site) {
+    const kt_mjcf_site *s = kt_mjcf_site_at(m, site);
+    return kt_end_at(kt_mjcf_body_at(m, s->body)->name, s->pose);
 }
 
 /* Ends at two sites; false if there are none, or they do not exist. */
@@ -57,8 +50,8 @@ static bool find_sites(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     const int a = kt_mjcf_find(m, e, "site1", KT_MJCF_SITES), b = kt_mjcf_find(m, e, "site2", KT_MJCF_SITES);
     if (a < 0 || b < 0)
         return false;
-    ends[0] = equality_end_of(m, kt_mjcf_site_at(m, a)->body, kt_mjcf_site_at(m, a)->pose);
-    ends[1] = equality_end_of(m, kt_mjcf_site_at(m, b)->body, kt_mjcf_site_at(m, b)->pose);
+    ends[0] = end_at_site(m, a);
+    ends[1] = end_at_site(m, b);
     return true;
 }
 
@@ -108,8 +101,8 @@ static void join_bodies(kt_mjcf *m, const kt_element *e, bool is_weld) {
     const double turning = is_weld ? kt_mjcf_number(m, e, "equality", "torquescale", 1.0) : 0.0;
     if (turning != 0.0 && turning != 1.0)
         kt_left_count(&m->scaled, e);
-    kt_loop *loop =
-        kt_mjcf_add_loop(m, e, turning != 0.0 ? KT_LOOP_WELD : KT_LOOP_SPHERICAL, is_weld ? "weld" : "connect");
+    kt_loop *loop = kt_draft_loop(&m->draft, e, turning != 0.0 ? KT_LOOP_WELD : KT_LOOP_SPHERICAL,
+                                  kt_element_name(e, is_weld ? "weld" : "connect"));
     if (loop != NULL)
         memcpy(loop->between, ends, sizeof ends);
 }
@@ -197,12 +190,12 @@ static void couple_mjcf_joints(kt_mjcf *m, const kt_element *e, bool is_tendon) 
     const char *formula = is_linear ? NULL : write_formula(m, e, &x, y.count, a);
     if (!is_linear && formula == NULL)
         return;
-    kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_COUPLING, is_tendon ? "tendon_equality" : "joint_equality");
-    kt_term *terms = kt_robot_take(m->r, &m->r->keep, (size_t)(y.count + x.count) + 1, sizeof *terms);
-    if (loop == NULL || terms == NULL)
+    const char *name = kt_element_name(e, is_tendon ? "tendon_equality" : "joint_equality");
+    kt_term *terms;
+    kt_loop *loop = kt_draft_coupling(&m->draft, e, name, y.count + x.count, &terms);
+    if (loop == NULL)
         return;
     const int first = add_terms(m, &y, 1.0, terms);
-    loop->terms = terms;
     loop->term_count = kt_terms_merge(terms, first + add_terms(m, &x, -a[1], terms + first));
     loop->formula = formula;
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
@@ -214,7 +207,7 @@ static void join_edge(kt_mjcf *m, const kt_element *e) {
     kt_end ends[2];
     if (!find_sites(m, e, ends))
         return;
-    kt_loop *loop = kt_mjcf_add_loop(m, e, KT_LOOP_DISTANCE, "edge");
+    kt_loop *loop = kt_draft_loop(&m->draft, e, KT_LOOP_DISTANCE, kt_element_name(e, "edge"));
     if (loop == NULL)
         return;
     memcpy(loop->between, ends, sizeof ends);

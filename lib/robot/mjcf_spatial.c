@@ -232,15 +232,10 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
     if (!t->moves)
         return;
     put(m, t, user, &to);
-    const char *text = kt_mjcf_keep_formula(m, &to);
-    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
-    if (effect == NULL) {
-        kt_unknown_count(&m->forces, "force of a spatial tendon that is too long for a formula", e);
+    kt_effect *effect = kt_mjcf_add_formula(m, e, &to, "force of a spatial tendon that is too long for a formula");
+    if (effect == NULL)
         return;
-    }
-    const char *name = kt_xml_attribute(e, "name");
-    effect->formula[0] = text;
-    effect->name = name != NULL && *name != '\0' ? kt_namer_make(&m->effects_named, name) : NULL;
+    kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
     effect->end_count = 2;
     if (t->path_count > 2 || t->path[0].divisor > 0.0) {
         effect->path = t->path;

@@ -3,12 +3,6 @@
 
 #include <math.h>
 
-void kt_mjcf_name_effect(kt_mjcf *m, const char *name) {
-    kt_effect *effects = m->draft.effects.items;
-    if (name != NULL && *name != '\0')
-        effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
-}
-
 /* Half of a wrench on a body: `force` times a vector in the axes of the frame. */
 static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const kt_end *end, kt_frame frame,
                      kt_vec3 vector, double force) {

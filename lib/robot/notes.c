@@ -208,21 +208,6 @@ const char *kt_namer_make(kt_namer *namer, const char *wanted) {
     return name;
 }
 
-/* Joints without a name of their own have that of their body, and keep it. */
-void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
-                    const kt_element *const *elements, kt_left *renamed) {
-    for (int i = 0; i < count; i++)
-        if (names[i] == NULL || strcmp(names[i], bodies[i].name) == 0)
-            (void)kt_namer_make(joints, bodies[i].name);
-    for (int i = 0; i < count; i++) {
-        if (names[i] == NULL || strcmp(names[i], bodies[i].name) == 0)
-            continue;
-        bodies[i].joint.name = kt_namer_make(joints, names[i]);
-        if (strcmp(bodies[i].joint.name, names[i]) != 0)
-            kt_left_count(renamed, elements[i]);
-    }
-}
-
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
 void *kt_robot_take(kt_reader *r, kt_pool *pool, size_t count, size_t size) {

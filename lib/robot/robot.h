@@ -126,10 +126,11 @@ bool kt_namer_init(kt_namer *namer, kt_reader *r, int most);
 /* The name in the scene for `wanted`, in r->keep; "" if there is no memory. */
 const char *kt_namer_make(kt_namer *namer, const char *wanted);
 
-/* Gives the joint of each body the name of the file (NULL: none), if that is not the body's; names of joints differ. If
- * a name had to be changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
-void kt_joints_name(kt_namer *joints, kt_body *bodies, int count, const char *const *names,
-                    const kt_element *const *elements, kt_left *renamed);
+/* The name of an element; `standard` if it has none. */
+static inline const char *kt_element_name(const kt_element *e, const char *standard) {
+    const char *name = kt_xml_attribute(e, "name");
+    return name != NULL && *name != '\0' ? name : standard;
+}
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -202,6 +203,7 @@ typedef struct kt_draft {
     const kt_element *root;                                /* of the file */
     kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
+    kt_list joint_names;      /* of bodies: const char *, the name of the joint in the file; NULL: none */
     const kt_element **links; /* of bodies: the elements around their <inertial>; NULL: faults are at the body's own */
     kt_namer loop_names;
 } kt_draft;
@@ -211,6 +213,27 @@ kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
 kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
 kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
 kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint);
+
+/* A coupling of `count` joints, whose terms are zeros. */
+kt_loop *kt_draft_coupling(kt_draft *d, const kt_element *e, const char *name, int count, kt_term **terms);
+
+/* The name in the file of the joint of a body. */
+static inline const char **kt_draft_joint_name(const kt_draft *d, int body) {
+    return (const char **)d->joint_names.items + body;
+}
+
+/* Gives joints the names of the file, if those are not the bodies'; names of joints differ. If a name had to be
+ * changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
+void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed);
+
+/* Makes a joint free, which starts at a pose in the world. */
+void kt_joint_set_free(kt_joint *joint, kt_pose pose);
+
+/* The end at a pose in a body. */
+kt_end kt_end_at(const char *body, kt_pose pose);
+
+/* Adds a spring of a joint, if its stiffness is not zero. */
+void kt_draft_spring(kt_draft *d, const kt_element *e, const char *joint, double stiffness, double rest);
 
 /* Adds damping and dry friction of a joint, if they are not zero. */
 void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, double damping, double friction);

@@ -73,7 +73,6 @@ typedef struct kt_sdf {
     kt_list frames, links, joints;  /* kt_sdf_frame ... */
     kt_list gears;                  /* int: frames of gearboxes */
     kt_list parents, link_elements; /* of bodies of the scene: int, const kt_element * */
-    kt_list wanted;                 /* likewise const char *: the name of the joint; NULL: none */
     int *order, order_count;        /* links from the world outwards */
     int *children, *first_child;    /* joints by their parents' links: first_child[i] to first_child[i + 1] */
     int *owners, *first_owner;      /* likewise by their children's links */

@@ -49,12 +49,10 @@ static kt_body *add_sdf_body(kt_sdf *m, const kt_element *e, const kt_element *l
     kt_body *body = kt_draft_body(&m->draft, e);
     int *on = kt_list_add(m->r, &m->r->scratch, &m->parents, sizeof *on);
     const kt_element **of = kt_list_add(m->r, &m->r->scratch, &m->link_elements, sizeof *of);
-    const char **wanted = kt_list_add(m->r, &m->r->scratch, &m->wanted, sizeof *wanted);
-    if (body == NULL || on == NULL || of == NULL || wanted == NULL)
+    if (body == NULL || on == NULL || of == NULL)
         return NULL;
     *on = parent;
     *of = link;
-    *wanted = NULL;
     body->name = name;
     body->parent = parent >= 0 ? ((const kt_body *)m->draft.bodies.items)[parent].name : NULL;
     return body;
@@ -73,10 +71,7 @@ static void root_joint(kt_sdf *m, const kt_sdf_link *link, kt_joint *joint) {
         kt_left_count(&m->at_rest, link->element);
         return;
     }
-    const kt_quat q = kt_quat_from_matrix(pose.rotation);
-    const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
-    joint->type = KT_JOINT_FREE;
-    memcpy(joint->position, start, sizeof start);
+    kt_joint_set_free(joint, pose);
     kt_left_count(&m->floating, link->element);
 }
 
@@ -99,11 +94,8 @@ static void set_joint(kt_sdf *m, const kt_sdf_joint *j, kt_pose pose, kt_vec3 ax
         joint->axis = axis;
     joint->pitch = j->pitch;
     if (m->source->options->floating && j->type == KT_JOINT_FIXED && j->parent == 0) {
-        const kt_quat q = kt_quat_from_matrix(pose.rotation);
-        const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
         *joint = kt_joint_default();
-        joint->type = KT_JOINT_FREE;
-        memcpy(joint->position, start, sizeof start);
+        kt_joint_set_free(joint, pose);
         kt_left_count(&m->freed, j->element);
     }
 }
@@ -120,8 +112,7 @@ static void want_name(kt_sdf *m, kt_sdf_joint *j) {
     add_path(m, &path, j->frame);
     kt_phrase_add(&path, "%s", is_second ? "_2" : "");
     j->body = m->draft.bodies.count - 1;
-    const char *name = kt_robot_text(m->r, &m->r->scratch, path.text, strlen(path.text));
-    ((const char **)m->wanted.items)[j->body] = name;
+    *kt_draft_joint_name(&m->draft, j->body) = kt_robot_text(m->r, &m->r->scratch, path.text, strlen(path.text));
 }
 
 static void make_sdf_body(kt_sdf *m, int index) {
@@ -165,8 +156,7 @@ static void make_sdf_body(kt_sdf *m, int index) {
 
 /* Effects and loops call joints by their names. */
 static void name_sdf_joints(kt_sdf *m) {
-    kt_joints_name(&m->joints_named, m->draft.bodies.items, m->draft.bodies.count, m->wanted.items,
-                   m->draft.body_elements.items, &m->renamed_joints);
+    kt_draft_name_joints(&m->draft, &m->joints_named, &m->renamed_joints);
     for (int i = 0; i < m->joints.count; i++) {
         kt_sdf_joint *j = kt_sdf_joint_at(m, i);
         if (j->body >= 0 && j->type != KT_JOINT_FIXED)
@@ -217,12 +207,8 @@ void kt_sdf_make_bodies(kt_sdf *m) {
 
 /* The joint's frame, with the direction of its axis, in a link. */
 static kt_end sdf_end_of(const kt_sdf *m, const kt_sdf_joint *j, int link) {
-    const kt_pose pose = kt_sdf_pose(m, j->frame, kt_sdf_link_at(m, link)->frame);
-    kt_end end = kt_end_default();
-    end.body = kt_sdf_link_at(m, link)->body;
-    end.at = pose.position;
-    end.rotation = kt_rotation_of_matrix(pose.rotation);
-    return end;
+    const kt_sdf_link *on = kt_sdf_link_at(m, link);
+    return kt_end_at(on->body, kt_sdf_pose(m, j->frame, on->frame));
 }
 
 /* Whether damping, friction or a spring acts in a joint. */

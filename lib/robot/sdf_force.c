@@ -68,12 +68,8 @@ void kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
     const double damping = kt_sdf_number(m, dynamics, "damping", 0.0);
     const double friction = kt_sdf_number(m, dynamics, "friction", 0.0);
     const double stiffness = kt_sdf_number(m, dynamics, "spring_stiffness", 0.0);
-    kt_effect *spring =
-        stiffness != 0.0 ? kt_draft_joint_effect(&m->draft, j->element, KT_EFFECT_JOINT_SPRING, name) : NULL;
-    if (spring != NULL) {
-        spring->stiffness = stiffness;
-        spring->rest = kt_function_constant(kt_sdf_number(m, dynamics, "spring_reference", 0.0));
-    }
+    if (stiffness != 0.0)
+        kt_draft_spring(&m->draft, j->element, name, stiffness, kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     kt_draft_resistance(&m->draft, j->element, name, damping, friction);
     if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
@@ -108,13 +104,11 @@ void kt_sdf_make_effects(kt_sdf *m) {
 
 static void couple_sdf_joints(kt_sdf *m, const kt_element *e, const char *name, const kt_term *terms, int count,
                               double offset) {
-    kt_loop *loop = kt_draft_loop(&m->draft, e, KT_LOOP_COUPLING, name);
-    kt_term *kept = kt_robot_take(m->r, &m->r->keep, (size_t)count, sizeof *kept);
-    if (loop == NULL || kept == NULL)
+    kt_term *kept;
+    kt_loop *loop = kt_draft_coupling(&m->draft, e, name, count, &kept);
+    if (loop == NULL)
         return;
     memcpy(kept, terms, (size_t)count * sizeof *kept);
-    loop->terms = kept;
-    loop->term_count = count;
     loop->offset = offset;
 }
 

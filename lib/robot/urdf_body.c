@@ -175,6 +175,7 @@ static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
         return;
     }
     kt_vec3 rpy;
+    *kt_draft_joint_name(&u->draft, link->index) = kt_element_name(j->element, NULL);
     body->parent = j->parent >= 0 ? u->links[j->parent].body : NULL;
     kt_urdf_origin(u->r, j->element, &body->joint.at, &rpy);
     body->joint.rotation = rotation_of(rpy);
@@ -213,39 +214,25 @@ static void make_urdf_effects(kt_urdf *u, const kt_urdf_joint *j) {
 
 /* q = multiplier q' + offset. */
 static void make_coupling(kt_urdf *u, const kt_urdf_joint *j) {
-    if (j->master < 0)
-        return;
-    kt_term *terms = kt_robot_take(u->r, &u->r->keep, 2, sizeof *terms);
-    char *name = kt_robot_take(u->r, &u->r->scratch, strlen(j->name) + 16, 1);
-    if (terms == NULL || name == NULL)
-        return;
-    (void)snprintf(name, strlen(j->name) + 16, "mimic_%s", j->name);
-    kt_loop *loop = kt_draft_loop(&u->draft, kt_xml_child(j->element, "mimic"), KT_LOOP_COUPLING, name);
+    kt_term *terms;
+    const char *name = j->master >= 0 ? kt_robot_print(u->r, &u->r->scratch, "mimic_%s", j->name) : NULL;
+    kt_loop *loop =
+        name != NULL ? kt_draft_coupling(&u->draft, kt_xml_child(j->element, "mimic"), name, 2, &terms) : NULL;
     if (loop == NULL)
         return;
     terms[0] = (kt_term){.joint = j->name, .coefficient = 1.0};
     terms[1] = (kt_term){.joint = u->joints[j->master].name, .coefficient = -j->multiplier};
-    loop->terms = terms;
-    loop->term_count = 2;
     loop->offset = j->offset;
 }
 
 /* ---- names of joints --------------------------------------------------------------------------------------------- */
 
 static void name_urdf_joints(kt_urdf *u) {
-    const int count = u->draft.bodies.count;
-    kt_body *bodies = u->draft.bodies.items;
-    const char **names = kt_robot_take(u->r, &u->r->scratch, (size_t)count + 1, sizeof *names);
+    const kt_body *bodies = u->draft.bodies.items;
     kt_namer joints;
-    if (names == NULL || !kt_namer_init(&joints, u->r, 2 * count))
+    if (!kt_namer_init(&joints, u->r, 2 * u->draft.bodies.count))
         return;
-    for (int i = 0; i < u->link_count; i++) {
-        const int carrier = u->links[i].carrier, body = u->links[i].index;
-        const char *name = carrier >= 0 ? kt_xml_attribute(u->joints[carrier].element, "name") : NULL;
-        if (body >= 0)
-            names[body] = name != NULL && *name != '\0' ? name : NULL;
-    }
-    kt_joints_name(&joints, bodies, count, names, u->draft.body_elements.items, &u->renamed_joints);
+    kt_draft_name_joints(&u->draft, &joints, &u->renamed_joints);
     for (int i = 0; i < u->link_count; i++)
         if (u->links[i].carrier >= 0 && u->links[i].index >= 0)
             u->joints[u->links[i].carrier].name = kt_joint_name_of(&bodies[u->links[i].index]);

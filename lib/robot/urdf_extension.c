@@ -87,13 +87,8 @@ void kt_urdf_read_extensions(kt_urdf *u) {
 void kt_urdf_extend(kt_urdf *u) {
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++) {
         const kt_urdf_joint *j = &u->joints[i];
-        const bool is_sprung = j->stiffness != 0.0 && j->kind != NULL && j->kind->is_scalar && j->name != NULL;
-        kt_effect *spring =
-            is_sprung ? kt_draft_joint_effect(&u->draft, j->element, KT_EFFECT_JOINT_SPRING, j->name) : NULL;
-        if (spring == NULL)
-            continue;
-        spring->stiffness = j->stiffness;
-        spring->rest = kt_function_constant(j->rest);
+        if (j->kind != NULL && j->kind->is_scalar && j->name != NULL)
+            kt_draft_spring(&u->draft, j->element, j->name, j->stiffness, j->rest);
     }
     for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++) {
         const kt_urdf_link *link = &u->links[i];

@@ -65,10 +65,10 @@ static const kt_known_list all_known = {
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 
 static const char *urdf_name_of(kt_reader *r, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "name");
-    if (name == NULL || *name == '\0')
+    const char *name = kt_element_name(e, NULL);
+    if (name == NULL)
         (void)kt_robot_fault(r, e, "the attribute 'name' is missing");
-    return name != NULL && *name != '\0' ? name : NULL;
+    return name;
 }
 
 /* Adds the name of a link or joint; reports one that is there already. */
@@ -317,10 +317,8 @@ int kt_urdf_root(kt_urdf *u) {
 
 /* A link's name as a body has it; "" of one without a name, which has been reported. */
 static const char *make_urdf_name(kt_urdf *u, int index) {
-    const char *link = kt_xml_attribute(u->links[index].element, "name");
-    if (link == NULL || *link == '\0')
-        return "";
-    const char *name = kt_namer_make(&u->namer, link);
+    const char *link = kt_element_name(u->links[index].element, "");
+    const char *name = *link != '\0' ? kt_namer_make(&u->namer, link) : "";
     if (strcmp(name, link) != 0)
         kt_left_count(&u->renamed, u->links[index].element);
     return name;

@@ -45,7 +45,9 @@ def words(code, member):
 
 def known_of(code):
     part = re.search(r"static const kt_known known\[\] = \{(.*?)\n\};", code, flags=re.S)[1]
-    return [(name, sorted(joined(rest).split())) for name, rest in re.findall(rf'\{{"(\w+)",\s*((?:\s*{TEXT})+)\}}', part)]
+    rows = re.findall(rf"\{{((?:\s*{TEXT})+),\s*((?:\s*{TEXT})+)\}}", part)
+    pairs = [(name, sorted(joined(words).split())) for names, words in rows for name in joined(names).split()]
+    return [(name, words) for name, words in pairs if "." not in name]
 
 
 def messages(folder, prefix):
@@ -56,12 +58,14 @@ def messages(folder, prefix):
         shared = path.name in ("inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
         if not (path.name == f"{prefix}.c" or path.name.startswith(f"{prefix}_") or shared):
             continue
-        for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|collisions), \w+, (\w+),\s*((?:\s*{TEXT})+)\)", code):
+        for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|collisions|contact_tally), [\w.]+, (\w+),\s*((?:\s*{TEXT})+)\)",
+                                     code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
         for rank, text in re.findall(rf"kt_note_put\([^;]*?KT_NOTE_RANK_(\w+),[^;\"]*((?:\s*{TEXT})+)", code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
         for kind, text in re.findall(rf"kt_unknown_count\(\s*&\w+->(changes|forces),\s*((?:\s*{TEXT})+)", code):
             (changes if kind == "changes" else lost).add(joined(text))
+        lost.update(joined(text) for text in re.findall(rf"kt_mjcf_add_formula\([^;]*?,\s*((?:\s*{TEXT})+)\)", code))
     return changes, lost, start
 
 
