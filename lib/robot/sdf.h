@@ -117,6 +117,9 @@ void kt_sdf_place(kt_sdf *m);
 /* The frame of a name, as seen from a frame's own scope; -1 after reporting, at e, that there is none. */
 int kt_sdf_find(kt_sdf *m, const kt_element *e, int frame, const char *name);
 
+/* The frame that an element of a joint names; -1 after reporting, also if there is no such element. */
+int kt_sdf_named_by(kt_sdf *m, int frame, const char *child);
+
 /* The pose of a frame in another. */
 kt_pose kt_sdf_pose(const kt_sdf *m, int of, int in);
 
@@ -140,6 +143,9 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_ch
 
 /* The version that an <sdf> has, which becomes 1.4 where it is older; 0 after reporting. */
 int kt_sdf_version(kt_sdf *m, kt_element *sdf);
+
+/* The link that an element of a joint names; -1 after reporting, as above. */
+int kt_sdf_link_named(kt_sdf *m, int frame, const char *child);
 
 /* ---- sdf_old.c --------------------------------------------------------------------------------------------------- */
 

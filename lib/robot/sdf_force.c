@@ -185,17 +185,12 @@ static void add_angle(const kt_sdf *m, int of, int from, kt_vec3 axis, double fa
     }
 }
 
-static int child_link_named(kt_sdf *m, int frame, const char *child) {
-    const kt_element *e = kt_xml_child(kt_sdf_frame_at(m, frame)->element, child);
-    const int found = e != NULL && e->text != NULL ? kt_sdf_find(m, e, frame, e->text) : -1;
-    return found >= 0 ? kt_sdf_link_of(m, e, found) : -1;
-}
-
 /* t2 + ratio t1 = 0. */
 static void gear(kt_sdf *m, int frame) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
-    const int reference = child_link_named(m, frame, "gearbox_reference_body");
-    const int parent = child_link_named(m, frame, "parent"), child = child_link_named(m, frame, "child");
+    const int parent = kt_sdf_link_named(m, frame, "parent"), child = kt_sdf_link_named(m, frame, "child");
+    const bool has_reference = kt_sdf_text(e, "gearbox_reference_body") != NULL;
+    const int reference = has_reference ? kt_sdf_link_named(m, frame, "gearbox_reference_body") : -1;
     const double ratio = kt_sdf_number(m, e, "gearbox_ratio", 1.0);
     angle a = {.count = 0};
     kt_vec3 axes[2];

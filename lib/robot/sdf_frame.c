@@ -222,8 +222,7 @@ int kt_sdf_find(kt_sdf *m, const kt_element *e, int frame, const char *name) {
 
 /* ---- bases ------------------------------------------------------------------------------------------------------- */
 
-/* The frame that an element of a joint names; its model without one, which is reported. */
-static int named_by(kt_sdf *m, int frame, const char *child) {
+int kt_sdf_named_by(kt_sdf *m, int frame, const char *child) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
     const char *name = kt_sdf_text(e, child);
     const int found = name != NULL ? kt_sdf_find(m, kt_xml_child(e, child), frame, name) : -1;
@@ -272,7 +271,7 @@ static void find_frame_base(kt_sdf *m, int i) {
     } else if (f->kind == KT_SDF_MODEL) {
         f->follows = canonical_of(m, i);
     } else if (f->kind == KT_SDF_JOINT) {
-        f->follows = standard = named_by(m, i, "child");
+        f->follows = standard = kt_sdf_named_by(m, i, "child");
     } else {
         const char *name = kt_xml_attribute(f->element, "attached_to");
         if (name != NULL && *name != '\0')

@@ -112,21 +112,15 @@ static void add_sdf_joint(kt_sdf *m, int frame, kt_joint_type type, const char *
 }
 
 /* The link that a joint names; -1 after reporting. */
-static int link_named(kt_sdf *m, int frame, const char *child) {
-    const kt_element *e = kt_sdf_frame_at(m, frame)->element;
-    const char *name = kt_sdf_text(e, child);
-    if (name == NULL) {
-        (void)kt_robot_fault(m->r, e, "<%s> is missing", child);
-        return -1;
-    }
-    const int found = kt_sdf_find(m, kt_xml_child(e, child), frame, name);
-    return found >= 0 ? kt_sdf_link_of(m, kt_xml_child(e, child), found) : -1;
+int kt_sdf_link_named(kt_sdf *m, int frame, const char *child) {
+    const int found = kt_sdf_named_by(m, frame, child);
+    return found >= 0 ? kt_sdf_link_of(m, kt_xml_child(kt_sdf_frame_at(m, frame)->element, child), found) : -1;
 }
 
 static void read_sdf_joint(kt_sdf *m, int frame) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
     const char *type = kt_xml_attribute(e, "type");
-    const int parent = link_named(m, frame, "parent"), child = link_named(m, frame, "child");
+    const int parent = kt_sdf_link_named(m, frame, "parent"), child = kt_sdf_link_named(m, frame, "child");
     if (type != NULL && strcmp(type, "gearbox") == 0) {
         int *added = kt_list_add(m->r, &m->r->scratch, &m->gears, sizeof *added);
         if (added != NULL)
@@ -157,11 +151,11 @@ static void read_sdf_joint(kt_sdf *m, int frame) {
 void kt_sdf_read_joints(kt_sdf *m) {
     (void)add_link(m, m->root, 0, false);
     for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
-        if (kt_sdf_frame_at(m, i)->kind == KT_SDF_LINK && strcmp(kt_sdf_frame_at(m, i)->name, "world") == 0)
-            kt_left_count(&m->reserved, kt_sdf_frame_at(m, i)->element);
-    for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
-        if (kt_sdf_frame_at(m, i)->kind == KT_SDF_LINK)
+        if (kt_sdf_frame_at(m, i)->kind == KT_SDF_LINK) {
+            if (strcmp(kt_sdf_frame_at(m, i)->name, "world") == 0)
+                kt_left_count(&m->reserved, kt_sdf_frame_at(m, i)->element);
             kt_sdf_frame_at(m, i)->link = add_link(m, kt_sdf_frame_at(m, i)->element, i, false);
+        }
     for (int i = 1; i < m->frames.count && !m->r->out_of_memory; i++)
         if (kt_sdf_frame_at(m, i)->kind == KT_SDF_JOINT)
             read_sdf_joint(m, i);
