@@ -102,6 +102,14 @@ const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const k
     return allowed;
 }
 
+bool kt_include_is_circular(const kt_element *e, const char *outermost, const char *path, int most) {
+    int depth = 0;
+    for (; e->by != NULL && e->file != outermost; e = e->by)
+        if (strcmp(e->file, path) == 0 || ++depth == most)
+            return true;
+    return false;
+}
+
 kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes) {
     char *text = NULL;
     size_t size = 0;

@@ -30,16 +30,6 @@ kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e
 
 enum { INCLUDES_MOST = 64 /* files within one another */ };
 
-/* Whether a file is the one that has an element of a document, or one that includes this file. */
-static bool includes_itself(kt_mjcf *m, int document, const kt_element *e, const char *path) {
-    const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
-    int depth = 0;
-    for (; e->by != NULL && e->file != d->root->file; e = e->by)
-        if (strcmp(e->file, path) == 0 || ++depth == INCLUDES_MOST)
-            return true;
-    return d->path != NULL && strcmp(d->path, path) == 0;
-}
-
 const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, const char *name) {
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
     const char *path = kt_include_relative(m->r, m->source, root, name);
@@ -60,7 +50,8 @@ static kt_element *include_file(kt_mjcf *m, const kt_element *e, int document) {
     const char *path = kt_mjcf_find_file(m, document, e, name);
     if (path == NULL)
         return NULL;
-    if (includes_itself(m, document, e, path)) {
+    const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
+    if (kt_include_is_circular(e, d->root->file, path, INCLUDES_MOST) || kt_mjcf_is_equal(d->path, path)) {
         (void)kt_mjcf_fault(m, e, "files include each other in a circle, or more than %d deep", (int)INCLUDES_MOST);
         return NULL;
     }

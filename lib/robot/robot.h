@@ -372,6 +372,10 @@ bool kt_include_exists(const char *path, bool folder); /* as a file, or a folder
 /* Whether there is a file or folder of a path that is seen from the robot's folder, or absolute. */
 bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char *name);
 
+/* Whether a file is one of those that have an element, up to the file `outermost` (NULL: the robot's own), or these are
+ * `most` files. */
+bool kt_include_is_circular(const kt_element *e, const char *outermost, const char *path, int most);
+
 /* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
  * whose sum is limited. */
 kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes);

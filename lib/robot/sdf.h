@@ -131,21 +131,11 @@ int kt_sdf_link_of(kt_sdf *m, const kt_element *e, int frame);
 
 /* ---- sdf_include.c ----------------------------------------------------------------------------------------------- */
 
-typedef struct kt_sdf_chain { /* files within one another */
-    const struct kt_sdf_chain *outer;
-    const char *path;
-    int depth;
-} kt_sdf_chain;
-
-/* The <model> of the file that an <include> names, its path and its version; NULL if it is left out. */
-const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
-                                 int *version);
+/* The <model> of the file that an <include> names, and its version; NULL if it is left out. */
+const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, int *version);
 
 /* The version that an <sdf> has, which becomes 1.4 where it is older; 0 after reporting. */
 int kt_sdf_version(kt_sdf *m, kt_element *sdf);
-
-/* The link that an element of a joint names; -1 after reporting, as above. */
-int kt_sdf_link_named(kt_sdf *m, int frame, const char *child);
 
 /* ---- sdf_old.c --------------------------------------------------------------------------------------------------- */
 
@@ -153,6 +143,9 @@ int kt_sdf_link_named(kt_sdf *m, int frame, const char *child);
 void kt_sdf_convert(kt_sdf *m, kt_element *sdf);
 
 /* ---- sdf_joint.c, sdf_tree.c, sdf_body.c, sdf_force.c ------------------------------------------------------------ */
+
+/* The link that an element of a joint names; -1 after reporting, as above. */
+int kt_sdf_link_named(kt_sdf *m, int frame, const char *child);
 
 /* Reads the axis of a joint whose element and frame are given, in its child `which`. */
 void kt_sdf_read_axis(kt_sdf *m, kt_sdf_joint *j, const char *which);

@@ -15,7 +15,7 @@
 
 /* ---- collecting -------------------------------------------------------------------------------------------------- */
 
-static void add_children(kt_sdf *m, const kt_element *within, int scope, int home, const kt_sdf_chain *chain);
+static void add_children(kt_sdf *m, const kt_element *within, int scope, int home);
 
 static int add_frame(kt_sdf *m, kt_sdf_kind kind, const kt_element *e, int scope, int home) {
     const int index = m->frames.count;
@@ -36,7 +36,7 @@ static int add_frame(kt_sdf *m, kt_sdf_kind kind, const kt_element *e, int scope
     return index;
 }
 
-static void add_model(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
+static void add_model(kt_sdf *m, const kt_element *e, int scope, int home) {
     const int index = add_frame(m, KT_SDF_MODEL, e, scope, home);
     if (index < 0)
         return;
@@ -44,7 +44,7 @@ static void add_model(kt_sdf *m, const kt_element *e, int scope, int home, const
     f->is_static = kt_sdf_flag(m, e, "static", false) || f->is_static;
     f->placement = e;
     f->placed = kt_xml_attribute(e, "placement_frame");
-    add_children(m, e, index, index, chain);
+    add_children(m, e, index, index);
 }
 
 /* Settings of <include> that replace those of the model. */
@@ -62,16 +62,15 @@ static void override(kt_sdf *m, const kt_element *e, kt_sdf_frame *f) {
 
 /* A merged model has no scope of its own. Its items are in the model around it, and their poses are relative to a
  * frame. */
-static void include_model(kt_sdf *m, const kt_element *e, int scope, int home, const kt_sdf_chain *chain) {
-    const char *path, *merge = kt_xml_attribute(e, "merge");
+static void include_model(kt_sdf *m, const kt_element *e, int scope, int home) {
+    const char *merge = kt_xml_attribute(e, "merge");
     int version = 0;
-    const kt_element *model = kt_sdf_include(m, e, chain, &path, &version);
+    const kt_element *model = kt_sdf_include(m, e, &version);
     const bool is_merged = merge != NULL && kt_sdf_is_true(m, e, merge);
     const int index = model != NULL ? add_frame(m, is_merged ? KT_SDF_FRAME : KT_SDF_MODEL, model, scope, home) : -1;
     if (index < 0)
         return;
     kt_sdf_frame *f = kt_sdf_frame_at(m, index);
-    const kt_sdf_chain inner = {chain, path, chain != NULL ? chain->depth + 1 : 1};
     f->version = version;
     f->is_static = kt_sdf_flag(m, model, "static", false) || f->is_static;
     f->placement = model;
@@ -79,10 +78,10 @@ static void include_model(kt_sdf *m, const kt_element *e, int scope, int home, c
     override(m, e, f);
     if (is_merged && f->name != NULL)
         f->name = kt_robot_print(m->r, &m->r->scratch, "_merged__%s__model__", f->name);
-    add_children(m, model, is_merged ? scope : index, index, &inner);
+    add_children(m, model, is_merged ? scope : index, index);
 }
 
-static void add_children(kt_sdf *m, const kt_element *within, int scope, int home, const kt_sdf_chain *chain) {
+static void add_children(kt_sdf *m, const kt_element *within, int scope, int home) {
     for (const kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next)
         if (strcmp(e->name, "link") == 0)
             (void)add_frame(m, KT_SDF_LINK, e, scope, home);
@@ -91,9 +90,9 @@ static void add_children(kt_sdf *m, const kt_element *within, int scope, int hom
         else if (strcmp(e->name, "frame") == 0)
             (void)add_frame(m, KT_SDF_FRAME, e, scope, home);
         else if (strcmp(e->name, "model") == 0)
-            add_model(m, e, scope, home, chain);
+            add_model(m, e, scope, home);
         else if (strcmp(e->name, "include") == 0)
-            include_model(m, e, scope, home, chain);
+            include_model(m, e, scope, home);
 }
 
 void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int version) {
@@ -102,9 +101,9 @@ void kt_sdf_collect(kt_sdf *m, const kt_element *within, bool is_world, int vers
         return;
     kt_sdf_frame_at(m, world)->version = version;
     if (is_world)
-        add_children(m, within, world, world, NULL);
+        add_children(m, within, world, world);
     else
-        add_model(m, within, world, world, NULL);
+        add_model(m, within, world, world);
     m->root_scope = is_world ? world : 1;
 }
 

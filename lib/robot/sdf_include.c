@@ -168,55 +168,45 @@ static const char *model_file_of(kt_sdf *m, const kt_element *e, const char *fol
 
 /* ---- include ----------------------------------------------------------------------------------------------------- */
 
-static bool chain_has_file(const kt_sdf *m, const kt_sdf_chain *chain, const char *path) {
-    if (strcmp(path, m->source->path) == 0)
-        return true;
-    for (; chain != NULL; chain = chain->outer)
-        if (strcmp(chain->path, path) == 0)
-            return true;
-    return false;
-}
-
 static void omit(kt_sdf *m, const kt_element *e, const char *uri) {
     if (m->missing.count == 0)
         m->missing.what = uri;
     kt_left_count(&m->missing, e);
 }
 
-const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, const kt_sdf_chain *chain, const char **path,
-                                 int *version) {
+const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, int *version) {
     const char *uri = kt_sdf_text(e, "uri");
     if (uri == NULL) {
         (void)kt_robot_fault(m->r, e, "<uri> is missing");
         return NULL;
     }
     const size_t faults = m->r->fault_count;
-    *path = uri_path_of(m, e, uri);
-    if (*path != NULL && kt_include_exists(*path, true)) {
-        const bool is_absolute = *path[0] == '/';
-        const char *file = model_file_of(m, e, *path);
+    const char *path = uri_path_of(m, e, uri);
+    if (path != NULL && kt_include_exists(path, true)) {
+        const bool is_absolute = path[0] == '/';
+        const char *file = model_file_of(m, e, path);
         const char *inner = kt_robot_print(m->r, &m->r->scratch, "%s/%s",
-                                           is_absolute ? *path : *path + strlen(m->source->folder) + 1, file);
+                                           is_absolute ? path : path + strlen(m->source->folder) + 1, file);
         const bool is_there = inner != NULL && kt_include_is_there(m->r, m->source, inner);
-        *path = is_there ? kt_include_path(m->r, m->source, e, inner) : NULL;
+        path = is_there ? kt_include_path(m->r, m->source, e, inner) : NULL;
         uri = is_there || inner == NULL
                   ? uri
                   : kt_robot_print(m->r, &m->r->keep, "%s, whose folder has no file %s", uri, file);
     }
-    if (*path == NULL || !kt_include_exists(*path, false)) {
+    if (path == NULL || !kt_include_exists(path, false)) {
         if (m->r->fault_count == faults)
             omit(m, e, uri);
         return NULL;
     }
-    if (chain_has_file(m, chain, *path) || (chain != NULL && chain->depth == DEPTH_MOST)) {
+    if (strcmp(path, m->source->path) == 0 || kt_include_is_circular(e, NULL, path, DEPTH_MOST)) {
         (void)kt_robot_fault(m->r, e, "files include each other in a circle, or more than %d deep", (int)DEPTH_MOST);
         return NULL;
     }
-    kt_element *root = kt_include_read(m->r, e, *path, &m->included_bytes);
+    kt_element *root = kt_include_read(m->r, e, path, &m->included_bytes);
     if (root == NULL)
         return NULL;
     if (!kt_sdf_is_root(root)) {
-        (void)kt_robot_fault(m->r, e, "%.200s begins with <%.40s>, not with <sdf>", *path, root->name);
+        (void)kt_robot_fault(m->r, e, "%.200s begins with <%.40s>, not with <sdf>", path, root->name);
         return NULL;
     }
     *version = kt_sdf_version(m, root);
