@@ -522,8 +522,8 @@ kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e);
 
 /* To defaults, all kinds of actuators are one: each changes the attributes of all. */
 #define KT_MJCF_ACTUATORS " general motor position velocity damper intvelocity cylinder muscle adhesion "
-/* The tag under which an attribute that all kinds have is found (NULL: there is none); the first number of `gear`. */
-const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name);
+/* The numbers of `gear`, and the first of them. */
+void kt_mjcf_gears_of(kt_mjcf *m, const kt_element *e, double gears[6]);
 double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e);
 
 /* Reads a range with its switch; false if it limits nothing. */

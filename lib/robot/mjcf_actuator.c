@@ -93,8 +93,7 @@ static void clamp_bounds(double bounds[2], const double by[2]) {
 
 /* Whether `option actuatorgroupdisable` has the group of an actuator. */
 static bool is_disabled(kt_mjcf *m, const kt_element *e) {
-    const char *tag = kt_mjcf_actuator_tag(m, e, "group");
-    const double group = tag != NULL ? kt_mjcf_number(m, e, tag, "group", 0.0) : 0.0;
+    const double group = kt_mjcf_number(m, e, KT_MJCF_ACTUATORS, "group", 0.0);
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
 
@@ -112,8 +111,7 @@ static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a,
     const double held = kt_mjcf_control_of(m, e, a, control);
     if (!is_dynamic && !(a->dynamics.delay > 0.0))
         return;
-    const char *tag = kt_mjcf_actuator_tag(m, e, "actearly");
-    if (is_dynamic && tag != NULL && kt_mjcf_flag(m, e, tag, "actearly", false))
+    if (is_dynamic && kt_mjcf_flag(m, e, KT_MJCF_ACTUATORS, "actearly", false))
         kt_unknown_count(&m->changes, "actearly of an actuator, whose activation acts without MuJoCo's step ahead", e);
     d->activation =
         is_dynamic ? kt_mjcf_add_activation(m, e, &a->dynamics, held, initial) : delayed_control(m, a, held);
@@ -183,8 +181,8 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
         kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator of a user's kind", e);
         return;
     }
-    if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_actuator_tag(m, e, "refsite") == NULL && !a.has_active &&
-        !a.has_passive) {
+    if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_text(m, e, KT_MJCF_ACTUATORS, "refsite") == NULL &&
+        !a.has_active && !a.has_passive) {
         activate(m, e, &a, control, initial, &d);
         kt_mjcf_act_at_site(m, e, &a, control, d.activation != NULL ? force_at_site(m, e, d) : NULL);
         return;

@@ -132,23 +132,22 @@ static void apply_classes(kt_mjcf *m, int class, kt_mjcf_actuator *a) {
             apply_actuator(m, d, a);
 }
 
-const char *kt_mjcf_actuator_tag(const kt_mjcf *m, const kt_element *e, const char *name) {
-    return kt_mjcf_text(m, e, KT_MJCF_ACTUATORS, name) != NULL ? KT_MJCF_ACTUATORS : NULL;
+void kt_mjcf_gears_of(kt_mjcf *m, const kt_element *e, double gears[6]) {
+    memcpy(gears, (const double[]){1.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 6 * sizeof *gears);
+    (void)kt_mjcf_numbers(m, e, KT_MJCF_ACTUATORS, "gear", 1, 6, gears);
 }
 
 double kt_mjcf_gear_of(kt_mjcf *m, const kt_element *e) {
-    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
-    double gears[6] = {1.0};
-    if (tag != NULL)
-        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gears);
+    double gears[6];
+    kt_mjcf_gears_of(m, e, gears);
     return gears[0];
 }
 
 bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited, const char *name, double range[2]) {
-    const char *tag = kt_mjcf_actuator_tag(m, e, name);
     const bool is_damper = strcmp(e->name, "damper") == 0 && strcmp(limited, "ctrllimited") == 0; /* always limited */
-    return tag != NULL && (is_damper || kt_mjcf_is_limited(m, e, tag, limited, name)) &&
-           kt_mjcf_numbers(m, e, tag, name, 2, 2, range) == 2;
+    return kt_mjcf_text(m, e, KT_MJCF_ACTUATORS, name) != NULL &&
+           (is_damper || kt_mjcf_is_limited(m, e, KT_MJCF_ACTUATORS, limited, name)) &&
+           kt_mjcf_numbers(m, e, KT_MJCF_ACTUATORS, name, 2, 2, range) == 2;
 }
 
 /* Whether the actuator is a servo of its length: gain u - gain L. */
@@ -258,7 +257,6 @@ kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e) {
     a.has_active = a.gain_type == MUSCLE;
     a.has_passive = a.bias_type == MUSCLE_BIAS;
     a.has_affine_gain = a.gain_type == AFFINE;
-    const char *tag = kt_mjcf_actuator_tag(m, e, "delay");
-    a.dynamics.delay = tag != NULL ? kt_mjcf_number(m, e, tag, "delay", 0.0) : 0.0;
+    a.dynamics.delay = kt_mjcf_number(m, e, KT_MJCF_ACTUATORS, "delay", 0.0);
     return a;
 }

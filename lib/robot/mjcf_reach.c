@@ -315,9 +315,8 @@ static bool find_range(const length *l, double range[2]) {
 }
 
 static void take_range(const length *l, kt_mjcf_reach *reach) {
-    const char *tag = kt_mjcf_actuator_tag(l->m, reach->element, "lengthrange");
     double range[2] = {0.0, 0.0};
-    if (tag != NULL && kt_mjcf_numbers(l->m, reach->element, tag, "lengthrange", 2, 2, range) == 2 &&
+    if (kt_mjcf_numbers(l->m, reach->element, KT_MJCF_ACTUATORS, "lengthrange", 2, 2, range) == 2 &&
         range[0] < range[1]) {
         memcpy(reach->range, range, sizeof range);
         reach->is_found = true;

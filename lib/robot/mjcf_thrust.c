@@ -39,10 +39,8 @@ static void add_driven_wrench(kt_mjcf *m, const kt_element *e, const kt_end *end
 }
 
 static void read_gears(kt_mjcf *m, const kt_element *e, kt_vec3 gears[2]) {
-    double gear[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    const char *tag = kt_mjcf_actuator_tag(m, e, "gear");
-    if (tag != NULL)
-        (void)kt_mjcf_numbers(m, e, tag, "gear", 1, 6, gear);
+    double gear[6];
+    kt_mjcf_gears_of(m, e, gear);
     for (int i = 0; i < 2; i++)
         gears[i] = kt_vec3_make(gear[3 * i], gear[3 * i + 1], gear[3 * i + 2]);
 }
