@@ -538,8 +538,10 @@ double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuato
 /* c0 + c1 L + c2 L', the force for a constant control, without that of a muscle. */
 void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]);
 
-/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one: replaces it. */
-void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear);
+/* If the damping of an actuator of positions is above zero, it is a ratio to the critical one: replaces it. The
+ * actuator acts along a tendon or a joint, as in kt_mjcf_terms_of. */
+void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear, int tendon,
+                             const kt_mjcf_term *own);
 
 /* ---- mjcf_thrust.c ----------------------------------------------------------------------------------------------- */
 
@@ -580,6 +582,8 @@ static inline kt_mjcf_site *kt_mjcf_site_at(const kt_mjcf *m, int i) { return (k
 static inline kt_mjcf_tendon *kt_mjcf_tendon_at(const kt_mjcf *m, int i) {
     return (kt_mjcf_tendon *)m->tendons.items + i;
 }
+/* The terms of joints whose sum is a length: those of a tendon, or without one (-1) the term `own` of a joint. */
+const kt_mjcf_term *kt_mjcf_terms_of(const kt_mjcf *m, int tendon, const kt_mjcf_term *own, int *count);
 /* NULL beyond the last: the first of a tendon without terms, for one. */
 static inline kt_mjcf_term *kt_mjcf_term_at(const kt_mjcf *m, int i) {
     return i < m->terms.count ? (kt_mjcf_term *)m->terms.items + i : NULL;

@@ -37,13 +37,6 @@ typedef struct action {
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
 
-/* The terms of joints whose sum is the length of an action. */
-static const kt_mjcf_term *terms_of(const kt_mjcf *m, const action *d, int *count) {
-    const kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
-    *count = t != NULL ? t->count : 1;
-    return t != NULL ? kt_mjcf_term_at(m, t->first) : &d->own;
-}
-
 /* Whether an action is that of a spatial tendon. */
 static bool is_along_path(const kt_mjcf *m, const action *d) {
     return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->path_count > 0;
@@ -53,7 +46,7 @@ static bool is_along_path(const kt_mjcf *m, const action *d) {
 static double lever_of(const kt_mjcf *m, const action *d, int joint) {
     int count;
     double sum = 0.0;
-    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
     for (int i = 0; i < count; i++)
         sum += terms[i].joint == joint ? terms[i].coefficient : 0.0;
     return sum;
@@ -194,7 +187,7 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
         return;
     if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", force))
         memcpy(d.bounds, force, sizeof force);
-    kt_mjcf_resolve_damping(m, e, &a, d.gear);
+    kt_mjcf_resolve_damping(m, e, &a, d.gear, d.tendon, &d.own);
     kt_mjcf_force_of(&a, kt_mjcf_control_of(m, e, &a, control), d.c);
     activate(m, e, &a, control, initial, &d);
     action *to = d.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
@@ -264,7 +257,7 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
  * grows with the length or its rate, since no servo has such a force. */
 static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
     int count;
-    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
     if (d->is_shared)
         return true;
     for (int i = 0; i < count; i++) {
@@ -311,7 +304,7 @@ static void add_alone(kt_mjcf *m, const action *d) {
     const double ends[2] = {l.factor * d->bounds[0], l.factor * d->bounds[1]};
     double bounds[2] = {fmin(ends[0], ends[1]), fmax(ends[0], ends[1])};
     int count;
-    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
     if (count == 1)
         clamp_bounds(bounds, kt_mjcf_joint_at(m, terms[0].joint)->force);
     if ((c[1] != 0.0 || c[2] != 0.0) && bounds[0] < bounds[1]) {
@@ -343,7 +336,7 @@ static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins
 static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_mjcf_formula *to) {
     static const char *const quantities[] = {"position", "velocity"};
     int count;
-    const kt_mjcf_term *terms = terms_of(m, d, &count);
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
     const bool is_constant = c[0] != 0.0 || (c[1] == 0.0 && c[2] == 0.0);
     const size_t first = to->length;
     if (is_constant)
@@ -474,7 +467,7 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action 
             continue;
         kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
         put_action(m, actions, d, lever, &to);
-        (void)terms_of(m, d, &count);
+        (void)kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
         variables += 2 * count + (d->activation != NULL);
         last = d;
     }

@@ -57,3 +57,9 @@ void kt_mjcf_name_effect(kt_mjcf *m, const char *name) {
     if (name != NULL && *name != '\0')
         effects[m->draft.effects.count - 1].name = kt_namer_make(&m->effects_named, name);
 }
+
+const kt_mjcf_term *kt_mjcf_terms_of(const kt_mjcf *m, int tendon, const kt_mjcf_term *own, int *count) {
+    const kt_mjcf_tendon *t = tendon >= 0 ? kt_mjcf_tendon_at(m, tendon) : NULL;
+    *count = t != NULL ? t->count : 1;
+    return t != NULL ? kt_mjcf_term_at(m, t->first) : own;
+}

@@ -175,37 +175,26 @@ static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     return sum;
 }
 
-/* The inertia along the length g L of an actuator. A joint with dL/dq = c adds its own inertia times 1 / (g c)^2. */
-static double inertia_along(kt_mjcf *m, const kt_element *e, double gear) {
-    const char *tendon = kt_xml_attribute(e, "tendon");
-    if (tendon == NULL) {
-        const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";
-        const int joint = kt_mjcf_find(m, e, attribute, KT_MJCF_JOINTS);
-        return joint >= 0 ? carried_inertia(m, kt_mjcf_joint_at(m, joint)) / (gear * gear) : 0.0;
-    }
-    const kt_mjcf_tendon *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon));
-    double sum = 0.0;
-    for (int i = 0; i < t->count; i++) {
-        const kt_mjcf_term *term = kt_mjcf_term_at(m, t->first + i);
-        const double c = gear * term->coefficient;
-        sum += carried_inertia(m, kt_mjcf_joint_at(m, term->joint)) / (c * c);
-    }
-    return sum;
-}
-
 /* If the damping is above zero, it is a ratio to the critical one, 2 sqrt(stiffness inertia). As in MuJoCo, the numbers
  * alone decide whether the actuator is one of positions, whatever the types of gain and bias are. */
-void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear) {
-    const char *tendon = kt_xml_attribute(e, "tendon");
-    const int index = tendon != NULL ? kt_names_find(&m->names, KT_MJCF_TENDONS, tendon) : -1;
+void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear, int tendon,
+                             const kt_mjcf_term *own) {
+    int count;
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, tendon, own, &count);
+    double inertia = 0.0; /* along g L: a joint with dL/dq = c adds its own times 1 / (g c)^2 */
     if (a->bias_type == MUSCLE_BIAS || a->gain[0] != -a->bias[1] || !(a->bias[2] > 0.0))
         return;
-    if (index >= 0 && kt_mjcf_tendon_at(m, index)->path_count > 0) {
+    if (tendon >= 0 && kt_mjcf_tendon_at(m, tendon)->path_count > 0) {
         kt_unknown_count(&m->changes, "dampratio of an actuator of a spatial tendon, which is left out", e);
         a->bias[2] = 0.0;
+        return;
     }
-    if (a->bias[2] > 0.0 && gear != 0.0)
-        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia_along(m, e, gear)));
+    for (int i = 0; i < count && gear != 0.0; i++) {
+        const double c = gear * terms[i].coefficient;
+        inertia += carried_inertia(m, kt_mjcf_joint_at(m, terms[i].joint)) / (c * c);
+    }
+    if (gear != 0.0)
+        a->bias[2] *= -2.0 * sqrt(fmax(0.0, -a->bias[1] * inertia));
 }
 
 /* The limits of the joint or tendon of an actuator; false if it has none. */

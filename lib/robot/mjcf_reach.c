@@ -106,7 +106,9 @@ static double length_of_path(const length *l) {
 static double evaluate_length(const length *l) {
     const kt_contact_tree *tree = l->tree;
     const kt_mjcf_tendon *t = tendon_of(l);
-    const kt_mjcf_term own = {l->on.joint, 1.0}, *terms = t != NULL ? kt_mjcf_term_at(l->m, t->first) : &own;
+    const kt_mjcf_term own = {l->on.joint, 1.0};
+    int count;
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(l->m, l->on.tendon, &own, &count);
     double sum = 0.0;
     kt_error error;
     memset(l->gradient, 0, (size_t)kt_model_nv(tree->model) * sizeof *l->gradient);
@@ -114,7 +116,7 @@ static double evaluate_length(const length *l) {
         return kt_kinematics_update(tree->model, tree->data, tree->q, tree->v, NULL, &error) == KT_OK
                    ? length_of_path(l)
                    : (double)NAN;
-    for (int i = 0; i < (t != NULL ? t->count : 1); i++) {
+    for (int i = 0; i < count; i++) {
         const kt_coordinates c = kt_mjcf_coordinates_of(l->m, tree->model, kt_mjcf_joint_at(l->m, terms[i].joint));
         sum += terms[i].coefficient * tree->q[c.q];
         l->gradient[c.v] += terms[i].coefficient;
@@ -248,10 +250,11 @@ static bool read_tendon_limits(kt_mjcf *m, const kt_mjcf_tendon *t, double range
 
 /* The sum of the joints' limits. */
 static bool add_joint_limits(const length *l, double range[2]) {
-    const kt_mjcf_tendon *t = tendon_of(l);
-    const kt_mjcf_term own = {l->on.joint, 1.0}, *terms = t != NULL ? kt_mjcf_term_at(l->m, t->first) : &own;
+    const kt_mjcf_term own = {l->on.joint, 1.0};
+    int count;
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(l->m, l->on.tendon, &own, &count);
     range[0] = range[1] = 0.0;
-    for (int i = 0; i < (t != NULL ? t->count : 1); i++) {
+    for (int i = 0; i < count; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(l->m, terms[i].joint);
         const double ends[2] = {terms[i].coefficient * j->lower, terms[i].coefficient * j->upper};
         if (!j->is_limited)
