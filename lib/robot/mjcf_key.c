@@ -74,31 +74,23 @@ static void count_unread(kt_mjcf *m, const kt_element *key, const char *attribut
 /* ---- attached models --------------------------------------------------------------------------------------------- */
 
 static double *zeros(kt_mjcf *m, int count) {
-    double *values = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *values);
-    if (values != NULL)
-        memset(values, 0, ((size_t)count + 1) * sizeof *values);
-    return values;
+    return kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof(double));
 }
 
-/* The reference positions of all joints. */
-static double *reference_positions(kt_mjcf *m) {
-    double *qpos = zeros(m, m->nq);
-    for (int i = 0; i < m->joints.count && qpos != NULL; i++) {
+/* The reference positions of all joints, at rest and without control. */
+static void begin_at_reference(kt_mjcf *m) {
+    m->qpos = zeros(m, m->nq);
+    m->qvel = zeros(m, m->nv);
+    m->ctrl = zeros(m, m->ctrl_count);
+    for (int i = 0; i < m->joints.count && m->qpos != NULL; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
-        const kt_pose pose = kt_mjcf_place_of(m, j->body);
-        const kt_quat turn =
-            j->type == KT_MJCF_FREE ? kt_quat_from_matrix(pose.rotation) : kt_quat_make(1.0, 0.0, 0.0, 0.0);
-        double *to = qpos + j->position;
-        if (j->type == KT_MJCF_FREE) {
-            memcpy(to, (const double[]){pose.position.x, pose.position.y, pose.position.z}, 3 * sizeof *to);
-            to += 3;
-        }
-        if (kt_mjcf_is_scalar(j))
-            *to = j->ref;
+        kt_joint at = kt_joint_default();
+        if (j->type == KT_MJCF_FREE)
+            kt_joint_set_free(&at, kt_mjcf_place_of(m, j->body));
         else
-            memcpy(to, (const double[]){turn.w, turn.x, turn.y, turn.z}, 4 * sizeof *to);
+            at.position[0] = kt_mjcf_is_scalar(j) ? j->ref : 1.0; /* of a ball a quaternion */
+        memcpy(m->qpos + j->position, at.position, (size_t)kt_mjcf_nq(j->type) * sizeof *m->qpos);
     }
-    return qpos;
 }
 
 /* Copies the numbers of a key (NULL: it has none) to those joints of its document that are attached. The joints have
@@ -153,9 +145,7 @@ static void start_attached(kt_mjcf *m, const kt_element *key) {
     }
     const double *qpos = key_numbers(m, key, "qpos", nq), *qvel = key_numbers(m, key, "qvel", nv);
     const double *ctrl = key_numbers(m, key, "ctrl", take_controls(m, key->document, NULL));
-    m->qpos = reference_positions(m);
-    m->qvel = zeros(m, m->nv);
-    m->ctrl = zeros(m, m->ctrl_count);
+    begin_at_reference(m);
     if (m->r->out_of_memory)
         return;
     count_unread(m, key, "act", "act of the keyframe of an attached model, whose activations begin at zero");
@@ -273,9 +263,7 @@ static void start_copy(kt_mjcf *m, const kt_element *key, int copy) {
     const int count = count_keyed_joints(m, &nq, &nv);
     const double *qpos = key_numbers(m, key, "qpos", nq), *qvel = key_numbers(m, key, "qvel", nv);
     int from = -1, near = -1; /* the first joint of the first copy; the copy of the last joint */
-    m->qpos = reference_positions(m);
-    m->qvel = zeros(m, m->nv);
-    m->ctrl = zeros(m, m->ctrl_count);
+    begin_at_reference(m);
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {
         const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
         const int of = kt_mjcf_copy_of(m, j->element, near);
