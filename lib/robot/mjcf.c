@@ -130,15 +130,13 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
         "edges of surfaces and solids (flexcomp), which MuJoCo holds by soft equalities, are springs and dampers "
         "that yield as much; a single edge swings up to %.2g times as fast; rigid=\"true\" fixes their points: %d",
         m->flex_haste, m->flex_edges.count);
-    kt_note_changes(&n, &m->changes);
+    kt_note_each(&n, &m->changes, "", "");
     kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,
                 "sites that are no markers, since they have no name or are the world's: %d", m->unnamed_sites.count);
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
     note_contacts(&n, m);
-    for (int i = 0; i < m->forces.count; i++)
-        kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->forces.left[i], "a force or an equality that is left out, %s: %d",
-                    m->forces.left[i].what, m->forces.left[i].count);
+    kt_note_each(&n, &m->forces, "a force or an equality that is left out, ", "");
     kt_note_strange(&n, &m->strange);
     scene->notes = n.notes;
     scene->note_count = n.count;

@@ -105,10 +105,10 @@ void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size
     }
 }
 
-void kt_note_changes(kt_notes *notes, const kt_unknown *changes) {
-    for (int i = 0; i < changes->count; i++)
-        kt_note_put(notes, KT_NOTE_RANK_MOTION, &changes->left[i], "%s: %d", changes->left[i].what,
-                    changes->left[i].count);
+void kt_note_each(kt_notes *notes, const kt_unknown *items, const char *before, const char *behind) {
+    for (int i = 0; i < items->count; i++)
+        kt_note_put(notes, KT_NOTE_RANK_MOTION, &items->left[i], "%s%s%s: %d", before, items->left[i].what, behind,
+                    items->left[i].count);
 }
 
 static void note_names(kt_notes *notes, kt_note_rank rank, const kt_unknown *names, const char *what) {
@@ -119,9 +119,7 @@ static void note_names(kt_notes *notes, kt_note_rank rank, const kt_unknown *nam
 }
 
 void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
-    for (int i = 0; i < strange->moving.count; i++)
-        kt_note_put(notes, KT_NOTE_RANK_MOTION, &strange->moving.left[i], "'%s' is left out: %d",
-                    strange->moving.left[i].what, strange->moving.left[i].count);
+    kt_note_each(notes, &strange->moving, "'", "' is left out");
     note_names(notes, KT_NOTE_RANK_NAME, &strange->unknown, "names that are not known here, and left out");
     note_names(notes, KT_NOTE_RANK_DETAIL, &strange->harmless,
                "elements and attributes that do not concern the motion, left out");

@@ -98,7 +98,7 @@ void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const k
     "dry friction that is smooth here (joint_friction), so that a joint at rest creeps, at up to about 0.001 rad/s "   \
     "or "                                                                                                              \
     "m/s:"
-void kt_note_changes(kt_notes *notes, const kt_unknown *changes);
+void kt_note_each(kt_notes *notes, const kt_unknown *items, const char *before, const char *behind);
 void kt_note_strange(kt_notes *notes, const kt_strange *strange);
 
 /* The warning of shapes that touch nothing, while a robot moves freely. */
