@@ -123,7 +123,6 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
 /* Makes contacts of a collision with all planes. */
 static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
     const kt_body *body = &t->judge->bodies[item->body];
-    const double mass = touching_tree_mass(t, item->body);
     kt_vec3 points[KT_CONTACT_POINTS_MOST];
     kt_contact_shape shape = {.element = item->element,
                               .name = kt_element_name(item->element, body->name),
@@ -131,7 +130,9 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
                               .names = &t->names,
                               .solid = item->solid,
                               .points = points,
-                              .pose = item->pose};
+                              .pose = item->pose,
+                              .mobility = t->mobility[item->body],
+                              .mass = touching_tree_mass(t, item->body)};
     memcpy(shape.size, item->size, sizeof shape.size);
     if (item->solid == KT_SOLID_NONE)
         shape.point_count = read_touching_points(t, item, points);
@@ -143,13 +144,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
                                   .pose = plane->pose};
         kt_contact_law law = kt_contact_law_standard();
         law.friction = fmin(item->friction, plane->friction);
-        if (mass > 0.0)
-            kt_contact_law_apply(&law, &cone, t->mobility[item->body], mass, t->gravity, &shape);
-        if (item->solid == KT_SOLID_ELLIPSOID)
-            kt_left_count(&t->c->rounded, item->element);
-        if (item->solid == KT_SOLID_CYLINDER)
-            kt_left_count(&t->c->edged, item->element);
-        kt_left_count(mass > 0.0 && kt_contact_add(t->d, &shape, &ground) ? &t->c->made : &t->c->lost, item->element);
+        kt_contact_make(t->d, &shape, &ground, &law, &cone, t->gravity, &t->c->touched);
     }
 }
 
@@ -166,23 +161,25 @@ void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source
         !kt_namer_init(&t.names, d->r, KT_CONTACT_POINTS_MOST * (c->items.count + 1)))
         return;
     if (o->has_ground)
-        kt_left_count(&c->planes, d->root);
+        kt_left_count(&c->touched.planes, d->root);
     for (int i = 0; i < c->items.count; i++)
         if (collision_at(c, i)->is_plane && (collision_at(c, i)->body < 0 || !t.moves[collision_at(c, i)->body]))
-            kt_left_count(&c->planes, collision_at(c, i)->element);
-    for (int i = 0; i < c->items.count && c->planes.count > 0 && !d->r->out_of_memory; i++) {
+            kt_left_count(&c->touched.planes, collision_at(c, i)->element);
+    for (int i = 0; i < c->items.count && c->touched.planes.count > 0 && !d->r->out_of_memory; i++) {
         const kt_collision *item = collision_at(c, i);
         if (!item->is_plane && item->body >= 0 && t.moves[item->body])
             meet_planes(&t, item, o->has_ground ? &floor : NULL);
     }
-    c->depth = kt_contact_depth(d);
+    c->touched.depth = kt_contact_depth(d);
 }
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static const kt_note near_notes[] = {
-    KT_NOTE(kt_collisions, rounded, MOTION, KT_NOTE_ROUNDED),
-    KT_NOTE(kt_collisions, edged, MOTION, KT_NOTE_EDGED),
+    KT_NOTE(kt_contact_tally, lost, MOTION,
+            "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass:"),
+    KT_NOTE(kt_contact_tally, rounded, MOTION, KT_NOTE_ROUNDED),
+    KT_NOTE(kt_contact_tally, edged, MOTION, KT_NOTE_EDGED),
 };
 
 void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,
@@ -195,14 +192,11 @@ void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot
                     "collision shapes that are left out, since contacts are effects: %d", c->all.count);
     if (!o->contacts)
         return;
-    kt_note_put(notes, KT_NOTE_RANK_START, &c->made, "collision shapes that touch planes (%d), and nothing else: %d",
-                c->planes.count, c->made.count);
-    kt_note_put(
-        notes, KT_NOTE_RANK_MOTION, &c->lost,
-        "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass: %d",
-        c->lost.count);
-    KT_NOTES_PUT(notes, c, near_notes);
-    if (falls && c->planes.count == 0)
+    kt_note_put(notes, KT_NOTE_RANK_START, &c->touched.made,
+                "collision shapes that touch planes (%d), and nothing else: %d", c->touched.planes.count,
+                c->touched.made.count);
+    KT_NOTES_PUT(notes, &c->touched, near_notes);
+    if (falls && c->touched.planes.count == 0)
         kt_note_groundless(notes, root);
-    kt_note_sunk(notes, root, c->depth);
+    kt_note_sunk(notes, root, c->touched.depth);
 }

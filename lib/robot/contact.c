@@ -57,7 +57,8 @@ static void add_rim(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
     }
 }
 
-bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
+/* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
+static bool add_contact_solid(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
     const double *size = shape->size;
     switch (shape->solid) {
     case KT_SOLID_SPHERE:
@@ -88,4 +89,16 @@ bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground 
     default:
         return false;
     }
+}
+
+void kt_contact_make(kt_draft *d, kt_contact_shape *shape, const kt_ground *ground, const kt_contact_law *law,
+                     const kt_contact_cone *cone, double gravity, kt_contact_tally *touched) {
+    if (shape->mass > 0.0)
+        kt_contact_law_apply(law, cone, gravity, shape);
+    if (shape->solid == KT_SOLID_ELLIPSOID)
+        kt_left_count(&touched->rounded, shape->element);
+    if (shape->solid == KT_SOLID_CYLINDER)
+        kt_left_count(&touched->edged, shape->element);
+    const bool is_made = shape->stiffness > 0.0 && add_contact_solid(d, shape, ground);
+    kt_left_count(is_made ? &touched->made : &touched->lost, shape->element);
 }

@@ -45,6 +45,7 @@ typedef struct kt_contact_shape {
     int point_count;
     kt_pose pose;                                            /* in the body */
     double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
+    double mobility, mass;                                   /* of the body, 1/kg; of the robot */
 } kt_contact_shape;
 
 /* A plane through the origin of a pose in a body (NULL: the world), with its z axis as the normal. */
@@ -58,13 +59,21 @@ typedef struct kt_ground {
 double kt_contact_law_yield(const kt_contact_law *law, double shortest, double mobility, double force,
                             double *stiffness, double *damping);
 
-/* Sets the stiffness, exponent, dissipation, friction and slip of a shape. `mobility` is that of the body, `mass` that
- * of the robot, `gravity` the magnitude of gravity (0: 9.81 m/s^2). */
-void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double mobility, double mass,
-                          double gravity, kt_contact_shape *shape);
+/* Sets the stiffness, exponent, dissipation, friction and slip of a shape. `gravity` is the magnitude of gravity (0:
+ * 9.81 m/s^2). */
+void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double gravity,
+                          kt_contact_shape *shape);
 
-/* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
-bool kt_contact_add(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground);
+/* What touches planes. */
+typedef struct kt_contact_tally {
+    kt_left planes, made, lost; /* lost: shapes that no contact can represent */
+    kt_left rounded, edged;     /* ellipsoids and cylinders, of which contacts are near */
+    double depth;               /* of the deepest contact at the start */
+} kt_contact_tally;
+
+/* Adds the contacts of a shape with a plane, and counts the shape. */
+void kt_contact_make(kt_draft *d, kt_contact_shape *shape, const kt_ground *ground, const kt_contact_law *law,
+                     const kt_contact_cone *cone, double gravity, kt_contact_tally *touched);
 
 /* ---- contact_points.c: meshes on planes -------------------------------------------------------------------------- */
 
@@ -120,11 +129,10 @@ typedef struct kt_collision {
 } kt_collision;
 
 typedef struct kt_collisions {
-    kt_list items;                   /* kt_collision */
-    kt_left all, planes, made, lost; /* lost: shapes that no contact can represent */
-    kt_left rounded, edged;          /* ellipsoids and cylinders, of which contacts are near */
-    double depth;                    /* of the deepest contact at the start */
-    bool moves_freely;               /* a body has a free joint */
+    kt_list items; /* kt_collision */
+    kt_left all;
+    kt_contact_tally touched;
+    bool moves_freely; /* a body has a free joint */
 } kt_collisions;
 
 /* Counts a collision, and keeps it if the options ask for contacts. */

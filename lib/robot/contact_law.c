@@ -82,9 +82,10 @@ double kt_contact_law_yield(const kt_contact_law *law, double shortest, double m
 }
 
 /* K, m, c, mu and v0. */
-void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double mobility, double mass,
-                          double gravity, kt_contact_shape *shape) {
-    const double a = fmax(mobility, mobility_least / mass), weight = mass * (gravity > 0.0 ? gravity : 9.81);
+void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double gravity,
+                          kt_contact_shape *shape) {
+    const double mass = shape->mass, weight = mass * (gravity > 0.0 ? gravity : 9.81);
+    const double a = fmax(shape->mobility, mobility_least / mass);
     const double mu = law->condim > 1.0 ? law->friction : 0.0,
                  edges = cone->is_pyramid && mu > 0.0 ? 1.0 + mu * mu : 1.0;
     const double across = edges > 1.0 ? edges * mu * mu / ((law->condim - 1.0) * cone->ratio) : 1.0;

@@ -74,11 +74,11 @@ static const kt_note last_notes[] = {
 };
 
 static const kt_note contact_notes[] = {
-    KT_NOTE(kt_mjcf, contacts_lost, MOTION,
+    KT_NOTE(kt_mjcf, touched.lost, MOTION,
             "geoms that touch planes, left out, since they have no mesh that can be read, no mass, or a solref without "
             "stiffness:"),
-    KT_NOTE(kt_mjcf, contacts_rounded, MOTION, KT_NOTE_ROUNDED),
-    KT_NOTE(kt_mjcf, contacts_edged, MOTION, KT_NOTE_EDGED),
+    KT_NOTE(kt_mjcf, touched.rounded, MOTION, KT_NOTE_ROUNDED),
+    KT_NOTE(kt_mjcf, touched.edged, MOTION, KT_NOTE_EDGED),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 
@@ -95,12 +95,12 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     else if (!m->source->options->contacts)
         kt_note_put(n, KT_NOTE_RANK_START, &m->contacts,
                     "geoms that could touch others, left out, since contacts are effects: %d", m->contacts.count);
-    kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->contacts_made, "geoms that touch planes, of which there are %d: %d",
-                m->planes.count, m->contacts_made.count);
+    kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->touched.made, "geoms that touch planes, of which there are %d: %d",
+                m->touched.planes.count, m->touched.made.count);
     KT_NOTES_PUT(n, m, contact_notes);
-    if (m->source->options->contacts && m->planes.count == 0 && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
+    if (m->source->options->contacts && m->touched.planes.count == 0 && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
         kt_note_groundless(n, m->root);
-    kt_note_sunk(n, m->root, m->depth);
+    kt_note_sunk(n, m->root, m->touched.depth);
 }
 
 static void note_mesh_masses(kt_notes *n, const kt_mjcf *m) {

@@ -209,10 +209,8 @@ typedef struct kt_mjcf {
         keys, tied, tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
-    double depth;                             /* of the deepest contact at the start */
-    kt_left contacts_rounded, contacts_edged; /* ellipsoids and cylinders that touch planes */
-    kt_left contacts_made, contacts_lost, planes,
-        contacts_between; /* geoms that touch planes, or cannot; planes; geoms that touch others */
+    kt_contact_tally touched;
+    kt_left contacts_between; /* geoms that touch others than planes */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
         motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies, flex_files, flex_edges;
 } kt_mjcf;

@@ -159,7 +159,6 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
 
 static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
-    const double mass = contact_tree_mass(m, s->body);
     kt_contact_law l;
     if (!find_law(m, plane, s, &l))
         return;
@@ -168,23 +167,16 @@ static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surf
                               .body = b->name,
                               .names = &m->effects_named,
                               .solid = s->solid,
-                              .pose = s->pose};
+                              .pose = s->pose,
+                              .mobility = b->mobility,
+                              .mass = contact_tree_mass(m, s->body)};
     memcpy(shape.size, s->size, sizeof shape.size);
     if (s->is_mesh)
         shape.points = kt_mjcf_mesh_points(m, s->element, &shape.point_count);
     kt_ground ground = {.body = plane->body > 0 ? kt_mjcf_body_at(m, plane->body)->name : NULL, .pose = plane->pose};
     ground.pose.position =
         kt_vec3_add(ground.pose.position, kt_vec3_scale(l.distance, ground.pose.rotation.z)); /* the normal */
-    if (mass > 0.0)
-        kt_contact_law_apply(&l, of, b->mobility, mass, kt_vec3_norm(m->gravity), &shape);
-    if (s->solid == KT_SOLID_ELLIPSOID)
-        kt_left_count(&m->contacts_rounded, s->element);
-    if (s->solid == KT_SOLID_CYLINDER)
-        kt_left_count(&m->contacts_edged, s->element);
-    if (!(shape.stiffness > 0.0) || !kt_contact_add(&m->draft, &shape, &ground))
-        kt_left_count(&m->contacts_lost, s->element);
-    else
-        kt_left_count(&m->contacts_made, s->element);
+    kt_contact_make(&m->draft, &shape, &ground, &l, of, kt_vec3_norm(m->gravity), &m->touched);
 }
 
 /* Geoms of moving bodies that could touch one another: neighbours do not. */
@@ -215,11 +207,11 @@ void kt_mjcf_contacts(kt_mjcf *m) {
         const surface *plane = p < 0 ? &floor : surface_at(m, p);
         if (!plane->is_plane || !is_still(m, plane->body))
             continue;
-        kt_left_count(&m->planes, plane->element);
+        kt_left_count(&m->touched.planes, plane->element);
         for (int i = 0; i < m->surfaces.count && !m->r->out_of_memory; i++)
             if (!surface_at(m, i)->is_plane && !is_still(m, surface_at(m, i)->body))
                 add_plane_contacts(m, &of, plane, surface_at(m, i));
     }
     count_others(m);
-    m->depth = kt_contact_depth(&m->draft);
+    m->touched.depth = kt_contact_depth(&m->draft);
 }
