@@ -183,10 +183,12 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
     to->name = name != NULL ? kt_robot_text(d->r, &d->r->keep, name, strlen(name)) : NULL;
 }
 
-bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene) {
+bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene) {
     kt_error error;
+    kt_appearance_finish(appearance, d->bodies.items, d->bodies.count, scene);
     fill_description(d, name, &scene->description);
     if (!d->r->out_of_memory && kt_description_check(&scene->description, take_fault, d, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(d->r);
-    return !kt_draft_is_wrong(d) && kt_marks_make(d->r, path, scene, d->body_elements.items, d->loop_elements.items);
+    return !kt_draft_is_wrong(d) &&
+           kt_marks_make(d->r, appearance->source->path, scene, d->body_elements.items, d->loop_elements.items);
 }

@@ -137,9 +137,7 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     KT_NOTES_PUT(&n, m, last_notes);
     note_contacts(&n, m);
     kt_note_each(&n, &m->forces, "a force or an equality that is left out, ", "");
-    kt_note_strange(&n, &m->strange);
-    scene->notes = n.notes;
-    scene->note_count = n.count;
+    kt_notes_end(&n, &m->strange, scene);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
@@ -191,7 +189,6 @@ void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
         return;
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = limits[source->options->inertia];
-    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
-    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(m.root, "model"), scene))
+    if (kt_draft_finish(&m.draft, &m.appearance, kt_xml_attribute(m.root, "model"), scene))
         make_mjcf_notes(&m, scene);
 }

@@ -118,11 +118,13 @@ static void note_names(kt_notes *notes, kt_note_rank rank, const kt_unknown *nam
         kt_note_put(notes, rank, &names->left[0], "%s: %s", what, list.text);
 }
 
-void kt_note_strange(kt_notes *notes, const kt_strange *strange) {
+void kt_notes_end(kt_notes *notes, const kt_strange *strange, kt_scene *scene) {
     kt_note_each(notes, &strange->moving, "'", "' is left out");
     note_names(notes, KT_NOTE_RANK_NAME, &strange->unknown, "names that are not known here, and left out");
     note_names(notes, KT_NOTE_RANK_DETAIL, &strange->harmless,
                "elements and attributes that do not concern the motion, left out");
+    scene->notes = notes->notes;
+    scene->note_count = notes->count;
 }
 
 void kt_note_falling(kt_notes *notes, const kt_left *shapes, kt_vec3 gravity) {

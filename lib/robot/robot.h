@@ -99,7 +99,8 @@ void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const k
     "or "                                                                                                              \
     "m/s:"
 void kt_note_each(kt_notes *notes, const kt_unknown *items, const char *before, const char *behind);
-void kt_note_strange(kt_notes *notes, const kt_strange *strange);
+/* Adds the last ones, of names that are left out, and gives all to the scene. */
+void kt_notes_end(kt_notes *notes, const kt_strange *strange, kt_scene *scene);
 
 /* The warning of shapes that touch nothing, while a robot moves freely. */
 void kt_note_falling(kt_notes *notes, const kt_left *shapes, kt_vec3 gravity);
@@ -251,9 +252,6 @@ int kt_terms_merge(kt_term *terms, int count);
 /* Whether faults have been reported, or memory is insufficient. */
 bool kt_draft_is_wrong(const kt_draft *d);
 
-/* Makes the scene of it, checks it and marks its items; returns false after reporting. `name` may be NULL. */
-bool kt_draft_finish(kt_draft *d, const char *path, const char *name, kt_scene *scene);
-
 /* ---- inertia.c: inertias that no body has ------------------------------------------------------------------------ */
 
 typedef struct kt_judge {
@@ -354,6 +352,10 @@ void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_e
 /* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
 void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count, kt_scene *scene);
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
+
+/* Makes the scene of a draft and the pictures, checks it and marks its items; returns false after reporting. `name` may
+ * be NULL. */
+bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene);
 
 /* ---- include.c --------------------------------------------------------------------------------------------------- */
 

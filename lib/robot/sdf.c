@@ -151,9 +151,7 @@ static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
     kt_collisions_notes(&n, &m->collisions, m->source->options, m->root, m->gravity);
-    kt_note_strange(&n, &m->strange);
-    scene->notes = n.notes;
-    scene->note_count = n.count;
+    kt_notes_end(&n, &m->strange, scene);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
@@ -236,7 +234,6 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     kt_collisions_contacts(&m.collisions, &m.draft, source, &m.judge, m.gravity);
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = m.judge.limit;
-    kt_appearance_finish(&m.appearance, m.draft.bodies.items, m.draft.bodies.count, scene);
-    if (kt_draft_finish(&m.draft, source->path, kt_xml_attribute(chosen, "name"), scene))
+    if (kt_draft_finish(&m.draft, &m.appearance, kt_xml_attribute(chosen, "name"), scene))
         make_sdf_notes(&m, scene);
 }

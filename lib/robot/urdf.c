@@ -75,9 +75,7 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_appearance_notes(&n, &u->appearance);
     KT_NOTES_PUT(&n, u, last_notes);
     kt_collisions_notes(&n, &u->collisions, u->source->options, u->robot, u->gravity);
-    kt_note_strange(&n, &u->strange);
-    scene->notes = n.notes;
-    scene->note_count = n.count;
+    kt_notes_end(&n, &u->strange, scene);
 }
 
 static void judge_urdf_inertias(kt_urdf *u) {
@@ -122,8 +120,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, u->gravity);
     scene->description.gravity = u->gravity;
     scene->description.inertia_check = u->judge.limit;
-    kt_appearance_finish(&u->appearance, u->draft.bodies.items, u->draft.bodies.count, scene);
-    if (kt_draft_finish(&u->draft, u->source->path, kt_xml_attribute(u->robot, "name"), scene))
+    if (kt_draft_finish(&u->draft, &u->appearance, kt_xml_attribute(u->robot, "name"), scene))
         make_urdf_notes(u, root, scene);
 }
 
