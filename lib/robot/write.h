@@ -127,6 +127,9 @@ enum { KT_EXPORT_STEPS = 4 };
 /* How many joints a joint becomes, one after the other; 0 of a fixed one. A free joint stays one. */
 int kt_export_steps(const kt_joint *joint, kt_export_step steps[KT_EXPORT_STEPS]);
 
+/* A bound; 1e9 or -1e9 in place of an infinite one, which the formats do not have. */
+static inline double kt_export_bound(double x) { return isfinite(x) ? x : copysign(1e9, x); }
+
 /* Counts an item that the format does not have. */
 void kt_export_lose(kt_export *x, const char *what);
 
@@ -142,6 +145,10 @@ void kt_export_numbers(kt_export *x, const char *name, const double *values, int
 void kt_export_vector(kt_export *x, const char *name, kt_vec3 v);
 void kt_export_unless_zero(kt_export *x, const char *name, double value);
 
+/* The body of a name; -1: the world. */
+static inline int kt_export_find(const kt_export *x, const char *body) {
+    return body != NULL ? kt_names_find(&x->names, 0, body) : -1;
+}
 static inline const kt_body *kt_export_body(const kt_export *x, int i) { return &x->d->bodies[i]; }
 
 /* A shape as a box, sphere or cylinder along z; a rod is a cylinder between its ends. Returns false, and counts it,

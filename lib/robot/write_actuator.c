@@ -17,8 +17,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double no_bound = 1e9;
-
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
 /* A formula of L, L' and w. */
@@ -349,9 +347,8 @@ static bool drives_alone(const kt_export *x, const kt_effect *e) {
 
 static void keep_bounds(const actuator_formula *f, double factor, kt_export_actuator *to) {
     for (int i = 0; i < 2; i++) {
-        const double end = f->bounds[factor < 0.0 ? 1 - i : i];
-        to->force_range[i] = factor * (isinf(end) ? copysign(no_bound, end) : end);
-        to->act_range[i] = isinf(f->act_bounds[i]) ? copysign(no_bound, f->act_bounds[i]) : f->act_bounds[i];
+        to->force_range[i] = factor * kt_export_bound(f->bounds[factor < 0.0 ? 1 - i : i]);
+        to->act_range[i] = kt_export_bound(f->act_bounds[i]);
     }
     to->has_force_range = f->has_bounds;
     to->has_act_range = f->has_act_bounds;
@@ -447,10 +444,8 @@ static char *find_plus(char *text) {
 
 /* A copy of the sum in "clamp(SUM, a, b)" or "(SUM)", with its bounds, which are infinite of the second. */
 static char *copy_sum(kt_export *x, const char *text, double bounds[2]) {
-    const char *inner = text, *stop = text + strlen(text), *at = text;
-    bounds[0] = (double)-INFINITY;
-    bounds[1] = (double)INFINITY;
-    if ((!read_bounded(&at, &inner, &stop, bounds) || *at != '\0')) {
+    const char *inner, *stop, *at = text;
+    if (!read_bounded(&at, &inner, &stop, bounds) || *at != '\0') {
         inner = text;
         stop = text + strlen(text);
         bounds[0] = (double)-INFINITY;
@@ -493,8 +488,7 @@ static bool take_sum(kt_export *x, const kt_effect *e) {
     x->actuator_count = is_taken ? x->actuator_count : before;
     x->rope_count = is_taken ? x->rope_count : ropes;
     for (int i = 0; i < 2 && is_taken && is_bounded; i++)
-        x->forces[kt_export_scalar(x, e->joint)].range[i] =
-            isinf(bounds[i]) ? copysign(no_bound, bounds[i]) : bounds[i];
+        x->forces[kt_export_scalar(x, e->joint)].range[i] = kt_export_bound(bounds[i]);
     return is_taken;
 }
 

@@ -130,7 +130,7 @@ bool kt_export_solid(kt_export *x, kt_shape *shape) {
 }
 
 kt_pose kt_export_end(const kt_export *x, const kt_end *end) {
-    const int body = end->marker != NULL && end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
+    const int body = end->marker != NULL ? kt_export_find(x, end->body) : -1;
     const kt_pose own = {.position = end->at, .rotation = kt_matrix_of_rotation(&end->rotation)};
     for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++) {
         const kt_marker *marker = &x->d->bodies[body].markers[i];

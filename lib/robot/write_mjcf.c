@@ -39,18 +39,16 @@ typedef struct act {
 
 static void write_limits(kt_export *x, int i) {
     const kt_joint_limits *l = &kt_export_body(x, i)->joint.limits;
-    static const double far = 1e9;
     if (isfinite(l->velocity))
         kt_export_lose(x, "limits of speed");
     if (kt_export_has_force_range(&x->forces[i]))
         kt_export_numbers(x, "actuatorfrcrange", x->forces[i].range, 2);
     else if (isfinite(l->effort) && l->effort > 0.0)
-        kt_export_numbers(x, "actuatorfrcrange", (const double[]){-l->effort, l->effort}, 2);
+        kt_export_print(x, " actuatorfrcrange=\"%g %g\"", -l->effort, l->effort);
     if (!isfinite(l->lower) && !isfinite(l->upper))
         return;
     if (l->lower < l->upper)
-        kt_export_numbers(
-            x, "range", (const double[]){isfinite(l->lower) ? l->lower : -far, isfinite(l->upper) ? l->upper : far}, 2);
+        kt_export_print(x, " range=\"%g %g\"", kt_export_bound(l->lower), kt_export_bound(l->upper));
     else
         kt_export_lose(x, "ranges of joints without a length");
 }
@@ -208,7 +206,7 @@ static int asset_of(const kt_export *x, int mesh) {
 static void write_mjcf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
-        if (source_of(x, k) == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
+        if (source_of(x, k) == NULL || kt_export_find(x, mesh->body) != i)
             continue;
         kt_export_print(x, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
         write_place(x, mesh->at, kt_matrix_of_rotation(&mesh->rotation));
@@ -250,7 +248,7 @@ static void write_ends(kt_export *x, int body) {
         const kt_loop *loop = &x->d->loops[i];
         for (int k = 0; k < 2 && kt_export_has_sites(loop); k++) {
             const kt_end *end = &loop->between[k];
-            if ((end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1) != body)
+            if ((kt_export_find(x, end->body)) != body)
                 continue;
             const kt_pose frame = kt_export_end(x, end);
             kt_export_print(x, "<site name=\"%s__%d\"", loop->name, k + 1);

@@ -116,13 +116,11 @@ static bool is_steady(const kt_effect *e) {
 
 /* The bounds of a servo's force, which are sharp in MuJoCo. */
 static void write_bounds(kt_export *x, const kt_effect *e) {
-    static const double far = 1e9;
     const double lower = fmax(e->lower, -e->limit), upper = fmin(e->upper, e->limit);
     if (isfinite(e->limit))
         kt_export_lose(x, "smooth limits of servos, which MuJoCo has as sharp ones");
     if (isfinite(lower) || isfinite(upper))
-        kt_export_numbers(x, "forcerange",
-                          (const double[]){isfinite(lower) ? lower : -far, isfinite(upper) ? upper : far}, 2);
+        kt_export_print(x, " forcerange=\"%g %g\"", kt_export_bound(lower), kt_export_bound(upper));
 }
 
 static void write_motor(kt_export *x, const kt_export_motor *motor) {

@@ -151,7 +151,7 @@ void kt_export_rope_points(kt_export *x, int body) {
     for (int i = 0; i < x->rope_count; i++)
         for (int k = 0; k < count_points(x->ropes[i].effect); k++) {
             const kt_path_point point = point_at(x->ropes[i].effect, k);
-            if ((point.end.body != NULL ? kt_names_find(&x->names, 0, point.end.body) : -1) != body)
+            if ((kt_export_find(x, point.end.body)) != body)
                 continue;
             const kt_pose frame = kt_export_end(x, &point.end);
             if (point.radius > 0.0)

@@ -17,8 +17,8 @@ typedef struct uses {
     int ends, sums, joints;
 } uses;
 
-static void count_used_end(const kt_export *x, uses *all, const kt_end *end) {
-    const int body = end->body != NULL ? kt_names_find(&x->names, 0, end->body) : -1;
+static void count_end(const kt_export *x, uses *all, const char *name) {
+    const int body = kt_export_find(x, name);
     if (body >= 0)
         all[body].ends++;
 }
@@ -28,7 +28,7 @@ static void count_all_uses(const kt_export *x, uses *all) {
         const kt_loop *loop = &x->d->loops[i];
         const int driven = loop->joint != NULL ? kt_names_find(&x->names, 1, loop->joint) : -1;
         for (int k = 0; k < 2; k++)
-            count_used_end(x, all, &loop->between[k]);
+            count_end(x, all, loop->between[k].body);
         for (int k = 0; k < loop->term_count; k++) {
             const int body = kt_names_find(&x->names, 1, loop->terms[k].joint);
             if (body >= 0)
@@ -39,12 +39,9 @@ static void count_all_uses(const kt_export *x, uses *all) {
     }
     for (int i = 0; i < x->d->effect_count; i++)
         for (int k = 0; k < 2; k++)
-            count_used_end(x, all, &x->d->effects[i].between[k]);
-    for (int i = 0; i < x->mesh_count; i++) {
-        const int body = x->meshes[i].body != NULL ? kt_names_find(&x->names, 0, x->meshes[i].body) : -1;
-        if (body >= 0)
-            all[body].ends++;
-    }
+            count_end(x, all, x->d->effects[i].between[k].body);
+    for (int i = 0; i < x->mesh_count; i++)
+        count_end(x, all, x->meshes[i].body);
 }
 
 /* Whether only the joint of a body is of use. */

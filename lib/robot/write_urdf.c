@@ -70,7 +70,7 @@ static void write_visual(kt_export *x, const kt_shape *of) {
 static void write_urdf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
-        if (x->mesh_files[k] == NULL || kt_names_find(&x->names, 0, mesh->body) != i)
+        if (x->mesh_files[k] == NULL || kt_export_find(x, mesh->body) != i)
             continue;
         kt_export_print(x, "    <visual>\n");
         write_origin(x, "      ", mesh->at, &mesh->rotation);
@@ -93,20 +93,18 @@ static const char *type_name(const kt_joint *joint, const kt_export_step *step) 
 
 /* URDF has no limit on one side alone, nor a prismatic joint without limits. */
 static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
-    static const double far = 1e9;
     const kt_joint_limits *l = &joint->limits;
     const bool has_rates = isfinite(l->velocity) || isfinite(l->effort);
     if (strcmp(type, "revolute") != 0 && strcmp(type, "prismatic") != 0 && !has_rates)
         return;
     kt_export_print(x, "    <limit");
     if (strcmp(type, "continuous") != 0) {
-        const double lower = isfinite(l->lower) ? l->lower : -far, upper = isfinite(l->upper) ? l->upper : far;
+        const double lower = kt_export_bound(l->lower), upper = kt_export_bound(l->upper);
         kt_export_print(x, " lower=\"%g\" upper=\"%g\"", lower, upper);
-        if (lower == -far || upper == far)
+        if (lower == -1e9 || upper == 1e9)
             kt_export_lose(x, "missing limits, which are written as 1e9");
     }
-    kt_export_print(x, " effort=\"%g\" velocity=\"%g\"/>\n", isfinite(l->effort) ? l->effort : far,
-                    isfinite(l->velocity) ? l->velocity : far);
+    kt_export_print(x, " effort=\"%g\" velocity=\"%g\"/>\n", kt_export_bound(l->effort), kt_export_bound(l->velocity));
 }
 
 static void write_urdf_forces(kt_export *x, int i) {
