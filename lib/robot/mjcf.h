@@ -546,10 +546,8 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula);
 bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
-/* Whether a text that may be missing equals another. */
-static inline bool kt_mjcf_is_equal(const char *a, const char *b) {
-    return a != NULL && b != NULL && strcmp(a, b) == 0;
-}
+/* Whether a polynomial has a term. */
+static inline bool kt_mjcf_is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
 /* Whether a body is another one, or is carried by it. */

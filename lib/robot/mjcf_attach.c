@@ -29,12 +29,9 @@ static int add_document(kt_mjcf *m, kt_element *root, int parent, const char *pa
 
 /* Whether a document, or one that attaches it, is a file. */
 static bool attaches_itself(const kt_mjcf *m, int document, const char *path) {
-    for (; document >= 0; document = kt_mjcf_document_at(m, document)->parent) {
-        const char *other = kt_mjcf_document_at(m, document)->path;
-        if (other != NULL && strcmp(other, path) == 0)
-            return true;
-    }
-    return false;
+    while (document >= 0 && !kt_text_is(kt_mjcf_document_at(m, document)->path, path))
+        document = kt_mjcf_document_at(m, document)->parent;
+    return document >= 0;
 }
 
 /* Reads the file of a <model>; NULL after reporting. */
@@ -64,14 +61,14 @@ static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, con
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
     for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
         for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model"))
-            if (kt_mjcf_is_equal(kt_xml_attribute(a, "name"), name))
+            if (kt_text_is(kt_xml_attribute(a, "name"), name))
                 return read_model(m, a, document, path);
     for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
         for (const kt_element *a = kt_xml_child(s, "model"); a != NULL; a = kt_xml_next(a, "model")) {
             kt_element *read = kt_xml_attribute(a, "name") == NULL ? read_model(m, a, document, path) : NULL;
             if (kt_draft_is_wrong(&m->draft))
                 return NULL;
-            if (read != NULL && kt_mjcf_is_equal(kt_xml_attribute(read, "model"), name))
+            if (read != NULL && kt_text_is(kt_xml_attribute(read, "model"), name))
                 return read;
         }
     (void)kt_mjcf_fault(m, e, "there is no <model> %s in <asset>", kt_name_quote(name).text);
@@ -132,7 +129,7 @@ static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints) {
 static kt_element *find_attached_body(kt_element *within, const char *name) {
     kt_element *found = NULL;
     for (kt_element *e = within->first; e != NULL && found == NULL; e = e->next)
-        found = strcmp(e->name, "body") == 0 && kt_mjcf_is_equal(kt_xml_attribute(e, "name"), name)
+        found = strcmp(e->name, "body") == 0 && kt_text_is(kt_xml_attribute(e, "name"), name)
                     ? e
                     : find_attached_body(e, name);
     return found;

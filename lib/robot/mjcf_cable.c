@@ -42,9 +42,7 @@ static const kt_element *elasticity_of(const kt_mjcf_body *b) { return kt_xml_ch
 static bool has_neighbour(const kt_mjcf *m, const kt_mjcf_body *b) {
     const kt_element *here = elasticity_of(b),
                      *before = b->parent > 0 ? elasticity_of(kt_mjcf_body_at(m, b->parent)) : NULL;
-    const char *instance = before != NULL ? kt_xml_attribute(before, "instance") : NULL;
-    const char *own = instance != NULL ? kt_xml_attribute(here, "instance") : NULL;
-    return own != NULL && strcmp(own, instance) == 0;
+    return before != NULL && kt_text_is(kt_xml_attribute(here, "instance"), kt_xml_attribute(before, "instance"));
 }
 
 static void note_cable(kt_mjcf *m, const double k[3], double angle, const kt_element *e) {
@@ -73,9 +71,8 @@ void kt_mjcf_add_elasticity(kt_mjcf *m, const kt_mjcf_body *b) {
     if (!(fmax(k[3], fmax(k[4], k[5])) > 0.0))
         return;
     const kt_joint *joint = &((const kt_body *)m->draft.bodies.items)[j->carrier_index].joint;
-    const char *flat = kt_xml_attribute(e, "flat");
     kt_vec3 rest = kt_vec3_make(0.0, 0.0, 0.0);
-    if (flat == NULL || strcmp(flat, "true") != 0)
+    if (!kt_text_is(kt_xml_attribute(e, "flat"), "true"))
         rest = kt_euler_vector_from_matrix(b->pose.rotation);
     kt_effect *effect = kt_draft_effect(&m->draft, e, KT_EFFECT_BUSHING);
     if (effect == NULL)

@@ -35,15 +35,15 @@ static const kt_element *find_instance(const kt_mjcf *m, const kt_element *plugi
     for (const kt_element *s = kt_xml_child(root, "extension"); s != NULL; s = kt_xml_next(s, "extension"))
         for (const kt_element *p = kt_xml_child(s, "plugin"); p != NULL; p = kt_xml_next(p, "plugin"))
             for (const kt_element *i = kt_xml_child(p, "instance"); i != NULL; i = kt_xml_next(i, "instance"))
-                if (kt_mjcf_is_equal(kt_xml_attribute(p, "plugin"), KT_MJCF_ELASTICITY) &&
-                    kt_mjcf_is_equal(kt_xml_attribute(i, "name"), name))
+                if (kt_text_is(kt_xml_attribute(p, "plugin"), KT_MJCF_ELASTICITY) &&
+                    kt_text_is(kt_xml_attribute(i, "name"), name))
                     return i;
     return NULL;
 }
 
 static const char *configured(const kt_element *of, const char *key) {
     for (const kt_element *c = kt_xml_child(of, "config"); c != NULL; c = kt_xml_next(c, "config"))
-        if (kt_mjcf_is_equal(kt_xml_attribute(c, "key"), key))
+        if (kt_text_is(kt_xml_attribute(c, "key"), key))
             return kt_xml_attribute(c, "value");
     return NULL;
 }
@@ -55,7 +55,7 @@ static bool read_cable_plugin(kt_mjcf *m, kt_element *plugin, const char *standa
     const char *instance = kt_xml_attribute(plugin, "instance");
     const kt_element *from = instance != NULL ? find_instance(m, plugin, instance) : plugin;
     const bool is_instance = instance != NULL && kt_xml_attribute(plugin, "plugin") == NULL;
-    if (from == NULL || !(is_instance || kt_mjcf_is_equal(kt_xml_attribute(plugin, "plugin"), KT_MJCF_ELASTICITY)))
+    if (from == NULL || !(is_instance || kt_text_is(kt_xml_attribute(plugin, "plugin"), KT_MJCF_ELASTICITY)))
         return false;
     const char *attributes[9] = {NULL};
     size_t count = 0;
@@ -236,7 +236,7 @@ static const char *name_cable_part(kt_mjcf *m, const cable *c, const char *lette
 }
 
 static void add_cable_geom(kt_mjcf *m, const cable *c, kt_element *body, int i, double length) {
-    const bool is_box = kt_mjcf_is_equal(kt_xml_attribute(c->geom, "type"), "box");
+    const bool is_box = kt_text_is(kt_xml_attribute(c->geom, "type"), "box");
     double size[3] = {0.0, 0.0, 0.0};
     char name[32];
     (void)snprintf(name, sizeof name, "G%d", i);
@@ -316,7 +316,7 @@ static bool read_cable(kt_mjcf *m, const kt_element *e, cable *c) {
                  .initial = initial != NULL ? initial : "ball",
                  .offset = kt_mjcf_vector(m, e, NULL, "offset", kt_vec3_make(0.0, 0.0, 0.0))};
     const char *type = c->geom != NULL ? kt_xml_attribute(c->geom, "type") : NULL;
-    if (!kt_mjcf_is_equal(type, "capsule") && !kt_mjcf_is_equal(type, "cylinder") && !kt_mjcf_is_equal(type, "box"))
+    if (!kt_text_is(type, "capsule") && !kt_text_is(type, "cylinder") && !kt_text_is(type, "box"))
         return kt_mjcf_fault(m, e, "a cable needs a <geom> whose type is capsule, cylinder or box");
     if (!(text != NULL ? read_cable_vertices(m, c, text) : make_cable_curve(m, c)))
         return false;
@@ -331,7 +331,7 @@ static bool read_cable(kt_mjcf *m, const kt_element *e, cable *c) {
 /* Composites of other types, which MuJoCo has no more. */
 static void count_removed(kt_mjcf *m, const kt_element *e) {
     const char *type = kt_xml_attribute(e, "type");
-    if (kt_mjcf_is_equal(type, "rope") || kt_mjcf_is_equal(type, "loop"))
+    if (kt_text_is(type, "rope") || kt_text_is(type, "loop"))
         kt_unknown_count(&m->changes,
                          "composites of the types rope and loop, which MuJoCo removed, left out; give the type cable, "
                          "or a flexcomp with dim 1",
@@ -354,7 +354,7 @@ static void expand_cables(kt_mjcf *m, kt_element *parent) {
             cable c;
             if (!is_composite)
                 kt_mjcf_make_flex(m, e, &chain);
-            else if (!kt_mjcf_is_equal(kt_xml_attribute(e, "type"), "cable"))
+            else if (!kt_text_is(kt_xml_attribute(e, "type"), "cable"))
                 count_removed(m, e);
             else if (read_cable(m, e, &c))
                 make_cable_chain(m, &c, &chain);

@@ -47,8 +47,8 @@ void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid sol
     if (s == NULL)
         return;
     *s = (surface){.element = e, .body = body, .solid = solid, .pose = pose, .law = kt_contact_law_standard()};
-    s->is_plane = type != NULL && strcmp(type, "plane") == 0;
-    s->is_mesh = type != NULL && strcmp(type, "mesh") == 0;
+    s->is_plane = kt_text_is(type, "plane");
+    s->is_mesh = kt_text_is(type, "mesh");
     memcpy(s->size, size, sizeof s->size);
     s->type = (unsigned)kt_mjcf_number(m, e, "geom", "contype", 1.0);
     s->affinity = (unsigned)kt_mjcf_number(m, e, "geom", "conaffinity", 1.0);
@@ -110,8 +110,7 @@ static double contact_tree_mass(const kt_mjcf *m, int body) {
 /* ---- which touch ------------------------------------------------------------------------------------------------- */
 
 static bool has_name(const kt_element *e, const char *attribute, const kt_element *pair) {
-    const char *name = kt_xml_attribute(e, "name"), *wanted = kt_xml_attribute(pair, attribute);
-    return name != NULL && wanted != NULL && strcmp(name, wanted) == 0;
+    return kt_text_is(kt_xml_attribute(e, "name"), kt_xml_attribute(pair, attribute));
 }
 
 /* The <pair> of two geoms; NULL: there is none. */

@@ -99,7 +99,7 @@ static void note_flex(kt_mjcf *m, const kt_flex *f) {
                          "together",
                          f->element);
     if (edge != NULL && f->motion >= KT_FLEX_TRILINEAR && kt_xml_attribute(edge, "equality") != NULL &&
-        !kt_mjcf_is_equal(kt_xml_attribute(edge, "equality"), "false"))
+        !kt_text_is(kt_xml_attribute(edge, "equality"), "false"))
         kt_unknown_count(&m->changes,
                          "equalities of cells of a flexcomp, left out, so that nothing holds their nodes together; "
                          "rigid=\"true\" fixes them",

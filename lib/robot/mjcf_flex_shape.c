@@ -151,11 +151,11 @@ static void round_flex_square(kt_flex *f, const flex_layout *l) {
 }
 
 bool kt_flex_grid(kt_mjcf *m, kt_flex *f) {
-    const bool is_disc = kt_mjcf_is_equal(f->type, "disc");
+    const bool is_disc = kt_text_is(f->type, "disc");
     flex_layout l;
-    if (is_disc || kt_mjcf_is_equal(f->type, "square"))
+    if (is_disc || kt_text_is(f->type, "square"))
         f->dim = 2;
-    if (f->dim == 1 && kt_mjcf_is_equal(f->type, "circle"))
+    if (f->dim == 1 && kt_text_is(f->type, "circle"))
         return make_flex_circle(m, f);
     if (!read_flex_layout(m, f, f->dim, 2, &l))
         return false;
@@ -193,11 +193,11 @@ static void add_point_of_box(kt_flex *f, const flex_layout *l, const int i[3]) {
     for (int k = 0; k < 3; k++)
         u[k] = 2.0 * i[k] / (l->n[k] - 1) - 1.0;
     const double flat = hypot(u[0], u[1]), norm = hypot(flat, u[2]);
-    if (kt_mjcf_is_equal(f->type, "cylinder"))
+    if (kt_text_is(f->type, "cylinder"))
         factor = flat > 0.0 ? fmax(fabs(u[0]), fabs(u[1])) / flat : 0.0;
-    else if (kt_mjcf_is_equal(f->type, "ellipsoid"))
+    else if (kt_text_is(f->type, "ellipsoid"))
         factor = norm > 0.0 ? 1.0 / norm : 0.0;
-    const bool is_flat = kt_mjcf_is_equal(f->type, "cylinder");
+    const bool is_flat = kt_text_is(f->type, "cylinder");
     kt_flex_add_point(f, factor * l->half[0] * u[0], factor * l->half[1] * u[1],
                       (is_flat ? 1.0 : factor) * l->half[2] * u[2]);
 }

@@ -66,7 +66,7 @@ static void read_field_size(kt_mjcf *m, const kt_element *field_geom, double siz
     double field[4];
     for (const kt_element *e = kt_mjcf_section(m, "asset", NULL); e != NULL; e = kt_mjcf_section(m, "asset", e)) {
         const char *own = strcmp(e->name, "hfield") == 0 ? kt_mjcf_asset_name(m, e) : NULL;
-        if (!kt_mjcf_is_equal(name, own) || kt_mjcf_numbers(m, e, NULL, "size", 4, 4, field) != 4)
+        if (!kt_text_is(name, own) || kt_mjcf_numbers(m, e, NULL, "size", 4, 4, field) != 4)
             continue;
         size[0] = field[0];
         size[1] = field[1];

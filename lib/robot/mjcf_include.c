@@ -51,7 +51,7 @@ static kt_element *include_file(kt_mjcf *m, const kt_element *e, int document) {
     if (path == NULL)
         return NULL;
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
-    if (kt_include_is_circular(e, d->root->file, path, INCLUDES_MOST) || kt_mjcf_is_equal(d->path, path)) {
+    if (kt_include_is_circular(e, d->root->file, path, INCLUDES_MOST) || kt_text_is(d->path, path)) {
         (void)kt_mjcf_fault(m, e, "files include each other in a circle, or more than %d deep", (int)INCLUDES_MOST);
         return NULL;
     }

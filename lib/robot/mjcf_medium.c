@@ -18,9 +18,8 @@ static bool has_medium(const kt_mjcf *m) { return m->density > 0.0 || m->viscosi
 /* ---- the frames of the inertias ---------------------------------------------------------------------------------- */
 
 static void find_ellipsoid(kt_mjcf *m, const kt_element *geom, int body, kt_pose frame) {
-    const char *shape = kt_mjcf_text(m, geom, "geom", "fluidshape");
     (void)frame;
-    if (shape != NULL && strcmp(shape, "ellipsoid") == 0)
+    if (kt_text_is(kt_mjcf_text(m, geom, "geom", "fluidshape"), "ellipsoid"))
         kt_mjcf_body_at(m, body)->has_ellipsoids = true;
 }
 

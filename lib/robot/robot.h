@@ -8,6 +8,8 @@
 #include "scene/part.h"
 #include "scene/shapes.h"
 
+#include <string.h>
+
 /* ---- what is left out, or changed -------------------------------------------------------------------------------- */
 
 /* The number of occurrences, and the first of them. */
@@ -49,6 +51,9 @@ typedef struct kt_known_list {
 typedef struct kt_strange {
     kt_unknown harmless, moving, unknown;
 } kt_strange;
+
+/* Whether two texts that may be missing are equal. */
+static inline bool kt_text_is(const char *a, const char *b) { return a != NULL && b != NULL && strcmp(a, b) == 0; }
 
 /* Whether a word is one of those between blanks. */
 bool kt_words_have(const char *words, const char *word);

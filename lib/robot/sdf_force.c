@@ -115,7 +115,7 @@ static void couple_sdf_joints(kt_sdf *m, const kt_element *e, const char *name, 
 /* The joint of a named axis, if it has a coordinate in the tree. */
 static const kt_sdf_joint *find_axis(const kt_sdf *m, int frame, const char *axis) {
     const int first = kt_sdf_frame_at(m, frame)->kind == KT_SDF_JOINT ? kt_sdf_frame_at(m, frame)->link : -1;
-    const int index = first >= 0 && axis != NULL && strcmp(axis, "axis2") == 0 ? first + 1 : first;
+    const int index = first >= 0 && kt_text_is(axis, "axis2") ? first + 1 : first;
     const kt_sdf_joint *found = index >= 0 && index < m->joints.count ? kt_sdf_joint_at(m, index) : NULL;
     return found != NULL && found->frame == frame && found->name != NULL && kt_sdf_is_scalar(found) ? found : NULL;
 }

@@ -121,7 +121,7 @@ static void read_sdf_joint(kt_sdf *m, int frame) {
     const kt_element *e = kt_sdf_frame_at(m, frame)->element;
     const char *type = kt_xml_attribute(e, "type");
     const int parent = kt_sdf_link_named(m, frame, "parent"), child = kt_sdf_link_named(m, frame, "child");
-    if (type != NULL && strcmp(type, "gearbox") == 0) {
+    if (kt_text_is(type, "gearbox")) {
         int *added = kt_list_add(m->r, &m->r->scratch, &m->gears, sizeof *added);
         if (added != NULL)
             *added = frame;

@@ -53,7 +53,7 @@ kt_pose kt_sdf_read_pose(kt_sdf *m, const kt_element *pose) {
     if (pose == NULL || pose->text == NULL)
         return read;
     const char *format = kt_xml_attribute(pose, "rotation_format"), *degrees = kt_xml_attribute(pose, "degrees");
-    const bool is_quaternion = format != NULL && strcmp(format, "quat_xyzw") == 0;
+    const bool is_quaternion = kt_text_is(format, "quat_xyzw");
     const double angle = degrees != NULL && kt_sdf_is_true(m, pose, degrees) ? 3.14159265358979323846 / 180.0 : 1.0;
     const int count = is_quaternion ? 7 : 6;
     if (format != NULL && !is_quaternion && strcmp(format, "euler_rpy") != 0)

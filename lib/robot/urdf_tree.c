@@ -327,7 +327,7 @@ static const char *make_urdf_name(kt_urdf *u, int index) {
 bool kt_urdf_is_world(const kt_urdf *u, int root) {
     const kt_element *e = root >= 0 ? u->links[root].element : NULL;
     const char *name = e != NULL ? kt_xml_attribute(e, "name") : NULL;
-    return name != NULL && strcmp(name, "world") == 0 && kt_xml_child(e, "inertial") == NULL;
+    return kt_text_is(name, "world") && kt_xml_child(e, "inertial") == NULL;
 }
 
 void kt_urdf_names(kt_urdf *u, int root) {

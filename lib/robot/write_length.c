@@ -29,10 +29,6 @@ static int find_by_joint(const kt_export *x, const char *joint) {
     return -1;
 }
 
-static bool has_that_name(const char *name, const char *other) {
-    return name != NULL && other != NULL && strcmp(name, other) == 0;
-}
-
 static bool is_zero_vector(kt_vec3 v) { return kt_vec3_norm(v) == 0.0; }
 
 /* A slider without mass, shape and markers, along an axis of its parent. */
@@ -51,25 +47,25 @@ static int count_ends(const kt_export *x, const char *body) {
     int count = 0;
     for (int i = 0; i < x->d->loop_count; i++)
         for (int k = 0; k < 2; k++)
-            count += has_that_name(x->d->loops[i].between[k].body, body);
+            count += kt_text_is(x->d->loops[i].between[k].body, body);
     for (int i = 0; i < x->d->effect_count; i++) {
         for (int k = 0; k < 2; k++)
-            count += has_that_name(x->d->effects[i].between[k].body, body);
+            count += kt_text_is(x->d->effects[i].between[k].body, body);
         for (int k = 0; k < x->d->effects[i].path_count; k++)
-            count += has_that_name(x->d->effects[i].path[k].end.body, body);
+            count += kt_text_is(x->d->effects[i].path[k].end.body, body);
     }
     for (int i = 0; i < x->d->body_count; i++)
-        count += has_that_name(kt_export_body(x, i)->parent, body);
+        count += kt_text_is(kt_export_body(x, i)->parent, body);
     return count;
 }
 
 static int count_drives(const kt_export *x, const char *joint) {
     int count = 0;
     for (int i = 0; i < x->d->effect_count; i++)
-        count += has_that_name(x->d->effects[i].joint, joint);
+        count += kt_text_is(x->d->effects[i].joint, joint);
     for (int i = 0; i < x->d->loop_count; i++)
         for (int k = 0; k < x->d->loops[i].term_count; k++)
-            count += has_that_name(x->d->loops[i].terms[k].joint, joint);
+            count += kt_text_is(x->d->loops[i].terms[k].joint, joint);
     return count;
 }
 
@@ -81,14 +77,14 @@ static int find_loop_of_part(const kt_export *x, const int sliders[3]) {
         if (b == NULL || !is_plain_slider(b, k) || b->joint.armature[0] != 0.0 || count_ends(x, b->name) != 1 ||
             count_drives(x, kt_joint_name_of(b)) != 1 ||
             (k > 0 &&
-             (!has_that_name(b->parent, kt_export_body(x, sliders[k - 1])->name) || !is_zero_vector(b->joint.at))))
+             (!kt_text_is(b->parent, kt_export_body(x, sliders[k - 1])->name) || !is_zero_vector(b->joint.at))))
             return -1;
     }
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
         if (loop->type == KT_LOOP_SPHERICAL && loop->switching == KT_ALWAYS_ON &&
-            has_that_name(loop->between[0].body, kt_export_body(x, sliders[2])->name) &&
-            loop->between[0].marker == NULL && is_zero_vector(loop->between[0].at))
+            kt_text_is(loop->between[0].body, kt_export_body(x, sliders[2])->name) && loop->between[0].marker == NULL &&
+            is_zero_vector(loop->between[0].at))
             found = i;
     }
     return found;
@@ -155,18 +151,18 @@ static bool find_armature_path(kt_export *x, int coupling, found_length *f) {
 /* ---- the path ---------------------------------------------------------------------------------------------------- */
 
 static bool is_same_end(const kt_end *a, const kt_end *b) {
-    return (a->body == b->body || has_that_name(a->body, b->body)) && is_zero_vector(kt_vec3_sub(a->at, b->at));
+    return (a->body == b->body || kt_text_is(a->body, b->body)) && is_zero_vector(kt_vec3_sub(a->at, b->at));
 }
 
 /* An end without its marker. */
 static kt_end plain_end(const kt_export *x, const kt_end *end) {
     kt_end plain = kt_end_default();
-    plain.body = has_that_name(end->body, "world") ? NULL : end->body;
+    plain.body = kt_text_is(end->body, "world") ? NULL : end->body;
     plain.at = end->at;
     for (int i = 0; i < x->d->body_count && end->marker != NULL; i++)
         for (int k = 0; k < kt_export_body(x, i)->marker_count; k++)
-            if (has_that_name(kt_export_body(x, i)->name, end->body) &&
-                has_that_name(kt_export_body(x, i)->markers[k].name, end->marker))
+            if (kt_text_is(kt_export_body(x, i)->name, end->body) &&
+                kt_text_is(kt_export_body(x, i)->markers[k].name, end->marker))
                 plain.at = kt_export_body(x, i)->markers[k].at;
     return plain;
 }
@@ -180,13 +176,13 @@ static kt_effect *make_armature_path(kt_export *x, const found_length *f) {
     *e = kt_effect_default();
     e->name = kt_joint_name_of(kt_export_body(x, f->slider));
     for (int i = 0; i < x->d->effect_count; i++) /* a tendon of springs and dampers has the name */
-        e->name = has_that_name(x->d->effects[i].name, e->name) ? NULL : e->name;
+        e->name = kt_text_is(x->d->effects[i].name, e->name) ? NULL : e->name;
     e->end_count = 2;
     e->path = path;
     for (int i = 0; i < f->count; i++) {
         const kt_body *first = kt_export_body(x, f->sliders[3 * i]);
         kt_end from = kt_end_default();
-        from.body = has_that_name(first->parent, "world") ? NULL : first->parent;
+        from.body = kt_text_is(first->parent, "world") ? NULL : first->parent;
         from.at = first->joint.at;
         const bool goes_on =
             i > 0 && f->factor[i] == f->factor[i - 1] && is_same_end(&from, &path[e->path_count - 1].end);
