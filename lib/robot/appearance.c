@@ -29,7 +29,7 @@ void kt_appearance_begin(kt_appearance *appearance, const char *body) {
     appearance->is_seen = false;
 }
 
-bool kt_appearance_add_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape) {
+static bool keep_shape(kt_appearance *appearance, const kt_element *e, const kt_shape *shape) {
     if (!shape_has_size(shape)) {
         kt_left_count(&appearance->sizeless, e);
         return false;
@@ -57,16 +57,16 @@ static void draw_ellipsoid(const double half[3], kt_pose pose, kt_shape *shape) 
 }
 
 bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
-                             kt_pose pose) {
+                             kt_pose pose, const kt_rotation *rotation) {
     kt_shape shape = kt_shape_default();
     if (solid == KT_SOLID_ELLIPSOID) {
         draw_ellipsoid(size, pose, &shape);
         kt_left_count(&appearance->ellipsoids, e);
-        return kt_appearance_add_shape(appearance, e, &shape);
+        return keep_shape(appearance, e, &shape);
     }
     shape.at = pose.position;
     if (solid != KT_SOLID_SPHERE)
-        shape.rotation = kt_rotation_of_matrix(pose.rotation);
+        shape.rotation = rotation != NULL ? *rotation : kt_rotation_of_matrix(pose.rotation);
     if (solid == KT_SOLID_BOX) {
         shape.type = KT_SHAPE_BOX;
         shape.size = kt_vec3_scale(2.0, kt_vec3_make(size[0], size[1], size[2]));
@@ -79,7 +79,7 @@ bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_
         shape.axis = kt_vec3_make(0.0, 0.0, 1.0);
     if (solid == KT_SOLID_CONE)
         kt_left_count(&appearance->cones, e);
-    return kt_appearance_add_shape(appearance, e, &shape);
+    return keep_shape(appearance, e, &shape);
 }
 
 /* Counts a missing mesh, with the name of the first. */
@@ -222,7 +222,7 @@ static void drop_larger(kt_appearance *appearance, const kt_seen_collision *coll
         body->shape = kt_shape_default();
         kt_left_count(&appearance->large, collision->element);
     }
-    kt_shape *shapes = (kt_shape *)body->shapes; /* made by kt_appearance_add_shape */
+    kt_shape *shapes = (kt_shape *)body->shapes; /* made by keep_shape */
     int kept = 0;
     for (int k = 0; k < body->shape_count; k++)
         if (reach_of(&shapes[k]) > most)

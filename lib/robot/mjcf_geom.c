@@ -169,7 +169,7 @@ static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g
     } else if (g->type == MESH) {
         kt_mjcf_draw_mesh(m, e, g->pose);
     } else {
-        (void)kt_appearance_add_solid(&m->appearance, e, solids[g->type], g->size, g->pose);
+        (void)kt_appearance_add_solid(&m->appearance, e, solids[g->type], g->size, g->pose, NULL);
     }
 }
 

@@ -140,7 +140,7 @@ static bool add_sdf_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element 
     }
     if (s.type == KT_SOLID_NONE)
         return false;
-    (void)kt_appearance_add_solid(&m->appearance, e, s.type, s.size, kt_sdf_pose_within(m, e, link->frame));
+    (void)kt_appearance_add_solid(&m->appearance, e, s.type, s.size, kt_sdf_pose_within(m, e, link->frame), NULL);
     return true;
 }
 

@@ -45,31 +45,22 @@ static void read_urdf_inertial(kt_reader *r, const kt_element *link, kt_body *bo
     body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_urdf_inertia(s, rpy) : s;
 }
 
-/* A shape of a visual or collision; false if it is none that a scene has. */
-static bool read_shape(kt_reader *r, const kt_element *e, kt_shape *shape) {
-    const kt_element *geometry = kt_xml_child(e, "geometry");
-    kt_vec3 rpy;
-    if (geometry == NULL || geometry->first == NULL)
-        return false;
-    const kt_element *solid = geometry->first;
-    if (strcmp(solid->name, "box") == 0) {
-        shape->type = KT_SHAPE_BOX;
-        shape->size = kt_urdf_vector(r, solid, "size", kt_vec3_make(0.0, 0.0, 0.0));
-    } else if (strcmp(solid->name, "cylinder") == 0) {
-        shape->type = KT_SHAPE_CYLINDER;
-        shape->axis = kt_vec3_make(0.0, 0.0, 1.0);
-        kt_urdf_need_number(r, solid, "length", &shape->length);
-        kt_urdf_need_number(r, solid, "radius", &shape->radius);
-    } else if (strcmp(solid->name, "sphere") == 0) {
-        shape->type = KT_SHAPE_SPHERE;
-        kt_urdf_need_number(r, solid, "radius", &shape->radius);
-    } else {
-        return false;
+/* The solid of a geometry: half sizes, or radius and half length; NONE if it is none that a scene has. */
+static kt_solid read_urdf_solid(kt_reader *r, const kt_element *geometry, double size[3]) {
+    const kt_element *e = geometry != NULL ? geometry->first : NULL;
+    double radius = 0.0, length = 0.0;
+    if (e != NULL && strcmp(e->name, "box") == 0) {
+        const kt_vec3 sides = kt_urdf_vector(r, e, "size", kt_vec3_make(0.0, 0.0, 0.0));
+        memcpy(size, (const double[]){0.5 * sides.x, 0.5 * sides.y, 0.5 * sides.z}, 3 * sizeof *size);
+        return KT_SOLID_BOX;
     }
-    kt_urdf_origin(r, e, &shape->at, &rpy);
-    if (shape->type != KT_SHAPE_SPHERE)
-        shape->rotation = rotation_of(rpy);
-    return true;
+    if (e == NULL || (strcmp(e->name, "cylinder") != 0 && strcmp(e->name, "sphere") != 0))
+        return KT_SOLID_NONE;
+    if (strcmp(e->name, "cylinder") == 0)
+        kt_urdf_need_number(r, e, "length", &length);
+    kt_urdf_need_number(r, e, "radius", &radius);
+    memcpy(size, (const double[]){radius, 0.5 * length, 0.0}, 3 * sizeof *size);
+    return strcmp(e->name, "cylinder") == 0 ? KT_SOLID_CYLINDER : KT_SOLID_SPHERE;
 }
 
 /* The scale of a picture is three numbers. A single number applies to all axes. Any other count is noted, and the scale
@@ -90,37 +81,28 @@ static kt_vec3 read_scale(kt_urdf *u, const kt_element *mesh) {
 static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
-    kt_shape shape = kt_shape_default();
-    kt_vec3 at, rpy;
-    if (mesh == NULL) {
-        const bool is_shape = read_shape(u->r, e, &shape);
-        return is_shape && (kt_appearance_add_shape(&u->appearance, e, &shape), true);
-    }
-    kt_urdf_origin(u->r, e, &at, &rpy);
-    const kt_vec3 scale = read_scale(u, mesh);
-    (void)kt_appearance_add_mesh(&u->appearance, e, kt_xml_attribute(mesh, "filename"),
-                                 (kt_pose){.rotation = kt_matrix_from_rpy(rpy), .position = at}, scale);
+    double size[3];
+    kt_pose pose;
+    kt_vec3 rpy;
+    const kt_solid solid = mesh == NULL ? read_urdf_solid(u->r, geometry, size) : KT_SOLID_NONE;
+    if (mesh == NULL && solid == KT_SOLID_NONE)
+        return false;
+    kt_urdf_origin(u->r, e, &pose.position, &rpy);
+    pose.rotation = kt_matrix_from_rpy(rpy);
+    const kt_rotation rotation = rotation_of(rpy);
+    if (mesh == NULL)
+        (void)kt_appearance_add_solid(&u->appearance, e, solid, size, pose, &rotation);
+    else
+        (void)kt_appearance_add_mesh(&u->appearance, e, kt_xml_attribute(mesh, "filename"), pose, read_scale(u, mesh));
     return true;
 }
 
 /* ---- collisions -------------------------------------------------------------------------------------------------- */
 
-/* The solid of a shape: half sizes, or radius and half length. */
-static kt_solid solid_of(const kt_shape *shape, double size[3]) {
-    static const kt_solid solids[] = {
-        [KT_SHAPE_BOX] = KT_SOLID_BOX, [KT_SHAPE_CYLINDER] = KT_SOLID_CYLINDER, [KT_SHAPE_SPHERE] = KT_SOLID_SPHERE};
-    const bool is_box = shape->type == KT_SHAPE_BOX;
-    size[0] = is_box ? 0.5 * shape->size.x : shape->radius;
-    size[1] = is_box ? 0.5 * shape->size.y : 0.5 * shape->length;
-    size[2] = 0.5 * shape->size.z;
-    return solids[shape->type];
-}
-
 /* The last body of the draft has the link. */
 static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
-    kt_shape shape = kt_shape_default();
     kt_vec3 rpy;
     kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
     if (u->source->options->contacts) {
@@ -129,8 +111,8 @@ static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_el
         item.pose.rotation = kt_matrix_from_rpy(rpy);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
         item.mesh = mesh != NULL ? kt_xml_attribute(mesh, "filename") : NULL;
-        if (mesh == NULL && read_shape(u->r, e, &shape))
-            item.solid = solid_of(&shape, item.size);
+        if (mesh == NULL)
+            item.solid = read_urdf_solid(u->r, geometry, item.size);
     }
     kt_collisions_add(&u->collisions, u->r, u->source->options, &item);
 }
