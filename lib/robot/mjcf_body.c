@@ -196,18 +196,13 @@ void kt_mjcf_collect(kt_mjcf *m) {
 
 /* ---- bodies of the scene ----------------------------------------------------------------------------------------- */
 
-static void set_numbers(double *to, int count, const double *from) {
-    for (int i = 0; i < count; i++)
-        to[i] = from[i];
-}
-
 /* A free joint counts from the world, not from the pose of the body, at which it starts. */
 static void fill_free(const kt_mjcf *m, const kt_mjcf_joint *j, kt_joint *joint) {
     kt_joint_set_free(joint, kt_mjcf_place_of(m, j->body));
     if (m->qpos != NULL)
-        set_numbers(joint->position, 7, m->qpos + j->position);
+        memcpy(joint->position, m->qpos + j->position, 7 * sizeof(double));
     if (m->qvel != NULL)
-        set_numbers(joint->velocity, 6, m->qvel + j->velocity);
+        memcpy(joint->velocity, m->qvel + j->velocity, 6 * sizeof(double));
 }
 
 /* A joint frame in the parent, at the joint's point; `frame` becomes that of the body in it. */
@@ -240,9 +235,9 @@ static void fill_mjcf_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joi
     if (j->type != KT_MJCF_BALL)
         joint->position[0] = j->start;
     else if (m->qpos != NULL)
-        set_numbers(joint->position, kt_mjcf_nq(j->type), m->qpos + j->position);
+        memcpy(joint->position, m->qpos + j->position, (size_t)kt_mjcf_nq(j->type) * sizeof(double));
     if (m->qvel != NULL)
-        set_numbers(joint->velocity, kt_mjcf_nv(j->type), m->qvel + j->velocity);
+        memcpy(joint->velocity, m->qvel + j->velocity, (size_t)kt_mjcf_nv(j->type) * sizeof(double));
 }
 
 static bool is_zero_vec3(kt_vec3 v) { return v.x == 0.0 && v.y == 0.0 && v.z == 0.0; }

@@ -11,15 +11,13 @@
 
 /* ---- a scalar joint, or a tendon --------------------------------------------------------------------------------- */
 
-static bool is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
-
 /* Reads k0, k1, k2; false if all are zero, or the forces are turned off.
  *     spring: p = k0 x + k1 x^2 + k2 x^3,   damper: p = k0 v + k1 |v| v + k2 v^3 */
 static bool read_polynomial(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double k[3]) {
     const bool is_off = strcmp(name, "stiffness") == 0 ? m->off.springs : m->off.dampers;
     k[0] = k[1] = k[2] = 0.0;
     (void)kt_mjcf_numbers(m, e, tag, name, 1, 3, k);
-    return !is_off && is_any(k);
+    return !is_off && kt_mjcf_is_any(k);
 }
 
 static bool is_plain(const double k[3]) { return k[0] >= 0.0 && k[1] == 0.0 && k[2] == 0.0; }
@@ -134,9 +132,9 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
     const double rest[2] = {j->spring, j->spring};
     double stiffness[3], damping[3];
     if (read_springs(m, j, stiffness, damping)) {
-        if (!m->off.springs && is_any(stiffness))
+        if (!m->off.springs && kt_mjcf_is_any(stiffness))
             add_spring(m, &l, stiffness, rest);
-        if (!m->off.dampers && is_any(damping))
+        if (!m->off.dampers && kt_mjcf_is_any(damping))
             add_damping(m, &l, damping);
     }
     add_line_friction(m, &l);

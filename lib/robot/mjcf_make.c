@@ -6,7 +6,7 @@
 #include <string.h>
 
 const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values) {
-    char text[7 * KT_NUMBER_SIZE];
+    char text[8 * KT_NUMBER_SIZE];
     size_t length = 0;
     for (int i = 0; i < count; i++) {
         text[length] = ' ';

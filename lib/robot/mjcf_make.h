@@ -10,7 +10,7 @@
 kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
                                 const char *const *attributes, const kt_element *like);
 
-/* The text of up to seven numbers; NULL: no memory. */
+/* The text of up to eight numbers; NULL: no memory. */
 const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values);
 
 /* ---- mjcf_mesh.c ------------------------------------------------------------------------------------------------- */

@@ -291,22 +291,13 @@ static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
     const char *word = builtin_of_asset(e), *text = kt_xml_attribute(e, "params");
     double numbers[8];
     const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
-    const size_t room = (word != NULL ? strlen(word) : 0) + 8 * (KT_NUMBER_SIZE + 1) + 1;
-    char *all = word != NULL ? kt_robot_take(m->r, &m->r->keep, room, 1) : NULL;
-    if (all == NULL) {
-        if (word != NULL)
-            (void)kt_reader_out_of_memory(m->r);
-        return NULL;
-    }
-    size_t length = (size_t)snprintf(all, room, "%s", word);
-    for (int i = 0; i < count; i++) {
-        char number[KT_NUMBER_SIZE];
-        kt_number_format(number, numbers[i]);
-        length += (size_t)snprintf(all + length, room - length, " %s", number);
-    }
+    const char *list = count > 0 ? kt_mjcf_write_numbers(m, count, numbers) : "";
+    const char *all = word != NULL && list != NULL
+                          ? kt_robot_print(m->r, &m->r->keep, "%s%s%s", word, count > 0 ? " " : "", list)
+                          : NULL;
     kt_triangles surface = {.vertices = NULL};
     kt_error error = {0};
-    const kt_status status = kt_triangles_builtin_parse(all, &surface, &error);
+    const kt_status status = all != NULL ? kt_triangles_builtin_parse(all, &surface, &error) : KT_ERROR_MEMORY;
     kt_triangles_free(&surface);
     return status == KT_OK ? all : NULL;
 }

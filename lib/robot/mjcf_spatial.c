@@ -272,8 +272,6 @@ static void put_stretch(const passive *p, kt_mjcf_formula *to) {
 
 static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
 
-static bool is_spring(const double k[3]) { return k[0] != 0.0 || !is_linear(k); }
-
 /* "k*clamp(L, a, b) - k*L", or a polynomial of the stretch. */
 static void put_spring(const passive *p, kt_mjcf_formula *to) {
     if (!is_linear(p->stiffness)) {
@@ -296,7 +294,7 @@ static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *u
     put_spring(p, to);
     if (p->friction != 0.0)
         kt_mjcf_print(to, " + %g*tanh(speed/%g)", -p->friction, kt_effect_default().smoothing);
-    if (!is_spring(p->damping))
+    if (!kt_mjcf_is_any(p->damping))
         return;
     kt_mjcf_put(to, " + ");
     if (is_linear(p->damping))
@@ -324,7 +322,7 @@ void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
         p.friction = kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0);
     if (p.friction != 0.0)
         kt_left_count(&m->friction, e);
-    if (is_spring(p.stiffness) || is_spring(p.damping) || p.friction != 0.0)
+    if (kt_mjcf_is_any(p.stiffness) || kt_mjcf_is_any(p.damping) || p.friction != 0.0)
         kt_mjcf_add_along_path(m, t, e, put_passive, &p);
     if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
         kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)

@@ -71,6 +71,12 @@ bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int co
 void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
 kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
 
+/* As in Gazebo, the attribute `value` counts before the text. NULL: the element has neither. */
+static inline const char *kt_urdf_value(const kt_element *e) {
+    const char *value = kt_xml_attribute(e, "value");
+    return value != NULL ? value : e->text;
+}
+
 /* The place and the rotation of an element's `origin`. */
 void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy);
 

@@ -17,10 +17,9 @@ static void read_urdf_gravity(kt_urdf *u) {
 
 /* ---- Gazebo ------------------------------------------------------------------------------------------------------ */
 
-/* As in Gazebo, the attribute `value` counts before the text. */
 static const char *extension_text(const kt_element *e) {
-    const char *value = kt_xml_attribute(e, "value");
-    return value != NULL ? value : e->text != NULL ? e->text : "";
+    const char *value = kt_urdf_value(e);
+    return value != NULL ? value : "";
 }
 
 /* Reads a number of a child. Without it, or if it is no number, the value stays as it is. */

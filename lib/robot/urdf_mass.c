@@ -8,14 +8,13 @@
 
 /* Reads a number from an attribute `value`, or from the text. Returns whether there is one; another text is counted. */
 static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
-    const char *text = e != NULL ? kt_xml_attribute(e, "value") : NULL;
-    text = text == NULL && e != NULL ? e->text : text;
+    const char *text = e != NULL ? kt_urdf_value(e) : NULL;
+    double read;
     if (text == NULL)
         return false;
-    double read[1];
-    const bool is_number = kt_parse_numbers(text, 1, read) == 1;
+    const bool is_number = kt_parse_numbers(text, 1, &read) == 1;
     if (is_number)
-        *value = read[0];
+        *value = read;
     else
         kt_left_count(&u->words, e);
     return is_number;
