@@ -12,13 +12,15 @@ static void *add(kt_draft *d, kt_list *items, kt_list *elements, size_t size, co
     return item;
 }
 
-kt_body *kt_draft_body(kt_draft *d, const kt_element *e) {
+kt_body *kt_draft_body(kt_draft *d, const kt_element *e, const kt_element *link) {
     kt_body *body = add(d, &d->bodies, &d->body_elements, sizeof *body, e);
     const char **name = kt_list_add(d->r, &d->r->scratch, &d->joint_names, sizeof *name);
-    if (body == NULL || name == NULL)
+    const kt_element **of = kt_list_add(d->r, &d->r->scratch, &d->links, sizeof *of);
+    if (body == NULL || name == NULL || of == NULL)
         return NULL;
     *body = kt_body_default();
     *name = NULL;
+    *of = link;
     return body;
 }
 
@@ -162,8 +164,8 @@ static void take_fault(void *user, const kt_place *place, const kt_error *error)
         [KT_ITEM_BODY] = &d->body_elements, [KT_ITEM_LOOP] = &d->loop_elements, [KT_ITEM_EFFECT] = &d->effect_elements};
     const bool is_listed = place->item >= KT_ITEM_BODY && place->item <= KT_ITEM_EFFECT;
     const kt_element *e = is_listed ? ((const kt_element *const *)lists[place->item]->items)[place->index] : d->root;
-    if (place->item == KT_ITEM_BODY && d->links != NULL)
-        e = element_of_mass(d->links[place->index], place->field, e);
+    if (place->item == KT_ITEM_BODY && d->has_link_places)
+        e = element_of_mass(((const kt_element *const *)d->links.items)[place->index], place->field, e);
     const kt_element *at = e->included != NULL ? e->included : e;
     (void)kt_fault_put(d->r, error->code, at->line, at->column, "%s%s%s", error->where,
                        error->where[0] != '\0' ? ": " : "", error->message);

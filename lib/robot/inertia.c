@@ -20,7 +20,7 @@ typedef struct part {
     double mass;
     kt_vec3 moment; /* sum of m_i c_i */
     kt_sym3 inertia;
-    bool moves, is_odd;
+    bool moves;
 } part;
 
 typedef struct parts {
@@ -167,11 +167,29 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
         j->limit = KT_INERTIA_ACCEPT;
 }
 
-void kt_judge_inertias(kt_judge *j) {
+/* The bodies that carry the bodies, by their names. */
+static bool find_carriers(kt_judge *j) {
+    int *parents = kt_robot_take(j->r, &j->r->scratch, (size_t)j->count + 1, sizeof *parents);
+    kt_names names;
+    if (parents == NULL || !kt_robot_names(j->r, &names, (size_t)j->count + 1))
+        return false;
+    for (int b = 0; b < j->count; b++)
+        (void)kt_names_add(&names, 0, j->bodies[b].name, b);
+    for (int b = 0; b < j->count; b++)
+        parents[b] = j->bodies[b].parent != NULL ? kt_names_find(&names, 0, j->bodies[b].parent) : -1;
+    j->parents = parents;
+    return true;
+}
+
+void kt_judge_inertias(kt_judge *j, const kt_draft *d, const kt_robot_options *options) {
     parts p;
+    *j = (kt_judge){.r = d->r, .options = options, .bodies = d->bodies.items, .elements = d->links.items};
+    j->count = d->bodies.count;
     j->limit = KT_INERTIA_WARN;
-    if (!take_parts(&p, j))
+    if (!find_carriers(j) || !take_parts(&p, j)) {
+        j->count = 0;
         return;
+    }
     find_firsts(&p);
     sum_parts(&p);
     for (int b = 0; b < j->count; b++) {

@@ -276,7 +276,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         const bool is_last = i == b->joint_count - 1;
         const bool is_own = is_last && (stands_free(b, j) || j->type == KT_MJCF_SLIDE ||
                                         (j->type != KT_MJCF_FREE && is_zero_vec3(j->at)));
-        body = kt_draft_body(&m->draft, j->element);
+        body = kt_draft_body(&m->draft, j->element, b->element);
         if (body == NULL)
             return;
         j->carrier_index = m->draft.bodies.count - 1;
@@ -291,7 +291,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
             kt_left_count(&m->offsets, j->element);
     }
     if (body == NULL || body->name != b->name) {
-        body = kt_draft_body(&m->draft, b->element);
+        body = kt_draft_body(&m->draft, b->element, b->element);
         if (body == NULL)
             return;
         body->name = b->name;

@@ -192,7 +192,7 @@ static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
 /* A body whose position is the tendon's length. */
 static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     const char *name = kt_element_name(t->element, "tendon");
-    kt_body *body = kt_draft_body(&m->draft, t->element);
+    kt_body *body = kt_draft_body(&m->draft, t->element, t->element);
     kt_term *terms;
     if (body == NULL || kt_draft_coupling(&m->draft, t->element, name, t->count + 1, &terms) == NULL)
         return;

@@ -65,7 +65,7 @@ static bool find_path_parts(const kt_mjcf *m, const kt_mjcf_tendon *t, parts *p)
 /* A slider without mass; its name, or NULL after reporting. */
 static const char *add_slider(kt_mjcf *m, const kt_mjcf_tendon *t, const char *wanted, const char *parent,
                               kt_joint joint) {
-    kt_body *body = kt_draft_body(&m->draft, t->element);
+    kt_body *body = kt_draft_body(&m->draft, t->element, t->element);
     if (body == NULL)
         return NULL;
     body->name = kt_namer_make(&m->bodies_named, wanted);

@@ -209,13 +209,14 @@ typedef struct kt_draft {
     const kt_element *root;                                /* of the file */
     kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
-    kt_list joint_names;      /* of bodies: const char *, the name of the joint in the file; NULL: none */
-    const kt_element **links; /* of bodies: the elements around their <inertial>; NULL: faults are at the body's own */
+    kt_list joint_names;  /* of bodies: const char *, the name of the joint in the file; NULL: none */
+    kt_list links;        /* of bodies: const kt_element *, the element around their <inertial> */
+    bool has_link_places; /* faults of masses are at elements in the links */
     kt_namer loop_names;
 } kt_draft;
 
 /* New items, with defaults; of a loop with a name of its own that is like `name`. NULL: no memory. */
-kt_body *kt_draft_body(kt_draft *d, const kt_element *e);
+kt_body *kt_draft_body(kt_draft *d, const kt_element *e, const kt_element *link);
 kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, const char *name);
 kt_effect *kt_draft_effect(kt_draft *d, const kt_element *e, kt_effect_type type);
 kt_effect *kt_draft_joint_effect(kt_draft *d, const kt_element *e, kt_effect_type type, const char *joint);
@@ -271,8 +272,8 @@ typedef struct kt_judge {
     double worst_excess;                       /* of the first */
 } kt_judge;
 
-/* Checks the inertias of the rigid parts, according to the options. */
-void kt_judge_inertias(kt_judge *judge);
+/* Checks the inertias of the rigid parts of a draft, according to the options. */
+void kt_judge_inertias(kt_judge *judge, const kt_draft *d, const kt_robot_options *options);
 void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
 /* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */

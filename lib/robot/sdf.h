@@ -70,12 +70,11 @@ typedef struct kt_sdf {
     kt_names names;
     kt_namer bodies_named, joints_named;
     kt_draft draft;
-    kt_list frames, links, joints;  /* kt_sdf_frame ... */
-    kt_list gears;                  /* int: frames of gearboxes */
-    kt_list parents, link_elements; /* of bodies of the scene: int, const kt_element * */
-    int *order, order_count;        /* links from the world outwards */
-    int *children, *first_child;    /* joints by their parents' links: first_child[i] to first_child[i + 1] */
-    int *owners, *first_owner;      /* likewise by their children's links */
+    kt_list frames, links, joints; /* kt_sdf_frame ... */
+    kt_list gears;                 /* int: frames of gearboxes */
+    int *order, order_count;       /* links from the world outwards */
+    int *children, *first_child;   /* joints by their parents' links: first_child[i] to first_child[i + 1] */
+    int *owners, *first_owner;     /* likewise by their children's links */
     kt_judge judge;
 
     kt_strange strange;

@@ -46,13 +46,9 @@ static void name_links(kt_sdf *m) {
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
 static kt_body *add_sdf_body(kt_sdf *m, const kt_element *e, const kt_element *link, const char *name, int parent) {
-    kt_body *body = kt_draft_body(&m->draft, e);
-    int *on = kt_list_add(m->r, &m->r->scratch, &m->parents, sizeof *on);
-    const kt_element **of = kt_list_add(m->r, &m->r->scratch, &m->link_elements, sizeof *of);
-    if (body == NULL || on == NULL || of == NULL)
+    kt_body *body = kt_draft_body(&m->draft, e, link);
+    if (body == NULL)
         return NULL;
-    *on = parent;
-    *of = link;
     body->name = name;
     body->parent = parent >= 0 ? ((const kt_body *)m->draft.bodies.items)[parent].name : NULL;
     return body;
@@ -164,16 +160,6 @@ static void name_sdf_joints(kt_sdf *m) {
     }
 }
 
-static void judge_sdf_inertias(kt_sdf *m) {
-    m->judge = (kt_judge){.r = m->r,
-                          .options = m->source->options,
-                          .bodies = m->draft.bodies.items,
-                          .parents = m->parents.items,
-                          .elements = m->link_elements.items,
-                          .count = m->draft.bodies.count};
-    kt_judge_inertias(&m->judge);
-}
-
 /* A link by its name in the scene, or by that of the file, A::B. */
 static int find_sdf_link(const void *user, const char *name) {
     const kt_sdf *m = user;
@@ -199,7 +185,7 @@ void kt_sdf_make_bodies(kt_sdf *m) {
     if (kt_draft_is_wrong(&m->draft))
         return;
     name_sdf_joints(m);
-    judge_sdf_inertias(m);
+    kt_judge_inertias(&m->judge, &m->draft, m->source->options);
     kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_sdf_link, m);
 }
 

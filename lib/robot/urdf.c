@@ -78,33 +78,6 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_notes_end(&n, &u->strange, scene);
 }
 
-static void judge_urdf_inertias(kt_urdf *u) {
-    const size_t room = (size_t)u->draft.bodies.count + 1;
-    int *parents = kt_robot_take(u->r, &u->r->scratch, room, sizeof *parents);
-    if (parents == NULL)
-        return;
-    for (int i = 0; i < u->link_count; i++) {
-        const kt_urdf_link *link = &u->links[i];
-        if (link->index >= 0)
-            parents[link->index] = link->carrier >= 0 ? u->links[u->joints[link->carrier].parent].index : -1;
-    }
-    u->judge = (kt_judge){.r = u->r,
-                          .options = u->source->options,
-                          .bodies = u->draft.bodies.items,
-                          .parents = parents,
-                          .elements = u->draft.links,
-                          .count = u->draft.bodies.count};
-    kt_judge_inertias(&u->judge);
-}
-
-static bool find_links(kt_urdf *u) {
-    u->draft.links = kt_robot_take(u->r, &u->r->scratch, (size_t)u->draft.bodies.count + 1, sizeof *u->draft.links);
-    for (int i = 0; i < u->link_count && u->draft.links != NULL; i++)
-        if (u->links[i].index >= 0)
-            u->draft.links[u->links[i].index] = u->links[i].element;
-    return u->draft.links != NULL;
-}
-
 static void make_scene(kt_urdf *u, kt_scene *scene) {
     if (!kt_urdf_collect(u))
         return;
@@ -112,9 +85,9 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     const int root = kt_urdf_root(u);
     kt_urdf_names(u, root);
     kt_urdf_bodies(u);
-    if (kt_draft_is_wrong(&u->draft) || !find_links(u))
+    if (kt_draft_is_wrong(&u->draft))
         return;
-    judge_urdf_inertias(u);
+    kt_judge_inertias(&u->judge, &u->draft, u->source->options);
     kt_urdf_given_masses(u);
     kt_urdf_extend(u);
     kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, u->gravity);
@@ -127,7 +100,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) {
     kt_urdf u = {.r = r,
                  .source = source,
-                 .draft = {.r = r, .root = source->root},
+                 .draft = {.r = r, .root = source->root, .has_link_places = true},
                  .appearance = {.r = r, .source = source},
                  .robot = source->root};
     make_scene(&u, scene);

@@ -144,7 +144,7 @@ static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body)
 
 static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
     const kt_urdf_joint *j = link->carrier >= 0 ? &u->joints[link->carrier] : NULL;
-    kt_body *body = kt_draft_body(&u->draft, j != NULL ? j->element : link->element);
+    kt_body *body = kt_draft_body(&u->draft, j != NULL ? j->element : link->element, link->element);
     if (body == NULL)
         return;
     link->index = u->draft.bodies.count - 1;
