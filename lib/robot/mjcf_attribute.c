@@ -348,60 +348,56 @@ const kt_element *kt_mjcf_section(const kt_mjcf *m, const char *section, const k
     "joint jointinparent tendon gear ctrlrange ctrllimited forcerange forcelimited group delay site refsite body "     \
     "slidersite cranksite actearly lengthrange"
 static const kt_known known[] = {
-    {"mujoco", " model "},
-    {"compiler", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
-                 "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
-                 "usethread discardvisual fusestatic alignfree fitaabb "},
-    {"default", " class "},
-    {"worldbody", " childclass "},
-    {"body", " name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp user "},
-    {"frame", " name childclass pos quat axisangle xyaxes zaxis euler "},
-    {"inertial", " pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia "},
-    {"joint", " name class type group pos axis stiffness range limited solreflimit solimplimit solreffriction "
-              "solimpfriction margin ref springref armature damping frictionloss user joint1 joint2 polycoef active "
-              "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
-              "actuatorgravcomp springdamper "},
-    {"freejoint", " name group align "},
-    {"flexcomp",
+    {" mujoco ", " model "},
+    {" compiler ", " angle eulerseq autolimits settotalmass balanceinertia boundmass boundinertia inertiafromgeom "
+                   "inertiagrouprange meshdir assetdir texturedir exactmeshinertia strippath coordinate convexhull "
+                   "usethread discardvisual fusestatic alignfree fitaabb "},
+    {" default ", " class "},
+    {" worldbody ", " childclass "},
+    {" body ", " name childclass pos quat axisangle xyaxes zaxis euler mocap gravcomp user "},
+    {" frame ", " name childclass pos quat axisangle xyaxes zaxis euler "},
+    {" inertial ", " pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia "},
+    {" joint ", " name class type group pos axis stiffness range limited solreflimit solimplimit solreffriction "
+                "solimpfriction margin ref springref armature damping frictionloss user joint1 joint2 polycoef active "
+                "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
+                "actuatorgravcomp springdamper "},
+    {" freejoint ", " name group align "},
+    {" flexcomp ",
      " name type dim dof count cellcount spacing point element file origin scale mass inertiabox radius rigid "
      "pos quat axisangle xyaxes zaxis euler "},
-    {"elasticity", " young poisson thickness damping elastic2d "},
-    {"edge", " stiffness damping equality solref solimp "},
-    {"pin", " id range grid gridrange "},
-    {"composite", " type prefix count offset quat curve size vertex initial "},
-    {KT_MJCF_ELASTICITY, " instance twist bend flat "},
-    {"geom", " name class type contype conaffinity condim group priority size material rgba friction mass density "
-             "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
-             "shellinertia user "},
-    {"site", " name class type group material rgba size fromto pos quat axisangle xyaxes zaxis euler user "},
-    {"fixed", " name class group limited range solreflimit solimplimit solreffriction solimpfriction margin "
-              "frictionloss springlength stiffness damping armature width material rgba user actuatorfrcrange "
-              "actuatorfrclimited "},
-    {"tendon", " name class limited range solreflimit solimplimit solreffriction solimpfriction margin frictionloss "
-               "springlength stiffness damping armature width material rgba active tendon1 tendon2 polycoef solref "
-               "solimp group user actuatorfrcrange actuatorfrclimited "},
-    {"connect", " name class active solref solimp body1 body2 anchor site1 site2 "},
-    {"weld", " name class active solref solimp body1 body2 relpose anchor torquescale site1 site2 "},
-    {"equality", " active solref solimp "},
-    {"motor", " name class " LINE " user "},
-    {"position", " name class " LINE " kp "
-                 "kv dampratio inheritrange timeconst user "},
-    {"velocity", " name class " LINE " kv "
-                 "user "},
-    {"damper", " name class " LINE " kv "
-               "user "},
-    {"general", " name class " LINE " "
-                "gaintype biastype dyntype gainprm biasprm dynprm actdim actrange actlimited user "},
-    {"muscle", " name class " LINE " timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax user "},
-    {"pair", " class condim friction gap margin solimp solref solreffriction "},
-    {"attach", " model body prefix "},
-    {"model", " name file content_type "},
-    {"actuator", " "},
-    {"asset", " "},
-    {"mesh", " name class file scale refpos refquat vertex face inertia maxhullvert builtin params "},
-    {"option", " gravity actuatorgroupdisable density viscosity wind timestep cone impratio "},
-    {"keyframe", " "},
-    {"key", " name time qpos qvel act ctrl mpos mquat "},
+    {" elasticity ", " young poisson thickness damping elastic2d "},
+    {" edge ", " stiffness damping equality solref solimp "},
+    {" pin ", " id range grid gridrange "},
+    {" composite ", " type prefix count offset quat curve size vertex initial "},
+    {" " KT_MJCF_ELASTICITY " ", " instance twist bend flat "},
+    {" geom ", " name class type contype conaffinity condim group priority size material rgba friction mass density "
+               "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
+               "shellinertia user "},
+    {" site ", " name class type group material rgba size fromto pos quat axisangle xyaxes zaxis euler user "},
+    {" fixed ", " name class group limited range solreflimit solimplimit solreffriction solimpfriction margin "
+                "frictionloss springlength stiffness damping armature width material rgba user actuatorfrcrange "
+                "actuatorfrclimited "},
+    {" tendon ", " name class limited range solreflimit solimplimit solreffriction solimpfriction margin frictionloss "
+                 "springlength stiffness damping armature width material rgba active tendon1 tendon2 polycoef solref "
+                 "solimp group user actuatorfrcrange actuatorfrclimited "},
+    {" connect ", " name class active solref solimp body1 body2 anchor site1 site2 "},
+    {" weld ", " name class active solref solimp body1 body2 relpose anchor torquescale site1 site2 "},
+    {" equality ", " active solref solimp "},
+    {" motor ", " name class " LINE " user "},
+    {" position ", " name class " LINE " kp "
+                   "kv dampratio inheritrange timeconst user "},
+    {" velocity damper ", " name class " LINE " kv "
+                          "user "},
+    {" general ", " name class " LINE " "
+                  "gaintype biastype dyntype gainprm biasprm dynprm actdim actrange actlimited user "},
+    {" muscle ", " name class " LINE " timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax user "},
+    {" pair ", " class condim friction gap margin solimp solref solreffriction "},
+    {" attach ", " model body prefix "},
+    {" model ", " name file content_type "},
+    {" actuator asset keyframe ", " "},
+    {" mesh ", " name class file scale refpos refquat vertex face inertia maxhullvert builtin params "},
+    {" option ", " gravity actuatorgroupdisable density viscosity wind timestep cone impratio "},
+    {" key ", " name time qpos qvel act ctrl mpos mquat "},
 };
 
 /* Sections that concern only looks, memory or measurements are counted as a whole. Spatial tendons and actuators that

@@ -50,7 +50,7 @@ void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_
     size_t i = 0;
     if (kt_words_have(list->read, e->name))
         return;
-    while (i < list->count && strcmp(list->known[i].name, e->name) != 0)
+    while (i < list->count && !kt_words_have(list->known[i].names, e->name))
         i++;
     if (i == list->count || kt_words_have(list->apart, e->name)) {
         count_name(strange, list, e->name, e);

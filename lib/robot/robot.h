@@ -30,9 +30,9 @@ typedef struct kt_unknown {
 
 void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e);
 
-/* An element of a format, with its attributes between blanks. */
+/* Elements of a format that have the same attributes, all between blanks. */
 typedef struct kt_known {
-    const char *name, *attributes;
+    const char *names, *attributes;
 } kt_known;
 
 typedef struct kt_known_list {

@@ -9,19 +9,18 @@
 
 /* Elements in which the format has numbers as attributes, in 1.0 alone. */
 static const kt_known moved[] = {
-    {"model", " static "},
-    {"link", " gravity self_collide kinematic "},
-    {"inertial", " mass "},
-    {"inertia", " ixx ixy ixz iyy iyz izz "},
-    {"box", " size "},
-    {"sphere", " radius "},
-    {"cylinder", " radius length "},
-    {"mesh", " filename scale "},
-    {"plane", " normal "},
-    {"axis", " xyz "},
-    {"axis2", " xyz "},
-    {"dynamics", " damping friction "},
-    {"limit", " lower upper effort velocity "},
+    {" model ", " static "},
+    {" link ", " gravity self_collide kinematic "},
+    {" inertial ", " mass "},
+    {" inertia ", " ixx ixy ixz iyy iyz izz "},
+    {" box ", " size "},
+    {" sphere ", " radius "},
+    {" cylinder ", " radius length "},
+    {" mesh ", " filename scale "},
+    {" plane ", " normal "},
+    {" axis axis2 ", " xyz "},
+    {" dynamics ", " damping friction "},
+    {" limit ", " lower upper effort velocity "},
 };
 
 /* Elements whose only attribute becomes their text; the name that they have then. */
@@ -64,7 +63,7 @@ static void move_attributes(kt_sdf *m, kt_element *e, const char *list) {
 
 static void convert_element(kt_sdf *m, kt_element *e) {
     for (size_t i = 0; i < sizeof moved / sizeof *moved; i++)
-        if (strcmp(e->name, moved[i].name) == 0)
+        if (kt_words_have(moved[i].names, e->name))
             move_attributes(m, e, moved[i].attributes);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         const char *text = strcmp(e->name, texts[i].name) == 0 ? kt_xml_attribute(e, texts[i].attribute) : NULL;
