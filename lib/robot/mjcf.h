@@ -220,6 +220,9 @@ typedef struct kt_mjcf {
 /* Reports a fault: "body 'thigh': joint 'knee': " and the format. Returns false. */
 bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
 
+/* The nearest body around an element; NULL: the world. */
+const kt_element *kt_mjcf_body_around(const kt_element *e);
+
 /* Finds the classes, and gives each element the number of its own. */
 void kt_mjcf_classes(kt_mjcf *m);
 

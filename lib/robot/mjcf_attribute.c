@@ -9,12 +9,16 @@
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
+const kt_element *kt_mjcf_body_around(const kt_element *e) {
+    do
+        e = e->parent;
+    while (e != NULL && strcmp(e->name, "body") != 0);
+    return e;
+}
+
 /* "body 'thigh': joint 'knee': ": the nearest body around an element, and the element. */
 static void add_element_context(kt_phrase *phrase, const kt_element *e) {
-    const kt_element *body = e->parent;
-    while (body != NULL && strcmp(body->name, "body") != 0)
-        body = body->parent;
-    const kt_element *path[] = {body, e};
+    const kt_element *path[] = {kt_mjcf_body_around(e), e};
     for (int i = 0; i < 2; i++) {
         if (path[i] == NULL || path[i]->parent == NULL)
             continue;

@@ -224,20 +224,12 @@ typedef struct flex_law {
     double shortest, force;
 } flex_law;
 
-/* The nearest body around an element; NULL: the world. */
-static const kt_element *body_around(const kt_element *e) {
-    do
-        e = e->parent;
-    while (e != NULL && strcmp(e->name, "body") != 0);
-    return e;
-}
-
 /* Whether MuJoCo calls the points simple bodies: their slides are along its axes, and the parent is the world or fixed
  * to it. */
 static bool has_simple_points(const kt_flex *f) {
-    const kt_element *parent = body_around(f->element);
+    const kt_element *parent = kt_mjcf_body_around(f->element);
     return f->motion != KT_FLEX_RADIAL &&
-           (parent == NULL || (body_around(parent) == NULL && kt_xml_child(parent, "joint") == NULL &&
+           (parent == NULL || (kt_mjcf_body_around(parent) == NULL && kt_xml_child(parent, "joint") == NULL &&
                                kt_xml_child(parent, "freejoint") == NULL));
 }
 

@@ -86,13 +86,10 @@ bool kt_flex_pin(kt_mjcf *m, kt_flex *f, bool *pinned, int room) {
 
 /* MuJoCo 3.14 does not find the body `world` of pins under the prefix of an <attach>, and drops the flex. */
 void kt_flex_note_attached_pins(kt_mjcf *m, const kt_flex *f) {
-    const kt_element *around = f->element;
     bool has_pins = false;
-    while (around != NULL && strcmp(around->name, "body") != 0)
-        around = around->parent;
     for (int i = 0; i < f->count && f->motion < KT_FLEX_TRILINEAR; i++)
         has_pins = has_pins || f->points[i].is_pinned;
-    if (has_pins && f->element->document > 0 && around == NULL)
+    if (has_pins && f->element->document > 0 && kt_mjcf_body_around(f->element) == NULL)
         kt_unknown_count(&m->changes,
                          "a flexcomp with pins in the world of an attached model: MuJoCo loses its edges and "
                          "elasticity, and here they act",

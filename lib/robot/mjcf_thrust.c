@@ -11,8 +11,7 @@ static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const
         parts[0] != 0.0 || parts[1] != 0.0 || parts[2] != 0.0 ? kt_draft_effect(&m->draft, e, type) : NULL;
     if (effect == NULL)
         return;
-    effect->between[0].body = end->body;
-    effect->between[0].at = end->at;
+    effect->between[0] = *end;
     effect->frame = frame;
     for (int k = 0; k < 3; k++)
         effect->value[k] = kt_function_constant(force * parts[k]);
@@ -26,8 +25,7 @@ static void add_driven_wrench(kt_mjcf *m, const kt_element *e, const kt_end *end
     kt_effect *effect = kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION);
     if (effect == NULL)
         return;
-    effect->between[0].body = end->body;
-    effect->between[0].at = end->at;
+    effect->between[0] = *end;
     effect->end_count = 1;
     effect->frame = KT_FRAME_BODY;
     for (int k = 0; k < 6; k++) {
