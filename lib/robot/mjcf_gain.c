@@ -201,8 +201,9 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 static bool read_limits_along(kt_mjcf *m, const kt_element *e, double range[2]) {
     const char *tendon = kt_xml_attribute(e, "tendon");
     if (tendon != NULL) {
-        const kt_element *t = kt_mjcf_tendon_at(m, kt_names_find(&m->names, KT_MJCF_TENDONS, tendon))->element;
-        return kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
+        const int index = kt_names_find(&m->names, KT_MJCF_TENDONS, tendon);
+        const kt_element *t = index >= 0 ? kt_mjcf_tendon_at(m, index)->element : NULL;
+        return t != NULL && kt_mjcf_is_limited(m, t, "tendon", "limited", "range") &&
                kt_mjcf_numbers(m, t, "tendon", "range", 2, 2, range) == 2;
     }
     const char *attribute = kt_xml_attribute(e, "joint") != NULL ? "joint" : "jointinparent";

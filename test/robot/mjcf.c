@@ -263,6 +263,24 @@ KT_TEST(activations_of_a_keyframe_are_read_within_bounds_if_actuators_are_left_o
     kt_scene_free(&scene);
 }
 
+/* The address sanitizer watches the reads here, too. */
+KT_TEST(actuators_of_unknown_tendons_are_left_out_and_told) {
+    static const char *const actuators[] = {"<position tendon='t' kp='3' inheritrange='1'/>",
+                                            "<position joint='z' tendon='t' kp='3' inheritrange='1'/>",
+                                            "<position joint='z' tendon='t' kp='3' dampratio='1'/>"};
+    for (size_t n = 0; n < sizeof actuators / sizeof *actuators; n++) {
+        char text[300];
+        kt_scene scene;
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><worldbody>" SWING("z", "0") "</worldbody><actuator>%s</actuator></mujoco>",
+                       actuators[n]);
+        if (!parse_right(text, NULL, &scene))
+            continue;
+        kt_check_true(actuators[n], n > 0 || has_note(&scene, "actuator of a tendon that is left out"));
+        kt_scene_free(&scene);
+    }
+}
+
 KT_TEST(places_of_moved_bodies_in_copies_are_left_out_with_a_warning) {
     static const char *const numbers[] = {"qpos='1 2' mpos='4 5 6' mquat='1 0 0 0'", "mpos='4 5 6' mquat='1 0 0 0'"};
     for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
