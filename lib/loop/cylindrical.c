@@ -1,20 +1,7 @@
 /* Cylindrical: the equations of inline and coaxial; rotation about z and translation along it are free. */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_cylindrical(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                                kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    for (int k = 0; k < 2; k++)
-        rows[k] = kt_row_along(&r, end[0].axes[k]);
-    kt_row_coaxial(end, &r, rows + 2);
-    return 4;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_cylindrical) = {
-    .rows = 4, .evaluate = evaluate_cylindrical, .part = {KT_PART_X, KT_PART_Y, KT_PART_TILT_X, KT_PART_TILT_Y}};
-#endif
+KT_LOOP_OF_ENDS(cylindrical, 0, 2, kt_row_coaxial, KT_PART_X, KT_PART_Y, KT_PART_TILT_X, KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

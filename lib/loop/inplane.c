@@ -1,17 +1,7 @@
 /* Inplane: the second point stays in the plane through the first, normal to its z axis; d_z = 0. */
 #include "loop/relative.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_inplane(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                            kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    rows[0] = kt_row_along(&r, end[0].axes[2]);
-    return 1;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_inplane) = {.rows = 1, .evaluate = evaluate_inplane, .part = {KT_PART_Z}};
-#endif
+KT_LOOP_OF_ENDS(inplane, 2, 3, kt_row_none, KT_PART_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -158,7 +158,7 @@ KT_INLINE kt_axis_turn kt_axis_turn_of(const kt_loop_end end[2], const kt_loop_r
  * The slope of c would vanish at a quarter turn, the largest possible eps. So
  *     phi = 2 tan(eps / 2) = 2 c / (1 + s) =: G(c),  G' = 2 / (s (1 + s)),  G'' = 2 c (1 + 2 s) / (s^3 (1 + s)^2)
  * with the slope 1 to 2, and Newton's step is sin(eps). At s = 0 any direction leads back: f moves towards e_x. */
-KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r) {
+KT_INLINE void kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[1]) {
     kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_clear(e, end[0].axes[0], end[1].axes[2], &sine), w = r->w;
     const kt_vector lever = kt_cross(f, e);
@@ -166,11 +166,11 @@ KT_INLINE kt_loop_row kt_row_orthogonal(const kt_loop_end end[2], const kt_loop_
     const kt_real g1 = 2.0 / (s * one), g2 = 2.0 * c * (1.0 + 2.0 * s) / (s * s * s * one * one);
     const kt_vector m = kt_scale(g1, lever);
     const kt_real c1 = kt_dot(w, lever), c2 = kt_dot(e, kt_cross(w, kt_cross(w, f)));
-    return (kt_loop_row){.moment = m,
-                         .force = kt_vector_zero(),
-                         .residual = 2.0 * kt_dot(e, end[1].axes[2]) / (1.0 + sine),
-                         .drift = g1 * c2 + g2 * c1 * c1 - kt_dot(m, r->turning),
-                         .holonomic = true};
+    rows[0] = (kt_loop_row){.moment = m,
+                            .force = kt_vector_zero(),
+                            .residual = 2.0 * kt_dot(e, end[1].axes[2]) / (1.0 + sine),
+                            .drift = g1 * c2 + g2 * c1 * c1 - kt_dot(m, r->turning),
+                            .holonomic = true};
 }
 
 #endif

@@ -1,19 +1,7 @@
 /* Planar: the equations of inplane and coaxial; translation along x and y and rotation about z are free. */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_planar_loop(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                                kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    rows[0] = kt_row_along(&r, end[0].axes[2]);
-    kt_row_coaxial(end, &r, rows + 1);
-    return 3;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_planar) = {
-    .rows = 3, .evaluate = evaluate_planar_loop, .part = {KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y}};
-#endif
+KT_LOOP_OF_ENDS(planar, 2, 3, kt_row_coaxial, KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

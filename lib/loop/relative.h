@@ -41,4 +41,28 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
                          .holonomic = true};
 }
 
+/* Defines the type `name`, whose rows depend on the motion of its ends alone. They are d along the first end's axes
+ * first .. after - 1, and then the rows that `turn` writes (kt_row_none, orientation.h). Their parts follow. */
+#ifdef KT_NO_LOOPS
+#define KT_LOOP_OF_ENDS(name, first, after, turn, ...)
+#else
+#define KT_LOOP_OF_ENDS(name, first, after, turn, ...)                                                                 \
+    static int evaluate_##name(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,  \
+                               kt_loop_row *rows) {                                                                    \
+        (void)loop, (void)numbers, (void)t;                                                                            \
+        const kt_loop_relative r = kt_loop_relative_of(end);                                                           \
+        for (int k = first; k < after; k++)                                                                            \
+            rows[k - first] = kt_row_along(&r, end[0].axes[k]);                                                        \
+        turn(end, &r, rows + (after - first));                                                                         \
+        return (int)sizeof((unsigned char[]){__VA_ARGS__});                                                            \
+    }                                                                                                                  \
+    const kt_loop_kind KT_KERNEL(kt_loop_##name) = {                                                                   \
+        .rows = sizeof((unsigned char[]){__VA_ARGS__}), .evaluate = evaluate_##name, .part = {__VA_ARGS__}};
+#endif
+
+/* No rows for the orientation. */
+KT_INLINE void kt_row_none(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row *rows) {
+    (void)end, (void)r, (void)rows;
+}
+
 #endif

@@ -1,19 +1,7 @@
 /* Spherical: the two points coincide; d = 0, in the first end's axes. */
 #include "loop/relative.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_spherical(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                              kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    for (int k = 0; k < 3; k++)
-        rows[k] = kt_row_along(&r, end[0].axes[k]);
-    return 3;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_spherical) = {
-    .rows = 3, .evaluate = evaluate_spherical, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z}};
-#endif
+KT_LOOP_OF_ENDS(spherical, 0, 3, kt_row_none, KT_PART_X, KT_PART_Y, KT_PART_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,20 +1,7 @@
 /* Universal (Cardan joint): the equations of spherical and orthogonal. */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_universal(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                              kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    for (int k = 0; k < 3; k++)
-        rows[k] = kt_row_along(&r, end[0].axes[k]);
-    rows[3] = kt_row_orthogonal(end, &r);
-    return 4;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_universal) = {
-    .rows = 4, .evaluate = evaluate_universal, .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL}};
-#endif
+KT_LOOP_OF_ENDS(universal, 0, 3, kt_row_orthogonal, KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,22 +1,8 @@
 /* Weld: the equations of spherical and parallel; no degree of freedom is left. */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
-static int evaluate_weld(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
-                         kt_loop_row *rows) {
-    (void)loop, (void)numbers, (void)t;
-    const kt_loop_relative r = kt_loop_relative_of(end);
-    for (int k = 0; k < 3; k++)
-        rows[k] = kt_row_along(&r, end[0].axes[k]);
-    kt_row_parallel(end, &r, rows + 3);
-    return 6;
-}
-
-const kt_loop_kind KT_KERNEL(kt_loop_weld) = {
-    .rows = 6,
-    .evaluate = evaluate_weld,
-    .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z}};
-#endif
+KT_LOOP_OF_ENDS(weld, 0, 3, kt_row_parallel, KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_ROTATION_X, KT_PART_ROTATION_Y,
+                KT_PART_ROTATION_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
