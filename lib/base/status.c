@@ -6,6 +6,7 @@
 #include "kinetree/status.h"
 
 #include "base/escape.h"
+#include "base/where.h"
 
 #include <stdarg.h>
 #include <stddef.h>
@@ -49,6 +50,15 @@ static void format_text(char *text, size_t size, const char *format, va_list arg
 static void copy_escaped(const char *text, char *to, size_t size) {
     if (kt_text_escape(text, to, size) >= size)
         mark_as_cut(to, size);
+}
+
+kt_where_text kt_where_format(const char *format, ...) {
+    kt_where_text where;
+    va_list arguments;
+    va_start(arguments, format);
+    format_text(where.text, sizeof where.text, format, arguments);
+    va_end(arguments);
+    return where;
 }
 
 kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...) {

@@ -1,11 +1,10 @@
 /* Accelerations and forces of a group of states, in lanes. States that lanes cannot compute are evaluated one by one.
  */
 #include "base/copy.h"
+#include "base/where.h"
 #include "batch/batch.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
-
-#include <stdio.h>
 
 /* Gives all lanes the numbers of one model, which they may have. */
 static void put_group_model(kt_batch_work *w, const kt_model *model) {
@@ -58,10 +57,10 @@ void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batc
     if (fault->status != KT_OK && fault->state < state)
         return;
     fault->state = state;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "state %zu%s%.*s", state, made->where[0] ? ": " : "", (int)sizeof where - 40,
-                   made->where);
-    fault->status = kt_error_set(fault->error, made->code, where, "%s", made->message);
+    fault->status = kt_error_set(
+        fault->error, made->code,
+        kt_where_format("state %zu%s%.*s", state, made->where[0] ? ": " : "", KT_WHERE_SIZE - 40, made->where).text,
+        "%s", made->message);
 }
 
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane) {

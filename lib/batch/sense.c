@@ -1,11 +1,11 @@
 /* Sensors of many states: motion and Jacobians of frames, in lanes. States that lanes cannot compute use the calls for
  * one state. */
+#include "base/where.h"
 #include "batch/batch.h"
 
 #include "kinetree/control.h"
 #include "kinetree/dynamics.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* Returns the place of a state's results for one frame; NULL: they are not requested. */
@@ -130,13 +130,11 @@ kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *
         return kt_error_set(error, KT_ERROR_ARGUMENT, "sensors.frames", "is NULL, and count is %zu", sensors->count);
     for (size_t i = 0; i < sensors->count; i++) {
         const kt_batch_frame *frame = &sensors->frames[i];
-        char where[KT_WHERE_SIZE];
         if (KT_IS_INDEX(frame->body, batch->model->n.body) &&
             (frame->marker == -1 || KT_IS_INDEX(frame->marker, batch->model->body[frame->body].marker_count)))
             continue;
-        (void)snprintf(where, sizeof where, "sensors.frames[%zu]", i);
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where, "there is no marker %d of a body %d", frame->marker,
-                            frame->body);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, kt_where_format("sensors.frames[%zu]", i).text,
+                            "there is no marker %d of a body %d", frame->marker, frame->body);
     }
     return KT_OK;
 }

@@ -19,6 +19,7 @@
  * steps keep it small. A parallelogram of d = 1e-10 is driven through s = 3e-5 with a gap of 4 eps, which cost 2e-5 J
  * of 10 J.
  */
+#include "base/where.h"
 #include "closure/dead_point.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/open_loops.h"
@@ -28,7 +29,6 @@
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* Bounds for a direction that is nearly lost, of the size s relative to its usual size.
@@ -235,11 +235,9 @@ static kt_status reject_open_loops(const kt_model *model, kt_data *data, double 
                                    "the velocities cannot be brought to fit the loops, which contradict each other at",
                                    true, error);
     }
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
     if (closure == KT_CLOSURE_SINGULAR)
         return kt_error_set(
-            error, KT_ERROR_SINGULAR, where,
+            error, KT_ERROR_SINGULAR, kt_where_format("t = %.9g s", t).text,
             "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
             "bodies that move there mass or inertia");
     return kt_input_reject_not_finite(model, t, input, error);

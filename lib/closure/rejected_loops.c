@@ -3,11 +3,10 @@
  * again. */
 #include "closure/rejected_loops.h"
 
+#include "base/where.h"
 #include "constraint/rejection.h"
 #include "dynamics/dynamics.h"
 #include "loop/loop.h"
-
-#include <stdio.h>
 
 static bool has_custom_loops(const kt_model *model) {
     bool any = false;
@@ -18,7 +17,6 @@ static bool has_custom_loops(const kt_model *model) {
 
 kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            kt_status status, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     int code = 0, loop = -1;
     if (status == KT_OK || !has_custom_loops(model))
         return status;
@@ -29,9 +27,9 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, v, &code));
     if (loop < 0)
         return status;
-    (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
+    const kt_where_text where = kt_where_format("loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
     if (code < 0)
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback stopped (code %d)", code);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "its callback cannot compute its equations here (code %d)",
-                        code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its callback stopped (code %d)", code);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where.text,
+                        "its callback cannot compute its equations here (code %d)", code);
 }

@@ -2,10 +2,9 @@
 #include "contact/contact.h"
 
 #include "base/copy.h"
+#include "base/where.h"
 #include "control/mass_inverse.h"
 #include "model/switching.h"
-
-#include <stdio.h>
 
 KT_ARENA_LAYOUT(lay_out, struct kt_contacts, KT_CONTACT_FIELDS, const kt_contact_sizes *s)
 
@@ -124,10 +123,9 @@ static void list_items(kt_simulation *simulation, struct kt_contacts *c) {
 /* Returns an error if the mass matrix has no inverse at any position. */
 static kt_status reject_massless(const kt_simulation *simulation, const struct kt_contacts *c, kt_error *error) {
     const kt_model *model = simulation->model;
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "contact '%.60s'", kt_loop_name(model, c->item[0].loop));
     return kt_massless_reject(
-        kt_model_switched(model, model->set & ~c->mask), where,
+        kt_model_switched(model, model->set & ~c->mask),
+        kt_where_format("contact '%.60s'", kt_loop_name(model, c->item[0].loop)).text,
         "impacts of a hard contact, stop or slack rope, and friction that sticks, are found by the "
         "inverse of the mass matrix, which there is not (elastic ones, with stiffness, need none)",
         error);

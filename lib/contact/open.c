@@ -14,29 +14,27 @@
  * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
 #include "contact/open.h"
 
+#include "base/where.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. Rates up to this number do not part. */
 static const double touching = 1e-9, parting = 1e-9;
 
 static kt_status reject_open_contact(const kt_model *model, size_t loop, double t, double gap, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED,
+                        kt_where_format("contact '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t).text,
                         "its gap is %.3g and does not open, but the model leaves it open, without a reaction; take a "
                         "simulation that starts in this state, or an elastic contact (stiffness)",
                         gap);
 }
 
 static kt_status reject_wrong_friction(const kt_model *model, size_t loop, double t, double rate, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED,
+                        kt_where_format("friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t).text,
                         "the model lets it slip, but not at the rate %.3g of this state; take a "
                         "simulation that starts in this state, or leave stick out",
                         rate);
@@ -44,9 +42,8 @@ static kt_status reject_wrong_friction(const kt_model *model, size_t loop, doubl
 
 /* Masked friction that is released at first (compile/variants.c): it slips in the compiled model. */
 static kt_status reject_released_friction(const kt_model *model, size_t loop, double t, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t);
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED,
+                        kt_where_format("friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t).text,
                         "it is released at first, which the compiled model cannot represent; take a "
                         "simulation, or compile with more contact_switches");
 }

@@ -10,6 +10,7 @@
  * cases. The message names the loops whose velocities contradict each other once these contacts are closed.
  */
 #include "base/copy.h"
+#include "base/where.h"
 #include "closure/open_loops.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
@@ -57,9 +58,8 @@ static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
     return fastest;
 }
 
-static void name_contact(const kt_simulation *simulation, int contact, double t, char *where) {
-    (void)snprintf(where, KT_WHERE_SIZE, "contact '%.60s' at t = %.9g s",
-                   kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
+static kt_where_text name_contact(const kt_simulation *simulation, int contact, double t) {
+    return kt_where_at("contact", kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
 }
 
 /* Returns the largest violation of the velocity equations after a projection. */
@@ -82,7 +82,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
     const kt_model *model = simulation->model;
     double speed;
-    char where[KT_WHERE_SIZE], what[320];
+    char what[320];
     kt_error found;
     const int fastest = find_fastest(c, from, &speed);
     for (int k = 0; k < c->n; k++)
@@ -109,8 +109,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
                    "elastic stop or contact (stiffness). These loops contradict each other",
                    speed);
     (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
-    name_contact(simulation, fastest, t, where);
-    (void)kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s", found.message);
+    (void)kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, fastest, t).text, "%s", found.message);
     return true;
 }
 
@@ -175,7 +174,6 @@ static kt_status check_lever(kt_simulation *simulation, int i, double t, double 
     const struct kt_contacts *c = simulation->contacts;
     const int contact = c->list[i];
     const double rate = c->u[i];
-    char where[KT_WHERE_SIZE];
     if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, c->W, i), square))
         return KT_OK;
     if (rate >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
@@ -184,8 +182,7 @@ static kt_status check_lever(kt_simulation *simulation, int i, double t, double 
     }
     if (is_prescribed(simulation, t, error))
         return KT_ERROR_CONSTRAINT;
-    name_contact(simulation, contact, t, where);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, contact, t).text,
                         "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
                         "no bound; avoid this position (such as a rod that stands upright on its lift), or use an "
                         "elastic stop or contact (stiffness)",
@@ -229,16 +226,13 @@ static double reserve_of(const kt_simulation *simulation, int k, double *size) {
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
-    char where[KT_WHERE_SIZE];
     for (int k = 0; k < c->n; k++) {
         double size;
         if (!kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_rubs(c, k) ||
             t < simulation->contact_state[k].held || !(reserve_of(simulation, k, &size) < -wrong * size))
             continue;
-        (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-                       kt_loop_name(simulation->model, c->item[k].loop), t);
         return kt_error_set(
-            error, KT_ERROR_STEP, where,
+            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
             "its reaction of %.3g (N or N m) %s: a step missed the instants at which it %s; bound the steps (max_step)",
             simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
             k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
@@ -250,12 +244,10 @@ kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *wh
     const struct kt_contacts *c = simulation->contacts;
     const int first = c->list[0], others = c->meeting - 1;
     const bool is_rough = c->touching > c->resting;
-    char where[KT_WHERE_SIZE];
     if (is_prescribed(simulation, t, error))
         return KT_ERROR_CONSTRAINT;
-    name_contact(simulation, first, t, where);
     return kt_error_set(
-        error, KT_ERROR_CONSTRAINT, where,
+        error, KT_ERROR_CONSTRAINT, name_contact(simulation, first, t).text,
         "no %s separate it and the %d other touching contacts: they wedge each other%s; leave a gap, or "
         "use an elastic stop or contact (stiffness)",
         what, others, is_rough ? ", or friction has no solution (Painleve's paradox)" : "");

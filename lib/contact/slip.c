@@ -30,6 +30,7 @@
  */
 #include "contact/slip.h"
 #include "base/copy.h"
+#include "base/where.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/algebra.h"
@@ -38,7 +39,6 @@
 #include "mechanism/evaluate.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* The largest 1 - G_ii of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
  * Stages of a fixed step behind the end of slip have such forces, and would throw the body. */
@@ -112,11 +112,8 @@ static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic
 }
 
 static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t, double pivot, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     kt_slip_problem_of(data)->wedged = k;
-    (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-                   kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop)), t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+    return kt_error_set(error, KT_ERROR_SINGULAR, kt_where_at("contact", kt_slip_name(model, k), t).text,
                         "it slips in a direction in which friction wedges it: its normal force has no value, or two "
                         "(Painleve's paradox; 1 - dN/dN = %.3g); take less friction, or an elastic contact (stiffness)",
                         pivot);
@@ -435,10 +432,8 @@ static kt_status reject_unknown_direction(const kt_model *model, const kt_data *
         if (!(fabs(s[0]) <= kt_contact_resting) || d[0] != 0.0 || d[1] != 0.0 ||
             !(kt_hypot(s[0], s[1]) <= kt_contact_resting))
             continue;
-        char where[KT_WHERE_SIZE];
-        (void)snprintf(where, sizeof where, "contact '%.60s', t = %.9g s",
-                       kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop)), t);
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED,
+                            kt_where_format("contact '%.60s', t = %.9g s", kt_slip_name(model, k), t).text,
                             "it begins to slip, and only a simulation has the direction of its friction; take the "
                             "accelerations of the simulation");
     }

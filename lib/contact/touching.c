@@ -2,11 +2,11 @@
 #include "contact/contact.h"
 
 #include "base/copy.h"
+#include "base/where.h"
 #include "control/mass_inverse.h"
 #include "dynamics/dynamics.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* No gap may be deeper than this part of the mechanism's length, or of 1 m or rad. */
 static const double deep = 1e-6;
@@ -39,15 +39,14 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
 kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double scale = fmax(1.0, c->all->length);
-    char where[KT_WHERE_SIZE];
     for (int k = 0; k < c->sides; k++) {
         c->item[k].spared = false;
         if (kt_contact_is_released(&c->item[k]))
             continue;
         simulation->memory.beyond = c->gap[k] < -deep * scale;
         if (simulation->memory.beyond) {
-            snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s", kt_loop_name(c->all, c->item[k].loop), t);
-            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+            return kt_error_set(error, KT_ERROR_CONSTRAINT,
+                                kt_where_at("contact", kt_loop_name(c->all, c->item[k].loop), t).text,
                                 "'%.60s' is %.3g (m or rad) beyond its boundary; begin on its free side, or bound the "
                                 "steps (max_step) if it was there at the start",
                                 kt_loop_name(c->all, c->item[k].loop), -c->gap[k]);

@@ -2,11 +2,11 @@
  * are n = M a + h - J' external - Q. Actuators and loops supply them: n = S' forces + A' lambda. With A Z = 0
  *     Z' S' forces = Z' n
  * and with y = sqrt(W) forces the least y is that of least forces' W forces. */
+#include "base/where.h"
 #include "control/control.h"
 #include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* ---- accelerations that the loops allow -------------------------------------------------------------------------- */
@@ -58,10 +58,8 @@ static kt_status check_actuated_loops(kt_actuation_work *w, kt_data *data, doubl
         }
     if (worst <= KT_ACTUATION_TOLERANCE * largest)
         return KT_OK;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t);
     return kt_error_set(
-        error, KT_ERROR_CONSTRAINT, where,
+        error, KT_ERROR_CONSTRAINT, kt_where_format("loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t).text,
         "the accelerations miss its equations by %g m/s^2 or rad/s^2; choose independent coordinates and "
         "let kt_acceleration_complete find the others",
         worst);

@@ -4,10 +4,10 @@
  */
 #include "control/control.h"
 
+#include "base/where.h"
 #include "linear/cholesky.h"
 #include "reduction/kernel.h"
 
-#include <stdio.h>
 #include <string.h>
 
 KT_ARENA_ARRAYS(place_arrays, kt_actuation_work, KT_ACTUATION_FIELDS, const kt_counts *n)
@@ -104,9 +104,7 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
         return KT_OK;
     kt_least_null(&w->least, w->solution);
     const int body = kt_body_of_velocity(model, most_moved(w, w->solution));
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, body));
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+    return kt_error_set(error, KT_ERROR_SINGULAR, kt_where_format("joint '%.100s'", kt_joint_name(model, body)).text,
                         "it moves most in a motion %s: %d of the %d coordinates in the list are independent at this "
                         "position, and the mechanism has %d degrees of freedom; list a coordinate that moves there",
                         lack, w->least.rank, list.count, w->dofs);

@@ -2,12 +2,12 @@
  * sweep. */
 #include "derivative/loop_response.h"
 
+#include "base/where.h"
 #include "closure/project.h"
 #include "mechanism/evaluate.h"
 #include "reduction/groups.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static kt_status reject_overflow(kt_error *error) {
@@ -94,9 +94,7 @@ kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const 
 kt_status kt_derivatives_reject_unknown(double t, double size, double most, kt_error *error) {
     if (size <= KT_KNOWN * most)
         return KT_OK;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "derivatives, t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+    return kt_error_set(error, KT_ERROR_SINGULAR, kt_where_format("derivatives, t = %.9g s", t).text,
                         "next to a singular position of the loops rounding leaves derivatives of the accelerations "
                         "uncertain by %.2g of the largest, more than %g; take a state farther away",
                         size / most, KT_KNOWN);

@@ -5,6 +5,7 @@
  */
 #include "algebra/finite.h"
 #include "base/small.h"
+#include "base/where.h"
 #include "integrator/integrator.h"
 
 #include <float.h>
@@ -15,9 +16,7 @@
 /* ---- where to ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_lost(const kt_integrator *it, const char *what, double h, kt_error *error) {
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
                         "%s %g is lost in the rounding of the time; take a larger one, or start nearer to 0", what, h);
 }
 
@@ -152,19 +151,15 @@ static void commit_try(kt_integrator *it, const kt_plan_of_try *p, bool changed,
 static kt_status count_try(kt_integrator *it, kt_error *error) {
     if (it->tries_end == 0 || it->memory.counts.steps + it->memory.counts.rejected < it->tries_end)
         return KT_OK;
-    char where[64];
     it->used_up = true;
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
-    return kt_error_set(error, KT_ERROR_STEP, where, "the %llu steps of a call are used up",
-                        (unsigned long long)it->tries_in_call);
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
+                        "the %llu steps of a call are used up", (unsigned long long)it->tries_in_call);
 }
 
 /* ---- adaptive ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) {
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
                         "max_steps = %llu are used up; allow more, or loosen the tolerances",
                         (unsigned long long)it->options.max_steps);
 }
@@ -221,8 +216,7 @@ static void blame_component(kt_integrator *it, const kt_try *r, double h) {
 }
 
 static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
-    char where[64], reason[160];
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
+    char reason[160];
     if (r->result == KT_TRY_NOT_FINITE)
         snprintf(reason, sizeof reason, "component %zu of %s was not finite at t = %.17g", r->component, r->what, r->t);
     else if (r->result == KT_TRY_RECOVERABLE)
@@ -231,7 +225,8 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
         snprintf(reason, sizeof reason, "Newton's iteration did not converge");
     else
         snprintf(reason, sizeof reason, "the error estimate was still %.3g times the tolerance", r->error);
-    return kt_error_set(error, KT_ERROR_STEP, where, "a step below %.3g would be needed: %s. %s", h, reason,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
+                        "a step below %.3g would be needed: %s. %s", h, reason,
                         is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
@@ -268,15 +263,14 @@ static bool is_stuck(kt_integrator *it, double t_limit) {
 }
 
 static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const kt_try *r, kt_error *error) {
-    char where[64], rest[80] = "";
+    char rest[80] = "";
     const double advanced = it->memory.advanced, left = fabs(t_limit - it->memory.t);
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
     if (advanced > 0.0 && isfinite(left))
         snprintf(rest, sizeof rest, ", and %.2g more would be needed", left / advanced * KT_PROGRESS_TRIES);
     it->memory.advanced = 0.0;
     it->memory.slow = 0;
     it->memory.counts.rejected++;
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
                         "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
                         "%.3g%s: the motion makes no progress. %s%s",
                         KT_PROGRESS_TRIES, advanced, fabs(h), rest,
@@ -289,9 +283,7 @@ static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const
 static bool is_beyond_rounding(const kt_integrator *it) { return DBL_EPSILON * kt_scaled_norm(it, it->y, NULL) > 1.0; }
 
 static kt_status report_beyond_rounding(const kt_integrator *it, kt_error *error) {
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", it->memory.t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
                         "the tolerances (relative %g, absolute %g) are %.3g times below the rounding of the "
                         "state; loosen them",
                         it->options.relative_tolerance, it->options.absolute_tolerance,

@@ -3,10 +3,10 @@
  * Sums over components have the same bits for every n and every width of the machine's vectors.
  */
 #include "algebra/finite.h"
+#include "base/where.h"
 #include "integrator/integrator.h"
 
 #include <math.h>
-#include <stdio.h>
 
 size_t kt_first_not_finite(const double *values, size_t n) {
     size_t i = kt_all_finite(values, n) ? n : 0;
@@ -62,20 +62,19 @@ double kt_no_error_at(const kt_integrator *it, double h, size_t i) {
 }
 
 kt_status kt_try_report(const kt_integrator *it, const kt_try *r, const char *advice, kt_error *error) {
-    char where[64];
-    snprintf(where, sizeof where, "t = %.17g", r->t);
+    const kt_where_text where = kt_where_format("t = %.17g", r->t);
     switch (r->result) {
     case KT_TRY_STOPPED:
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s stopped (code %d)", r->what, r->code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "%s stopped (code %d)", r->what, r->code);
     case KT_TRY_RECOVERABLE:
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "%s could not be computed (code %d); %s", r->what, r->code,
-                            advice);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "%s could not be computed (code %d); %s", r->what,
+                            r->code, advice);
     case KT_TRY_NOT_FINITE:
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "component %zu of %s is not finite; %s", r->component,
-                            r->what, advice);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "component %zu of %s is not finite; %s",
+                            r->component, r->what, advice);
     case KT_TRY_TOO_LONG:
     case KT_TRY_DIVERGED:
-        return it->family->report(it, where, error);
+        return it->family->report(it, where.text, error);
     default:
         return KT_OK;
     }

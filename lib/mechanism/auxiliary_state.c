@@ -1,13 +1,13 @@
 /* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. Their values are an
  * input that data hold. */
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "kinetree/mechanism.h"
 #include "mechanism/evaluate.h"
 #include "mechanism/formula.h"
 
-#include <stdio.h>
 #include <string.h>
 
 int kt_own_state_count(const kt_model *model) { return model ? (int)model->n.x : 0; }
@@ -32,19 +32,18 @@ double *kt_own_states(const kt_model *model, kt_data *data) { return kt_data_ser
 
 static kt_status reject_rate(const kt_model *model, size_t i, double t, double rate, const double *values,
                              kt_error *error) {
-    char where[KT_WHERE_SIZE], fault[120];
+    char fault[120];
     kt_formulas_explain(model, &model->state[i], values, fault, sizeof fault);
-    (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                        kt_where_format("state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t).text,
                         "its rate is %g%s; look for a division by zero, or for a function of a huge number", rate,
                         fault);
 }
 
 static kt_status reject_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
-    return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where, "the law of its rate stopped (code %d)", code)
-                    : kt_error_set(error, KT_ERROR_EFFECT, where,
+    const kt_where_text where = kt_where_format("state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
+    return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where.text, "the law of its rate stopped (code %d)", code)
+                    : kt_error_set(error, KT_ERROR_EFFECT, where.text,
                                    "the law of its rate cannot compute it here (code %d)", code);
 }
 

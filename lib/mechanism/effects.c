@@ -1,6 +1,7 @@
 /* The effects of a scene, summed into joint forces and wrenches on bodies. The sum runs batch by batch, so that nothing
  * is executed for types that the scene does not have. Powers are summed only on request: the sum is compiled once with
  * them and once without. */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "kinetree/dynamics.h"
@@ -201,14 +202,11 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
 
 /* "effect 'tether' (spring) between 'hull' and 'world', t = 0.5 s" */
-static void name_effect_at_fault(const sum *s, const kt_effect_record *effect, char where[KT_WHERE_SIZE]) {
+static kt_where_text name_effect_at_fault(const sum *s, const kt_effect_record *effect) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
-    if (KT_HAS_FORMULAS && effect->law_rate > 0) { /* of an auxiliary state */
-        (void)snprintf(where, KT_WHERE_SIZE, "the law of state '%.60s', t = %.9g s", s->model->text + effect->name,
-                       s->at->t);
-        return;
-    }
+    if (KT_HAS_FORMULAS && effect->law_rate > 0) /* of an auxiliary state */
+        return kt_where_format("the law of state '%.60s', t = %.9g s", s->model->text + effect->name, s->at->t);
     if (effect->name)
         (void)snprintf(own, sizeof own, "effect '%.24s'", s->model->text + effect->name);
     else
@@ -220,25 +218,24 @@ static void name_effect_at_fault(const sum *s, const kt_effect_record *effect, c
         (void)snprintf(on, sizeof on, "on %s '%.24s'", effect->ends ? "body" : "joint",
                        effect->ends ? kt_body_name(s->model, effect->body[0])
                                     : kt_joint_name(s->model, effect->body[0]));
-    (void)snprintf(where, KT_WHERE_SIZE, "%s (%s) %s, t = %.9g s", own, type, on, s->at->t);
+    return kt_where_format("%s (%s) %s, t = %.9g s", own, type, on, s->at->t);
 }
 
 static kt_status reject_code(const sum *s, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    name_effect_at_fault(s, s->failed, where);
+    const kt_where_text where = name_effect_at_fault(s, s->failed);
     if (s->code < 0)
-        return kt_error_set(error, KT_ERROR_CALLBACK, where, "its callback stopped (code %d)", s->code);
-    return kt_error_set(error, KT_ERROR_EFFECT, where, "its callback cannot compute its force here (code %d)", s->code);
+        return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its callback stopped (code %d)", s->code);
+    return kt_error_set(error, KT_ERROR_EFFECT, where.text, "its callback cannot compute its force here (code %d)",
+                        s->code);
 }
 
 kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error) {
     const sum s = {.model = model, .at = &(kt_dynamic_state){.t = t}, .failed = effect, .code = code};
-    char where[KT_WHERE_SIZE];
     if (code != 0)
         return reject_code(&s, error);
-    name_effect_at_fault(&s, effect, where);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave derivatives that are not finite");
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, name_effect_at_fault(&s, effect).text,
+                        "its callback gave derivatives that are not finite");
 }
 
 /* Finds the ends of an effect, or those that stand for its path. */
@@ -266,12 +263,13 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
 }
 
 static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
-    char where[KT_WHERE_SIZE], fault[120];
-    name_effect_at_fault(s, effect, where);
+    const kt_where_text where = name_effect_at_fault(s, effect);
+    char fault[120];
     if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its callback gave a force or power that is not finite");
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text,
+                            "its callback gave a force or power that is not finite");
     explain_force(s, effect, fault, sizeof fault);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its force is not finite%s; %s", fault,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its force is not finite%s; %s", fault,
                         fault[0] != '\0' ? "bound the argument, with max(x, 0) or clamp(x, a, b), or end the run before"
                                          : "look for a number or a function of it that is huge there");
 }
@@ -545,11 +543,9 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 /* Rejects an effect whose force a loop bears. */
 static kt_status reject_borne(const kt_model *model, const kt_effect_record *effect, double t, kt_error *error) {
     const int loop = kt_effect_closed_loop(model, effect);
-    char where[KT_WHERE_SIZE];
     if (loop < 0)
         return KT_OK;
-    (void)snprintf(where, sizeof where, "effect '%.60s' at t = %.9g s", model->text + effect->name, t);
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, kt_where_at("effect", model->text + effect->name, t).text,
                         "it is hard and closed, or it sticks: its force is the reaction of the loop '%.60s' "
                         "(kt_reaction_evaluate, kt_multiplier_evaluate)",
                         kt_loop_name(model, loop));

@@ -1,11 +1,11 @@
 /* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
 #include "base/copy.h"
+#include "base/where.h"
 #include "closure/rejected_loops.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "reduction/kernel.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* Rows are numbered in the order of the description; void rows, which the group leaves out, are zero. */
@@ -101,10 +101,9 @@ static bool group_is_finite(const kt_model *model, kt_data *data, size_t g, bool
 }
 
 static kt_status reject_group(const kt_model *model, size_t g, double t, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     const int loop = model->group_loop[model->group[g].loop];
-    (void)snprintf(where, sizeof where, "loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                        kt_where_format("loop '%.100s', t = %.9g s", kt_loop_name(model, loop), t).text,
                         "its equations, or those of loops that share links with it, overflow: look for a position or "
                         "velocity that is huge");
 }

@@ -120,6 +120,6 @@ kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *err
                      error, KT_ERROR_UNSUPPORTED, where,
                      "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
                      "differences, or an elastic contact (stiffness)",
-                     kt_loop_name(model, (int)(kt_slip_loop(model, 0) - model->loop)));
+                     kt_slip_name(model, 0));
 }
 #endif

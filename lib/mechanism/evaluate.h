@@ -4,6 +4,7 @@
 
 #include "closure/project.h"
 #include "effect/effect.h"
+#include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
 
@@ -115,13 +116,16 @@ KT_INNER KT_CHECKED kt_status kt_auxiliary_states_reject(const kt_model *model, 
 kt_forward_call kt_closed_forward;
 
 #if KT_HAS_SWITCHES
-/* The k-th loop that slips. */
+/* The k-th loop that slips, and its name. */
 static inline const kt_loop_record *kt_slip_loop(const kt_model *model, size_t k) {
     size_t i = 0;
     for (size_t left = k + 1; i < model->n.loop; i++)
         if (model->loop[i].slips > 0 && --left == 0)
             break;
     return &model->loop[i];
+}
+static inline const char *kt_slip_name(const kt_model *model, size_t k) {
+    return kt_loop_name(model, (int)(kt_slip_loop(model, k) - model->loop));
 }
 
 /* The coefficient of friction of the k-th contact. */

@@ -11,12 +11,11 @@
  * energy along (dynamics/variable_mass.c).
  */
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 #include "model/scratch.h"
-
-#include <stdio.h>
 
 static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
                                 const kt_wrench *wrenches) {
@@ -46,9 +45,7 @@ static kt_status reject_power(const kt_model *model, double t, const kt_input *i
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, kt_where_format("t = %.9g s", t).text,
                         "a power overflows; look for a velocity, force or torque that is huge");
 }
 

@@ -20,11 +20,11 @@
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
+#include "base/where.h"
 #include "kinetree/joint.h"
 #include "mechanism/evaluate.h"
 
 #include <float.h>
-#include <stdio.h>
 #include <string.h>
 
 int kt_massless_count(const kt_model *model) { return model ? (int)model->n.massless : 0; }
@@ -117,11 +117,10 @@ static void neighbour(const balance *b, double s, const double *dv, const double
 }
 
 static kt_status reject_quasi_static(const balance *b, const char *what, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     const int body = kt_body_of_velocity(b->model, b->model->massless[0]);
-    (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s", kt_joint_name(b->model, body), b->at.t);
     return kt_error_set(
-        error, KT_ERROR_SINGULAR, where,
+        error, KT_ERROR_SINGULAR,
+        kt_where_format("joint '%.100s', t = %.9g s", kt_joint_name(b->model, body), b->at.t).text,
         "it moves no mass, and %s; give its bodies a small mass, and integrate with an implicit method (radau5)", what);
 }
 

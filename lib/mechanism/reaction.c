@@ -8,12 +8,12 @@
  * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
  * accelerations of the planar ones.
  */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "model/scratch.h"
 #include "model/switching.h"
 
-#include <stdio.h>
 #include <string.h>
 
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
@@ -67,9 +67,7 @@ static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
 
 /* Reactions can overflow where accelerations do not: a torque that a loop holds moves nothing. */
 static kt_status reject_reaction(const char *kind, const char *name, double t, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s, %s '%s'", t, kind, name);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, kt_where_format("t = %.9g s, %s '%s'", t, kind, name).text,
                         "the reaction overflows; look for a velocity, force or torque that is huge");
 }
 

@@ -70,13 +70,13 @@
  * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is
  * e / 2 times the square of the step.
  */
+#include "base/where.h"
 #include "closure/rejected_loops.h"
 #include "mechanism/evaluate.h"
 
 #include "dynamics/dynamics.h"
 #include "model/scratch.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* How far the first dt moves the fastest coordinate, relative to its unit. */
@@ -488,13 +488,12 @@ static kt_status reject_singular_position(const kt_model *model, size_t link, do
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s', t = %.9g s",
-                   model->text + model->body[model->link[link].body].name, t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
-                        "leave: give the bodies that "
-                        "move there mass or inertia");
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR,
+        kt_where_format("joint '%.100s', t = %.9g s", model->text + model->body[model->link[link].body].name, t).text,
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
+        "leave: give the bodies that "
+        "move there mass or inertia");
 }
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,

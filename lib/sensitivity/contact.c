@@ -3,6 +3,7 @@
  * one closes within the step, or its reaction changes sign, the motion has an event there, which the step would omit.
  * Friction that sticks has an event if it comes to rest, and if it begins to slip. Such steps are rejected, as their
  * error exceeds rounding. */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -10,7 +11,6 @@
 #include "sensitivity/sensitivity.h"
 
 #include <math.h>
-#include <stdio.h>
 
 #if KT_HAS_SWITCHES
 
@@ -27,11 +27,10 @@ static double side_sign_of(const kt_loop_record *loop) { return loop->side == KT
 
 static kt_status reject_contact_derivatives(const kt_step_work *w, size_t loop, const char *what, double size,
                                             kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "contact '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)loop),
-                   w->step->t + w->step->h);
+    const char *name = kt_loop_name(w->model, (int)loop);
     return kt_error_set(
-        error, KT_ERROR_UNSUPPORTED, where,
+        error, KT_ERROR_UNSUPPORTED,
+        kt_where_format("contact '%.60s' by t = %.9g s", name, w->step->t + w->step->h).text,
         "it %s (%.3g) within the step, an event that the step and its derivatives would leave out; take a simulation "
         "(kt_simulation_advance, kt_motion_derivatives)",
         what, size);
@@ -39,15 +38,14 @@ static kt_status reject_contact_derivatives(const kt_step_work *w, size_t loop, 
 
 /* Rejects steps with friction that sticks: friction of a joint always, friction of a contact while it sticks. */
 static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     for (size_t i = 0; i < w->model->n.loop; i++) {
         const kt_loop_record *loop = &w->model->loop[i];
         if (!kt_loop_is_stick(w->model, (int)i) || (loop->type != KT_LOOP_RATES && kt_loop_is_off(loop)))
             continue;
-        (void)snprintf(where, sizeof where, "friction '%.60s' by t = %.9g s", kt_loop_name(w->model, (int)i),
-                       w->step->t + w->step->h);
+        const char *name = kt_loop_name(w->model, (int)i);
         return kt_error_set(
-            error, KT_ERROR_UNSUPPORTED, where,
+            error, KT_ERROR_UNSUPPORTED,
+            kt_where_format("friction '%.60s' by t = %.9g s", name, w->step->t + w->step->h).text,
             "it sticks, and a step alone does not follow where it comes to rest and begins to slip; take a "
             "simulation (kt_simulation_advance, kt_motion_derivatives)");
     }

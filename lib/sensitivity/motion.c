@@ -23,6 +23,7 @@
  * Systems, 2004, 7.1.
  */
 #include "base/sum.h"
+#include "base/where.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/joint.h"
@@ -31,7 +32,6 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* The shift of the largest number of a change in a difference: a contact still counts it as rest, and it is far above
  * rounding. */
@@ -206,10 +206,10 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 static kt_status reject_event(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", m->simulation->event[k].name,
-                   kt_integrator_time(m->simulation->integrator));
-    return kt_error_set(error, code, where, "%s", words);
+    return kt_error_set(
+        error, code,
+        kt_where_at("event", m->simulation->event[k].name, kt_integrator_time(m->simulation->integrator)).text, "%s",
+        words);
 }
 
 /* Finds the event at the present time that changes the motion; event_count: there is none. */

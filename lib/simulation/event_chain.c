@@ -1,10 +1,10 @@
 /* Chains of events: instants that follow each other without end, or too many of them, and events that come no nearer.
  */
+#include "base/where.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 
 /* Instants of events that come ever closer accumulate. With the last interval d and the ratio r, their limit is d r /
  * (1 - r) after the last one. The ratio r is the largest ratio of SHRINKING successive intervals that shrink: two
@@ -23,10 +23,8 @@ static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
     return kt_error_set(
-        error, KT_ERROR_STEP, where,
+        error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
         "events follow each other without end: there were %llu instants with events, and the last two are %.3g s "
         "apart; %s",
         (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
@@ -36,9 +34,7 @@ static kt_status reject_chain(const kt_simulation *simulation, size_t k, double 
 }
 
 static kt_status reject_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
                         "%d instants of events lie within %.3g s (a fixed step, or the interval between records), the "
                         "last one %.3g s behind the one before; %s",
                         (int)WITHIN, span, t - simulation->memory.event_last,
@@ -104,15 +100,13 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
 #if KT_HAS_EVENTS
     static const double beyond = 1.1; /* of the remaining time */
     const double t = kt_integrator_time(simulation->integrator);
-    char where[KT_WHERE_SIZE];
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
     if (missed)
         simulation->memory.shortened =
             fmin(t - kt_integrator_previous_time(simulation->integrator), beyond * (simulation->event_lead - t));
     if (simulation->memory.event_missed <= MISSED)
         return KT_OK;
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", simulation->event[k].name, t);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
                         "%d successive steps were cut short for this event, and none reached it (the last one has "
                         "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
                         (int)MISSED, t - kt_integrator_previous_time(simulation->integrator));

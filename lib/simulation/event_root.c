@@ -8,10 +8,10 @@
  * Oliveira, Takahashi 2021, "An enhancement of the bisection method average performance preserving minmax optimality".
  */
 #include "simulation/event_root.h"
+#include "base/where.h"
 #include "integrator/integrator.h"
 #include "simulation/response.h"
 
-#include <stdio.h>
 #include <string.h>
 
 /* Samples with the vertices of parabolas; vertices at three samples; values of vertices in a panel. */
@@ -37,10 +37,9 @@ double kt_event_least_width(const kt_simulation *simulation, double t) {
 
 kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
                         kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "event '%.60s' at t = %.9g s", event->name, t);
-    return from->code != KT_OK ? kt_error_set(error, from->code, where, "%s", from->message)
-                               : kt_error_set(error, KT_ERROR_CALLBACK, where, "its %s returned %d", what, code);
+    const kt_where_text where = kt_where_at("event", event->name, t);
+    return from->code != KT_OK ? kt_error_set(error, from->code, where.text, "%s", from->message)
+                               : kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its %s returned %d", what, code);
 }
 
 kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,

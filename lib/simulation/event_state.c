@@ -1,11 +1,11 @@
 /* Events between steps: which ones there are, which ones are armed, how often they happened, and which one ended the
  * motion. */
+#include "base/where.h"
 #include "simulation/simulation.h"
 
 #include "integrator/integrator.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 size_t kt_event_find(const kt_simulation *simulation, const char *name) {
@@ -37,11 +37,9 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             "an event needs a name and a function");
     if ((unsigned)event->direction > KT_DIRECTION_FALLING)
         return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "event '%.60s'", event->name);
     if (kt_event_find(simulation, event->name) < simulation->event_count)
         return kt_error_set(
-            error, KT_ERROR_ARGUMENT, where,
+            error, KT_ERROR_ARGUMENT, kt_where_format("event '%.60s'", event->name).text,
             "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
             "sticks are events of the names of their loops, and `until` is one); give this one another");
     if (simulation->event_count == simulation->size.event)
@@ -59,13 +57,12 @@ kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, b
     if (!KT_HAS_EVENTS)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_arm",
                             "a small library (-Dsmall=enabled) has no events");
-    char where[KT_WHERE_SIZE];
     const size_t k = kt_event_find(simulation, name);
-    (void)snprintf(where, sizeof where, "event '%.60s'", name);
+    const kt_where_text where = kt_where_format("event '%.60s'", name);
     if (k == simulation->event_count)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where, "there is no event of this name");
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "there is no event of this name");
     if (k < kt_simulation_contact_events(simulation))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+        return kt_error_set(error, KT_ERROR_ARGUMENT, where.text,
                             "it is that of a hard contact, which acts while it is armed; release it "
                             "(kt_simulation_release)");
     if (armed != (simulation->event_memory[k].disarmed == 0)) {

@@ -13,6 +13,7 @@
  *
  * and steps shrink with the remaining time. The message names t*.
  */
+#include "base/where.h"
 #include "closure/dead_point.h"
 #include "closure/open_loops.h"
 #include "dynamics/dynamics.h"
@@ -93,10 +94,8 @@ static kt_status reject_dead_point(const kt_simulation *simulation, double left,
     for (size_t i = 0; i < simulation->size.nv; i++)
         if (fabs(v[i]) > fabs(v[fastest]))
             fastest = i;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.60s'", t,
-                   kt_joint_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest)));
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    const char *joint = kt_joint_name(simulation->model, kt_simulation_body_of(simulation, nq + fastest));
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.9g s, joint '%.60s'", t, joint).text,
                         "a dead point of the driven loops is at t = %.9g s, %.2g s ahead. Velocities grow without "
                         "bound towards it: a direction of the loops' equations vanishes there, and has %.2g of its "
                         "usual size already. Let the drives stop, or turn back, before",
@@ -113,15 +112,14 @@ static bool contains_time(const char *where) {
     return at != NULL;
 }
 
-/* where: room for KT_WHERE_SIZE + 32. */
-static void add_time(const kt_simulation *simulation, char *where) {
+/* The place of the cause, with a time. */
+static kt_where_text cause_with_time(const kt_simulation *simulation) {
     const kt_error *cause = &simulation->cause;
     const bool known = cause->code != KT_OK;
     if (known && contains_time(cause->where)) /* contains the time of a stage */
-        (void)snprintf(where, KT_WHERE_SIZE + 32, "%s", cause->where);
-    else
-        (void)snprintf(where, KT_WHERE_SIZE + 32, "t = %.9g s%s%s", kt_integrator_time(simulation->integrator),
-                       known && cause->where[0] != '\0' ? ", " : "", known ? cause->where : "");
+        return kt_where_format("%s", cause->where);
+    return kt_where_format("t = %.9g s%s%s", kt_integrator_time(simulation->integrator),
+                           known && cause->where[0] != '\0' ? ", " : "", known ? cause->where : "");
 }
 
 /* Whether a fixed step may have leapt over a bend of the path next to a singular position. */
@@ -149,15 +147,13 @@ static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
 
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
-    char where[KT_WHERE_SIZE + 32], advice[ADVICE];
-    if (what == from && contains_time(from->where)) /* an event with its name and time */
-        (void)snprintf(where, sizeof where, "%s", from->where);
-    else
-        add_time(simulation, where);
+    char advice[ADVICE];
+    const bool dated = what == from && contains_time(from->where); /* an event with its name and time */
+    const kt_where_text where = dated ? kt_where_format("%s", from->where) : cause_with_time(simulation);
     if (may_have_leapt(simulation) && kt_simulation_is_recoverable(what->code))
-        return kt_error_set(error, what->code, where, "%s (the step is fixed at %g s: %s)", what->message,
+        return kt_error_set(error, what->code, where.text, "%s (the step is fixed at %g s: %s)", what->message,
                             simulation->step, advise_fixed(simulation, advice));
-    return kt_error_set(error, what->code, where, "%s", what->message);
+    return kt_error_set(error, what->code, where.text, "%s", what->message);
 }
 
 /* The error of an adaptive step that has become too small, with accelerations next to a singular position. */
@@ -232,12 +228,12 @@ kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status
 static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *error) {
     const size_t k = simulation->event_latest;
     const bool contact = k < kt_simulation_contact_events(simulation);
-    char where[KT_WHERE_SIZE + 32], last[160] = "";
-    (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
+    char last[160] = "";
     if (k < simulation->event_count)
         (void)snprintf(last, sizeof last, ", the last one at the %s '%.60s'", contact ? "contact" : "event",
                        simulation->event[k].name);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP,
+                        kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
                         "the %llu steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "
                         "shorter calls. The next call goes on from here",
                         (unsigned long long)simulation->steps_per_call, last,
@@ -246,47 +242,45 @@ static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *
 
 static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
     const kt_error *cause = &simulation->cause;
-    char where[KT_WHERE_SIZE + 32], advice[ADVICE];
+    const double t = kt_integrator_time(simulation->integrator);
+    char advice[ADVICE];
     kt_error end;
     if (simulation->integrator->used_up)
         return report_call_used_up(simulation, error);
-    if (is_end_of_loops(simulation, from->code, &end)) {
-        (void)snprintf(where, sizeof where, "t = %.9g s", kt_integrator_time(simulation->integrator));
+    if (is_end_of_loops(simulation, from->code, &end))
         return kt_error_set(
-            error, end.code, where,
+            error, end.code, kt_where_format("t = %.9g s", t).text,
             "%s. Change the driving functions so that the loops can be closed, or end the run before this time",
             end.message);
-    }
 #if KT_HAS_JACOBIAN
     double left;
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && is_next_to_dead_point(simulation, &left))
         return reject_dead_point(simulation, left, error);
 #endif
-    add_time(simulation, where);
+    kt_where_text where = cause_with_time(simulation);
     if (cause->code != KT_OK && from->code == KT_ERROR_STEP) {
         const kt_integrator *integrator = simulation->integrator;
         const bool same = kt_integrator_blamed(integrator) >= integrator->sizes.n; /* no estimate of errors failed */
-        return same ? kt_error_set(error, cause->code, where, "%s (smaller steps did not help)", cause->message)
-                    : kt_error_set(error, cause->code, where, "%s; smaller steps did not help: %s", cause->message,
+        return same ? kt_error_set(error, cause->code, where.text, "%s (smaller steps did not help)", cause->message)
+                    : kt_error_set(error, cause->code, where.text, "%s; smaller steps did not help: %s", cause->message,
                                    from->message);
     }
     if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
-        return kt_error_set(error, cause->code, where, "%s (the step is fixed at %g s: %s)", cause->message,
+        return kt_error_set(error, cause->code, where.text, "%s (the step is fixed at %g s: %s)", cause->message,
                             simulation->step, advise_fixed(simulation, advice));
     if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected &&
         simulation->groups > 0)
-        return kt_error_set(error, from->code, where,
+        return kt_error_set(error, from->code, where.text,
                             "%s. Loops are left to drift open (unprojected), which makes accelerations uncertain near "
                             "singular positions: let them be closed after each step",
                             from->message);
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0)
-        (void)snprintf(where, sizeof where, "t = %.9g s, joint '%.80s'", kt_integrator_time(simulation->integrator),
-                       kt_joint_name(simulation->model, blamed));
+        where = kt_where_format("t = %.9g s, joint '%.80s'", t, kt_joint_name(simulation->model, blamed));
     if (KT_HAS_JACOBIAN && near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
-        return reject_bend(simulation, from, where, error);
+        return reject_bend(simulation, from, where.text, error);
     return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
-               ? kt_error_set(error, from->code, where, "%s", from->message)
+               ? kt_error_set(error, from->code, where.text, "%s", from->message)
                : kt_simulation_fail(simulation, from, error);
 }
 

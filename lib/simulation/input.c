@@ -1,11 +1,11 @@
 /* The inputs of a step: torques and wrenches. They are set between steps, and take effect at the beginning of the next
  * step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
  * discards earlier slopes. */
+#include "base/where.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 void kt_simulation_inputs_use(kt_simulation *simulation) {
@@ -62,10 +62,9 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
         kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(torque[at.v + i])) {
-                char where[KT_WHERE_SIZE];
-                snprintf(where, sizeof where, "joint '%s'", kt_joint_name(simulation->user_model, body));
-                return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the torque is %g; give a finite number",
-                                    torque[at.v + i]);
+                return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                                    kt_where_format("joint '%s'", kt_joint_name(simulation->user_model, body)).text,
+                                    "the torque is %g; give a finite number", torque[at.v + i]);
             }
     }
     if (torque != NULL)
@@ -88,9 +87,9 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
     size_t count = simulation->size.body;
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
         if (!wrench_is_finite(&wrenches[body])) {
-            char where[KT_WHERE_SIZE];
-            snprintf(where, sizeof where, "body '%s'", kt_body_name(simulation->user_model, body));
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "the wrench is not finite");
+            return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                                kt_where_format("body '%s'", kt_body_name(simulation->user_model, body)).text,
+                                "the wrench is not finite");
         }
     if (wrenches != NULL)
         memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));

@@ -1,6 +1,7 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
 #include "base/copy.h"
 #include "base/options.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -9,7 +10,6 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- the request ------------------------------------------------------------------------------------------------- */
@@ -104,16 +104,15 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
 static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_error *error) {
     for (int i = 0; i < run->marker_count; i++) {
         const kt_marker_pair *pair = &run->markers[i];
-        char where[KT_WHERE_SIZE];
-        (void)snprintf(where, sizeof where, "markers[%d]", i);
+        const kt_where_text where = kt_where_format("markers[%d]", i);
         if (pair->body == NULL || pair->marker == NULL)
-            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "it has no name of %s",
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "it has no name of %s",
                                 pair->body == NULL ? "a body" : "a marker");
         const int body = kt_body_find(model, pair->body);
         if (body < 0)
-            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "the model has no body '%.80s'", pair->body);
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "the model has no body '%.80s'", pair->body);
         if (kt_marker_find(model, body, pair->marker) < 0)
-            return kt_error_set(error, KT_ERROR_ARGUMENT, where, "body '%.80s' has no marker '%.80s'", pair->body,
+            return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "body '%.80s' has no marker '%.80s'", pair->body,
                                 pair->marker);
     }
     return KT_OK;

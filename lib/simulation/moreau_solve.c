@@ -2,10 +2,10 @@
 #include "simulation/moreau.h"
 
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* The cone solver ends at this residual. */
 static const double enough = 1e-7;
@@ -146,10 +146,9 @@ static bool solve_once(kt_simulation *simulation, int count) {
 
 static kt_status reject_step(const kt_simulation *simulation, const kt_moreau_island *island, kt_error *error) {
     const kt_moreau *m = simulation->moreau;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "contact '%.60s' at t = %.9g s",
-                   kt_loop_name(simulation->model, simulation->contacts->item[m->item[island->first]].loop), m->t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+    const int loop = simulation->contacts->item[m->item[island->first]].loop;
+    return kt_error_set(error, KT_ERROR_CONSTRAINT,
+                        kt_where_at("contact", kt_loop_name(simulation->model, loop), m->t).text,
                         "no impulses satisfy it and the %d other contacts of the step: a prescribed motion drives it "
                         "through its boundary, or no joint has a lever against it; end the motion earlier, or take a "
                         "smaller step",

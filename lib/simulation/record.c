@@ -5,6 +5,7 @@
  * the record, not in the state.
  */
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
 #include "simulation/response.h"
@@ -12,7 +13,6 @@
 #include "simulation/step_parts.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* Whether kt_simulation_run has not yet handed over all records before the current time. */
@@ -203,10 +203,8 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
     simulation->memory.recorded++;
     if (recorder(record, user) == 0)
         return KT_OK;
-    char where[KT_WHERE_SIZE];
-    snprintf(where, sizeof where, "t = %.9g s", record->time);
-    return kt_error_set(error, KT_ERROR_CALLBACK, where, "the recorder stopped at record %lld",
-                        (long long)record->index);
+    return kt_error_set(error, KT_ERROR_CALLBACK, kt_where_format("t = %.9g s", record->time).text,
+                        "the recorder stopped at record %lld", (long long)record->index);
 }
 
 kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *from,

@@ -1,5 +1,6 @@
 /* The steps of a simulation, its counts and its state. */
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/renew.h"
@@ -8,7 +9,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- counts ------------------------------------------------------------------------------------------------------ */
@@ -521,10 +521,10 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
 static kt_status check_given_auxiliary_states(const kt_simulation *simulation, const double *x, kt_error *error) {
     for (size_t i = 0; i < simulation->size.x; i++)
         if (!isfinite(x[i])) {
-            char where[KT_WHERE_SIZE];
-            snprintf(where, sizeof where, "state '%.100s'", kt_own_state_name(simulation->model, (int)i));
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "'%.100s' is %g; give a finite number",
-                                kt_own_state_name(simulation->model, (int)i), isnan(x[i]) ? fabs(x[i]) : x[i]);
+            return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                                kt_where_format("state '%.100s'", kt_own_state_name(simulation->model, (int)i)).text,
+                                "'%.100s' is %g; give a finite number", kt_own_state_name(simulation->model, (int)i),
+                                isnan(x[i]) ? fabs(x[i]) : x[i]);
         }
     return KT_OK;
 }

@@ -13,6 +13,7 @@
  * constraints. The energy of springs counts as dissipated when they are switched off, and as supplied when they are
  * switched on.
  */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
@@ -20,7 +21,6 @@
 #include "simulation/simulation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) {
@@ -48,13 +48,11 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
 static kt_status check_gap(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_residual residual;
-    char where[KT_WHERE_SIZE];
     const kt_status status = kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
     const double most = simulation->switch_gap > 0.0 ? simulation->switch_gap : OPEN_MOST * fmax(1.0, model->length);
     if (status != KT_OK || residual.position <= most)
         return status;
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text,
                         "loops are switched on that are open by %.3g (m or rad), more than %.3g; switch them on when "
                         "they are closed: change the start or the event, or use engage_here, which closes a loop with "
                         "the world where its body is. A program in C may raise kt_simulation_options.switch_gap",
