@@ -58,61 +58,61 @@ static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, c
     first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
 }
 
+/* The functions of time of a model: of loops, effects, formulas and masses. */
+static size_t time_parts_of(const kt_model *model) { return KT_HAS_FORMULAS ? model->n.time_part : 0; }
+static size_t curves_of(const kt_model *model) {
+    return model->n.loop + 3 * model->n.effect + time_parts_of(model) + kt_mass_curve_count(model);
+}
+
+static const kt_curve *curve_at(const kt_model *model, size_t k) {
+    if (k < model->n.loop)
+        return &model->loop[k].curve;
+    k -= model->n.loop;
+    if (k < 3 * model->n.effect)
+        return &model->effect[k / 3].curve[k % 3];
+    k -= 3 * model->n.effect;
+    return k < time_parts_of(model) ? &model->time_part[k] : kt_mass_curve(model, k - time_parts_of(model));
+}
+
+/* The highest derivative of a function that the accelerations depend on. Powers depend on the rates of masses. */
+static int order_of_curve(const kt_model *model, size_t k) {
+    const size_t effects = model->n.loop + 3 * model->n.effect;
+    if (k >= model->n.loop && k < effects)
+        return kt_effect_kind_of(model->effect[(k - model->n.loop) / 3].type)->derivatives;
+    return k < effects ? 2 : k < effects + time_parts_of(model) ? 0 : 1;
+}
+
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     breakpoint first = {HUGE_VAL, false, false};
-    for (size_t i = 0; i < model->n.loop; i++)
-        meet_curve(simulation, &first, t, &model->loop[i].curve, 2);
-    for (size_t i = 0; i < model->n.effect; i++) {
-        const kt_effect_record *effect = &model->effect[i];
-        const int order = kt_effect_kind_of(effect->type)->derivatives;
-        for (int k = 0; k < 3; k++)
-            meet_curve(simulation, &first, t, &effect->curve[k], order);
-        if (effect->corner != NULL)
-            meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
-    }
+    for (size_t k = 0; k < curves_of(model); k++)
+        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k));
+    for (size_t i = 0; i < model->n.effect; i++)
+        if (model->effect[i].corner != NULL)
+            meet_breakpoint(&first, t, model->effect[i].corner(model->effect[i].user, t), true);
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
         if (model->state[i].corner != NULL)
             meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
-        meet_curve(simulation, &first, t, &model->time_part[i], 0);
-    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        meet_curve(simulation, &first, t, kt_mass_curve(model, k), 1); /* powers depend on the rates */
     if (simulation->breakpoints.own != NULL)
         meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;
 }
 
 bool kt_simulation_has_breakpoints(const kt_model *model) {
-    for (size_t i = 0; i < model->n.loop; i++)
-        if (kt_curve_has_breakpoints(&model->loop[i].curve))
-            return true;
-    if (KT_HAS_FORMULAS && model->n.time_part > 0)
-        return true;
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
-        if (model->state[i].corner != NULL)
-            return true;
-    for (size_t i = 0; i < model->n.effect; i++) {
-        const kt_effect_record *effect = &model->effect[i];
-        if (effect->corner != NULL || kt_curve_has_breakpoints(&effect->curve[0]) ||
-            kt_curve_has_breakpoints(&effect->curve[1]) || kt_curve_has_breakpoints(&effect->curve[2]))
-            return true;
-    }
-    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        if (kt_curve_has_breakpoints(kt_mass_curve(model, k)))
-            return true;
-    return false;
+    bool has = false;
+    for (size_t i = 0; i < model->n.effect && !has; i++)
+        has = model->effect[i].corner != NULL;
+    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x && !has; i++)
+        has = model->state[i].corner != NULL;
+    for (size_t k = 0; k < curves_of(model) && !has; k++)
+        has = kt_curve_has_breakpoints(curve_at(model, k));
+    return has;
 }
 
 double kt_simulation_longest_step(const kt_model *model) {
     double longest = HUGE_VAL;
-    for (size_t i = 0; i < model->n.loop; i++)
-        longest = fmin(longest, kt_curve_longest_step(&model->loop[i].curve, model->number));
-    for (size_t i = 0; i < model->n.effect; i++)
-        for (int k = 0; k < 3; k++)
-            longest = fmin(longest, kt_curve_longest_step(&model->effect[i].curve[k], model->number));
-    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        longest = fmin(longest, kt_curve_longest_step(kt_mass_curve(model, k), model->number));
+    for (size_t k = 0; k < curves_of(model); k++)
+        longest = fmin(longest, kt_curve_longest_step(curve_at(model, k), model->number));
     return longest;
 }
 
@@ -131,15 +131,8 @@ static double shortest_piece(const kt_curve *curve, const double *numbers, doubl
 double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     double least = kt_simulation_longest_step(model);
     int64_t left = KT_BREAKPOINT_OPERATIONS;
-    for (size_t i = 0; i < model->n.loop; i++)
-        least = shortest_piece(&model->loop[i].curve, model->number, duration, &left, least);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part; i++)
-        least = shortest_piece(&model->time_part[i], model->number, duration, &left, least);
-    for (size_t i = 0; i < model->n.effect; i++)
-        for (int k = 0; k < 3; k++)
-            least = shortest_piece(&model->effect[i].curve[k], model->number, duration, &left, least);
-    for (size_t k = 0; k < kt_mass_curve_count(model); k++)
-        least = shortest_piece(kt_mass_curve(model, k), model->number, duration, &left, least);
+    for (size_t k = 0; k < curves_of(model); k++)
+        least = shortest_piece(curve_at(model, k), model->number, duration, &left, least);
     return least;
 }
 
@@ -299,15 +292,10 @@ bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit) {
                  t1 = kt_integrator_time(simulation->integrator);
     const double time[3] = {c->begin == t0 ? c->after : t0, t0 + last_known * (t1 - t0), c->end == t1 ? c->before : t1};
     bool behind = false;
-    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop && !behind; i++)
-        behind = changes_behind(&model->loop[i].curve, model->number, time, 2);
-    for (size_t i = 0; i < model->n.effect && !behind; i++)
-        for (int k = 0; k < 3 && !behind; k++)
-            behind = changes_behind(&model->effect[i].curve[k], model->number, time, 0);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !behind; i++)
-        behind = changes_behind(&model->time_part[i], model->number, time, 0);
-    for (size_t k = 0; k < kt_mass_curve_count(model) && !behind; k++)
-        behind = changes_behind(kt_mass_curve(model, k), model->number, time, 1);
+    for (size_t k = 0; k < curves_of(model) && !behind; k++) {
+        const bool of_effect = k >= model->n.loop && k < model->n.loop + 3 * model->n.effect; /* their values alone */
+        behind = changes_behind(curve_at(model, k), model->number, time, of_effect ? 0 : order_of_curve(model, k));
+    }
     const double half = 0.5 * (t1 - t0);
     if (!behind || !(half > margin_at(t1)))
         return false;
@@ -366,15 +354,8 @@ kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, k
     bool missed = false;
     if (!(t < kt_integrator_time(simulation->integrator)))
         return KT_OK;
-    for (size_t i = 0; i < model->n.loop && !missed; i++)
-        missed = breakpoint_is_missed(simulation, &model->loop[i].curve, t, &a, &b);
-    for (size_t i = 0; i < model->n.effect && !missed; i++)
-        for (int k = 0; k < 3 && !missed; k++)
-            missed = breakpoint_is_missed(simulation, &model->effect[i].curve[k], t, &a, &b);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.time_part && !missed; i++)
-        missed = breakpoint_is_missed(simulation, &model->time_part[i], t, &a, &b);
-    for (size_t k = 0; k < kt_mass_curve_count(model) && !missed; k++)
-        missed = breakpoint_is_missed(simulation, kt_mass_curve(model, k), t, &a, &b);
+    for (size_t k = 0; k < curves_of(model) && !missed; k++)
+        missed = breakpoint_is_missed(simulation, curve_at(model, k), t, &a, &b);
     if (!missed)
         return KT_OK;
     return kt_error_set(
