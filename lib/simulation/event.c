@@ -222,10 +222,8 @@ typedef struct reach {
 static reach begin_reach(kt_simulation *simulation) {
     const int begin = most_spent(simulation);
     reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_armed(simulation)};
-#if KT_HAS_EVENTS
     const int left = simulation->event_evaluations - KT_EVENT_EVALUATIONS_LEAST - begin;
     r.most = simulation->event_most = begin + (left > 0 ? left / 2 : 0);
-#endif
     return r;
 }
 
@@ -254,15 +252,11 @@ static double end_of_panel(const kt_simulation *simulation, double from, double 
 
 /* Counts a search that was cut, with a last panel that is too long. */
 static void count_cut(kt_simulation *simulation, const reach *r) {
-#if KT_HAS_EVENTS
     kt_simulation_memory *memory = &simulation->memory;
     if (memory->event_cuts++ == 0) {
         memory->event_cut_time = kt_integrator_previous_time(simulation->integrator);
         memory->event_cut_of = (int64_t)r->of;
     }
-#else
-    (void)simulation, (void)r;
-#endif
 }
 
 /* Finds the roots of all events in the first panel of the last step that has any, and the roots of the same instant.
@@ -340,39 +334,25 @@ static void pass_step(kt_simulation *simulation, bool fires) {
 
 /* Begins the tries of a step, the first of which ends at t1. */
 static void begin_tries(kt_simulation *simulation, double t1) {
-#if KT_HAS_EVENTS
     simulation->event_end = t1;
-#else
-    (void)t1;
-#endif
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_root[k].due = false;
 }
 
 /* Whether this is the first search of a step. */
 static bool is_first_search(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     const bool first = !simulation->event_searched;
     simulation->event_searched = true;
     return first;
-#else
-    (void)simulation;
-    return true;
-#endif
 }
 
 /* Whether contacts that slip gained energy along the step. The step then fails, and is repeated (retry.c). */
 static bool gains_energy(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     const bool gains = simulation->contacts != NULL && simulation->contact_calls->gains != NULL &&
                        simulation->contact_calls->gains(simulation);
     if (gains)
         simulation->cause.code = KT_OK;
     return gains;
-#else
-    (void)simulation;
-    return false;
-#endif
 }
 
 /* The event at which this try of the step was to end; event_count if there is none. */

@@ -46,7 +46,6 @@ static kt_status reject_many(const kt_simulation *simulation, size_t k, double t
 
 /* Counts the instants within a fixed step, or within an interval between records. */
 static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
-#if KT_HAS_EVENTS
     kt_simulation_memory *memory = &simulation->memory;
     const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
     if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
@@ -56,20 +55,12 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
     return ++memory->event_many > WITHIN
                ? kt_simulation_explain_disc(simulation, reject_many(simulation, k, t, span, error), error)
                : KT_OK;
-#else
-    return reject_many(simulation, k, t, 0.0, error);
-#endif
 }
 
 /* Whether the accumulating events are bounces of a hard contact, which end now. */
 static bool comes_to_rest(kt_simulation *simulation, size_t k) {
-#if KT_HAS_EVENTS
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
     return k < simulation->contact_count && simulation->contact_calls->rest(simulation, k);
-#else
-    (void)simulation, (void)k;
-    return false;
-#endif
 }
 
 /* Counts an instant of events. Returns an error if such instants have no end. */
@@ -97,7 +88,6 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
 }
 
 kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error) {
-#if KT_HAS_EVENTS
     static const double beyond = 1.1; /* of the remaining time */
     const double t = kt_integrator_time(simulation->integrator);
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
@@ -110,10 +100,6 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
                         "%d successive steps were cut short for this event, and none reached it (the last one has "
                         "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
                         (int)MISSED, t - kt_integrator_previous_time(simulation->integrator));
-#else
-    (void)simulation, (void)missed, (void)k, (void)error;
-    return KT_OK;
-#endif
 }
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
@@ -133,13 +119,8 @@ bool kt_simulation_skips_contact(const kt_simulation *simulation) {
 }
 
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
-#if KT_HAS_EVENTS
     const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
     return k < kt_simulation_contact_events(simulation) && simulation->contact_calls->ends(simulation, k, last);
-#else
-    (void)simulation, (void)k;
-    return false;
-#endif
 }
 
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief) {

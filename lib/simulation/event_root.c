@@ -21,12 +21,7 @@ enum { SAMPLES_MOST = KT_EVENT_SAMPLES + 3, VERTICES = 4, PARABOLAS = (KT_EVENT_
 static const double nothing = 1e-9;
 
 double kt_event_extent_of_times(const kt_simulation *simulation, double t) {
-#if KT_HAS_EVENTS
     return fmax(fabs(t), DBL_EPSILON * fabs(simulation->event_end));
-#else
-    (void)simulation;
-    return fabs(t);
-#endif
 }
 
 double kt_event_least_width(const kt_simulation *simulation, double t) {
@@ -96,12 +91,8 @@ static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, s
 /* The gap of two spheres has a kink where they pass each other. With b = 2 (R + r), g (g + b) = |d|^2 - (R + r)^2 has
  * none, and the sign of g. It is a parabola if the spheres move uniformly. */
 static double kink_of(const kt_simulation *simulation, size_t k) {
-#if KT_HAS_EVENTS
     if (k < simulation->contact_count && simulation->contact_calls->kink != NULL)
         return simulation->contact_calls->kink(simulation, k);
-#else
-    (void)simulation, (void)k;
-#endif
     return 0.0;
 }
 
@@ -175,12 +166,7 @@ static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sa
 
 /* Whether the search of the step may still take the values of a panel's parabolas. */
 static bool has_values_left(const kt_simulation *simulation, size_t k) {
-#if KT_HAS_EVENTS
     return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
-#else
-    (void)simulation, (void)k;
-    return true;
-#endif
 }
 
 /* Lists the samples of event k along a panel, with those that parabolas add. */

@@ -75,18 +75,14 @@ static double time_of_forces(const kt_simulation *simulation, double t) {
 /* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends there. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     double t = time_of_forces(simulation, record->time);
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL && !simulation->steps_over_contacts)
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    if (calls != NULL && !kt_simulation_is_stepped(simulation))
         t = kt_simulation_time_inside(simulation, t);
-#endif
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
         status = kt_simulation_date_masses(simulation, record->time, error);
-#if KT_HAS_EVENTS
-    if (status == KT_OK && simulation->contacts != NULL && record->index >= 0)
-        status = simulation->contact_calls->check(simulation, record->time, error);
-#endif
-    return status;
+    return status == KT_OK && calls != NULL && record->index >= 0 ? calls->check(simulation, record->time, error)
+                                                                  : status;
 }
 
 /* Computes the kinematics and the quantities that follow from them. Energies belong to the model that is integrated. */
@@ -138,24 +134,16 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
 
 /* With time stepping, forces of contacts are loads of the evaluations of a record. */
 static kt_status begin_loads(kt_simulation *simulation, double t, kt_error *error) {
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL && simulation->contact_calls->begin_record != NULL)
-        return simulation->contact_calls->begin_record(simulation, t, error);
-#endif
-    (void)simulation, (void)t, (void)error;
-    return KT_OK;
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    return calls != NULL && calls->begin_record != NULL ? calls->begin_record(simulation, t, error) : KT_OK;
 }
 
 static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *error) {
-#if KT_HAS_EVENTS
-    if (simulation->contacts == NULL || simulation->contact_calls->end_record == NULL)
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    if (calls == NULL || calls->end_record == NULL)
         return status;
     kt_simulation_inputs_use(simulation);
-    if (status == KT_OK && simulation->kinematics)
-        return simulation->contact_calls->end_record(simulation, record, error);
-#endif
-    (void)simulation, (void)record, (void)error;
-    return status;
+    return status == KT_OK && simulation->kinematics ? calls->end_record(simulation, record, error) : status;
 }
 
 /* Computes the requested quantities of the state in y at any time. */

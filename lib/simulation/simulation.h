@@ -27,6 +27,16 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
 KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
 #endif
 
+/* The operations on hard contacts; NULL: there are none. */
+static inline const kt_contact_calls *kt_contact_calls_of(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->contacts != NULL ? simulation->contact_calls : NULL;
+#else
+    (void)simulation;
+    return NULL;
+#endif
+}
+
 /* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
  * model are not restored. Changes do not nest. step.c calls both functions with kt_contact_calls. Cost: O(the memory of
  * the integrator). */

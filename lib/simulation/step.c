@@ -4,6 +4,7 @@
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/renew.h"
+#include "simulation/response.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -322,29 +323,21 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
 
 /* Resolves hard contacts that touch in a state that has been set. */
 static kt_status commit_contacts(kt_simulation *simulation, kt_error *error) {
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
-        return simulation->contact_calls->resolve(simulation, error);
-#endif
-    (void)simulation, (void)error;
-    return KT_OK;
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    return calls != NULL ? calls->resolve(simulation, error) : KT_OK;
 }
 
 /* Begins a change of the state. If the change fails, end_change restores the state before it. */
 static void begin_change(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->keep(simulation);
-#endif
-    (void)simulation;
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    if (calls != NULL)
+        calls->keep(simulation);
 }
 
 static kt_status end_change(kt_simulation *simulation, kt_status status) {
-#if KT_HAS_EVENTS
-    if (status != KT_OK && simulation->contacts != NULL)
-        simulation->contact_calls->undo(simulation);
-#endif
-    (void)simulation;
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    if (status != KT_OK && calls != NULL)
+        calls->undo(simulation);
     return status;
 }
 
@@ -474,11 +467,10 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     kt_simulation_energy after = {0.0, 0.0};
     const bool balanced = simulation->size.integrates_works;
     simulation->cached = KT_CACHED_NOTHING;
-#if KT_HAS_EVENTS
-    const bool keeps_forces = simulation->steps_over_contacts && change->q == NULL; /* those of the last step */
-    if (simulation->contacts != NULL && !keeps_forces)
-        simulation->contact_calls->open(simulation);
-#endif
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    const bool keeps_forces = kt_simulation_is_stepped(simulation) && change->q == NULL; /* those of the last step */
+    if (calls != NULL && !keeps_forces)
+        calls->open(simulation);
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
         memcpy(kt_simulation_auxiliary_states_of(simulation, simulation->y), change->x,
