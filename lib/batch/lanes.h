@@ -116,7 +116,7 @@ typedef struct kt_lane_kernels {
     size_t (*adjoint_layout)(const kt_model *model, void *memory);
     kt_lane_mask (*adjoint)(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
                             double *gradient);
-    /* kt_tangent_drop_transposed, rate_transposed and lift_transposed (sensitivity/sensitivity.h). */
+    /* kt_turns_drop_transposed, rate_transposed and lift_transposed (joint/turn.h). */
     void (*drop_transposed)(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q);
     void (*rate_transposed)(const kt_model *model, void *work, const double *q, const double *v, const double *by_rate,
                             double *by_q, double *by_v);

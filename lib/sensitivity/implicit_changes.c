@@ -12,6 +12,7 @@
  *
  * If positions are plain numbers, dK of positions is dV, and k of positions is s^q_i + h sum_j a_ji x^q_j. The
  * equations for accelerations alone then have the transposed matrix of implicit.c. */
+#include "joint/turn.h"
 #include "sensitivity/implicit.h"
 
 #include <string.h>
@@ -223,8 +224,8 @@ static void solve_whole(kt_step_work *w, kt_coupled c, const double *s) {
         memset(xi, 0, n * sizeof *xi);
         add_transposed(w->by_q + (i - c.first) * n * n, n, k + nq, xi);
         add_transposed(w->by_v + (i - c.first) * n * n, n, k + nq, by_q + nq);
-        kt_tangent_drop_transposed(model, q, xi, by_q);
-        kt_tangent_rate_transposed(model, q, q + nq, k, by_q, by_q + nq);
+        kt_turns_drop_transposed(model, q, xi, by_q);
+        kt_turns_rate_transposed(model, q, q + nq, k, by_q, by_q + nq);
     }
 }
 

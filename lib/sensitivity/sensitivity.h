@@ -43,9 +43,6 @@
 /* Whether every position is a plain number, so that xi = dq. */
 static inline bool kt_is_plain(const kt_model *model) { return model->n.q == model->n.v; }
 
-/* dq (nq) of the rotations xi (nv) at q: dp = p o (0, xi) / 2. */
-void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq);
-
 /* xi = 2 vec(p^-1 o dp); the change of the norm is left out. */
 void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, double *xi);
 
@@ -56,12 +53,8 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 /* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
 
-/* Transposed functions: gradients with respect to the results become gradients with respect to the arguments. The
- * second and the third function add to by_q and by_v. */
-void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi);
-void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q);
-void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
-                                double *by_q, double *by_v);
+/* Gradients with respect to the results become gradients with respect to the arguments. joint/turn.h has the others:
+ * kt_turns_lift_transposed, and kt_turns_drop_transposed and kt_turns_rate_transposed, which add to by_q and by_v. */
 void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
                                double *by_dx);
 

@@ -7,6 +7,7 @@
  * quaternions. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
+#include "joint/turn.h"
 #include "linear/cholesky.h"
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
@@ -101,8 +102,8 @@ static kt_status pull_stage_adjoint(kt_step_work *w, size_t i, kt_error *error) 
         by_v[j] = w->tangent[n + j];
         w->by_force[j] += w->tangent[2 * n + j];
     }
-    kt_tangent_drop_transposed(model, q, w->tangent, by_q);
-    kt_tangent_rate_transposed(model, q, q + nq, w->by_slope, by_q, by_v);
+    kt_turns_drop_transposed(model, q, w->tangent, by_q);
+    kt_turns_rate_transposed(model, q, q + nq, w->by_slope, by_q, by_v);
     return KT_OK;
 }
 
@@ -135,7 +136,7 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
         return status;
     memset(w->by_end, 0, nq * sizeof *w->by_end);
     memcpy(w->by_end + nq, w->by_next + n, n * sizeof *w->by_end);
-    kt_tangent_drop_transposed(model, w->raw, w->by_next, w->by_end);
+    kt_turns_drop_transposed(model, w->raw, w->by_next, w->by_end);
     memcpy(w->by_start, w->by_end, N * sizeof *w->by_start);
     memset(w->by_force, 0, n * sizeof *w->by_force);
     if (w->coupled)
@@ -150,7 +151,7 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
     }
     if (status != KT_OK)
         return status;
-    kt_tangent_lift_transposed(model, w->y, w->by_start, w->by_next);
+    kt_turns_lift_transposed(model, w->y, w->by_start, w->by_next);
     memcpy(w->by_next + n, w->by_start + nq, n * sizeof *w->by_next);
     if (kt_all_finite(w->by_next, 2 * n) && kt_all_finite(w->by_force, n))
         return KT_OK;

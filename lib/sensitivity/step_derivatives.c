@@ -2,6 +2,7 @@
  * change. The change is one of the start (xi, dv) or of a held input (dtau, dp). The equations are in the public
  * header. */
 #include "base/copy.h"
+#include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -23,7 +24,7 @@ static void begin_changes(kt_step_work *w, size_t columns) {
         } else {
             memset(w->unit, 0, n * sizeof *w->unit);
             w->unit[j] = 1.0;
-            kt_tangent_lift(w->model, w->y, w->unit, w->start_q + j * Q);
+            kt_position_rate(w->model, w->y, w->unit, w->start_q + j * Q); /* dp = p o (0, xi) / 2 */
         }
     }
     for (size_t j = n; j < w->states; j++)

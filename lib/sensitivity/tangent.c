@@ -7,13 +7,8 @@
  *
  * T is the right Jacobian of the exponential map. */
 #include "joint/joint.h"
-#include "joint/turn.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"
-
-void kt_tangent_lift(const kt_model *model, const double *q, const double *xi, double *dq) {
-    kt_position_rate(model, q, xi, dq);
-}
 
 void kt_tangent_drop(const kt_model *model, const double *q, const double *dq, double *xi) {
     for (size_t i = 1; i < model->n.link; i++) {
@@ -73,19 +68,6 @@ void kt_tangent_add(const kt_model *model, const double *x, const double *xi, co
 }
 
 /* ---- transposed -------------------------------------------------------------------------------------------------- */
-
-void kt_tangent_lift_transposed(const kt_model *model, const double *q, const double *by_q, double *by_xi) {
-    kt_turns_lift_transposed(model, q, by_q, by_xi);
-}
-
-void kt_tangent_drop_transposed(const kt_model *model, const double *q, const double *by_xi, double *by_q) {
-    kt_turns_drop_transposed(model, q, by_xi, by_q);
-}
-
-void kt_tangent_rate_transposed(const kt_model *model, const double *q, const double *v, const double *by_rate,
-                                double *by_q, double *by_v) {
-    kt_turns_rate_transposed(model, q, v, by_rate, by_q, by_v);
-}
 
 void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
                                double *by_dx) {
