@@ -32,9 +32,4 @@ static void custom_check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "end_count", -1, "end_count is %d; give 1 or 2", effect->end_count);
 }
 
-static kt_energetics custom_energetics(const kt_effect_record *effect) {
-    (void)effect;
-    return KT_ENERGY_SUPPLIED;
-}
-
-const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = custom_check, .energetics = custom_energetics};
+const kt_effect_kind KT_EFFECT(kt_effect_custom) = {.check = custom_check};

@@ -69,7 +69,7 @@ typedef struct kt_gap {
 typedef struct kt_effect_kind {
     /* Reports faults that the ranges of the keys do not cover; NULL: none. */
     void (*check)(kt_checker *checker, const kt_effect *effect);
-    /* How the effect, with its present numbers, can change the energy of a mechanism. */
+    /* How the effect, with its present numbers, can change the energy of a mechanism; NULL: it can supply energy. */
     kt_energetics (*energetics)(const kt_effect_record *effect);
     /* Effects with ends: wrench[k] receives the wrench on end k. balance may be NULL. The points of both ends are
      * relative to a fixed point of the world near one of them. No digits are therefore lost if they are far from the
@@ -235,6 +235,10 @@ static inline kt_energetics kt_energetics_of(bool dissipates) {
 /* The energetics of an effect that is given by functions of time. It supplies energy unless all of them are zero. (A
  * constant force has a potential, but it counts as supplied.) */
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
+/* That of an effect whose damper alone dissipates. */
+static inline kt_energetics kt_effect_energetics_of_damper(const kt_effect_record *effect) {
+    return kt_energetics_of(effect->damping > 0.0);
+}
 
 /* `value` at time t, in world axes. */
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,

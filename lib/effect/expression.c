@@ -112,11 +112,6 @@ static void expression_check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
 }
 
-static kt_energetics expression_energetics(const kt_effect_record *effect) {
-    (void)effect;
-    return KT_ENERGY_SUPPLIED;
-}
-
 #if KT_HAS_EFFECT_JACOBIAN
 static kt_vec3 in_world(const kt_effect_record *effect, const kt_effect_end *end, const double x[3]) {
     const kt_vec3 value = {x[0], x[1], x[2]};
@@ -173,7 +168,6 @@ static void expression_jacobian(const kt_effect_record *effect, const double *nu
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = expression_check,
-                                                        .energetics = expression_energetics,
                                                         .jacobian = KT_IF_JACOBIAN(expression_jacobian),
                                                         .formula_wrench = KT_IF_JACOBIAN(expression_wrench),
                                                         .stores_none = true};

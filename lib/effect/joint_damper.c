@@ -9,10 +9,6 @@ static kt_real joint_damper_force(const kt_effect_record *effect, const double *
     return -effect->damping * v;
 }
 
-static kt_energetics joint_damper_energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->damping > 0.0);
-}
-
 #if KT_HAS_EFFECT_JACOBIAN
 static void joint_damper_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                   double derivative[2]) {
@@ -22,7 +18,7 @@ static void joint_damper_jacobian(const kt_effect_record *effect, const double *
 }
 #endif
 
-const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = joint_damper_energetics,
+const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = kt_effect_energetics_of_damper,
                                                           .joint_force = joint_damper_force,
                                                           .joint_derivatives = KT_IF_JACOBIAN(joint_damper_jacobian),
                                                           .stores_none = true};

@@ -42,10 +42,6 @@ static kt_real joint_limit_force(const kt_effect_record *effect, const double *n
     return KT_CHOOSE(is_beyond, -side * (elastic + damped), kt_real_of(0.0));
 }
 
-static kt_energetics joint_limit_energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->damping > 0.0);
-}
-
 #if KT_HAS_EFFECT_JACOBIAN
 /* With e = k x, d = c w and s = e + |d|, the two derivatives of d e / s are
  *
@@ -74,7 +70,7 @@ static kt_gap joint_limit_gap(const kt_effect_record *effect, double q, double v
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = joint_limit_check,
-                                                         .energetics = joint_limit_energetics,
+                                                         .energetics = kt_effect_energetics_of_damper,
                                                          .joint_force = joint_limit_force,
                                                          .joint_gap = KT_GAP(joint_limit_gap),
                                                          .joint_derivatives = KT_IF_JACOBIAN(joint_limit_jacobian)};

@@ -55,7 +55,8 @@ kt_energetics kt_model_energetics(const kt_model *model) {
     kt_energetics worst = supplied ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        const kt_energetics one = kt_effect_kind_of(effect->type)->energetics(effect);
+        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+        const kt_energetics one = kind->energetics != NULL ? kind->energetics(effect) : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }
 #if KT_HAS_SWITCHES

@@ -49,11 +49,6 @@ static kt_real servo_force(const kt_effect_record *effect, const double *numbers
     return force;
 }
 
-static kt_energetics servo_energetics(const kt_effect_record *effect) {
-    (void)effect;
-    return KT_ENERGY_SUPPLIED;
-}
-
 #if KT_HAS_EFFECT_JACOBIAN
 /* The derivative of the force with respect to u. It is 1 below the parabola, and 0 beyond the parabola or a hard bound.
  * On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
@@ -86,7 +81,6 @@ static double servo_time_derivative(const kt_effect_record *effect, const double
 
 const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
                                                    .check = servo_check,
-                                                   .energetics = servo_energetics,
                                                    .joint_force = servo_force,
                                                    .joint_derivatives = KT_IF_JACOBIAN(servo_jacobian),
                                                    .joint_time_derivative = KT_IF_JACOBIAN(servo_time_derivative),

@@ -31,10 +31,6 @@ static void spring_wrench(const kt_effect_record *effect, const double *numbers,
                                      .dissipated = effect->damping * rate * rate};
 }
 
-static kt_energetics spring_energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->damping > 0.0);
-}
-
 #if KT_HAS_EFFECT_JACOBIAN
 /* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' /
  * |d|:
@@ -66,7 +62,7 @@ static void spring_jacobian(const kt_effect_record *effect, const double *number
 #endif
 
 const kt_effect_kind KT_EFFECT(kt_effect_spring) = {
-    .energetics = spring_energetics, .wrench = spring_wrench, .jacobian = KT_IF_JACOBIAN(spring_jacobian)};
+    .energetics = kt_effect_energetics_of_damper, .wrench = spring_wrench, .jacobian = KT_IF_JACOBIAN(spring_jacobian)};
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
