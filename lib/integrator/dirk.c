@@ -43,10 +43,6 @@ void kt_dirk_init(kt_integrator *it) {
     it->gives_end_derivative = false;
 }
 
-kt_try_result kt_dirk_prepare(kt_integrator *it, bool rejected, kt_try *result) {
-    return kt_newton_prepare(it, KT_DIRK_ROWS, rejected, result);
-}
-
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
 static void form_base(kt_integrator *it, const kt_interval *in, int i) {
@@ -94,12 +90,6 @@ static kt_try_result correct_dirk_stage(kt_integrator *it, double t, double part
 /* The largest number of halvings of a correction. */
 enum { HALVINGS = 20 };
 
-static kt_try_result dirk_diverged(const kt_integrator *it, kt_try *result) {
-    result->t = it->memory.t;
-    result->factor = 0.5;
-    return result->result = KT_TRY_DIVERGED;
-}
-
 /* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer. *found returns
  * whether there is such a lambda. The norm of the test does not depend on the stage. */
 static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
@@ -143,7 +133,7 @@ static kt_try_result correct_damped(kt_integrator *it, double t, double part, si
         stage[l] = from[l] + correction[l];
     it->memory.counts.capped += size > 1e4 && size <= 1e8;
     *done = size <= 1e8;
-    return *done ? KT_TRY_PASSED : dirk_diverged(it, result);
+    return *done ? KT_TRY_PASSED : kt_newton_diverged(it, 0.5, result);
 }
 
 kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
@@ -278,7 +268,7 @@ const kt_method_family kt_family_dirk = {
     .measure = measure_dirk,
     .init = kt_dirk_init,
     .start = kt_newton_forget,
-    .prepare = kt_dirk_prepare,
+    .prepare = kt_newton_prepare,
     .try_step = dirk_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,

@@ -12,9 +12,6 @@ enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_FROM, KT_DIRK_CORRECTION, KT_DIRK_RO
 enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
 static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; }
 
-/* kt_newton_prepare with these rows. */
-kt_try_result kt_dirk_prepare(kt_integrator *it, bool rejected, kt_try *result);
-
 /* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows. The sign of `part` is that of the
  * step. Y is left in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);

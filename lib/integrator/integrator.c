@@ -267,10 +267,7 @@ void kt_integrator_retreat(kt_integrator *it, double step) {
     m->advanced = fmax(0.0, m->advanced - fabs(m->last_step));
     m->t = m->previous_t;
     m->next_step = step;
-    m->last_step = 0.0;
-    m->last_error = (double)NAN;
-    m->control_error = KT_CONTROL_ERROR_FLOOR;
-    m->has_previous = false;
+    forget_step(it);
     m->counts.steps--;
     m->counts.rejected++;
     if (it->options.step > 0.0)

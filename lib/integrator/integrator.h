@@ -102,6 +102,7 @@ typedef struct kt_integrator_sizes {
     size_t rows, terms; /* of the compiled table */
     size_t history;     /* numbers that belong to a checkpoint */
     size_t scratch;     /* bytes that are not preserved from one step to the next */
+    size_t newton_rows; /* vectors of a try of an implicit method (kt_newton_row) */
 } kt_integrator_sizes;
 
 /* Arrays: type, name, count, meaning (base/arena.h). These are preserved between steps. */
@@ -218,6 +219,19 @@ typedef struct kt_try {
     double factor;    /* KT_TRY_DIVERGED: h of the next try over this one's */
     double growth;    /* kt_control_accepted of the error, if computed already; 0: it is not */
 } kt_try;
+
+/* Records a failure of a try, and returns its kind. */
+static inline kt_try_result kt_try_fail(kt_try *result, kt_try_result found, const char *what, double t) {
+    result->what = what;
+    result->t = t;
+    return result->result = found;
+}
+
+/* The same from the code of a callback; KT_TRY_PASSED if it is 0. */
+static inline kt_try_result kt_try_called(kt_try *result, int code, const char *what, double t) {
+    result->code = code;
+    return kt_try_fail(result, code == 0 ? KT_TRY_PASSED : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, what, t);
+}
 
 /* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`
  * itself. */

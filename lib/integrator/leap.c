@@ -23,14 +23,10 @@ static void init_leap(kt_integrator *it) {
 }
 
 static kt_try_result take_leap(kt_integrator *it, const kt_interval *in, kt_try *r) {
-    r->code = it->leap->step(in->t, in->h, in->end, in->y, it->trial, it->callbacks.user);
+    const int code = it->leap->step(in->t, in->h, in->end, in->y, it->trial, it->callbacks.user);
     for (size_t i = 0; i < it->sizes.n; i++)
         it->k[it->fresh][i] = (it->trial[i] - in->y[i]) / in->h;
-    if (r->code == 0)
-        return r->result = KT_TRY_PASSED;
-    r->what = "the step";
-    r->t = in->end;
-    return r->result = r->code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+    return kt_try_called(r, code, "the step", in->end);
 }
 
 static void accept_leap(kt_integrator *it) { it->leap->accept(it->callbacks.user); }

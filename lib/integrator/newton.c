@@ -63,14 +63,15 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_newton_work, KT_NEWTON_FIELDS, size_t n, size_t matrix, size_t pivots, size_t rows)
 
-static size_t lay_out_newton(kt_newton_work *work, void *memory, const kt_integrator_sizes *s, size_t rows) {
+static size_t lay_out_newton(kt_newton_work *work, void *memory, const kt_integrator_sizes *s) {
     const size_t n = s->n;
-    return place_arrays(work, memory, n, s->owns_matrices ? n * n : 0, s->owns_matrices ? n : 0, rows);
+    return place_arrays(work, memory, n, s->owns_matrices ? n * n : 0, s->owns_matrices ? n : 0, s->newton_rows);
 }
 
 void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history) {
+    sizes->newton_rows = rows;
     sizes->history = KT_NEWTON_NUMBERS + sizes->n + history;
-    sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out_newton(NULL, NULL, sizes, rows);
+    sizes->scratch = kt_arena_round(sizeof(kt_newton_work)) + lay_out_newton(NULL, NULL, sizes);
 }
 
 static const kt_newton_memory *memory_of(const kt_integrator *it) {
@@ -113,13 +114,7 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
     result->result = KT_TRY_PASSED;
     if (newton == NULL)
         return difference_jacobian(it, t, y, slot, result);
-    const int code = newton->jacobian(t, y, it->k[slot], it->callbacks.user);
-    if (code == 0)
-        return KT_TRY_PASSED;
-    result->what = "the Jacobian";
-    result->t = t;
-    result->code = code;
-    return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+    return kt_try_called(result, newton->jacobian(t, y, it->k[slot], it->callbacks.user), "the Jacobian", t);
 }
 
 /* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. */
@@ -182,7 +177,7 @@ static void set_scales(kt_integrator *it) {
                           : w->slack * kt_error_scale(it, i, it->y[i], it->y[i]);
 }
 
-kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, kt_try *result) {
+kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     result->result = KT_TRY_PASSED;
     if (rejected) {
@@ -190,7 +185,7 @@ kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, k
         return kt_newton_refresh(it, result);
     }
     *w = (kt_newton_work){.now = *memory_of(it)};
-    (void)lay_out_newton(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes, rows);
+    (void)lay_out_newton(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes);
     w->is_in_memory = it->matrices_known;
     w->factored = it->matrices_known ? w->now.step : 0.0;
     set_scales(it);
@@ -218,8 +213,8 @@ static bool factor_dense(kt_integrator *it, kt_complex sigma) {
     return kt_lu_factor_complex(re, w->im, n, w->pivot_complex);
 }
 
-static kt_try_result newton_diverged(kt_try *result, double t, double factor) {
-    result->t = t;
+kt_try_result kt_newton_diverged(const kt_integrator *it, double factor, kt_try *result) {
+    result->t = it->memory.t;
     result->factor = factor;
     return result->result = KT_TRY_DIVERGED;
 }
@@ -228,14 +223,8 @@ static kt_try_result factor_one(kt_integrator *it, kt_complex sigma, kt_try *res
     const kt_newton *newton = it->options.newton;
     it->memory.counts.factorizations++;
     const int code = newton != NULL ? newton->factor(sigma, it->callbacks.user) : !factor_dense(it, sigma);
-    if (code == 0)
-        return KT_TRY_PASSED;
-    if (code > 0)
-        return newton_diverged(result, it->memory.t, 0.5);
-    result->what = "the factorization of Newton's matrix";
-    result->t = it->memory.t;
-    result->code = code;
-    return result->result = KT_TRY_STOPPED;
+    return code > 0 ? kt_newton_diverged(it, 0.5, result)
+                    : kt_try_called(result, code, "the factorization of Newton's matrix", it->memory.t);
 }
 
 kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_complex pair, kt_try *result) {
@@ -280,13 +269,8 @@ kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, d
             kt_lu_solve_complex(w->re, w->im, it->counted, w->pivot_complex, re, im);
         return KT_TRY_PASSED;
     }
-    const int code = newton->solve(re, im, it->callbacks.user);
-    if (code == 0)
-        return KT_TRY_PASSED;
-    result->what = "the solution of Newton's equations";
-    result->t = it->memory.t;
-    result->code = code;
-    return result->result = code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+    return kt_try_called(result, newton->solve(re, im, it->callbacks.user), "the solution of Newton's equations",
+                         it->memory.t);
 }
 
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
@@ -329,9 +313,7 @@ kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t
     result->component = kt_first_not_finite(x, it->sizes.n);
     if (result->component == it->sizes.n)
         return KT_TRY_PASSED;
-    result->what = "the new state";
-    result->t = t;
-    return result->result = KT_TRY_NOT_FINITE;
+    return kt_try_fail(result, KT_TRY_NOT_FINITE, "the new state", t);
 }
 
 void kt_newton_begin(kt_integrator *it) {
@@ -401,15 +383,15 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, 
         return KT_TRY_PASSED;
     if (!(w->rate < KT_STALLED_RATE)) {
         *done = size <= 10.0 * rounding_of(it);
-        return *done ? KT_TRY_PASSED : newton_diverged(result, it->memory.t, 0.5);
+        return *done ? KT_TRY_PASSED : kt_newton_diverged(it, 0.5, result);
     }
     w->now.ratio = w->rate / (1.0 - w->rate);
     const double missing = predicted_error(w, size, iteration_tolerance(it), left);
     if (missing < 1.0)
         return KT_TRY_PASSED;
-    return newton_diverged(
-        result, it->memory.t,
-        0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)));
+    return kt_newton_diverged(
+        it, 0.8 * kt_control_power(fmin(missing, 20.0), -1.0 / (double)(KT_NEWTON_ITERATIONS - 1 + 4 - w->iterations)),
+        result);
 }
 
 /* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Next to
@@ -425,7 +407,7 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     if (*done)
         return KT_TRY_PASSED;
     if (w->rate >= 1.0 && w->iterations > 4) /* the first corrections may grow */
-        return newton_diverged(result, it->memory.t, 0.5);
+        return kt_newton_diverged(it, 0.5, result);
     return KT_TRY_PASSED;
 }
 
@@ -488,7 +470,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     const int most = fixed ? KT_NEWTON_ITERATIONS_FIXED : KT_NEWTON_ITERATIONS;
     *done = false;
     if (!isfinite(size))
-        return newton_diverged(result, it->memory.t, 0.5);
+        return kt_newton_diverged(it, 0.5, result);
     const double left = count_iteration(it, size);
     *done = !fixed && (correction_is_noise(it, size) || is_small(it, size));
     if (*done)
@@ -499,7 +481,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * left <= iteration_tolerance(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
-    return newton_diverged(result, it->memory.t, 0.5);
+    return kt_newton_diverged(it, 0.5, result);
 }
 
 /* Leaves J out. If no Jacobian can be computed, as next to a singular position of loops, an old J may cause divergence
@@ -521,7 +503,7 @@ static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
         if (recompute(it, result) != KT_TRY_PASSED)
             return result->result;
     }
-    return newton_diverged(result, it->memory.t, 0.5);
+    return kt_newton_diverged(it, 0.5, result);
 }
 
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {

@@ -79,7 +79,7 @@ void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history);
 
 /* Before a try: lays the scratch out and provides J. J is that of earlier steps, unless a new one is wanted, or a try
  * with an old one was rejected. Requires f(t, y) in slot 0. */
-kt_try_result kt_newton_prepare(kt_integrator *it, size_t rows, bool rejected, kt_try *result);
+kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result);
 
 /* Computes J at the start of this step, unless the J in use already is that. */
 kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result);
@@ -101,6 +101,9 @@ void kt_newton_begin(kt_integrator *it);
  * may hide the rest of the residual. */
 void kt_newton_note(kt_integrator *it, size_t stage, double bare);
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result);
+
+/* Reports that the iteration does not converge: the next step is shorter by `factor`. */
+kt_try_result kt_newton_diverged(const kt_integrator *it, double factor, kt_try *result);
 
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);

@@ -89,10 +89,6 @@ static void radau_init(kt_integrator *it) {
     it->gives_end_derivative = false; /* that of the polynomial is not f(t1, y1) to rounding */
 }
 
-static kt_try_result radau_prepare(kt_integrator *it, bool rejected, kt_try *result) {
-    return kt_newton_prepare(it, ROWS, rejected, result);
-}
-
 /* ---- the stages -------------------------------------------------------------------------------------------------- */
 
 /* B_j(s), the integral from 0 to s of the Lagrange polynomial of node j over c_1, c_2, c_3. */
@@ -353,7 +349,7 @@ const kt_method_family kt_family_radau = {
     .measure = measure_radau,
     .init = radau_init,
     .start = kt_newton_forget,
-    .prepare = radau_prepare,
+    .prepare = kt_newton_prepare,
     .try_step = radau_try,
     .error = radau_error_norm,
     .error_at = radau_error_at,

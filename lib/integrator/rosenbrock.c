@@ -97,18 +97,7 @@ static void rosenbrock_init(kt_integrator *it) {
     it->gives_end_derivative = false;
 }
 
-static kt_try_result rosenbrock_prepare(kt_integrator *it, bool rejected, kt_try *result) {
-    return kt_newton_prepare(it, ROWS, rejected, result);
-}
-
 /* ---- the time ---------------------------------------------------------------------------------------------------- */
-
-static kt_try_result stopped(double t, int code, kt_try *result) {
-    result->what = "the slope in time";
-    result->t = t;
-    result->code = code;
-    return result->result = KT_TRY_STOPPED;
-}
 
 /* f_t becomes h f_t. */
 static kt_try_result scale_slope(kt_integrator *it, double h, kt_try *result) {
@@ -132,7 +121,7 @@ static kt_try_result find_slope_time_derivative(kt_integrator *it, const kt_inte
                           : 1;
     it->memory.counts.evaluations += known == 0;
     if (known <= 0)
-        return known == 0 ? scale_slope(it, in->h, result) : stopped(in->t, known, result);
+        return known == 0 ? scale_slope(it, in->h, result) : kt_try_called(result, known, "the slope in time", in->t);
     memset(slope, 0, n * sizeof *slope);
     for (int k = 1; k <= 2; k++) {
         const double t = in->t + (double)k / 1024.0 * in->h, weight = k == 1 ? 2048.0 : -512.0;
@@ -420,7 +409,7 @@ const kt_method_family kt_family_rosenbrock = {
     .measure = measure_rosenbrock,
     .init = rosenbrock_init,
     .start = kt_newton_forget,
-    .prepare = rosenbrock_prepare,
+    .prepare = kt_newton_prepare,
     .try_step = rosenbrock_try,
     .error = rosenbrock_error_norm,
     .error_at = rosenbrock_error_at,

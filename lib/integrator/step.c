@@ -75,17 +75,10 @@ static kt_try_result prepare_attempt(kt_integrator *it, kt_try *result) {
     return result->result;
 }
 
-/* Records the cause and the time of a failed try. */
-static kt_try_result fail_try(kt_try *result, kt_try_result found, const char *what, double t) {
-    result->what = what;
-    result->t = t;
-    return result->result = found;
-}
-
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *result) {
     if (!kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
-        return fail_try(result, KT_TRY_NOT_FINITE, "the new state", in->end);
+        return kt_try_fail(result, KT_TRY_NOT_FINITE, "the new state", in->end);
     }
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
@@ -96,7 +89,7 @@ kt_try_result kt_try_judge(const kt_interval *in, double error, kt_try *result) 
     result->error = error;
     if (error <= 1.0) /* false for an estimate that overflowed */
         return KT_TRY_PASSED;
-    return fail_try(result, KT_TRY_INACCURATE, "the error estimate", in->end);
+    return kt_try_fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
 /* Whether the error estimate of a try is made of errors of the slopes, which no shorter step lowers. */
@@ -111,13 +104,11 @@ static bool estimate_is_noise(const kt_integrator *it, double h, const kt_try *r
 static kt_try_result project_trial(kt_integrator *it, double t, bool *changed, kt_try *result) {
     *changed = true;
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
-    if (code != 0) {
-        result->code = code;
-        return fail_try(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, "the projection", t);
-    }
+    if (code != 0)
+        return kt_try_called(result, code, "the projection", t);
     if (*changed && !kt_all_finite(it->trial, it->sizes.n)) {
         result->component = kt_first_not_finite(it->trial, it->sizes.n);
-        return fail_try(result, KT_TRY_NOT_FINITE, "the projected state", t);
+        return kt_try_fail(result, KT_TRY_NOT_FINITE, "the projected state", t);
     }
     return KT_TRY_PASSED;
 }

@@ -162,6 +162,7 @@ static void measure_switching(const kt_method *method, kt_integrator_sizes *size
     kt_family_explicit.measure(method, sizes);
     sizes->history = implicit.history + sizes->n + WATCH_NUMBERS;
     sizes->scratch = implicit.scratch;
+    sizes->newton_rows = implicit.newton_rows;
 }
 
 static void switching_init(kt_integrator *it) {

@@ -20,11 +20,9 @@ kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t s
     const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
     if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
         return result->result = KT_TRY_PASSED;
-    result->what = "the right-hand side";
-    result->t = t;
-    result->code = code;
     result->component = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
-    return result->result = code == 0 ? KT_TRY_NOT_FINITE : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED;
+    (void)kt_try_called(result, code, "the right-hand side", t);
+    return result->result = code == 0 ? KT_TRY_NOT_FINITE : result->result;
 }
 
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {
