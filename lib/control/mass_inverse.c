@@ -6,6 +6,7 @@
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
+#include "mechanism/evaluate.h"
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -103,9 +104,7 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
     }
     if (kt_dense_cholesky(w->reduced, (size_t)w->dofs, w->dofs, w->size))
         return KT_OK;
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, "mass matrix",
-        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+    return kt_inertia_reject("mass matrix", error);
 }
 
 /* Computes the factors along the tree. They have data of their own, because the caller may use its data for other calls

@@ -11,6 +11,7 @@
 #include "dynamics/derivative.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
+#include "mechanism/evaluate.h"
 
 #include <math.h>
 #include <string.h>
@@ -65,9 +66,7 @@ static kt_status factor_reduced_mass(work *w, const double *q, kt_error *error) 
         memcpy(w->reduced + j * f, w->of.half + j * n + r, f * sizeof *w->reduced);
     if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, "derivatives",
-        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+    return kt_inertia_reject("derivatives", error);
 }
 
 /* Overwrites column d, which holds D, with da. e: the p entries of E, or NULL for zero. */

@@ -58,27 +58,30 @@ static kt_effect_wrench wrench_on_last(const dependence *on, const kt_effect_fra
     return wrench[effect->ends - 1];
 }
 
+/* Writes one column of all matrices, from the derivatives of the wrenches. */
+static void store_column(kt_effect_wrench wrench, int changed, int k, kt_effect_jacobian *jacobian) {
+    kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
+    const kt_vec3 moment = kt_v4_vec3(kt_vector_derivative(wrench.moment));
+    const kt_vec3 force = kt_v4_vec3(kt_vector_derivative(wrench.force));
+    kt_mat3 *by[2] = {&matrix[0][changed % 2], &matrix[1][changed % 2]};
+    *(k == 0 ? &by[0]->x : k == 1 ? &by[0]->y : &by[0]->z) = moment;
+    *(k == 0 ? &by[1]->x : k == 1 ? &by[1]->y : &by[1]->z) = force;
+    jacobian->moment = kt_v4_vec3(kt_vector_value(wrench.moment));
+    jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
+}
+
 static void differentiate_effect(const dependence *on, const kt_effect_end *end, kt_effect_jacobian *jacobian) {
     const int last = on->effect->ends - 1;
     *jacobian = (kt_effect_jacobian){.at_point = false};
-    for (int changed = 0; changed < CHANGES; changed++) {
-        kt_vec3 moment[3], force[3];
+    for (int changed = 0; changed < CHANGES; changed++)
         for (int k = 0; k < 3; k++) {
             kt_v4 e = kt_v4_splat(0.0);
             e[k] = 1.0;
             kt_effect_frame frames[2];
             for (int i = 0; i <= last; i++)
                 frames[i] = dual_frame_of(&end[i], i == last ? changed : CHANGES, e);
-            const kt_effect_wrench wrench = wrench_on_last(on, frames);
-            moment[k] = kt_v4_vec3(kt_vector_derivative(wrench.moment));
-            force[k] = kt_v4_vec3(kt_vector_derivative(wrench.force));
-            jacobian->moment = kt_v4_vec3(kt_vector_value(wrench.moment));
-            jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
+            store_column(wrench_on_last(on, frames), changed, k, jacobian);
         }
-        kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
-        matrix[0][changed % 2] = (kt_mat3){moment[0], moment[1], moment[2]};
-        matrix[1][changed % 2] = (kt_mat3){force[0], force[1], force[2]};
-    }
 }
 
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
@@ -102,18 +105,6 @@ void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *num
 }
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
-
-/* Writes one column of all matrices, from the derivatives of the wrenches. */
-static void store_column(kt_effect_wrench wrench, int changed, int k, kt_effect_jacobian *jacobian) {
-    kt_mat3(*matrix)[2] = changed < OMEGA ? jacobian->stiffness : jacobian->damping;
-    const kt_vec3 moment = kt_v4_vec3(kt_vector_derivative(wrench.moment));
-    const kt_vec3 force = kt_v4_vec3(kt_vector_derivative(wrench.force));
-    kt_mat3 *by[2] = {&matrix[0][changed % 2], &matrix[1][changed % 2]};
-    *(k == 0 ? &by[0]->x : k == 1 ? &by[0]->y : &by[0]->z) = moment;
-    *(k == 0 ? &by[1]->x : k == 1 ? &by[1]->y : &by[1]->z) = force;
-    jacobian->moment = kt_v4_vec3(kt_vector_value(wrench.moment));
-    jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
-}
 
 void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
                             int moved, const double force[3], kt_effect_jacobian *jacobian) {

@@ -1,6 +1,7 @@
 /* Memory and calls of kkt.h: the kernels of the model's instruction set. */
 #include "derivative/kkt.h"
 
+#include "mechanism/evaluate.h"
 #include "reduction/kernel.h"
 
 KT_ARENA_ARRAYS(place_arrays, kt_kkt, KT_KKT_FIELDS, const kt_kkt_sizes *s)
@@ -56,9 +57,7 @@ kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, con
     bool done;
     KT_BY_ISA(w->model->isa, done =, kt_kkt_reduce, (w));
     if (!done)
-        return kt_error_set(
-            error, KT_ERROR_SINGULAR, "equations of motion",
-            "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+        return kt_inertia_reject("equations of motion", error);
     return KT_OK;
 }
 

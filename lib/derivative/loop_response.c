@@ -137,9 +137,7 @@ kt_status kt_loops_respond(const kt_model *model, kt_data *data, kt_metric metri
     exchange_equations(model, data, RIGHT, right, NULL);
     if (model->group_kernels->least_step(model, data, metric, force, x))
         return KT_OK;
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, "derivatives",
-        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+    return kt_inertia_reject("derivatives", error);
 }
 
 /* Groups that have been solved in their own form are factored. */

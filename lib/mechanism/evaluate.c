@@ -12,6 +12,12 @@ kt_status kt_wrenches_check(const kt_model *model, const double *q, const double
     return kt_input_check(model, &input, error);
 }
 
+kt_status kt_inertia_reject(const char *where, kt_error *error) {
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, where,
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+}
+
 KT_INLINE kt_status accelerate_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                        kt_error *error) {
     const kt_status given = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;

@@ -111,6 +111,9 @@ bool kt_auxiliary_states_are_idle(const kt_model *model);
 KT_INNER KT_CHECKED kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, const char *what,
                                                          kt_error *error);
 
+/* The error of a matrix of inertia that is not positive along a degree of freedom. */
+kt_status kt_inertia_reject(const char *where, kt_error *error);
+
 /* kt_acceleration_evaluate for a model with loops, without effects. data->interpolated is set if a was interpolated
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;

@@ -244,6 +244,7 @@ kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynam
         return reject_quasi_static(&b, unbalanced, error);
     return status == KT_OK ? follow_springs(&springs, a, error) : status;
 }
+#endif
 
 kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, double *q, double *v, const double *tau,
                               const kt_wrench *external, kt_error *error) {
@@ -251,6 +252,7 @@ kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, do
         return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     kt_status status = kt_input_check(model, &input, error);
+#if KT_HAS_QUASI_STATICS
     if (status != KT_OK || model->n.massless == 0)
         return status;
     status = kt_massless_solve(model, data, &(kt_dynamic_state){t, q, v, tau, external}, error);
@@ -258,15 +260,7 @@ kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, do
         memcpy(q, data->balanced_q, model->n.q * sizeof *q);
         memcpy(v, data->balanced_v, model->n.v * sizeof *v);
     }
+#endif
+    (void)t;
     return status;
 }
-#else
-kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, double *q, double *v, const double *tau,
-                              const kt_wrench *external, kt_error *error) {
-    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, v || !model->n.v))
-        return KT_ERROR_ARGUMENT;
-    const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
-    (void)t;
-    return kt_input_check(model, &input, error);
-}
-#endif

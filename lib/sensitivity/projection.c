@@ -31,6 +31,7 @@
 #include "derivative/stiffness.h"
 #include "kinetree/joint.h"
 #include "linear/cholesky.h"
+#include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
 #include <math.h>
@@ -73,9 +74,7 @@ static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, boo
     }
     if (kt_dense_cholesky(w->reduced, f, (int)f, NULL))
         return KT_OK;
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, "derivatives",
-        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+    return kt_inertia_reject("derivatives", error);
 }
 
 static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
