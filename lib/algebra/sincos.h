@@ -13,9 +13,7 @@ enum { KT_SINCOS_LANES = 8 };
  * eight. The array angle continues to a whole group of eight with any indices of q. */
 #define KT_SINCOS_DECLARE(isa)                                                                                         \
     void kt_sincos_gather_##isa(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine);
-KT_SINCOS_DECLARE(baseline)
-KT_SINCOS_DECLARE(v3)
-KT_SINCOS_DECLARE(v4)
+KT_EACH_ISA(KT_SINCOS_DECLARE)
 #undef KT_SINCOS_DECLARE
 
 #ifdef KT_ISA

@@ -11,6 +11,16 @@
 #define KT_KERNEL(name) KT_PASTE(name##_, KT_ISA)
 #endif
 
+/* Expands a macro for each instruction set, for declarations. KT_EACH_KERNEL: in code for several states at once, for
+ * the functions of KT_KERNEL alone, lanes_v3 where KT_ISA is v3. */
+#define KT_EACH_ISA(X) X(baseline) X(v3) X(v4)
+#ifdef KT_LANES
+#define KT_EACH_KERNEL(X) KT_EACH_KERNEL_(X, KT_PASTE(lanes_, KT_ISA))
+#define KT_EACH_KERNEL_(X, isa) X(isa)
+#else
+#define KT_EACH_KERNEL KT_EACH_ISA
+#endif
+
 /* Calls name_ISA with arguments in parentheses; result: `x =`, or nothing. */
 #ifdef KT_ISAS
 #define KT_BY_ISA(isa, result, name, arguments)                                                                        \

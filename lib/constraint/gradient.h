@@ -33,9 +33,7 @@ void kt_loop_linearize(const kt_dual_motion *at, const double *lambda, double *d
                                        const kt_loop_sum *sum, double *by_q, double *by_v);                            \
     void kt_planar_loop_matrices_##isa(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving,     \
                                        double *d_q, double *by_q, double *by_v);
-KT_LOOP_GRADIENT_DECLARE(baseline)
-KT_LOOP_GRADIENT_DECLARE(v3)
-KT_LOOP_GRADIENT_DECLARE(v4)
+KT_EACH_ISA(KT_LOOP_GRADIENT_DECLARE)
 #undef KT_LOOP_GRADIENT_DECLARE
 
 /* The sum and the matrices of one loop by dual numbers; links' poses are in data->motion. */

@@ -8,9 +8,7 @@
  * about its origin). Writes loops (one wrench for each loop, on the second end about the first end's point). */
 #define KT_REACT_DECLARE(isa)                                                                                          \
     void kt_react_##isa(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
-KT_REACT_DECLARE(baseline)
-KT_REACT_DECLARE(v3)
-KT_REACT_DECLARE(v4)
+KT_EACH_ISA(KT_REACT_DECLARE)
 #undef KT_REACT_DECLARE
 
 #endif

@@ -206,9 +206,7 @@ typedef struct kt_loop_in_plane {
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
                                       const kt_loop_in_plane *x, const kt_planar_end end[2], double t,                 \
                                       kt_planar_wrench *rows);
-KT_ROWS_IN_SPACE_DECLARE(baseline)
-KT_ROWS_IN_SPACE_DECLARE(v3)
-KT_ROWS_IN_SPACE_DECLARE(v4)
+KT_EACH_ISA(KT_ROWS_IN_SPACE_DECLARE)
 #undef KT_ROWS_IN_SPACE_DECLARE
 #endif
 

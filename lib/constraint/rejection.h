@@ -2,15 +2,14 @@
 #ifndef KT_CONSTRAINT_REJECTION_H
 #define KT_CONSTRAINT_REJECTION_H
 
+#include "base/isa.h"
 #include "model/model.h"
 
 /* The first loop whose callback returns another number than 0, and that number; -1: none. Needs the links' poses and
  * velocities in space. */
 #define KT_REJECTING_DECLARE(isa)                                                                                      \
     int kt_loop_rejecting_##isa(const kt_model *model, const kt_data *data, double t, const double *v, int *code);
-KT_REJECTING_DECLARE(baseline)
-KT_REJECTING_DECLARE(v3)
-KT_REJECTING_DECLARE(v4)
+KT_EACH_ISA(KT_REJECTING_DECLARE)
 #undef KT_REJECTING_DECLARE
 
 #endif

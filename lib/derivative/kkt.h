@@ -126,8 +126,6 @@ void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z
     void kt_kkt_solve_##isa(const kt_kkt *w, size_t count, double *f, const double *b);                                \
     void kt_kkt_apply_mass_##isa(const kt_kkt *w, size_t count, double *x);                                            \
     void kt_kkt_restrict_##isa(const kt_kkt *w, size_t dofs, size_t count, const double *x, double *z);
-KT_KKT_DECLARE(baseline)
-KT_KKT_DECLARE(v3)
-KT_KKT_DECLARE(v4)
+KT_EACH_ISA(KT_KKT_DECLARE)
 
 #endif

@@ -40,24 +40,14 @@ typedef struct kt_inverse_terms {
 
 /* compute: the terms at q, which is finite. zero: as many zeros as velocities. Returns a link without inertia along a
  *   degree of freedom, or 0.
- * apply: x (nv) becomes M^-1 x. */
+ * apply: x (nv) becomes M^-1 x.
+ * In lanes, data->sound excludes states that are rejected. */
 #define KT_INVERSE_DECLARE(isa)                                                                                        \
-    size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const double *q, const double *zero,         \
+    size_t kt_inverse_compute_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,     \
                                     kt_inverse_terms *terms);                                                          \
-    void kt_inverse_apply_##isa(const kt_model *model, const kt_inverse_terms *terms, double *x);
-KT_INVERSE_DECLARE(baseline)
-KT_INVERSE_DECLARE(v3)
-KT_INVERSE_DECLARE(v4)
+    void kt_inverse_apply_##isa(const kt_model *model, const kt_inverse_terms *terms, kt_real1 *x);
+KT_EACH_KERNEL(KT_INVERSE_DECLARE)
 #undef KT_INVERSE_DECLARE
-
-#ifdef KT_LANES
-
-/* The same in lanes; data->sound excludes states that are rejected. */
-size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
-                                     kt_inverse_terms *terms);
-void KT_KERNEL(kt_inverse_apply)(const kt_model *model, const kt_inverse_terms *terms, kt_real1 *x);
-
-#endif
 
 /* Places the arrays of the terms of a model with these counts in memory (NULL: none); returns the bytes. */
 size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n);

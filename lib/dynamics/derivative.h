@@ -138,9 +138,7 @@ typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_
     void kt_derivative_hand_over_##isa(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from,          \
                                        double *to);
 
-KT_DERIVATIVES_DECLARE(baseline)
-KT_DERIVATIVES_DECLARE(v3)
-KT_DERIVATIVES_DECLARE(v4)
+KT_EACH_ISA(KT_DERIVATIVES_DECLARE)
 
 /* Computes kt_dynamics_inverse_derivatives, and the mass matrix. The results dq, dv and dtau (the mass matrix) stay in
  * *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow.

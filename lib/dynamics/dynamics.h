@@ -35,36 +35,42 @@ typedef struct kt_kernels {
 /* The kernels of an instruction set. There is one table each for spatial, planar and mixed models (kt_sweep), and the
  * same for models with armature. The functions in the tables follow; the planar ones compute the planar links. A mass
  * matrix takes two steps: the composites, of which one may not be finite, and the columns. If velocity coordinates have
- * the order of the links, the columns set the whole lower triangle. Otherwise zeros must be there already. */
+ * the order of the links, the columns set the whole lower triangle. Otherwise zeros must be there already.
+ *
+ * KT_RECURSIONS_DECLARE has those that are compiled in lanes, too. The numbers of all states of a coordinate are
+ * neighbours there, q[coordinate][lane], and data->sound excludes states that are rejected. */
 #define KT_KERNELS_DECLARE(isa)                                                                                        \
     extern const kt_kernels kt_kernels_##isa[2 * KT_SWEEP_COUNT];                                                      \
-    size_t kt_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau, \
-                            const kt_wrench *external, double *a);                                                     \
-    bool kt_project_armature_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau,                  \
-                                   kt_articulated *x);                                                                 \
-    size_t kt_armature_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,           \
-                                     const double *tau, const kt_wrench *external, double *a);                         \
-    size_t kt_planar_armature_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,    \
-                                            const double *tau, const kt_wrench *external, double *a);                  \
-    void kt_inverse_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,     \
-                          const kt_wrench *external, double *tau);                                                     \
     size_t kt_mass_compose_##isa(const kt_model *model, kt_data *data, const double *q);                               \
     void kt_mass_columns_##isa(const kt_model *model, const kt_data *data, double *mass);                              \
     void kt_mass_mirror_##isa(size_t n, double *mass);                                                                 \
-    size_t kt_kinematics_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,                 \
-                               const double *a);                                                                       \
-    size_t kt_follow_##isa(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);   \
-    void kt_force_links_##isa(const kt_model *model, kt_data *data, const double *q, const double *v);                 \
-    size_t kt_planar_forward_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,             \
-                                   const double *tau, const kt_wrench *external, double *a);                           \
-    void kt_planar_inverse_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,               \
-                                 const double *a, const kt_wrench *external, double *tau);                             \
     size_t kt_planar_mass_compose_##isa(const kt_model *model, kt_data *data, const double *q);                        \
-    void kt_planar_mass_columns_##isa(const kt_model *model, const kt_data *data, double *mass);                       \
-    size_t kt_planar_kinematics_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,          \
-                                      const double *a);                                                                \
-    size_t kt_planar_follow_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,              \
-                                  const double *a);
+    void kt_planar_mass_columns_##isa(const kt_model *model, const kt_data *data, double *mass);
+#define KT_RECURSIONS_DECLARE(isa)                                                                                     \
+    size_t kt_forward_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,                \
+                            const kt_real1 *tau, const kt_external *external, kt_real1 *a);                            \
+    kt_condition kt_project_armature_##isa(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,        \
+                                           kt_articulated *x);                                                         \
+    size_t kt_armature_forward_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,       \
+                                     const kt_real1 *tau, const kt_external *external, kt_real1 *a);                   \
+    size_t kt_planar_armature_forward_##isa(const kt_model *model, kt_data *data, const kt_real1 *q,                   \
+                                            const kt_real1 *v, const kt_real1 *tau, const kt_external *external,       \
+                                            kt_real1 *a);                                                              \
+    void kt_inverse_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,                  \
+                          const kt_real1 *a, const kt_external *external, kt_real1 *tau);                              \
+    size_t kt_kinematics_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,             \
+                               const kt_real1 *a);                                                                     \
+    size_t kt_follow_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,                 \
+                           const kt_real1 *a);                                                                         \
+    void kt_force_links_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v);             \
+    size_t kt_planar_forward_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,         \
+                                   const kt_real1 *tau, const kt_external *external, kt_real1 *a);                     \
+    void kt_planar_inverse_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,           \
+                                 const kt_real1 *a, const kt_external *external, kt_real1 *tau);                       \
+    size_t kt_planar_kinematics_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,      \
+                                      const kt_real1 *a);                                                              \
+    size_t kt_planar_follow_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,          \
+                                  const kt_real1 *a);
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 
@@ -199,38 +205,7 @@ const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, c
 /* Motion of the links that carry forces, into the data. */
 void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v);
 
-KT_KERNELS_DECLARE(baseline)
-KT_KERNELS_DECLARE(v3)
-KT_KERNELS_DECLARE(v4)
-
-#ifdef KT_LANES
-
-/* The recursions of trees in lanes. The numbers of all states of a coordinate are neighbours, q[coordinate][lane].
- * data->sound excludes states that are rejected. */
-size_t KT_KERNEL(kt_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                             const kt_real1 *tau, const kt_external *external, kt_real1 *a);
-size_t KT_KERNEL(kt_planar_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                    const kt_real1 *tau, const kt_external *external, kt_real1 *a);
-size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                const kt_real1 *a);
-size_t KT_KERNEL(kt_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                            const kt_real1 *a);
-size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                       const kt_real1 *a);
-size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                   const kt_real1 *a);
-kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
-                                            kt_articulated *x);
-size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                      const kt_real1 *tau, const kt_external *external, kt_real1 *a);
-size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                             const kt_real1 *tau, const kt_external *external, kt_real1 *a);
-void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                           const kt_real1 *a, const kt_external *external, kt_real1 *tau);
-void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                  const kt_real1 *a, const kt_external *external, kt_real1 *tau);
-void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v);
-
-#endif
+KT_EACH_ISA(KT_KERNELS_DECLARE)
+KT_EACH_KERNEL(KT_RECURSIONS_DECLARE)
 
 #endif

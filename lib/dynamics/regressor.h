@@ -8,9 +8,7 @@ enum { KT_BODY_PARAMETERS = 10 };
 
 /* Writes the columns of all bodies, nv rows, from the motion in the data (kinematics of kt_kernels). */
 #define KT_REGRESSOR_DECLARE(isa) void kt_regressor_bodies_##isa(const kt_model *model, const kt_data *data, double *y);
-KT_REGRESSOR_DECLARE(baseline)
-KT_REGRESSOR_DECLARE(v3)
-KT_REGRESSOR_DECLARE(v4)
+KT_EACH_ISA(KT_REGRESSOR_DECLARE)
 #undef KT_REGRESSOR_DECLARE
 
 #endif

@@ -61,30 +61,18 @@ typedef struct kt_gradient_state {
  * kt_planar_gradient serves planar links, and uses their poses in the plane.
  *
  * kt_planar_respond computes x = M^-1 tau of planar trees, and their poses. Returns a link without inertia, or 0. The
- * result x may overwrite tau. zero: as many zeros as velocities. */
+ * result x may overwrite tau. zero: as many zeros as velocities.
+ *
+ * In lanes, data->sound excludes states that are rejected. */
 #define KT_GRADIENT_DECLARE(isa)                                                                                       \
     void kt_inverse_gradient_##isa(const kt_model *model, const kt_data *data, const kt_gradient_state *at,            \
-                                   const double *w, const kt_gradient *out);                                           \
-    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const kt_gradient_state *at, const double *w,  \
-                                  const kt_gradient *out);                                                             \
-    size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const double *q, const double *zero,          \
-                                   const double *tau, double *x);
-KT_GRADIENT_DECLARE(baseline)
-KT_GRADIENT_DECLARE(v3)
-KT_GRADIENT_DECLARE(v4)
+                                   const kt_real1 *w, const kt_gradient *out);                                         \
+    void kt_planar_gradient_##isa(const kt_model *model, kt_data *data, const kt_gradient_state *at,                   \
+                                  const kt_real1 *w, const kt_gradient *out);                                          \
+    size_t kt_planar_respond_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,      \
+                                   const kt_real1 *tau, kt_real1 *x);
+KT_EACH_KERNEL(KT_GRADIENT_DECLARE)
 #undef KT_GRADIENT_DECLARE
-
-#ifdef KT_LANES
-
-/* The same in lanes; data->sound excludes states that are rejected. */
-void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const kt_gradient_state *at,
-                                    const kt_real1 *w, const kt_gradient *out);
-void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const kt_gradient_state *at, const kt_real1 *w,
-                                   const kt_gradient *out);
-size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
-                                    const kt_real1 *tau, kt_real1 *x);
-
-#endif
 
 /* Evaluates the gradient with the kernel of the model's instruction set and sweep. KT_GRADIENT_POSED: the data already
  * hold the poses of q, in the plane if the model is planar. KT_GRADIENT_WEIGHTLESS: without gravity.

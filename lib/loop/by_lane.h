@@ -27,9 +27,7 @@ typedef struct kt_loop_lanes {
     int kt_loop_evaluate_by_lane_##isa(const kt_loop_record *loop, const double *numbers, const kt_loop_lanes *at,     \
                                        unsigned *flags);                                                               \
     double kt_loop_relate_by_lane_##isa(const kt_loop_record *loop, const double *numbers, const kt_loop_lanes *at);
-KT_LOOP_BY_LANE_DECLARE(baseline)
-KT_LOOP_BY_LANE_DECLARE(v3)
-KT_LOOP_BY_LANE_DECLARE(v4)
+KT_EACH_ISA(KT_LOOP_BY_LANE_DECLARE)
 #undef KT_LOOP_BY_LANE_DECLARE
 
 #ifdef KT_LANES

@@ -91,9 +91,7 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     bool kt_delassus_damp_##isa(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,     \
                                 double *step);                                                                         \
     bool kt_delassus_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *gravity);
-KT_DELASSUS_DECLARE(baseline)
-KT_DELASSUS_DECLARE(v3)
-KT_DELASSUS_DECLARE(v4)
+KT_EACH_ISA(KT_DELASSUS_DECLARE)
 
 #else
 

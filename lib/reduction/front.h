@@ -92,9 +92,7 @@ typedef struct kt_front_total {
     void kt_front_multipliers_##isa(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda);  \
     void kt_front_multipliers_of_##isa(const kt_model *model, kt_data *data, size_t g, double *lambda);                \
     void kt_front_nullspace_##isa(const kt_model *model, kt_data *data, size_t g, int column, double *x);
-KT_FRONT_DECLARE(baseline)
-KT_FRONT_DECLARE(v3)
-KT_FRONT_DECLARE(v4)
+KT_EACH_ISA(KT_FRONT_DECLARE)
 
 #else
 

@@ -31,8 +31,6 @@ static inline size_t kt_front4_count(size_t steps) { return steps * sizeof(kt_fr
  * Sets the same data as kt_front_factor, for the equations data->factored. */
 #define KT_FRONT4_DECLARE(isa)                                                                                         \
     bool kt_front4_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a);
-KT_FRONT4_DECLARE(baseline)
-KT_FRONT4_DECLARE(v3)
-KT_FRONT4_DECLARE(v4)
+KT_EACH_ISA(KT_FRONT4_DECLARE)
 
 #endif

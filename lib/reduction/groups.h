@@ -46,8 +46,6 @@
     double kt_damped_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \
     bool kt_damped_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,      \
                                double *step);
-KT_GROUPS_DECLARE(baseline)
-KT_GROUPS_DECLARE(v3)
-KT_GROUPS_DECLARE(v4)
+KT_EACH_ISA(KT_GROUPS_DECLARE)
 
 #endif

@@ -92,9 +92,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
     void kt_half_add_forces_##isa(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,     \
                                   const double *change, const double *column);                                         \
     void kt_spatial_links_resume_##isa(const kt_model *model, kt_data *data, const double *v, size_t end, double *a);
-KT_HALF_DECLARE_ISA(baseline)
-KT_HALF_DECLARE_ISA(v3)
-KT_HALF_DECLARE_ISA(v4)
+KT_EACH_ISA(KT_HALF_DECLARE_ISA)
 #undef KT_HALF_DECLARE_ISA
 
 #endif

@@ -62,9 +62,7 @@ typedef struct kt_reduction_kernels {
 
 #define KT_REDUCTION_DECLARE(isa)                                                                                      \
     extern const kt_reduction_kernels kt_reduction_kernels_##isa, kt_reduction_planar_kernels_##isa;
-KT_REDUCTION_DECLARE(baseline)
-KT_REDUCTION_DECLARE(v3)
-KT_REDUCTION_DECLARE(v4)
+KT_EACH_ISA(KT_REDUCTION_DECLARE)
 
 /* The kernels for the model's sweep: the spatial ones, or those that compute planar links in their planes. They are
  * model->group_kernels. */

@@ -19,42 +19,24 @@
  * which the inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which
  * has prepared them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities.
  * If v is NULL, they have been factored like all others. `weightless`: without gravity.
- */
+ *
+ * In lanes (algebra/real3.h), the groups are pins, dense matrices or in the form of Delassus (lane_groups.c). The mask
+ * data->sound excludes lanes in which a group is near a singular position, or a joint has no inertia. */
 #define KT_LINKS_DECLARE(isa)                                                                                          \
-    void kt_spatial_links_pose_##isa(const kt_model *model, kt_data *data, const double *q, size_t end);               \
-    void kt_spatial_links_move_##isa(const kt_model *model, kt_data *data, const double *v, size_t end);               \
+    void kt_spatial_links_pose_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end);             \
+    void kt_spatial_links_move_##isa(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end);             \
     void kt_spatial_links_clear_##isa(const kt_model *model, kt_data *data, size_t end);                               \
-    void kt_spatial_links_motion_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,         \
-                                       const kt_wrench *external, size_t end);                                         \
-    size_t kt_spatial_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *tau, size_t end,      \
-                                             bool delassus, double *a);                                                \
-    void kt_planar_links_pose_##isa(const kt_model *model, kt_data *data, const double *q);                            \
-    void kt_planar_links_move_##isa(const kt_model *model, kt_data *data, const double *v);                            \
-    void kt_planar_links_motion_##isa(const kt_model *model, kt_data *data, const double *q, const double *v,          \
-                                      const kt_wrench *external);                                                      \
-    size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const double *v, const double *tau,  \
-                                            bool weightless, double *a);
-#ifdef KT_LANES
-/* The same in lanes (algebra/real3.h), if the groups are pins, dense matrices or in the form of Delassus
- * (lane_groups.c). The mask data->sound excludes lanes in which a group is near a singular position, or a joint has no
- * inertia. */
-void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end);
-void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end);
-void KT_KERNEL(kt_spatial_links_clear)(const kt_model *model, kt_data *data, size_t end);
-void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                        const kt_external *external, size_t end);
-size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,
-                                              bool delassus, kt_real1 *a);
-void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q);
-void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v);
-void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                       const kt_external *external);
-size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *v,
-                                             const kt_real1 *tau, bool weightless, kt_real1 *a);
-#else
-KT_LINKS_DECLARE(baseline)
-KT_LINKS_DECLARE(v3)
-KT_LINKS_DECLARE(v4)
-#endif
+    void kt_spatial_links_motion_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,     \
+                                       const kt_external *external, size_t end);                                       \
+    size_t kt_spatial_links_accelerate_##isa(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,    \
+                                             bool delassus, kt_real1 *a);                                              \
+    void kt_planar_links_pose_##isa(const kt_model *model, kt_data *data, const kt_real1 *q);                          \
+    void kt_planar_links_move_##isa(const kt_model *model, kt_data *data, const kt_real1 *v);                          \
+    void kt_planar_links_motion_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,      \
+                                      const kt_external *external);                                                    \
+    size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const kt_real1 *v,                   \
+                                            const kt_real1 *tau, bool weightless, kt_real1 *a);
+KT_EACH_KERNEL(KT_LINKS_DECLARE)
+#undef KT_LINKS_DECLARE
 
 #endif

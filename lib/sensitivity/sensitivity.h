@@ -88,9 +88,7 @@ typedef struct kt_products {
     void kt_sum_##isa(double *out, const double *start, double h, const double *row, size_t count, const double *k,    \
                       size_t n);                                                                                       \
     void kt_solve_lanes_##isa(const double *lu, size_t n, const int *pivot, kt_v8 *x);
-KT_PRODUCTS_DECLARE(baseline)
-KT_PRODUCTS_DECLARE(v3)
-KT_PRODUCTS_DECLARE(v4)
+KT_EACH_ISA(KT_PRODUCTS_DECLARE)
 #undef KT_PRODUCTS_DECLARE
 
 /* A sparse matrix: all of its numbers, column-major, and the rows of each column that are not zero. The function
@@ -103,9 +101,7 @@ typedef struct kt_sparse {
 } kt_sparse;
 
 #define KT_SPARSE_DECLARE(isa) void kt_sparse_apply_##isa(const kt_sparse *a, const kt_v8 *x, kt_v8 *y);
-KT_SPARSE_DECLARE(baseline)
-KT_SPARSE_DECLARE(v3)
-KT_SPARSE_DECLARE(v4)
+KT_EACH_ISA(KT_SPARSE_DECLARE)
 #undef KT_SPARSE_DECLARE
 
 /* ---- a parameter ------------------------------------------------------------------------------------------------- */
