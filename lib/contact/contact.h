@@ -234,6 +234,19 @@ static inline kt_contact_line kt_contact_line_of(const struct kt_contacts *c, co
 static inline kt_contact_line kt_contacts_line(const struct kt_contacts *c, int k) {
     return kt_contact_line_of(c, &c->item[c->list[k]], c->component[k]);
 }
+/* The rate J x - b' of an equation of item k. */
+static inline double kt_contacts_rate(const struct kt_contacts *c, int k, int component, const double *x) {
+    const kt_contact_line line = kt_contact_line_of(c, &c->item[k], component);
+    double sum = -c->rate[kt_contact_row(c->all, &c->item[k]) + component];
+    for (int j = 0; j < line.count; j++)
+        sum += line.row[j] * x[line.v[j]];
+    return line.sign * sum;
+}
+
+/* J x - right likewise. *size: the sum of the terms' magnitudes. */
+double kt_contacts_residual(const struct kt_contacts *c, int k, int component, const double *x, const double *right,
+                            double *size);
+
 /* Writes row k of J over the coordinates of its group (of nv). */
 void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
 /* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */

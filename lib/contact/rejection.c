@@ -33,16 +33,6 @@ static const double wrong = 1e-6;
 /* Contradicting equations leave at least this part of the speed. */
 static const double left = 1e-3;
 
-/* Returns the rate of row i of the touching contacts, at the velocities v. */
-static double rate_of(const struct kt_contacts *c, int i, const double *v) {
-    const kt_contact *contact = &c->item[c->list[i]];
-    const kt_contact_line line = kt_contacts_line(c, i);
-    double sum = -line.sign * c->rate[kt_contact_row(c->all, contact) + c->component[i]];
-    for (int j = 0; j < line.count; j++)
-        sum += line.sign * line.row[j] * v[line.v[j]];
-    return sum;
-}
-
 /* Returns the contact of all islands that closes fastest; *speed: its speed, at least 0. */
 static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
     int fastest = 0;
@@ -50,7 +40,7 @@ static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++) {
-            const double rate = rate_of(c, i, v);
+            const double rate = kt_contacts_rate(c, c->list[i], c->component[i], v);
             fastest = -rate > *speed ? c->list[i] : fastest;
             *speed = fmax(*speed, -rate);
         }
@@ -90,7 +80,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++)
-            if (rate_of(c, i, from) <= rounding * speed)
+            if (kt_contacts_rate(c, c->list[i], c->component[i], from) <= rounding * speed)
                 c->item[c->list[i]].next = KT_CONTACT_ON;
     }
     const kt_model *closed = kt_contacts_model(simulation, true);

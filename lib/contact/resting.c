@@ -11,36 +11,20 @@
 
 #include <math.h>
 
-/* J_component x - b of a contact. *size: the sum of |J_j other_j| and |b|. */
-static double row_of_contact(const struct kt_contacts *c, int k, int component, const double *x, const double *b,
-                             const double *other, double *size) {
-    const kt_contact *item = &c->item[k];
-    const kt_contact_line line = kt_contact_line_of(c, item, component);
-    double sum = -b[kt_contact_row(c->all, item) + component];
-    *size = fabs(sum);
-    for (int j = 0; j < line.count; j++) {
-        sum += line.row[j] * x[line.v[j]];
-        *size += fabs(line.row[j] * other[line.v[j]]);
-    }
-    return sum;
-}
-
 /* Whether contact k rests. a: accelerations; those without contacts are in c->a. */
 static bool is_resting(const kt_simulation *simulation, int k, const double *a) {
     const struct kt_contacts *c = simulation->contacts;
-    double size;
+    double size, unused;
     if (kt_contact_is_released(&c->item[k]) || !(c->gap[k] <= simulation->contact_margin) ||
-        !(fabs(row_of_contact(c, k, 0, c->v, c->rate, c->v, &size)) <= kt_contact_resting))
+        !(fabs(kt_contacts_rate(c, k, 0, c->v)) <= kt_contact_resting))
         return false;
-    return fabs(row_of_contact(c, k, 0, a, c->drift, c->a, &size)) <= kt_contact_grazing * size;
+    (void)kt_contacts_residual(c, k, 0, c->a, c->drift, &size);
+    return fabs(kt_contacts_residual(c, k, 0, a, c->drift, &unused)) <= kt_contact_grazing * size;
 }
 
 /* Whether friction k of a contact that rests does not slip. */
 static bool is_sticking(const struct kt_contacts *c, int k) {
-    double size, slip[2];
-    for (int i = 0; i < 2; i++)
-        slip[i] = row_of_contact(c, k, i, c->v, c->rate, c->v, &size);
-    return kt_hypot(slip[0], slip[1]) <= kt_contact_resting;
+    return kt_hypot(kt_contacts_rate(c, k, 0, c->v), kt_contacts_rate(c, k, 1, c->v)) <= kt_contact_resting;
 }
 
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a) {

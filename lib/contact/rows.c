@@ -129,10 +129,10 @@ double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
     return sum;
 }
 
-/* sign (J x - right), *size: the sum of the terms' magnitudes. */
-static double along(const struct kt_contacts *c, int k, const double *x, const double *right, double *size) {
-    const kt_contact_line line = kt_contacts_line(c, k);
-    const double r = line.sign * right[kt_contact_row(c->all, &c->item[c->list[k]]) + c->component[k]];
+double kt_contacts_residual(const struct kt_contacts *c, int k, int component, const double *x, const double *right,
+                            double *size) {
+    const kt_contact_line line = kt_contact_line_of(c, &c->item[k], component);
+    const double r = line.sign * right[kt_contact_row(c->all, &c->item[k]) + component];
     double sum = -r;
     *size = fabs(r);
     for (int j = 0; j < line.count; j++) {
@@ -144,13 +144,13 @@ static double along(const struct kt_contacts *c, int k, const double *x, const d
 }
 
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size) {
-    const double rate = along(c, k, c->v, c->rate, size);
+    const double rate = kt_contacts_residual(c, c->list[k], c->component[k], c->v, c->rate, size);
     *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->speed);
     return rate;
 }
 
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size) {
-    const double acceleration = along(c, k, c->a, c->drift, size);
+    const double acceleration = kt_contacts_residual(c, c->list[k], c->component[k], c->a, c->drift, size);
     *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->change);
     return acceleration;
 }

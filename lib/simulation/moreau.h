@@ -86,16 +86,7 @@ void kt_moreau_init(kt_simulation *simulation);
 extern const struct kt_leap kt_moreau_leap;
 extern const kt_contact_calls kt_moreau_calls;
 
-/* The rate J x - b' of a row of a contact, in the state of the last equations; b' of its equation; and the rows of an
- * item. */
-static inline double kt_moreau_rate(const struct kt_contacts *c, int k, int component, const double *x) {
-    const kt_contact *item = &c->item[k];
-    const kt_contact_line line = kt_contact_line_of(c, item, component);
-    double sum = -c->rate[kt_contact_row(c->all, item) + component];
-    for (int j = 0; j < line.count; j++)
-        sum += line.row[j] * x[line.v[j]];
-    return item->sign * sum;
-}
+/* b' of the equation of a row of a contact, in the state of the last equations; and the rows of an item. */
 double kt_moreau_right(const struct kt_contacts *c, int k, int component);
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 

@@ -28,8 +28,8 @@ static void add_moreau_row(kt_simulation *simulation, int k, int component, cons
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const int row = kt_contacts_add_row(c, k, component);
-    m->begin[row] = kt_moreau_rate(c, k, component, v);
-    m->free[row] = kt_moreau_rate(c, k, component, m->y + simulation->size.nq);
+    m->begin[row] = kt_contacts_rate(c, k, component, v);
+    m->free[row] = kt_contacts_rate(c, k, component, m->y + simulation->size.nq);
 }
 
 /* Empties the lists of items. */
@@ -264,7 +264,7 @@ static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
 /* Whether a contact closes within the step at the velocities m->after. */
 static bool is_closing(const kt_simulation *simulation, int k, double h) {
     const struct kt_contacts *c = simulation->contacts;
-    return c->gap[k] + h * kt_moreau_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
+    return c->gap[k] + h * kt_contacts_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
 }
 
 /* Whether a contact was closed in the last step and does not bounce. It most probably takes part, and does not disturb
@@ -273,7 +273,7 @@ static bool was_closed(const kt_simulation *simulation, int k, const double *v) 
     const struct kt_contacts *c = simulation->contacts;
     const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
     return simulation->contact_state[k].closed != 0 &&
-           (!(loop->restitution > 0.0) || -kt_moreau_rate(c, k, 0, v) <= loop->rest_velocity);
+           (!(loop->restitution > 0.0) || -kt_contacts_rate(c, k, 0, v) <= loop->rest_velocity);
 }
 
 /* Adds contacts that take part; begins: with those of the last step. */
@@ -357,7 +357,7 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     }
     for (int i = 0; i < m->count; i++)
         for (int r = m->first[i], end = r + kt_moreau_rows(m, i); r < end; r++)
-            m->free[r] = kt_moreau_rate(c, c->rows[r], c->components[r], free);
+            m->free[r] = kt_contacts_rate(c, c->rows[r], c->components[r], free);
     kt_moreau_renew_laws(simulation, h);
     for (int i = 0; i < c->islands; i++)
         m->island[i].known = m->island[i].count == 0 ? 0 : -1;

@@ -102,7 +102,7 @@ static double dissipation_of(const kt_simulation *simulation, int count, double 
         const int i = m->chosen[j];
         for (int k = 0; k < kt_moreau_rows(m, i); k++) {
             const int r = m->first[i] + k;
-            const double end = kt_moreau_rate(c, c->rows[r], c->components[r], m->after);
+            const double end = kt_contacts_rate(c, c->rows[r], c->components[r], m->after);
             lost -= 0.5 * m->p[3 * i + k] * (m->begin[r] + end);
             *size += 0.5 * fabs(m->p[3 * i + k]) * (fabs(m->begin[r]) + fabs(end));
         }
@@ -248,6 +248,6 @@ bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
     kt_copy(m->position, m->y, simulation->size.nq * sizeof *m->y);
     kt_position_add(simulation->model, m->position, m->change, m->y);
     for (int k = 0; k < c->sides; k++)
-        c->gap[k] += kt_moreau_rate(c, k, 0, m->change) + c->item[k].sign * kt_moreau_right(c, k, 0);
+        c->gap[k] += kt_contacts_rate(c, k, 0, m->change) + c->item[k].sign * kt_moreau_right(c, k, 0);
     return true;
 }

@@ -220,7 +220,7 @@ static double violation_of(const kt_simulation *simulation) {
         const double *p = m->p + 3 * i, cone = m->mu[i] * p[0];
         double u[3] = {0.0, 0.0, 0.0};
         for (int r = 0; r < kt_moreau_rows(m, i); r++)
-            u[r] = kt_moreau_rate(c, c->rows[m->first[i] + r], c->components[m->first[i] + r], m->after);
+            u[r] = kt_contacts_rate(c, c->rows[m->first[i] + r], c->components[m->first[i] + r], m->after);
         const double bound = m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i], slip = hypot(u[1], u[2]);
         worst = fmax(worst, -p[0] / most);
         worst = fmax(worst, (bound - u[0]) / fastest);
