@@ -95,8 +95,9 @@ static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)(
 /* The group with this number, at its states as they are; the lanes are given the numbers of its models. */
 kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group);
 
-/* Records that the computation of a state has failed, with the error `made` of the call for one state. */
-void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault);
+/* Takes a lane whose computation has failed out of the live ones. Records its error `made`, of the call for one
+ * state. */
+void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const kt_error *made, kt_batch_fault *fault);
 
 /* Copies the numbers of one lane to w->one_q, one_v and one_tau, and its auxiliary states to the data. */
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane);

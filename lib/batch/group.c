@@ -51,7 +51,9 @@ kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group) {
                             .tau = batch->tau + first * n->nv};
 }
 
-void kt_batch_fail(kt_batch_work *w, size_t state, const kt_error *made, kt_batch_fault *fault) {
+void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const kt_error *made, kt_batch_fault *fault) {
+    const size_t state = group->first + lane;
+    group->live &= ~((kt_lane_mask)1 << lane);
     w->batch->status[state] = (uint8_t)made->code;
     w->failed++;
     if (fault->status != KT_OK && fault->state < state)
@@ -80,12 +82,10 @@ static void accelerate_alone(kt_batch_work *w, kt_batch_group *group, size_t lan
     w->alone_count++;
     const kt_status status = kt_acceleration_evaluate(w->batch->own[group->first + lane], w->data, t, w->one_q,
                                                       w->one_v, w->one_tau, NULL, w->one_a, &made);
-    if (status == KT_OK) {
+    if (status == KT_OK)
         kt_lane_put(w->one_a, n->width, lane, n->nv, w->result);
-        return;
-    }
-    kt_batch_fail(w, group->first + lane, &made, fault);
-    group->live &= ~((kt_lane_mask)1 << lane);
+    else
+        kt_batch_fail(w, group, lane, &made, fault);
 }
 
 kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
@@ -108,10 +108,8 @@ static void reject_open_contacts(kt_batch_work *w, kt_batch_group *group, const 
             continue;
         kt_batch_take(w, group, lane);
         const kt_dynamic_state at = {.t = t[lane], .q = w->one_q, .v = w->one_v};
-        if (kt_open_contacts_reject(w->batch->own[group->first + lane], w->data, &at, &made) == KT_OK)
-            continue;
-        kt_batch_fail(w, group->first + lane, &made, fault);
-        group->live &= ~((kt_lane_mask)1 << lane);
+        if (kt_open_contacts_reject(w->batch->own[group->first + lane], w->data, &at, &made) != KT_OK)
+            kt_batch_fail(w, group, lane, &made, fault);
     }
 }
 #endif
@@ -144,12 +142,10 @@ static void invert_alone(kt_batch_work *w, kt_batch_group *group, const double *
     w->alone_count++;
     const kt_status status = kt_dynamics_inverse(w->batch->own[group->first + lane], w->data, w->one_q, w->one_v,
                                                  w->one_a, NULL, w->one_tau, &made);
-    if (status == KT_OK) {
+    if (status == KT_OK)
         kt_lane_put(w->one_tau, n->width, lane, n->nv, w->result);
-        return;
-    }
-    kt_batch_fail(w, group->first + lane, &made, fault);
-    group->live &= ~((kt_lane_mask)1 << lane);
+    else
+        kt_batch_fail(w, group, lane, &made, fault);
 }
 
 void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault) {

@@ -48,7 +48,7 @@ static void sense_alone(kt_batch_work *w, kt_batch_group *group, const kt_batch_
     kt_lane_take(batch->a + group->first * nv, batch->n.width, lane, nv, w->one_a);
     w->alone_count++;
     if (kt_kinematics_update(model, w->data, w->one_q, w->one_v, w->one_a, &made) != KT_OK) {
-        kt_batch_fail(w, state, &made, fault);
+        kt_batch_fail(w, group, lane, &made, fault);
         return;
     }
     for (size_t i = 0; i < s->count; i++) {

@@ -11,8 +11,6 @@
 #include "kinetree/joint.h"
 #include "mechanism/evaluate.h"
 
-static kt_lane_mask bit(size_t lane) { return (kt_lane_mask)1 << lane; }
-
 /* The rates of positions of a group. */
 static void find_position_rates(kt_batch_work *w, const kt_batch_group *group, double *out) {
     const kt_batch *batch = w->batch;
@@ -34,12 +32,10 @@ static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const
             continue;
         kt_batch_take(w, group, lane);
         if (kt_auxiliary_state_rates_trusted(w->batch->own[state], w->data, t[lane], w->one_q, w->one_v, rates,
-                                             &made) == KT_OK) {
+                                             &made) == KT_OK)
             kt_lane_put(rates, n->width, lane, n->nx, out);
-            continue;
-        }
-        kt_batch_fail(w, state, &made, fault);
-        group->live &= ~bit(lane);
+        else
+            kt_batch_fail(w, group, lane, &made, fault);
     }
 }
 
@@ -106,8 +102,7 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
     kt_lane_take(w->stage + nq, n->width, lane, n->nv, w->one_v);
     if (kt_state_close(w->batch->own[state], w->data, w->batch->t[state] + h, true, w->one_q, w->one_v, &made) !=
         KT_OK) {
-        kt_batch_fail(w, state, &made, fault);
-        group->live &= ~bit(lane);
+        kt_batch_fail(w, group, lane, &made, fault);
         return;
     }
     kt_lane_put(w->one_q, n->width, lane, n->nq, w->stage);
