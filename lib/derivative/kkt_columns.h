@@ -54,6 +54,39 @@ KT_INLINE void add(const double *a, column8 x, int n, column8 *y) {
 
 KT_SHIFTS(column8, _of8)
 
+/* A of the link's parent, at the link's origin: a link begins with it. */
+KT_INLINE column8 *carried_motion(const columns *k, size_t i, int c) {
+    column8 *a = motion_of(k, i);
+    memcpy(a, motion_of(k, (size_t)k->model->link[i].parent), (size_t)c * sizeof *a);
+    kt_motion_shift_of8(c, kt_kkt_offset(k->w, i, c), a);
+    return a;
+}
+
+/* Adds the wrench on a link to that on its parent, unless it is the ground. */
+KT_INLINE void pass_wrench(const columns *k, size_t i, int c) {
+    const size_t parent = (size_t)k->model->link[i].parent;
+    column8 *p = motion_of(k, i), *up = motion_of(k, parent);
+    if (!parent)
+        return;
+    kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
+    for (int j = 0; j < c; j++)
+        up[j] += p[j];
+}
+
+/* Columns of n numbers into k->x, and back from lanes. */
+static inline void gather_columns_by_lane(const columns *k, size_t n, int lanes, const double *x) {
+    clear(k->x, (int)n);
+    for (int lane = 0; lane < lanes; lane++)
+        for (size_t i = 0; i < n; i++)
+            k->x[i][lane] = x[(size_t)lane * n + i];
+}
+
+static inline void scatter_columns_by_lane(const column8 *from, size_t n, int lanes, double *x) {
+    for (int lane = 0; lane < lanes; lane++)
+        for (size_t i = 0; i < n; i++)
+            x[(size_t)lane * n + i] = from[i][lane];
+}
+
 /* A group by fronts at one of its steps. */
 typedef struct front {
     kt_front f;

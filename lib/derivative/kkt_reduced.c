@@ -20,9 +20,7 @@
 /* A of the link. */
 KT_INLINE void accelerate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    column8 *a = motion_of(k, i);
-    memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    kt_motion_shift_of8(c, kt_kkt_offset(k->w, i, c), a);
+    column8 *a = carried_motion(k, i, c);
     for (int d = 0; d < kt_link_dofs(link); d++)
         add(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
 }
@@ -40,15 +38,11 @@ KT_INLINE void load(const columns *k, size_t i, int c) {
 /* M x of the link's coordinates, and P for the parent. */
 KT_INLINE void hand_down(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    const column8 *p = motion_of(k, i);
     for (int d = 0; d < kt_link_dofs(link); d++)
         k->x[link->v + d] = dot(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, p, c) +
                             splat(k->model->armature[link->v + d]) * k->x[link->v + d];
-    if (!link->parent)
-        return;
-    kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
-    for (int j = 0; j < c; j++)
-        up[j] += p[j];
+    pass_wrench(k, i, c);
 }
 
 static void accelerate_spatial(const columns *k, size_t i) { accelerate(k, i, KT_FRONT_SPACE); }
@@ -118,19 +112,6 @@ static void restrict_columns(const columns *k) {
 }
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
-
-static void gather_columns_by_lane(const columns *k, size_t n, int lanes, const double *x) {
-    clear(k->x, (int)n);
-    for (int lane = 0; lane < lanes; lane++)
-        for (size_t i = 0; i < n; i++)
-            k->x[i][lane] = x[(size_t)lane * n + i];
-}
-
-static void scatter_columns_by_lane(const column8 *from, size_t n, int lanes, double *x) {
-    for (int lane = 0; lane < lanes; lane++)
-        for (size_t i = 0; i < n; i++)
-            x[(size_t)lane * n + i] = from[i][lane];
-}
 
 void KT_KERNEL(kt_kkt_apply_mass)(const kt_kkt *w, size_t count, double *x) {
     const columns k = columns_of(w);

@@ -104,14 +104,10 @@ KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
     for (int l = group->link_count - 1; l >= 0; l--) {
         const size_t i = (size_t)k->model->group_link[group->link + l];
         const kt_link *link = &k->model->link[i];
-        column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+        const column8 *p = motion_of(k, i);
         for (int d = 0; d < kt_link_dofs(link); d++)
             k->x[link->v + d] -= dot(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, p, c);
-        if (link->parent == 0)
-            continue;
-        kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
-        for (int j = 0; j < c; j++)
-            up[j] += p[j];
+        pass_wrench(k, i, c);
     }
 }
 
@@ -155,25 +151,19 @@ KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
 
 KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    column8 *p = motion_of(k, i), *up = motion_of(k, (size_t)link->parent);
+    column8 *p = motion_of(k, i);
     for (int d = kt_link_dofs(link) - 1; d >= 0; d--) {
         const size_t v = (size_t)link->v + (size_t)d;
         const column8 force = k->x[v] - dot(k->w->axis + KT_FRONT_SPACE * v, p, c);
         k->x[v] = force * splat(k->w->inverse[v]);
         add(k->w->gain + KT_FRONT_SPACE * v, force, c, p);
     }
-    if (!link->parent)
-        return;
-    kt_wrench_shift_of8(c, kt_kkt_offset(k->w, i, c), p);
-    for (int j = 0; j < c; j++)
-        up[j] += p[j];
+    pass_wrench(k, i, c);
 }
 
 KT_INLINE void respond(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
-    column8 *a = motion_of(k, i);
-    memcpy(a, motion_of(k, (size_t)link->parent), (size_t)c * sizeof *a);
-    kt_motion_shift_of8(c, kt_kkt_offset(k->w, i, c), a);
+    column8 *a = carried_motion(k, i, c);
     for (int d = 0; d < kt_link_dofs(link); d++) {
         const size_t v = (size_t)link->v + (size_t)d;
         if (link->group < 0)
@@ -266,16 +256,10 @@ void KT_KERNEL(kt_kkt_solve)(const kt_kkt *w, size_t count, double *f, const dou
     clear(k.b, (int)p);
     for (size_t from = 0; from < count; from += KT_KKT_LANES) {
         const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
-        clear(k.x, (int)n);
-        for (int lane = 0; lane < lanes; lane++) {
-            for (size_t i = 0; i < n; i++)
-                k.x[i][lane] = f[(from + (size_t)lane) * n + i];
-            if (b)
-                load_equations(&k, b + (from + (size_t)lane) * p, lane);
-        }
+        gather_columns_by_lane(&k, n, lanes, f + from * n);
+        for (int lane = 0; lane < lanes && b; lane++)
+            load_equations(&k, b + (from + (size_t)lane) * p, lane);
         solve_kkt_columns(&k);
-        for (int lane = 0; lane < lanes; lane++)
-            for (size_t i = 0; i < n; i++)
-                f[(from + (size_t)lane) * n + i] = k.x[i][lane];
+        scatter_columns_by_lane(k.x, n, lanes, f + from * n);
     }
 }
