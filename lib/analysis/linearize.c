@@ -495,10 +495,7 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
         return status;
     kt_copy(l->q0, q, l->size.q * sizeof *q);
     memcpy(l->v0, v, nv * sizeof *v);
-    if (tau)
-        memcpy(l->tau, tau, nv * sizeof *tau);
-    else
-        memset(l->tau, 0, nv * sizeof *l->tau);
+    kt_copy_or_clear(l->tau, tau, nv * sizeof *tau);
     kt_copy(l->data->x, l->x0, l->size.x * sizeof *l->x0);
     status = kt_state_project(l->model, l->data, l->t, l->q0, l->v0, NULL, error);
     if (status == KT_OK)

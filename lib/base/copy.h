@@ -21,4 +21,12 @@ static inline void kt_clear(void *to, size_t bytes) {
         memset(to, 0, bytes);
 }
 
+/* from: NULL means zeros. */
+static inline void kt_copy_or_clear(void *to, const void *from, size_t bytes) {
+    if (from)
+        kt_copy(to, from, bytes);
+    else
+        kt_clear(to, bytes);
+}
+
 #endif

@@ -2,6 +2,7 @@
  * are n = M a + h - J' external - Q. Actuators and loops supply them: n = S' forces + A' lambda. With A Z = 0
  *     Z' S' forces = Z' n
  * and with y = sqrt(W) forces the least y is that of least forces' W forces. */
+#include "base/copy.h"
 #include "base/where.h"
 #include "control/control.h"
 #include "linear/cholesky.h"
@@ -77,9 +78,7 @@ static kt_status find_need(kt_actuation_work *w, kt_data *data, double t, const 
         status = kt_effects_apply(model, data, &loaded, error);
     if (status != KT_OK)
         return status;
-    memset(w->right, 0, model->n.v * sizeof *w->right);
-    if (loaded.tau)
-        memcpy(w->right, loaded.tau, model->n.v * sizeof *w->right);
+    kt_copy_or_clear(w->right, loaded.tau, model->n.v * sizeof *w->right);
     status = kt_inverse_trusted(model, data, q, v, a, loaded.external, w->force, error);
     for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
         w->force[i] -= w->right[i];

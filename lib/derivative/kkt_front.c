@@ -1,4 +1,5 @@
 /* The maps of kkt.h of a group by fronts: the parts of an elimination that all right-hand sides share. */
+#include "base/copy.h"
 #include "derivative/kkt_link.h"
 #include "linear/cholesky.h"
 #include "linear/qr.h"
@@ -93,10 +94,7 @@ static void divide_columns(const step *o, int rows, double *x) {
 static void set_close(const step *o) {
     const int n = o->params, all = o->base + n;
     memset(o->map.close, 0, (size_t)(n * o->rank) * sizeof(double));
-    if (o->pulled)
-        memcpy(o->map.pull, o->pulled, (size_t)(all * o->rank) * sizeof(double));
-    else
-        memset(o->map.pull, 0, (size_t)(all * o->rank) * sizeof(double));
+    kt_copy_or_clear(o->map.pull, o->pulled, (size_t)(all * o->rank) * sizeof(double));
     for (int c = 0; c < o->rank; c++) {
         o->map.close[c * (n + 1)] = 1.0;
         for (int j = o->rank - 1; j >= 0; j--) {

@@ -1,6 +1,7 @@
 /* The effects of a scene, summed into joint forces and wrenches on bodies. The sum runs batch by batch, so that nothing
  * is executed for types that the scene does not have. Powers are summed only on request: the sum is compiled once with
  * them and once without. */
+#include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
@@ -325,10 +326,7 @@ KT_INLINE kt_status sum_all(sum *s, kt_dynamic_state *at, kt_error *error) {
     if (has_joint_force_callback(model))
         memcpy(data->tau, at->tau ? at->tau : model->zero, model->n.v * sizeof(double));
     if (model->n.force_link > 0) {
-        if (at->external)
-            memcpy(data->applied, at->external, model->n.body * sizeof *data->applied);
-        else
-            memset(data->applied, 0, model->n.body * sizeof *data->applied);
+        kt_copy_or_clear(data->applied, at->external, model->n.body * sizeof *data->applied);
         kt_force_frames_sweep(model, data, at->q, at->v);
     }
     for (size_t i = 0; i < model->n.batch; i++)

@@ -1,10 +1,9 @@
 /* The accelerations of a whole mechanism: effects are summed, then a tree or a mechanism with loops is computed. */
 #include "mechanism/evaluate.h"
 
+#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/algebra.h"
-
-#include <string.h>
 
 kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
                             kt_error *error) {
@@ -64,10 +63,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
 /* Points at->external at the sum of its wrenches and those of masses that change (dynamics/variable_mass.c). */
 static kt_status add_mass_rates(const kt_model *model, kt_data *data, kt_dynamic_state *at, const double *a,
                                 kt_error *error) {
-    if (at->external)
-        memcpy(data->mass_wrench, at->external, model->n.body * sizeof *data->mass_wrench);
-    else
-        memset(data->mass_wrench, 0, model->n.body * sizeof *data->mass_wrench);
+    kt_copy_or_clear(data->mass_wrench, at->external, model->n.body * sizeof *data->mass_wrench);
     at->external = data->mass_wrench;
     return kt_masses_add_rates(model, data, at->t, at->q, at->v, a, data->mass_wrench, error);
 }
@@ -88,10 +84,7 @@ kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, 
 
 #if KT_HAS_SWITCHES
 void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
-    if (external)
-        memcpy(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
-    else
-        memset(data->slip_loaded, 0, model->n.body * sizeof *data->slip_loaded);
+    kt_copy_or_clear(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
 }
 
 void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, double x, double y) {

@@ -8,6 +8,7 @@
  * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
  * accelerations of the planar ones.
  */
+#include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "mechanism/evaluate.h"
@@ -19,10 +20,7 @@
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     model = kt_model_now(model, data);
-    if (loaded.external)
-        memcpy(data->loaded, loaded.external, model->n.body * sizeof *data->loaded);
-    else
-        memset(data->loaded, 0, model->n.body * sizeof *data->loaded);
+    kt_copy_or_clear(data->loaded, loaded.external, model->n.body * sizeof *data->loaded);
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     loaded.tau = loaded.tau ? loaded.tau : model->zero;
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)

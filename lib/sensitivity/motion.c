@@ -161,10 +161,7 @@ static void multiply_changes(motion *m) {
     for (size_t j = 0; j < m->columns; j++) {
         const double *from = m->change + j * m->N;
         double *to = m->moved + j * m->N;
-        if (j >= m->N)
-            kt_copy(to, m->B + (j - m->N) * m->N, m->N * sizeof *to);
-        else
-            memset(to, 0, m->N * sizeof *to);
+        kt_copy_or_clear(to, j >= m->N ? m->B + (j - m->N) * m->N : NULL, m->N * sizeof *to);
         for (size_t k = 0; k < m->N; k++)
             for (size_t i = 0; i < m->N && from[k] != 0.0; i++)
                 to[i] += m->A[k * m->N + i] * from[k];

@@ -1,6 +1,7 @@
 /* The inputs of a step: torques and wrenches. They are set between steps, and take effect at the beginning of the next
  * step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
  * discards earlier slopes. */
+#include "base/copy.h"
 #include "base/where.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
@@ -67,10 +68,7 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
                                     "the torque is %g; give a finite number", torque[at.v + i]);
             }
     }
-    if (torque != NULL)
-        memcpy(simulation->torque_next, torque, nv * sizeof(double));
-    else
-        memset(simulation->torque_next, 0, nv * sizeof(double));
+    kt_copy_or_clear(simulation->torque_next, torque, nv * sizeof(double));
     simulation->memory.next.torque = torque != NULL;
     simulation->memory.pending = true;
     return KT_OK;
@@ -91,10 +89,7 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
                                 kt_where_format("body '%s'", kt_body_name(simulation->user_model, body)).text,
                                 "the wrench is not finite");
         }
-    if (wrenches != NULL)
-        memcpy(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
-    else
-        memset(simulation->wrench_next, 0, count * sizeof(kt_wrench));
+    kt_copy_or_clear(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
     simulation->memory.next.wrenches = wrenches != NULL;
     simulation->memory.pending = true;
     return KT_OK;
