@@ -70,29 +70,6 @@ static void pose_block(const kt_coulomb *c, int i, int j, int stride, double *W)
     }
 }
 
-static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
-    const int m = 3 * c->n;
-    int row[3];
-    double unused[3];
-    memset(p->b, 0, (size_t)m * sizeof *p->b);
-    p->has_limit = false;
-    p->symmetric = true;
-    for (int i = 0; i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
-        p->least[i] = item->least;
-        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : is_open_alone(item) ? 0.0 : -1.0;
-        p->has_limit = p->has_limit || p->limit[i] >= 0.0;
-        p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
-    }
-    for (int r = 0; r < m; r++)
-        if (rows_of(&c->item[r / 3], r % 3, row, unused) > 0)
-            p->b[r] = c->b[row[0]];
-    for (int i = 0; i < c->n && c->n <= c->most; i++)
-        for (int j = 0; j < c->n; j++)
-            pose_block(c, i, j, m, kt_cone_matrix(p->cone) + 3 * i * m + 3 * j);
-}
-
 /* Between the rows of the cone solver and those of the problem. */
 static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
     int row[3];
@@ -110,17 +87,32 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
         x[r] = rows_of(&c->item[r / 3], r % 3, row, by) > 0 ? p[row[0]] : 0.0;
 }
 
+static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
+    const int m = 3 * c->n;
+    gather(c, c->b, p->b);
+    p->has_limit = false;
+    p->symmetric = true;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
+        p->least[i] = item->least;
+        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : is_open_alone(item) ? 0.0 : -1.0;
+        p->has_limit = p->has_limit || p->limit[i] >= 0.0;
+        p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
+    }
+    for (int i = 0; i < c->n && c->n <= c->most; i++)
+        for (int j = 0; j < c->n; j++)
+            pose_block(c, i, j, m, kt_cone_matrix(p->cone) + 3 * i * m + 3 * j);
+}
+
 /* The same W by blocks, for more items than matrices have room for. */
 static void posed_block(const void *user, int i, int j, double *w) { pose_block(user, i, j, 3, w); }
 
 static void posed_rates(const void *user, const double *x, double *rate) {
     const kt_coulomb *c = user;
-    int row[3];
-    double unused[3], *p = c->system->dp, *u = c->rate;
-    scatter_rows(c, x, p);
-    kt_coulomb_find_rates(c, p, u);
-    for (int r = 0; r < 3 * c->n; r++)
-        rate[r] = rows_of(&c->item[r / 3], r % 3, row, unused) > 0 ? u[row[0]] : 0.0;
+    scatter_rows(c, x, c->system->dp);
+    kt_coulomb_find_rates(c, c->system->dp, c->rate);
+    gather(c, c->rate, rate);
 }
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
