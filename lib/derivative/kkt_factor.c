@@ -35,11 +35,6 @@ static void hand_over_inertias(const kt_kkt *w, size_t i, int c) {
             kt_planar_inertia_from_matrix(inertia_of(w, i));
 }
 
-static void add_square_matrix(const double *from, int c, double *to) {
-    for (int k = 0; k < c * c; k++)
-        to[k] += from[k];
-}
-
 /* Adds X' I X, where X takes the parent's acceleration to the link's origin. */
 static void pass_on_inertia(const kt_kkt *w, size_t i, int c) {
     const kt_v4 r = kt_kkt_offset(w, i, c);
@@ -144,41 +139,36 @@ static void set_map(kt_kkt *w, size_t g, const kt_group_work *of) {
     }
 }
 
-static bool reduce_dense(kt_kkt *w, size_t g, double *parent) {
-    const kt_group *group = &w->model->group[g];
-    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
+/* A group by dense matrices: its map, and its inertia on the parent. */
+static bool reduce_dense(kt_kkt *w, size_t g, int c, double *parent) {
+    const kt_model *model = w->model;
+    const kt_group *group = &model->group[g];
+    const kt_group_work of = kt_group_matrices(model, w->data, g, w->rows);
+    const bool spatial = c == KT_FRONT_SPACE;
+    const int32_t top = group->parent && !spatial ? kt_planar_index_shift(model, group->parent) : 0;
     double more[KT_FRONT_SPACE * KT_FRONT_SPACE];
     kt_articulated total, onto;
-    memset(&onto, 0, sizeof onto);
-    kt_group_assemble(w->model, w->data, group, &of, w->model->zero, &total);
-    kt_group_gear(w->model, group, &of);
-    if (!w->model->reduction->solve(&of, w->data->rank[g], group->parent ? KT_FRONT_SPACE : 0))
+    kt_planar_inertia flat, flat_onto = {.j = 0.0};
+    if (spatial)
+        kt_group_assemble(model, w->data, group, &of, model->zero, &total);
+    else
+        kt_planar_group_assemble(model, w->data, group, &of, top, model->zero, &flat);
+    kt_group_gear(model, group, &of);
+    if (!model->reduction->solve(&of, w->data->rank[g], group->parent ? c : 0))
         return false;
     set_map(w, g, &of);
     if (!group->parent)
         return true;
-    kt_group_onto_parent(&of, &total, &onto);
-    kt_inertia_to_matrix(&onto, more);
-    add_square_matrix(more, KT_FRONT_SPACE, parent);
-    return true;
-}
-
-static bool reduce_dense_planar(kt_kkt *w, size_t g, double *parent) {
-    const kt_group *group = &w->model->group[g];
-    const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
-    const int32_t top = group->parent ? kt_planar_index_shift(w->model, group->parent) : 0;
-    double more[KT_PLANAR_WIDTH * KT_PLANAR_WIDTH];
-    kt_planar_inertia total, onto = {.j = 0.0};
-    kt_planar_group_assemble(w->model, w->data, group, &of, top, w->model->zero, &total);
-    kt_group_gear(w->model, group, &of);
-    if (!w->model->reduction->solve(&of, w->data->rank[g], top ? KT_PLANAR_WIDTH : 0))
-        return false;
-    set_map(w, g, &of);
-    if (!top)
-        return true;
-    kt_planar_group_onto_parent(&of, &total, &onto);
-    kt_planar_inertia_to_matrix(&onto, more);
-    add_square_matrix(more, KT_PLANAR_WIDTH, parent);
+    if (spatial) {
+        memset(&onto, 0, sizeof onto);
+        kt_group_onto_parent(&of, &total, &onto);
+        kt_inertia_to_matrix(&onto, more);
+    } else {
+        kt_planar_group_onto_parent(&of, &flat, &flat_onto);
+        kt_planar_inertia_to_matrix(&flat_onto, more);
+    }
+    for (int k = 0; k < c * c; k++)
+        parent[k] += more[k];
     return true;
 }
 
@@ -189,7 +179,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
         hand_over_inertias(w, (size_t)w->model->group_link[group->link + l], c);
     if (kt_group_has_fronts(group))
         return KT_KERNEL(kt_kkt_reduce_front)(w, g, parent);
-    return c == KT_FRONT_SPACE ? reduce_dense(w, g, parent) : reduce_dense_planar(w, g, parent);
+    return reduce_dense(w, g, c, parent);
 }
 
 /* With the metric of the coordinates. */
