@@ -77,10 +77,7 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
         const kt_link *link = &model->link[i];
         const kt_link_kinematics *m = &data->kinematics[i];
         const columns to = {.c = &c[i], .arm = kt_vec3_sub(m->position, center), .first = matrix + 6 * (size_t)link->v};
-        kt_v4 axes[3], parent[3];
-        kt_v4_from_mat3(m->axes, axes);
-        kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, write_momentum_column, (void *)&to);
+        kt_link_dofs_visit(model, data->kinematics, i, write_momentum_column, (void *)&to);
     }
 }
 
@@ -124,10 +121,7 @@ void kt_mass_center_jacobian(const kt_model *model, kt_data *data, double *jacob
         const kt_link *link = &model->link[i];
         double all[6 * KT_DOF_MAX] = {0.0};
         const columns to = {.c = &c[i], .arm = {0.0, 0.0, 0.0}, .first = all};
-        kt_v4 axes[3], parent[3];
-        kt_v4_from_mat3(data->kinematics[i].axes, axes);
-        kt_v4_from_mat3(data->kinematics[link->parent].axes, parent);
-        kt_dofs_visit(link, parent, axes, write_momentum_column, (void *)&to);
+        kt_link_dofs_visit(model, data->kinematics, i, write_momentum_column, (void *)&to);
         for (int k = 0; k < 3 * kt_link_dofs(link); k++)
             jacobian[3 * (size_t)link->v + (size_t)k] = fraction * all[6 * (k / 3) + 3 + k % 3];
     }

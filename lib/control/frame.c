@@ -7,6 +7,15 @@
  * the offset between their origins. The vector x_i leads from link i's origin to the point. */
 #include "control/control.h"
 
+#include <string.h>
+
+/* A twist at the point p in world axes, in another frame. axes: of the body. */
+static kt_twist express_twist(kt_twist_frame frame, kt_mat3 axes, kt_vec3 p, kt_twist x) {
+    if (frame == KT_TWIST_BODY)
+        return (kt_twist){kt_mat3_apply_transposed(axes, x.angular), kt_mat3_apply_transposed(axes, x.linear)};
+    return (kt_twist){x.angular, kt_vec3_add(x.linear, kt_vec3_cross(p, x.angular))};
+}
+
 void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_vec3 at, kt_twist_frame frame,
                        double *jacobian) {
     if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame) || !jacobian)
@@ -15,17 +24,10 @@ void kt_frame_jacobian(const kt_model *model, const kt_data *data, int body, kt_
     const kt_vec3 p = kt_point_position(model, data, body, at);
     kt_point_jacobian(model, data, body, at, jacobian);
     for (size_t k = 0; k < model->n.v && frame != KT_TWIST_ALIGNED; k++) {
-        double *column = jacobian + 6 * k;
-        kt_vec3 angular = kt_vec3_make(column[0], column[1], column[2]);
-        kt_vec3 linear = kt_vec3_make(column[3], column[4], column[5]);
-        if (frame == KT_TWIST_BODY) {
-            angular = kt_mat3_apply_transposed(axes, angular);
-            linear = kt_mat3_apply_transposed(axes, linear);
-        } else {
-            linear = kt_vec3_add(linear, kt_vec3_cross(p, angular));
-        }
-        column[0] = angular.x, column[1] = angular.y, column[2] = angular.z;
-        column[3] = linear.x, column[4] = linear.y, column[5] = linear.z;
+        kt_twist column;
+        memcpy(&column, jacobian + 6 * k, sizeof column);
+        column = express_twist(frame, axes, p, column);
+        memcpy(jacobian + 6 * k, &column, sizeof column);
     }
 }
 
@@ -72,13 +74,6 @@ kt_twist kt_frame_bias(const kt_model *model, const kt_data *data, int body, kt_
         return bias;
     const kt_vec3 w = data->kinematics[model->body[body].link].omega, u = kt_point_velocity(model, data, body, at);
     bias.linear = kt_vec3_sub(bias.linear, kt_vec3_cross(w, u));
-    if (frame == KT_TWIST_BODY) {
-        const kt_mat3 axes = kt_body_pose(model, data, body).rotation;
-        bias.angular = kt_mat3_apply_transposed(axes, bias.angular);
-        bias.linear = kt_mat3_apply_transposed(axes, bias.linear);
-    } else {
-        const kt_vec3 p = kt_point_position(model, data, body, at);
-        bias.linear = kt_vec3_add(bias.linear, kt_vec3_cross(p, bias.angular));
-    }
-    return bias;
+    return express_twist(frame, kt_body_pose(model, data, body).rotation, kt_point_position(model, data, body, at),
+                         bias);
 }

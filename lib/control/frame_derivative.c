@@ -77,14 +77,11 @@ static void write_frame_derivatives(const kt_model *model, const kt_data *data, 
     memset(out, 0, 6 * model->n.v * sizeof *out);
     for (int32_t i = b->link; i > 0; i = model->link[i].parent) {
         const kt_link *link = &model->link[i];
-        kt_v4 axes[3], parent[3];
-        kt_v4_from_mat3(links[i].axes, axes);
-        kt_v4_from_mat3(links[link->parent].axes, parent);
         c.first = out + 6 * (size_t)link->v;
         c.carrying = kt_v4_from(links[link->parent].omega);
         c.own = kt_v4_from(links[i].omega);
         c.origin = kt_v4_from(links[i].velocity);
-        kt_dofs_visit(link, parent, axes, write_frame_column, &c);
+        kt_link_dofs_visit(model, links, (size_t)i, write_frame_column, &c);
         c.arm += kt_v4_from(links[i].offset);
     }
 }

@@ -51,14 +51,11 @@ double kt_armature_energy(const kt_model *model, const kt_data *data) {
         if (kt_is_massless(model, (size_t)link->v))
             continue;
         const kt_link_kinematics *m = &data->kinematics[i], *up = &data->kinematics[link->parent];
-        kt_v4 axes[3], parent[3];
-        kt_v4_from_mat3(m->axes, axes);
-        kt_v4_from_mat3(up->axes, parent);
         const kt_vec3 carried = kt_vec3_add(up->velocity, kt_vec3_cross(up->omega, m->offset));
         r.angular = kt_v4_from(kt_vec3_sub(m->omega, up->omega));
         r.linear = kt_v4_from(kt_vec3_sub(m->velocity, carried));
         r.armature = model->armature + link->v;
-        kt_dofs_visit(link, parent, axes, add_armature_energy, &r);
+        kt_link_dofs_visit(model, data->kinematics, i, add_armature_energy, &r);
     }
     return 0.5 * r.twice;
 }

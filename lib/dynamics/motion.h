@@ -195,6 +195,17 @@ KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_real3 parent[3], cons
     }
 }
 
+#ifndef KT_LANES
+/* The same of link i, from the kinematics of all links. */
+KT_INLINE void kt_link_dofs_visit(const kt_model *model, const kt_link_kinematics *links, size_t i, kt_dof_visit *visit,
+                                  void *context) {
+    kt_v4 axes[3], parent[3];
+    kt_v4_from_mat3(links[i].axes, axes);
+    kt_v4_from_mat3(links[model->link[i].parent].axes, parent);
+    kt_dofs_visit(&model->link[i], parent, axes, visit, context);
+}
+#endif
+
 /* ---- their forces ------------------------------------------------------------------------------------------------ */
 
 /* A wrench about the origin of a link, and where the joint forces S . (n, f) of the link's degrees of freedom go. */

@@ -35,7 +35,6 @@ static double find_gravity_force(const kt_model *model, const kt_link_kinematics
                                  const kt_variable_record *variable) {
     const kt_link *own = &model->link[variable->link];
     const kt_v4 up = -model->gravity;
-    kt_v4 axes[3], parent[3];
     double mass = 0.0, forces[KT_DOF_MAX] = {0.0};
     kt_vec3 moment = {0.0, 0.0, 0.0}, offset;
     for (int32_t i = variable->link; i < (int32_t)model->n.link; i++) {
@@ -46,11 +45,9 @@ static double find_gravity_force(const kt_model *model, const kt_link_kinematics
         moment = kt_vec3_add(
             moment, kt_vec3_add(kt_mat3_apply(kinematics[i].axes, link->moment), kt_vec3_scale(link->mass, offset)));
     }
-    kt_v4_from_mat3(kinematics[variable->link].axes, axes);
-    kt_v4_from_mat3(kinematics[own->parent].axes, parent);
     kt_dof_projection p = {
         .moment = kt_v4_cross(kt_v4_from(moment), up), .force = kt_v4_splat(mass) * up, .tau = forces};
-    kt_dofs_visit(own, parent, axes, kt_project_wrench, &p);
+    kt_link_dofs_visit(model, kinematics, (size_t)variable->link, kt_project_wrench, &p);
     return forces[variable->v - own->v];
 }
 
