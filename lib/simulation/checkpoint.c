@@ -130,10 +130,21 @@ static uint64_t sum_of_events(const kt_simulation *simulation) {
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
+/* The arrays of the simulation that are copied as they are, by name. */
+#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
+    X(torque, size->user_nv * sizeof(double))                                                                          \
+    X(torque_next, size->user_nv * sizeof(double))                                                                     \
+    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
+    X(wrench_next, size->body * sizeof(kt_wrench))
 #if KT_HAS_EVENTS
-#define KT_CHECKPOINT_CONTACTS(X) X(ranks, size->ranks) X(contacts, size->contacts * sizeof(kt_contact_memory))
+#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
+#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
+    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
+    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
+    X(event_root, size->event * sizeof(kt_event_root))
 #else
-#define KT_CHECKPOINT_CONTACTS(X) X(ranks, 0) X(contacts, 0)
+#define KT_CHECKPOINT_RANKS(X)
+#define KT_CHECKPOINT_MEMORIES(X)
 #endif
 
 /* The parts: name, bytes. One list measures, writes and reads. */
@@ -144,14 +155,10 @@ static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
     X(y, size->n * sizeof(double))                                                                                     \
     X(previous_y, size->n * sizeof(double))                                                                            \
     X(history, size->history * sizeof(double))                                                                         \
-    X(torque, size->user_nv * sizeof(double))                                                                          \
-    X(torque_next, size->user_nv * sizeof(double))                                                                     \
-    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
-    X(wrench_next, size->body * sizeof(kt_wrench))                                                                     \
+    KT_CHECKPOINT_INPUTS(X)                                                                                            \
     X(kept, size->kept * sizeof(double))                                                                               \
-    KT_CHECKPOINT_CONTACTS(X)                                                                                          \
-    X(events, size->event * sizeof(kt_event_memory))                                                                   \
-    X(roots, size->event * sizeof(kt_event_root))
+    KT_CHECKPOINT_RANKS(X)                                                                                             \
+    KT_CHECKPOINT_MEMORIES(X)
 
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
@@ -217,17 +224,12 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memset(&memory, 0, sizeof memory);
     memcpy(to + at.head, &head, sizeof head);
     memcpy(to + at.memory, &simulation->memory, sizeof simulation->memory);
-    memcpy(to + at.torque, simulation->torque, size->user_nv * sizeof(double));
-    memcpy(to + at.torque_next, simulation->torque_next, size->user_nv * sizeof(double));
-    memcpy(to + at.wrench, simulation->wrench, size->body * sizeof(kt_wrench));
-    memcpy(to + at.wrench_next, simulation->wrench_next, size->body * sizeof(kt_wrench));
     memcpy(to + at.kept, simulation->state, size->kept * sizeof(double));
-    if (KT_HAS_EVENTS && size->event > 0) {
-        memcpy(to + at.events, simulation->event_memory, size->event * sizeof(kt_event_memory));
-        memcpy(to + at.roots, simulation->event_root, size->event * sizeof(kt_event_root));
-    }
+#define KT_CHECKPOINT_SAVE(part, bytes) kt_copy(to + at.part, simulation->part, bytes);
+    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_SAVE)
+    KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_SAVE)
+#undef KT_CHECKPOINT_SAVE
 #if KT_HAS_EVENTS
-    kt_copy(to + at.contacts, simulation->contact_state, size->contacts * sizeof(kt_contact_memory));
     if (size->ranks > 0)
         kt_contacts_save_ranks(simulation, (double *)(void *)(to + at.ranks));
 #endif
@@ -302,27 +304,15 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
 }
 
 /* The model of the set of a checkpoint; NULL: there is none. */
-static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const void *ranks,
-                                           const void *contacts) {
+static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const char *from,
+                                           const kt_checkpoint_offsets *at) {
 #if KT_HAS_EVENTS
     if (simulation->size.ranks > 0)
-        return kt_contacts_restored_model(simulation, set, ranks, contacts);
+        return kt_contacts_restored_model(simulation, set, (const void *)(from + at->ranks),
+                                          (const void *)(from + at->contact_state));
 #endif
-    (void)ranks, (void)contacts;
+    (void)from, (void)at;
     return kt_model_switched(simulation->model, set);
-}
-
-/* Restores the memory of events and contacts. */
-static void restore_events(kt_simulation *simulation, const char *from, const kt_checkpoint_offsets *at) {
-#if KT_HAS_EVENTS
-    const kt_simulation_sizes *size = &simulation->size;
-    kt_copy(simulation->event_memory, from + at->events, size->event * sizeof(kt_event_memory));
-    kt_copy(simulation->event_root, from + at->roots, size->event * sizeof(kt_event_root));
-    kt_copy(simulation->contact_state, from + at->contacts, size->contacts * sizeof(kt_contact_memory));
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->follow(simulation);
-#endif
-    (void)simulation, (void)from, (void)at;
 }
 
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
@@ -342,7 +332,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
-        const kt_model *model = checkpoint_model_of(simulation, memory.set, from + at.ranks, from + at.contacts);
+        const kt_model *model = checkpoint_model_of(simulation, memory.set, from, &at);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                                 "its set of switched loops and effects is none "
@@ -364,16 +354,19 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         simulation->memory.next_record = 0;
         kt_simulation_skip_records(simulation);
     }
-    restore_events(simulation, from, &at);
+#define KT_CHECKPOINT_RESTORE(part, bytes) kt_copy(simulation->part, from + at.part, bytes);
+    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_RESTORE)
+    KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_RESTORE)
+#undef KT_CHECKPOINT_RESTORE
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        simulation->contact_calls->follow(simulation);
+#endif
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_breakpoints(simulation);
     simulation->memory.piece = memory.piece;
     if (size->panel > 0)
         simulation->panel->known = false;
-    memcpy(simulation->torque, from + at.torque, size->user_nv * sizeof(double));
-    memcpy(simulation->torque_next, from + at.torque_next, size->user_nv * sizeof(double));
-    memcpy(simulation->wrench, from + at.wrench, size->body * sizeof(kt_wrench));
-    memcpy(simulation->wrench_next, from + at.wrench_next, size->body * sizeof(kt_wrench));
     memcpy(simulation->state, from + (size->kept > 0 ? at.kept : at.y), size->state * sizeof(double));
     kt_simulation_inputs_use(simulation);
     simulation->cached = KT_CACHED_NOTHING;
