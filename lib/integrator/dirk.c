@@ -49,11 +49,8 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     const size_t n = it->sizes.n;
     double *base = kt_newton_row(it, KT_DIRK_BASE);
     memcpy(base, in->y, n * sizeof *base);
-    for (int j = 0; j < i; j++) {
-        const double weight = in->h * dirk_entry(it->method, i, j);
-        for (size_t l = 0; l < n && weight != 0.0; l++)
-            base[l] += weight * it->k[j][l];
-    }
+    for (int j = 0; j < i; j++)
+        kt_add_times(base, in->h * dirk_entry(it->method, i, j), it->k[j], n);
 }
 
 /* The correction of the stage in place of f at it. */

@@ -246,6 +246,12 @@ size_t kt_first_not_finite(const double *values, size_t n);
 /* k[slot] = f(t, y); the evaluation is counted and its result checked. */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
+/* to += factor x, of n numbers; a factor of 0 reads none. */
+static inline void kt_add_times(double *restrict to, double factor, const double *restrict x, size_t n) {
+    for (size_t l = 0; l < n && factor != 0.0; l++)
+        to[l] += factor * x[l];
+}
+
 /* absolute + relative max(|y0|, |y1|) + DBL_MIN. The last term keeps it above 0, so that 0 / 0 does not occur. */
 static inline double kt_scale_of(double absolute, double relative, double y0, double y1) {
     const double a = fabs(y0), b = fabs(y1);

@@ -140,11 +140,8 @@ static kt_try_result find_slope_time_derivative(kt_integrator *it, const kt_inte
 static void combine_stages(const kt_integrator *it, const double *y, const double *weights, int count, double *out) {
     const size_t n = it->sizes.n;
     memcpy(out, y, n * sizeof *out);
-    for (int j = 0; j < count; j++) {
-        const double *u = kt_newton_row(it, ROW_U + j), weight = weights[j];
-        for (size_t l = 0; l < n && weight != 0.0; l++)
-            out[l] += weight * u[l];
-    }
+    for (int j = 0; j < count; j++)
+        kt_add_times(out, weights[j], kt_newton_row(it, ROW_U + j), n);
 }
 
 /* Whether J predicts f at the stage after i. Fixed steps have no error estimate, and need no prediction. */

@@ -89,26 +89,20 @@ size_t kt_coupled_most(const kt_method *method) {
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
-static size_t implicit_numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
-
 /* The index of the accelerations among the unknowns of a stage. */
 static size_t rates_of(const kt_step_work *w) { return kt_is_plain(w->model) ? 0 : w->model->n.q; }
 
 /* Computes y + h sum_{j < end} a_ij k_j, for `count` numbers from index `from` on. */
 static void combine_slopes(const kt_step_work *w, size_t i, size_t end, size_t from, size_t count, double *out) {
-    const size_t N = implicit_numbers_of(w);
+    const size_t N = kt_state_numbers(w->model);
     memcpy(out, w->y + from, count * sizeof *out);
-    for (size_t j = 0; j < end; j++) {
-        const double weight = w->step->h * kt_implicit_entry(w->step->method, i, j);
-        const double *k = w->slope + j * N + from;
-        for (size_t l = 0; l < count && weight != 0.0; l++)
-            out[l] += weight * k[l];
-    }
+    for (size_t j = 0; j < end; j++)
+        kt_add_times(out, w->step->h * kt_implicit_entry(w->step->method, i, j), w->slope + j * N + from, count);
 }
 
 /* Forms the states Y_i of these stages from all available slopes. */
 static void form_coupled(kt_step_work *w, kt_coupled c) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = implicit_numbers_of(w);
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = kt_state_numbers(w->model);
     for (size_t i = c.first; i < c.end && kt_is_plain(w->model); i++) {
         combine_slopes(w, i, c.end, nq, N - nq, w->stage + i * N + nq);
         memcpy(w->slope + i * N, w->stage + i * N + nq, n * sizeof *w->slope);
@@ -125,20 +119,6 @@ static void form_coupled(kt_step_work *w, kt_coupled c) {
  * requested. */
 static bool has_coupled_mass(const kt_step_work *w) {
     return !w->model->n.group && !w->parameter && !kt_has_auxiliary_states(w->model);
-}
-
-/* to += factor F_i e for all unit vectors e, with quaternions. */
-static void add_whole(const kt_step_work *w, size_t i, size_t block, double factor, size_t m, double *to) {
-    const size_t N = implicit_numbers_of(w);
-    double *unit = w->unit_state, *change = unit + N, *xi = change + N;
-    memset(unit, 0, N * sizeof *unit);
-    for (size_t j = 0; j < N; j++) {
-        unit[j] = 1.0;
-        kt_slope_change(w, block, w->stage + i * N, unit, xi, change);
-        for (size_t l = 0; l < N; l++)
-            to[j * m + l] += factor * change[l];
-        unit[j] = 0.0;
-    }
 }
 
 /* sum_l a_il a_lj over the stages of c */
@@ -162,7 +142,8 @@ static void add_stage_block(const kt_step_work *w, kt_coupled c, size_t i, size_
             to[(rates + k) * m + rates + l] += w->mass[(at * n + k) * n + l];
     if (!kt_is_plain(w->model)) {
         if (a != 0.0)
-            add_whole(w, w->one_derivative ? w->derivative_at : i, at, -a, m, to);
+            kt_slope_add(w, at, w->stage + (w->one_derivative ? w->derivative_at : i) * kt_state_numbers(w->model), -a,
+                         m, to);
         return;
     }
     const double twice = h * h * squared(w->step->method, c, i, j);
@@ -212,7 +193,7 @@ static kt_status differentiate_implicit_stage(kt_step_work *w, size_t stage, siz
     const size_t n = model->n.v;
     if (has_coupled_mass(w)) {
         double *by_q = w->by_q + block * n * n, *by_v = w->by_v + block * n * n;
-        const double *q = w->stage + stage * implicit_numbers_of(w);
+        const double *q = w->stage + stage * kt_state_numbers(w->model);
         const kt_dynamic_state at = {kt_step_time(step, stage), q, q + model->n.q, step->tau, step->external};
         const kt_stiffness_matrices to = {.mass = w->mass + block * n * n, .stiffness = by_q, .damping = by_v};
         kt_status status = kt_slip_reject(model, "kt_step", error);
@@ -225,12 +206,12 @@ static kt_status differentiate_implicit_stage(kt_step_work *w, size_t stage, siz
         }
         return status;
     }
-    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * implicit_numbers_of(w), a, block,
-                                    inputs, error);
+    return kt_step_differentiate_at(w, kt_step_time(step, stage), w->stage + stage * kt_state_numbers(w->model), a,
+                                    block, inputs, error);
 }
 
 kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error) {
-    const size_t n = w->model->n.v, N = implicit_numbers_of(w);
+    const size_t n = w->model->n.v, N = kt_state_numbers(w->model);
     kt_status status = KT_OK;
     w->one_derivative = false;
     for (size_t i = c.first; i < c.end && status == KT_OK; i++) {
@@ -252,7 +233,7 @@ kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, k
 /* Computes r_i = f(Y_i) - K_i at the present slopes, and the accelerations into w->reached. */
 static kt_status find_slope_residual(kt_step_work *w, kt_coupled c, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, N = implicit_numbers_of(w), m = w->unknowns;
+    const size_t n = model->n.v, N = kt_state_numbers(w->model), m = w->unknowns;
     const bool reduced = kt_is_plain(model);
     form_coupled(w, c);
     for (size_t i = c.first; i < c.end; i++) {
@@ -271,7 +252,7 @@ static kt_status find_slope_residual(kt_step_work *w, kt_coupled c, kt_error *er
 
 /* The weighted norm of a correction: h dK over some roundings of the state. */
 static double slope_size_of(const kt_step_work *w, kt_coupled c, const double *correction) {
-    const size_t N = implicit_numbers_of(w), m = w->unknowns;
+    const size_t N = kt_state_numbers(w->model), m = w->unknowns;
     double most = 0.0, sum = 0.0;
     if (m == 0) /* nothing moves */
         return 0.0;
@@ -293,7 +274,7 @@ static double slope_size_of(const kt_step_work *w, kt_coupled c, const double *c
 
 /* The slopes become `from` + lambda times the correction x. */
 static void move_slopes(kt_step_work *w, kt_coupled c, double lambda, const double *from, const double *x) {
-    const size_t N = implicit_numbers_of(w), m = w->unknowns;
+    const size_t N = kt_state_numbers(w->model), m = w->unknowns;
     for (size_t i = c.first; i < c.end; i++)
         for (size_t l = 0; l < m; l++) {
             const size_t at = (i - c.first) * m + l;
@@ -302,7 +283,7 @@ static void move_slopes(kt_step_work *w, kt_coupled c, double lambda, const doub
 }
 
 static void keep_slopes(const kt_step_work *w, kt_coupled c, double *to) {
-    const size_t N = implicit_numbers_of(w), m = w->unknowns;
+    const size_t N = kt_state_numbers(w->model), m = w->unknowns;
     for (size_t i = c.first; i < c.end; i++)
         memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
 }
@@ -367,7 +348,7 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
  * the guessed accelerations. They measure the change of f over the step. */
 static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, N = implicit_numbers_of(w), m = w->unknowns, rates = rates_of(w);
+    const size_t n = model->n.v, N = kt_state_numbers(w->model), m = w->unknowns, rates = rates_of(w);
     const bool dear = model->n.group ? model->sweep == KT_SWEEP_PLANAR : n > 4;
     double size = 0.0, change = 0.0;
     if (!dear)
@@ -462,12 +443,12 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
 
 /* Begins with stage 0, which is the start itself. Its slope is the guess for all stages. */
 static kt_status begin_implicit_stages(kt_step_work *w, kt_error *error) {
-    memcpy(w->stage, w->y, implicit_numbers_of(w) * sizeof *w->stage);
+    memcpy(w->stage, w->y, kt_state_numbers(w->model) * sizeof *w->stage);
     return kt_step_slope(w, w->step->t, w->y, w->slope, error);
 }
 
 static kt_status solve_implicit_stages(kt_step_work *w, kt_coupled c, kt_error *error) {
-    const size_t N = implicit_numbers_of(w);
+    const size_t N = kt_state_numbers(w->model);
     bool done = false, slow = false;
     for (size_t i = c.first; i < c.end; i++)
         memcpy(w->slope + i * N, w->slope + (c.first - 1) * N, N * sizeof *w->slope);
@@ -484,7 +465,7 @@ static kt_status solve_implicit_stages(kt_step_work *w, kt_coupled c, kt_error *
 
 kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const kt_method *method = w->step->method;
-    const size_t N = implicit_numbers_of(w), last = (size_t)method->stages - 1;
+    const size_t N = kt_state_numbers(w->model), last = (size_t)method->stages - 1;
     kt_step_start(w, q, v);
     kt_status status = begin_implicit_stages(w, error); /* stage 0, which is the start itself */
     for (kt_coupled c = {0, 1}; c.end <= last && status == KT_OK;) {
@@ -497,7 +478,7 @@ kt_status kt_coupled_stages(kt_step_work *w, const double *q, const double *v, k
 
 void kt_coupled_recall(kt_step_work *w) {
     const kt_method *method = w->step->method;
-    const size_t N = implicit_numbers_of(w), last = (size_t)method->stages - 1;
+    const size_t N = kt_state_numbers(w->model), last = (size_t)method->stages - 1;
     for (kt_coupled c = {0, 0}; c.end <= last;) {
         c = kt_coupled_at(method, c.end);
         form_coupled(w, c);

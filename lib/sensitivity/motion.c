@@ -163,8 +163,7 @@ static void multiply_changes(motion *m) {
         double *to = m->moved + j * m->N;
         kt_copy_or_clear(to, j >= m->N ? m->B + (j - m->N) * m->N : NULL, m->N * sizeof *to);
         for (size_t k = 0; k < m->N; k++)
-            for (size_t i = 0; i < m->N && from[k] != 0.0; i++)
-                to[i] += m->A[k * m->N + i] * from[k];
+            kt_add_times(to, from[k], m->A + k * m->N, m->N);
     }
     kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
 }

@@ -247,11 +247,8 @@ static void gather_lane_stage(lanes_work *w, size_t i) {
     const size_t all = w->n.W * w->n.N;
     for (size_t l = 0; l < all; l++)
         w->by_slope[l] = w->method->b[i] * w->by_end[l];
-    for (size_t j = i + 1; j < w->n.s; j++) {
-        const double a = kt_step_row(w->method, j)[i];
-        for (size_t l = 0; l < all && a != 0.0; l++)
-            w->by_slope[l] += a * w->by_stage[j * all + l];
-    }
+    for (size_t j = i + 1; j < w->n.s; j++)
+        kt_add_times(w->by_slope, kt_step_row(w->method, j)[i], w->by_stage + j * all, all);
     for (size_t l = 0; l < all; l++)
         w->by_slope[l] *= w->h[l % w->n.W];
 }

@@ -40,21 +40,14 @@ static const kt_rosenbrock *differentiated_table_of(const kt_step_work *w) { ret
 
 static double g_of(const kt_step_work *w) { return w->step->h * w->step->method->gamma[0]; }
 
-static size_t rosenbrock_numbers_of(const kt_step_work *w) { return kt_state_numbers(w->model); }
-
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
 static void form_whole(kt_step_work *w) {
-    const size_t N = rosenbrock_numbers_of(w);
-    double *unit = w->unit_state, *change = unit + N, *xi = change + N;
-    memset(unit, 0, N * sizeof *unit);
-    for (size_t j = 0; j < N; j++) {
-        unit[j] = 1.0;
-        kt_slope_change(w, 0, w->y, unit, xi, change);
-        for (size_t l = 0; l < N; l++)
-            w->matrix[j * N + l] = unit[l] - g_of(w) * change[l];
-        unit[j] = 0.0;
-    }
+    const size_t N = kt_state_numbers(w->model);
+    memset(w->matrix, 0, N * N * sizeof *w->matrix);
+    for (size_t j = 0; j < N; j++)
+        w->matrix[j * (N + 1)] = 1.0;
+    kt_slope_add(w, 0, w->y, -g_of(w), N, w->matrix);
 }
 
 static void form_plain(kt_step_work *w) {
@@ -78,7 +71,7 @@ static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
 
 /* R becomes U. */
 static void solve_stage_matrix(const kt_step_work *w, double *r) {
-    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = rosenbrock_numbers_of(w);
+    const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = kt_state_numbers(w->model);
     const double g = g_of(w);
     for (size_t l = 0; l < N; l++)
         r[l] *= g;
@@ -103,7 +96,7 @@ static bool differs_in_time(kt_step_work *w, double *rates) {
 static kt_status find_step_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;
-    const size_t nq = model->n.q, n = model->n.v, N = rosenbrock_numbers_of(w);
+    const size_t nq = model->n.q, n = model->n.v, N = kt_state_numbers(w->model);
     double *slope = w->time_derivative, *other = w->neighbour, *f = w->slope;
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
@@ -125,7 +118,7 @@ static kt_status find_step_time_derivative(kt_step_work *w, kt_error *error) {
 
 /* out = y0 + sum_j weight_j U_j */
 static void combine_stage_solutions(const kt_step_work *w, const double *weights, size_t count, double *out) {
-    const size_t N = rosenbrock_numbers_of(w);
+    const size_t N = kt_state_numbers(w->model);
     memcpy(out, w->y, N * sizeof *out);
     for (size_t j = 0; j < count; j++)
         kt_add_times(out, weights[j], w->increment + j * N, N);
@@ -133,7 +126,7 @@ static void combine_stage_solutions(const kt_step_work *w, const double *weights
 
 static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     const kt_rosenbrock *table = differentiated_table_of(w);
-    const size_t N = rosenbrock_numbers_of(w);
+    const size_t N = kt_state_numbers(w->model);
     double *y = w->stage + i * N, *f = w->slope + i * N, *u = w->increment + i * N;
     combine_stage_solutions(w, table->a[i], i, y);
     const kt_status status =
@@ -191,7 +184,7 @@ static void start_change_of(const kt_step_work *w, size_t k, double *dy) {
  * column k is at dy + k N, or at the start if dy is NULL. less may be NULL, too. */
 static void add_changes(kt_step_work *w, double factor, size_t block, const double *y, const double *dy,
                         const double *less, size_t held, double *to) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, N = rosenbrock_numbers_of(w);
+    const size_t nq = w->model->n.q, n = w->model->n.v, N = kt_state_numbers(w->model);
     const double *by_held = w->parameter ? w->parameter->by_parameter : w->by_tau;
     double *start = w->unit_state, *change = start + N, *xi = change + N;
     for (size_t k = 0; k < w->states + held; k++) {
@@ -208,7 +201,7 @@ static void add_changes(kt_step_work *w, double factor, size_t block, const doub
 /* Adds H_i to the right-hand sides. */
 static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     static const double weight[] = {0.0, 4.0, -3.0, 4.0 / 3.0, -0.25};
-    const size_t nq = w->model->n.q, N = rosenbrock_numbers_of(w);
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     const double ahead = differentiated_table_of(w)->gamma_sum[i], e = ahead < 0.0 ? -REACH : REACH;
     kt_status status = KT_OK;
     for (int k = 1; k <= 4 && status == KT_OK; k++) {
@@ -227,7 +220,7 @@ static kt_status add_differences(kt_step_work *w, size_t i, size_t held, kt_erro
 
 /* Computes the changes of y0 + sum_j weight_j U_j. */
 static void combine_changes(kt_step_work *w, const double *weights, size_t count, size_t columns) {
-    const size_t N = rosenbrock_numbers_of(w);
+    const size_t N = kt_state_numbers(w->model);
     for (size_t k = 0; k < columns; k++) {
         double *dy = w->changed + k * N;
         start_change_of(w, k, dy);
@@ -238,7 +231,7 @@ static void combine_changes(kt_step_work *w, const double *weights, size_t count
 
 /* Adds F_i dY_i + f_p dp to the right-hand sides. */
 static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
-    const size_t nq = w->model->n.q, N = rosenbrock_numbers_of(w), columns = w->states + held;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), columns = w->states + held;
     const double *y = w->stage + i * N;
     if (i == 0) {
         kt_add_times(w->right, 1.0, w->first, columns * N);
@@ -254,7 +247,7 @@ static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *err
 }
 
 static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, N = rosenbrock_numbers_of(w);
+    const size_t columns = w->states + held, N = kt_state_numbers(w->model);
     memset(w->right, 0, columns * N * sizeof *w->right);
     kt_status status = add_stage(w, i, held, error);
     if (status == KT_OK)
@@ -271,7 +264,7 @@ static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *
 }
 
 kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
-    const size_t columns = w->states + held, nq = w->model->n.q, N = rosenbrock_numbers_of(w);
+    const size_t columns = w->states + held, nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_status status = run_rosenbrock_stages(w, q, v, held, error);
     if (status != KT_OK)
         return status;

@@ -435,6 +435,9 @@ KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const d
  * n numbers xi are scratch for the rotations of dy. */
 void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const double *dy, double *xi, double *out);
 
+/* Adds `factor` times these changes for all unit vectors dy to the columns, of m numbers, of a matrix. */
+void kt_slope_add(const kt_step_work *w, size_t block, const double *y, double factor, size_t m, double *to);
+
 /* Computes the tangents of a step, into w->next and w->end: w->states columns, and `held` columns of held inputs. */
 KT_CHECKED kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error);
 
@@ -496,12 +499,6 @@ typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *
 /* Reverses all steps; the first checkpoint is at the start of the motion. */
 KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
                                     kt_error *error);
-
-/* to += factor x, of n numbers; a factor of 0 reads none. */
-static inline void kt_add_times(double *restrict to, double factor, const double *restrict x, size_t n) {
-    for (size_t l = 0; l < n && factor != 0.0; l++)
-        to[l] += factor * x[l];
-}
 
 /* The checkpoints of a rollout. */
 int kt_checkpoints_of(const kt_rollout *rollout);

@@ -97,6 +97,18 @@ void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const
     }
 }
 
+void kt_slope_add(const kt_step_work *w, size_t block, const double *y, double factor, size_t m, double *to) {
+    const size_t N = kt_state_numbers(w->model);
+    double *unit = w->unit_state, *change = unit + N, *xi = change + N;
+    memset(unit, 0, N * sizeof *unit);
+    for (size_t j = 0; j < N; j++) {
+        unit[j] = 1.0;
+        kt_slope_change(w, block, y, unit, xi, change);
+        kt_add_times(to + j * m, factor, change, N);
+        unit[j] = 0.0;
+    }
+}
+
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = kt_state_numbers(model);

@@ -79,11 +79,8 @@ static void gather_stage_adjoint(kt_step_work *w, size_t i) {
     const size_t N = w->model->n.q + w->model->n.v;
     for (size_t l = 0; l < N; l++)
         w->by_slope[l] = method->b[i] * w->by_end[l];
-    for (size_t j = i + 1; j < w->stages; j++) {
-        const double a = kt_step_row(method, j)[i];
-        for (size_t l = 0; l < N && a != 0.0; l++)
-            w->by_slope[l] += a * w->by_stage[j * N + l];
-    }
+    for (size_t j = i + 1; j < w->stages; j++)
+        kt_add_times(w->by_slope, kt_step_row(method, j)[i], w->by_stage + j * N, N);
     for (size_t l = 0; l < N; l++)
         w->by_slope[l] *= w->step->h;
 }
