@@ -68,8 +68,6 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->given = (uint8_t *)(d->inverse + w.m);
 }
 
-#ifndef KT_LANES
-
 /* kt_delassus_prepare finds C of a group whose equations have been filled. Returns false if the group is left to the
  * fronts. Sets the same data as kt_front_factor.
  *
@@ -83,24 +81,18 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
  *
  * kt_delassus_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass.
  * Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane.
- */
+ *
+ * In lanes (algebra/real3.h), without damped steps, `prepare` returns the states that are not left to the fronts.
+ * `solve` returns those with a positive definite S. Each state has its own order of the equations. */
 #define KT_DELASSUS_DECLARE(isa)                                                                                       \
-    bool kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \
-    void kt_delassus_least_##isa(const kt_model *model, kt_data *data, size_t g, double *step);                        \
+    kt_condition kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);              \
+    void kt_delassus_least_##isa(const kt_model *model, kt_data *data, size_t g, kt_real1 *step);                      \
+    kt_condition kt_delassus_solve_##isa(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity);
+#define KT_DELASSUS_DAMP_DECLARE(isa)                                                                                  \
     bool kt_delassus_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size);        \
     bool kt_delassus_damp_##isa(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,     \
-                                double *step);                                                                         \
-    bool kt_delassus_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *gravity);
-KT_EACH_ISA(KT_DELASSUS_DECLARE)
-
-#else
-
-/* In lanes (algebra/real3.h), `prepare` returns the states that are not left to the fronts. `solve` returns the states
- * with a positive definite S. Each state has its own order of the equations. */
-kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows);
-void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step);
-kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity);
-
-#endif
+                                double *step);
+KT_EACH_KERNEL(KT_DELASSUS_DECLARE)
+KT_EACH_ISA(KT_DELASSUS_DAMP_DECLARE)
 
 #endif

@@ -35,6 +35,18 @@
 
 #include "constraint/group.h"
 
+/* kt_front_fill calls kt_rows_fill, or if `planar` kt_planar_rows_fill.
+ *
+ * kt_front_apply writes A x for x (nv) into out (k), and if size is not NULL, the largest term of each sum.
+ *
+ * In lanes (algebra/real3.h), groups are in the form of Delassus, and no coordinate counts as a constant. */
+#define KT_FRONT_EQUATIONS_DECLARE(isa)                                                                                \
+    void kt_front_fill_##isa(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,                 \
+                             const kt_real1 *q, const kt_real1 *v, kt_real1 t);                                        \
+    void kt_front_apply_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const kt_real1 *x,         \
+                              kt_real1 *out, kt_real1 *size);
+KT_EACH_KERNEL(KT_FRONT_EQUATIONS_DECLARE)
+
 #ifndef KT_LANES
 
 #include "linear/lanes.h"
@@ -56,11 +68,7 @@ typedef struct kt_front_total {
     double inertia[KT_FRONT_SPACE * KT_FRONT_SPACE], bias[KT_FRONT_SPACE];
 } kt_front_total;
 
-/* kt_front_fill calls kt_rows_fill, or if `planar` kt_planar_rows_fill.
- *
- * kt_front_apply writes A x for x (nv) into out (k), and if size is not NULL, the largest term of each sum.
- *
- * kt_front_factor factors the equations. Returns the rank, or -1 if a number is not finite. Sets data->last and near.
+/* kt_front_factor factors the equations. Returns the rank, or -1 if a number is not finite. Sets data->last and near.
  *
  * kt_front_measure computes the factors of a damped problem, without eliminating any equation. Returns the sum of the
  * squares of the equations' entries D over their scales.
@@ -80,10 +88,6 @@ typedef struct kt_front_total {
  * coordinates.
  */
 #define KT_FRONT_DECLARE(isa)                                                                                          \
-    void kt_front_fill_##isa(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,                 \
-                             const double *q, const double *v, double t);                                              \
-    void kt_front_apply_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *x,           \
-                              double *out, double *size);                                                              \
     int kt_front_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \
     double kt_front_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                       \
     bool kt_front_reduce_##isa(const kt_model *model, kt_data *data, size_t g, const kt_front_aim *aim,                \
@@ -93,15 +97,6 @@ typedef struct kt_front_total {
     void kt_front_multipliers_of_##isa(const kt_model *model, kt_data *data, size_t g, double *lambda);                \
     void kt_front_nullspace_##isa(const kt_model *model, kt_data *data, size_t g, int column, double *x);
 KT_EACH_ISA(KT_FRONT_DECLARE)
-
-#else
-
-/* In lanes (algebra/real3.h), for groups in the form of Delassus: the first two calls. No coordinate counts as a
- * constant. */
-void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,
-                              const kt_real1 *q, const kt_real1 *v, kt_real1 t);
-void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const kt_real1 *x,
-                               kt_real1 *out, kt_real1 *size);
 
 #endif
 
