@@ -77,13 +77,7 @@ bool kt_lanes_fit_model(const kt_model *model) {
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model) {
     if (!kt_lanes_fit_model(model))
         return NULL;
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return &kt_lane_kernels_v4;
-    if (model->isa == KT_ISA_V3)
-        return &kt_lane_kernels_v3;
-#endif
-    return &kt_lane_kernels_baseline;
+    KT_BY_ISA(model->isa, return &, kt_lane_kernels, );
 }
 
 static bool is_explicit(const kt_method *method) {

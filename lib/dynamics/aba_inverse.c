@@ -17,14 +17,7 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
     if (status != KT_OK)
         return status;
     size_t failed;
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        failed = kt_inverse_compute_v4(model, data, q, model->zero, terms);
-    else if (model->isa == KT_ISA_V3)
-        failed = kt_inverse_compute_v3(model, data, q, model->zero, terms);
-    else
-#endif
-        failed = kt_inverse_compute_baseline(model, data, q, model->zero, terms);
+    KT_BY_ISA(model->isa, failed =, kt_inverse_compute, (model, data, q, model->zero, terms));
     if (!failed)
         return KT_OK;
     char where[KT_WHERE_SIZE];
@@ -36,12 +29,5 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
 }
 
 void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        kt_inverse_apply_v4(model, terms, x);
-    else if (model->isa == KT_ISA_V3)
-        kt_inverse_apply_v3(model, terms, x);
-    else
-#endif
-        kt_inverse_apply_baseline(model, terms, x);
+    KT_BY_ISA(model->isa, , kt_inverse_apply, (model, terms, x));
 }

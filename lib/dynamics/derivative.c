@@ -6,31 +6,6 @@
 
 #include <string.h>
 
-typedef struct kernels {
-    void (*terms)(const kt_model *model, kt_data *data, const double *v, const double *a, const kt_wrench *external,
-                  kt_motion_kept kept, bool absorb, kt_derivative_work *w);
-    void (*inverse)(const kt_model *model, bool loaded, kt_derivative_work *w);
-    void (*planar)(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
-                   kt_derivative_work *w);
-    bool (*forward)(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w);
-    void (*hand_over)(const kt_model *model, const kt_derivative_work *w, const kt_v8 *from, double *to);
-} kernels;
-
-static kernels derivative_kernels_of(const kt_model *model) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return (kernels){kt_derivative_terms_v4, kt_derivative_inverse_v4, kt_planar_derivative_inverse_v4,
-                         kt_derivative_forward_v4, kt_derivative_hand_over_v4};
-    if (model->isa == KT_ISA_V3)
-        return (kernels){kt_derivative_terms_v3, kt_derivative_inverse_v3, kt_planar_derivative_inverse_v3,
-                         kt_derivative_forward_v3, kt_derivative_hand_over_v3};
-#endif
-    (void)model;
-    return (kernels){kt_derivative_terms_baseline, kt_derivative_inverse_baseline,
-                     kt_planar_derivative_inverse_baseline, kt_derivative_forward_baseline,
-                     kt_derivative_hand_over_baseline};
-}
-
 KT_ARENA_ARRAYS(place_arrays, kt_derivative_work, KT_DERIVATIVE_FIELDS, const kt_counts *n)
 
 size_t kt_derivative_work_size(const kt_model *model) { return model ? place_arrays(NULL, NULL, &model->n) : 0; }
@@ -58,7 +33,6 @@ kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void
     const kt_wrench *external = at->external;
     const kt_input input = {.q = at->q, .v = at->v, .x = a, .what = "acceleration", .external = external};
     const bool planar = model->sweep == KT_SWEEP_PLANAR && !in_space;
-    const kernels kernel = derivative_kernels_of(model);
     a = a ? a : model->zero;
     (void)place_arrays(w, memory, &model->n);
     kt_status status = external || planar ? kt_input_check(model, &input, error) : KT_OK;
@@ -67,11 +41,12 @@ kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void
     if (status != KT_OK)
         return status;
     if (planar) {
-        kernel.planar(model, data, &(kt_dynamic_state){.q = at->q, .v = v, .external = external}, a, w);
+        KT_BY_ISA(model->isa, , kt_planar_derivative_inverse,
+                  (model, data, &(kt_dynamic_state){.q = at->q, .v = v, .external = external}, a, w));
         return KT_OK;
     }
-    kernel.terms(model, data, v, a, external, KT_MOTION_WEIGHTLESS, false, w);
-    kernel.inverse(model, external != NULL, w);
+    KT_BY_ISA(model->isa, , kt_derivative_terms, (model, data, v, a, external, KT_MOTION_WEIGHTLESS, false, w));
+    KT_BY_ISA(model->isa, , kt_derivative_inverse, (model, external != NULL, w));
     return KT_OK;
 }
 
@@ -101,8 +76,8 @@ kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void
                                       const kt_dynamic_state *at, double *a, const kt_forward_matrices *by,
                                       kt_error *error) {
     model = kt_model_now(model, data);
-    const kernels kernel = derivative_kernels_of(model);
     kt_derivative_work w;
+    bool fine;
     kt_status status = take_work(model, work, work_size, &w, error);
     if (status == KT_OK)
         status = kt_dynamics_forward(model, data, at->q, at->v, at->tau, at->external, w.a, error);
@@ -111,16 +86,18 @@ kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void
         status = kt_links_update(model, data, at->q, at->v, w.a, false, NULL, error);
     if (status != KT_OK)
         return status;
-    kernel.terms(model, data, at->v ? at->v : model->zero, w.a, at->external,
-                 kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true, &w);
-    if (!kernel.forward(model, by->tau != NULL, at->external != NULL, &w))
+    KT_BY_ISA(model->isa, , kt_derivative_terms,
+              (model, data, at->v ? at->v : model->zero, w.a, at->external,
+               kept ? KT_MOTION_HEAVY : KT_MOTION_WEIGHTLESS, true, &w));
+    KT_BY_ISA(model->isa, fine =, kt_derivative_forward, (model, by->tau != NULL, at->external != NULL, &w));
+    if (!fine)
         return kt_derivatives_overflow(error);
     if (a)
         memcpy(a, w.a, model->n.v * sizeof *a);
-    kernel.hand_over(model, &w, w.dq, by->q);
-    kernel.hand_over(model, &w, w.dv, by->v);
+    KT_BY_ISA(model->isa, , kt_derivative_hand_over, (model, &w, w.dq, by->q));
+    KT_BY_ISA(model->isa, , kt_derivative_hand_over, (model, &w, w.dv, by->v));
     if (by->tau)
-        kernel.hand_over(model, &w, w.dtau, by->tau);
+        KT_BY_ISA(model->isa, , kt_derivative_hand_over, (model, &w, w.dtau, by->tau));
     return KT_OK;
 }
 

@@ -9,14 +9,7 @@
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
     const int table = (int)sweep + (has_armature ? (int)KT_SWEEP_COUNT : 0);
-#ifdef KT_ISAS
-    if (isa == KT_ISA_V4)
-        return &kt_kernels_v4[table];
-    if (isa == KT_ISA_V3)
-        return &kt_kernels_v3[table];
-#endif
-    (void)isa;
-    return &kt_kernels_baseline[table];
+    KT_BY_ISA(isa, return &, kt_kernels, [table]);
 }
 
 kt_isa kt_isa_resolve(kt_isa asked) {

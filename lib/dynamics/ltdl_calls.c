@@ -5,14 +5,7 @@
 #include <stdio.h>
 
 static const kt_factor_kernels *factor_kernels_of(const kt_model *model) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return &kt_factor_kernels_v4;
-    if (model->isa == KT_ISA_V3)
-        return &kt_factor_kernels_v3;
-#endif
-    (void)model;
-    return &kt_factor_kernels_baseline;
+    KT_BY_ISA(model->isa, return &, kt_factor_kernels, );
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

@@ -40,17 +40,6 @@ void kt_regressor_parameters(const kt_model *model, double *parameters) {
     memcpy(parameters + KT_BODY_PARAMETERS * (model->n.body - 1), model->armature, model->n.v * sizeof *parameters);
 }
 
-static void write_bodies(const kt_model *model, const kt_data *data, double *y) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        kt_regressor_bodies_v4(model, data, y);
-    else if (model->isa == KT_ISA_V3)
-        kt_regressor_bodies_v3(model, data, y);
-    else
-#endif
-        kt_regressor_bodies_baseline(model, data, y);
-}
-
 /* Entries are sums of products of three numbers of the motion of links: up to this size none overflows. */
 #define KT_MOTION_MOST 1e90
 
@@ -79,7 +68,7 @@ kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const doub
                             "it overflows: look for a position, velocity or acceleration that is huge");
     if (nv == 0)
         return KT_OK;
-    write_bodies(model, data, regressor);
+    KT_BY_ISA(model->isa, , kt_regressor_bodies, (model, data, regressor));
     double *const armature = regressor + KT_BODY_PARAMETERS * (model->n.body - 1) * nv,
                   *const viscous = armature + nv * nv, *const coulomb = viscous + nv * nv;
     kt_clear(armature, 3 * nv * nv * sizeof *armature);

@@ -4,24 +4,11 @@
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {
     if (model->sweep == KT_SWEEP_SPATIAL)
         return kt_reduction_kernels_in_space(model);
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return &kt_reduction_planar_kernels_v4;
-    if (model->isa == KT_ISA_V3)
-        return &kt_reduction_planar_kernels_v3;
-#endif
-    return &kt_reduction_planar_kernels_baseline;
+    KT_BY_ISA(model->isa, return &, kt_reduction_planar_kernels, );
 }
 
 const kt_reduction_kernels *kt_reduction_kernels_in_space(const kt_model *model) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return &kt_reduction_kernels_v4;
-    if (model->isa == KT_ISA_V3)
-        return &kt_reduction_kernels_v3;
-#endif
-    (void)model;
-    return &kt_reduction_kernels_baseline;
+    KT_BY_ISA(model->isa, return &, kt_reduction_kernels, );
 }
 
 const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa isa) {

@@ -141,7 +141,7 @@ static void solve_lanes(kt_step_work *w, kt_coupled c, size_t columns, size_t fi
         for (size_t l = 0; l < u; l++)
             w->lanes[l][j - first] = w->correction[l];
     }
-    w->products.solve(w->matrix, u, w->pivot, w->lanes);
+    KT_BY_ISA(w->model->isa, , kt_solve_lanes, (w->matrix, u, w->pivot, w->lanes));
     for (size_t j = first; j < end; j++) {
         const column k = change_column_of(w, columns, j);
         for (size_t l = 0; l < u; l++)

@@ -68,20 +68,16 @@ static inline size_t kt_rate_numbers(const kt_model *model) { return model->n.v 
 static inline size_t kt_padded_q(const kt_model *model) { return kt_padded(model->n.q + KT_OWN_STATES(&model->n)); }
 static inline size_t kt_padded_v(const kt_model *model) { return kt_padded(kt_rate_numbers(model)); }
 
-/* Products of small matrices. All arguments but A and B have the alignment of arrays of an arena. */
-typedef struct kt_products {
-    /* Y += A X + B Z with n x n matrices A and B. X, Z and Y have `columns` padded columns. scratch: 2 KT_LANES n
-     * numbers. */
-    void (*product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
-                    const double *z, double *y);
-    /* out = start + h sum_j row_j k_j, over `count` rows k_j of n numbers, one after the other. n: a multiple of
-     * KT_LANES. */
-    void (*sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k, size_t n);
-    /* Eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h. The bits are those of
-     * kt_lu_solve. */
-    void (*solve)(const double *lu, size_t n, const int *pivot, kt_v8 *x);
-} kt_products;
-
+/* Products of small matrices. All arguments but A and B have the alignment of arrays of an arena.
+ *
+ * kt_product: Y += A X + B Z with n x n matrices A and B. X, Z and Y have `columns` padded columns. scratch:
+ * 2 KT_LANES n numbers.
+ *
+ * kt_sum: out = start + h sum_j row_j k_j, over `count` rows k_j of n numbers, one after the other. n: a multiple of
+ * KT_LANES.
+ *
+ * kt_solve_lanes: eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h. The bits are those
+ * of kt_lu_solve. */
 #define KT_PRODUCTS_DECLARE(isa)                                                                                       \
     void kt_product_##isa(size_t n, const double *a, const double *b, double *scratch, size_t columns,                 \
                           const double *x, const double *z, double *y);                                                \
@@ -320,7 +316,6 @@ typedef struct kt_step_work {
     bool one_derivative;          /* by_q and by_v belong to one stage and serve all */
     size_t derivative_at;         /* that stage */
     kt_parameter_work *parameter; /* NULL: the held input is tau */
-    kt_products products;
     kt_projection_work projection;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
 } kt_step_work;

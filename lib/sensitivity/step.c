@@ -59,17 +59,6 @@ size_t kt_step_work_size(const kt_model *model, const kt_method *method) {
                : 0;
 }
 
-static kt_products products_of(const kt_model *model) {
-#ifdef KT_ISAS
-    if (model->isa == KT_ISA_V4)
-        return (kt_products){kt_product_v4, kt_sum_v4, kt_solve_lanes_v4};
-    if (model->isa == KT_ISA_V3)
-        return (kt_products){kt_product_v3, kt_sum_v3, kt_solve_lanes_v3};
-#endif
-    (void)model;
-    return (kt_products){kt_product_baseline, kt_sum_baseline, kt_solve_lanes_baseline};
-}
-
 static kt_status check_step_states(const kt_model *model, const double *x, kt_error *error) {
     return kt_all_finite(x, model->n.x) ? KT_OK
                                         : kt_error_set(error, KT_ERROR_NOT_FINITE, "auxiliary states",
@@ -116,8 +105,7 @@ kt_status kt_step_begin(kt_step_work *w, const kt_model *model, kt_data *data, v
                         .coupled = kt_method_is_coupled(step->method),
                         .linear = kt_method_is_linear(step->method),
                         .unknowns = unknowns_of(model, step->method),
-                        .held_most = held_most(model),
-                        .products = products_of(model)};
+                        .held_most = held_most(model)};
     (void)place_step_work(w, memory, model, step->method);
     if (kt_has_auxiliary_states(model))
         kt_copy(w->before, data->x, model->n.x * sizeof *w->before);

@@ -33,7 +33,7 @@ static void begin_changes(kt_step_work *w, size_t columns) {
 
 /* Forms dK_i: the derivatives by held inputs, the rates of positions, and a_q xi + a_v dv unless i is 0. At the start,
  * xi and dv are unit vectors or zero, so that the derivatives themselves are copied. */
-static void propagate_stage(kt_step_work *w, const kt_products *products, size_t i, size_t columns) {
+static void propagate_stage(kt_step_work *w, size_t i, size_t columns) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model), Q = kt_padded_q(model), V = kt_padded(e);
     const double *q = w->stage + i * (nq + e), *dq = w->change_q, *dv = w->change_v + i * V * columns;
@@ -50,16 +50,16 @@ static void propagate_stage(kt_step_work *w, const kt_products *products, size_t
         kt_tangent_drop(model, q, dq + j * Q, w->xi + j * V);
     }
     if (i)
-        products->product(e, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate);
+        KT_BY_ISA(model->isa, , kt_product,
+                  (e, w->by_q, w->by_v, w->tiles, columns, kt_is_plain(model) ? dq : w->xi, dv, rate));
 }
 
 /* Forms dX_i (or, after the last stage, the changes at the end) from the rates: into change_q and *dv. */
-static void combine_rate_changes(kt_step_work *w, const kt_products *products, const double *row, size_t count,
-                                 size_t columns, double *dv) {
+static void combine_rate_changes(kt_step_work *w, const double *row, size_t count, size_t columns, double *dv) {
     const size_t Q = kt_padded_q(w->model) * columns, V = kt_padded_v(w->model) * columns;
     const double *rate_q = kt_is_plain(w->model) ? w->change_v : w->rate_q;
-    products->sum(w->change_q, w->start_q, w->step->h, row, count, rate_q, Q);
-    products->sum(dv, w->start_v, w->step->h, row, count, w->rate_v, V);
+    KT_BY_ISA(w->model->isa, , kt_sum, (w->change_q, w->start_q, w->step->h, row, count, rate_q, Q));
+    KT_BY_ISA(w->model->isa, , kt_sum, (dv, w->start_v, w->step->h, row, count, w->rate_v, V));
 }
 
 /* Rejects derivatives that are too uncertain next to a singular position after the step. They are the columns of states
@@ -109,8 +109,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
 }
 
 /* Stages and their tangents, one after the other. */
-static kt_status differentiate_stages(kt_step_work *w, const kt_products *products, size_t held, size_t columns,
-                                      kt_error *error) {
+static kt_status differentiate_stages(kt_step_work *w, size_t held, size_t columns, kt_error *error) {
     const size_t V = kt_padded_v(w->model) * columns;
     for (size_t i = 0; i < w->stages; i++) {
         double *a;
@@ -121,8 +120,8 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
         if (status != KT_OK)
             return status;
         const double *row = kt_step_row(w->step->method, i);
-        combine_rate_changes(w, products, row, i, columns, w->change_v + i * V);
-        propagate_stage(w, products, i, columns);
+        combine_rate_changes(w, row, i, columns, w->change_v + i * V);
+        propagate_stage(w, i, columns);
     }
     kt_step_finish(w);
     return KT_OK;
@@ -130,18 +129,17 @@ static kt_status differentiate_stages(kt_step_work *w, const kt_products *produc
 
 kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, size_t held, kt_error *error) {
     const kt_method *method = w->step->method;
-    const kt_products *products = &w->products;
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_step_start(w, q, v);
     begin_changes(w, columns);
     kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
                        : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
-                                                      : differentiate_stages(w, products, held, columns, error);
+                                                      : differentiate_stages(w, held, columns, error);
     kt_auxiliary_states_restore(w);
     if (status != KT_OK)
         return status;
     if (!w->linear)
-        combine_rate_changes(w, products, method->b, w->stages, columns,
+        combine_rate_changes(w, method->b, w->stages, columns,
                              w->rate_v); /* in place: each number after its last use */
     status = close(w, w->rate_v, columns, error);
     if (status == KT_OK &&
