@@ -154,7 +154,8 @@ bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
 /* Whether some of the last directions were predicted with the length of fixed steps. */
 bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);
 
-#if KT_HAS_LOOPS
+/* The following calls need loops. */
+
 /* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in
  * range space (reduction/half_columns.h). */
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data);
@@ -170,26 +171,6 @@ void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem 
 
 /* The accelerations that follow. Returns false if a number is not finite. */
 bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
-#else
-static inline bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
-    (void)model, (void)data;
-    return false;
-}
-static inline double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
-    (void)model, (void)data, (void)loop;
-    return 0.0;
-}
-static inline void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
-    (void)model, (void)data, (void)p;
-}
-static inline void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem *p) {
-    (void)model, (void)data, (void)p;
-}
-static inline bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a) {
-    (void)model, (void)data, (void)at, (void)a;
-    return false;
-}
-#endif
 
 #endif
 
