@@ -517,7 +517,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     else if (status == KT_OK)
         status = run_from(&s, q, settings->most > 0 ? settings->most : STEPS_MOST, &result, error);
     l->of_force = false;
-    if (status == KT_OK)
+    if (KT_HAS_SWITCHES && status == KT_OK)
         status = kt_open_contacts_check(l->model, l->data, t, l->q0, l->model->zero, error);
     if (status != KT_OK)
         return status;

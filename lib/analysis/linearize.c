@@ -518,7 +518,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     const kt_system_arrays *out = &l->arrays[l->next];
     kt_linear_system system = {0};
     kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
-    if (status == KT_OK && !l->follows)
+    if (KT_HAS_SWITCHES && status == KT_OK && !l->follows)
         status = kt_open_contacts_check(l->model, l->data, t, l->q0, l->v0, error);
     if (status == KT_OK)
         status = kt_independent_coordinates_choose(l, &l->arrays[l->next], &system, error);

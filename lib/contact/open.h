@@ -5,7 +5,6 @@
 #include "base/small.h"
 #include "model/model.h"
 
-#if KT_HAS_SWITCHES
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out.
  * Data keep all results. kt_open_contacts_reject (mechanism/evaluate.h) exempts data of an owner that follows
  * contacts.
@@ -16,12 +15,5 @@ KT_CHECKED kt_status kt_open_contacts_check(const kt_model *model, kt_data *data
                                             const double *v, kt_error *error);
 KT_CHECKED kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t, const double *q,
                                             const double *v, kt_error *error);
-#else
-static inline kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q,
-                                               const double *v, kt_error *error) {
-    (void)model, (void)data, (void)t, (void)q, (void)v, (void)error;
-    return KT_OK;
-}
-#endif
 
 #endif

@@ -228,14 +228,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 /* Rows of the largest variant, if it has hard contacts, stops or slack ropes; else 0. */
-#if KT_HAS_SWITCHES
 size_t kt_step_contact_rows(const kt_model *model);
-#else
-static inline size_t kt_step_contact_rows(const kt_model *model) {
-    (void)model;
-    return 0;
-}
-#endif
 
 /* Every array: type, name, count, meaning. N numbers of a state y = (q, v, x), n velocities, m auxiliary states, s
  * stages that count, c columns, of which at most p belong to held inputs. For implicit methods, g stages are solved
@@ -284,8 +277,9 @@ static inline size_t kt_step_contact_rows(const kt_model *model) {
     X(double, right, r *c *N, "right-hand sides")                                                                      \
     X(double, first, r *c *N, "the changes of the slope at the start")                                                 \
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
-    X(double, contact_row, kt_step_contact_rows(model), "gaps or reactions of hard contacts")                          \
-    X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0, "data for them")                \
+    X(double, contact_row, KT_HAS_SWITCHES ? kt_step_contact_rows(model) : 0, "gaps or reactions of hard contacts")    \
+    X(char, contact_memory, KT_HAS_SWITCHES &&kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0,               \
+      "data for them")                                                                                                 \
     X(double, tiles, 2 * KT_LANES * e, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
@@ -341,14 +335,7 @@ static inline void kt_auxiliary_states_restore(kt_step_work *w) {
 
 /* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks
  * (contact.c). */
-#if KT_HAS_SWITCHES
 KT_CHECKED kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error);
-#else
-static inline kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error) {
-    (void)w, (void)next, (void)error;
-    return KT_OK;
-}
-#endif
 
 /* Copies columns of the tangents at the end, kt_tangent_numbers a column (step_derivatives.c). */
 void kt_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to);

@@ -172,7 +172,7 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         status = kt_step_stages(&w, q, v, error);
     if (status == KT_OK)
         status = kt_step_close(model, data, step, w.next, w.next + nq, error);
-    if (status == KT_OK)
+    if (KT_HAS_SWITCHES && status == KT_OK)
         status = kt_step_reject_contacts(&w, w.next, error);
     if (status != KT_OK)
         return status;

@@ -23,7 +23,7 @@ static bool step_closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_status status = kt_step_stages(w, q, v, error);
-    if (status == KT_OK)
+    if (KT_HAS_SWITCHES && status == KT_OK)
         status = kt_step_reject_contacts(w, w->next, error);
     if (status != KT_OK)
         return status;

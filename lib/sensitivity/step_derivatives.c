@@ -89,7 +89,8 @@ static kt_status reject_unknown_step(const kt_step_work *w, size_t columns, kt_e
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded_q(model), V = kt_padded_v(model);
-    const kt_status rejected = w->watched ? KT_OK : kt_step_reject_contacts(w, w->next, error);
+    const bool checked = KT_HAS_SWITCHES && !w->watched;
+    const kt_status rejected = checked ? kt_step_reject_contacts(w, w->next, error) : KT_OK;
     if (rejected != KT_OK)
         return rejected;
     for (size_t j = 0; j < columns; j++) {

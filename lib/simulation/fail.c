@@ -285,5 +285,6 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
 }
 
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
-    return kt_simulation_explain_disc(simulation, fail_step(simulation, from, near, error), error);
+    const kt_status status = fail_step(simulation, from, near, error);
+    return KT_HAS_EVENTS ? kt_simulation_explain_disc(simulation, status, error) : status;
 }

@@ -55,15 +55,6 @@ static kt_status move_kinematics(kt_simulation *simulation, double t, const doub
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
-bool kt_simulation_is_stepped(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->steps_over_contacts;
-#else
-    (void)simulation;
-    return false;
-#endif
-}
-
 /* The time of the forces of a record. With time stepping, it is the middle of the last step, where the forces of
  * contacts balance them. */
 static double time_of_forces(const kt_simulation *simulation, double t) {

@@ -282,14 +282,7 @@ bool kt_simulation_is_recoverable(kt_status status);
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 /* Adds the cause to an error that a flat disc produces. */
-#if KT_HAS_EVENTS
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error);
-#else
-static inline kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error) {
-    (void)simulation, (void)error;
-    return status;
-}
-#endif
 
 /* Skips the records before the current time, which kt_simulation_run has not handed over. */
 void kt_simulation_skip_records(kt_simulation *simulation);

@@ -321,6 +321,15 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
 
+bool kt_simulation_is_stepped(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    return simulation->steps_over_contacts;
+#else
+    (void)simulation;
+    return false;
+#endif
+}
+
 /* Resolves hard contacts that touch in a state that has been set. */
 static kt_status commit_contacts(kt_simulation *simulation, kt_error *error) {
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
