@@ -2,7 +2,7 @@
  * process may continue from it.
  *
  *     header, numbers: time, time of the start, given parameters, their flags, tunable parameters of the compilation
- *     and of the present, torques, y, events, signals; then the checkpoint of the simulation
+ *     and of the present, torques, y, events, signals. The checkpoint of the simulation follows.
  */
 #include "instance.h"
 

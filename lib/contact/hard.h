@@ -15,7 +15,7 @@ void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *
 /* What a loop of an expanded description is. */
 typedef struct kt_hard_loop {
     int32_t effect; /* whose friction sticks by it, or the contact with friction that it is; -1: none */
-    bool released;  /* at first, as contact/rows.c reads it: the loop or its effect is switched off */
+    bool released;  /* at first: the loop or its effect is switched off, or it is the friction of a contact */
 } kt_hard_loop;
 
 /* The description in which all of these are switched loops, and their effects are off. */

@@ -227,10 +227,12 @@ static inline kt_try_result kt_try_fail(kt_try *result, kt_try_result found, con
     return result->result = found;
 }
 
-/* The same from the code of a callback; KT_TRY_PASSED if it is 0. */
+/* The same from the code of a callback. If it is 0, returns KT_TRY_PASSED and leaves the result as it is. */
 static inline kt_try_result kt_try_called(kt_try *result, int code, const char *what, double t) {
+    if (code == 0)
+        return KT_TRY_PASSED;
     result->code = code;
-    return kt_try_fail(result, code == 0 ? KT_TRY_PASSED : code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, what, t);
+    return kt_try_fail(result, code > 0 ? KT_TRY_RECOVERABLE : KT_TRY_STOPPED, what, t);
 }
 
 /* The interval from (t, y) over h to `end`, which is t + h up to rounding: stages with c = 1 are evaluated at `end`

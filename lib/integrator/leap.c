@@ -26,6 +26,7 @@ static kt_try_result take_leap(kt_integrator *it, const kt_interval *in, kt_try 
     const int code = it->leap->step(in->t, in->h, in->end, in->y, it->trial, it->callbacks.user);
     for (size_t i = 0; i < it->sizes.n; i++)
         it->k[it->fresh][i] = (it->trial[i] - in->y[i]) / in->h;
+    r->result = KT_TRY_PASSED;
     return kt_try_called(r, code, "the step", in->end);
 }
 

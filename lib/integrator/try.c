@@ -20,9 +20,10 @@ kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t s
     const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
     if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
         return result->result = KT_TRY_PASSED;
+    result->code = code;
     result->component = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
-    (void)kt_try_called(result, code, "the right-hand side", t);
-    return result->result = code == 0 ? KT_TRY_NOT_FINITE : result->result;
+    return code == 0 ? kt_try_fail(result, KT_TRY_NOT_FINITE, "the right-hand side", t)
+                     : kt_try_called(result, code, "the right-hand side", t);
 }
 
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {

@@ -143,7 +143,7 @@ typedef struct kt_loop_record {
     uint32_t name;               /* offset in the model's text */
 #if KT_HAS_SWITCHES
     bool comes;                        /* it is off at first, and is switched on later */
-    bool released;                     /* a contact or friction that does not act at first */
+    bool released;                     /* a contact or friction that does not act by itself at first */
     int32_t side;                      /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
     bool poisson;                      /* likewise: its restitution is of impulses */

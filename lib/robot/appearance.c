@@ -87,7 +87,7 @@ static void count_missing_mesh(kt_appearance *appearance, const kt_element *e, c
     if (appearance->missing.count == 0)
         appearance->missing.what = name == NULL
                                        ? "one without a name"
-                                       : kt_robot_text(appearance->r, &appearance->r->keep, name, strlen(name));
+                                       : kt_reader_text(appearance->r, &appearance->r->keep, name, strlen(name));
     kt_left_count(&appearance->missing, e);
 }
 
@@ -150,8 +150,8 @@ typedef struct sizes {
 static bool take_sizes(sizes *s, kt_appearance *appearance, kt_body *bodies, int count) {
     kt_reader *r = appearance->r;
     *s = (sizes){.bodies = bodies, .count = count};
-    s->away = kt_robot_take(r, &r->scratch, (size_t)count + 1, sizeof *s->away);
-    s->path = kt_robot_take(r, &r->scratch, (size_t)count + 1, sizeof *s->path);
+    s->away = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *s->away);
+    s->path = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *s->path);
     if (s->away == NULL || s->path == NULL || !kt_robot_names(r, &s->names, (size_t)count + 1))
         return false;
     for (int i = 0; i < count; i++) {

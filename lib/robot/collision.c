@@ -46,7 +46,7 @@ static void find_moving(touching *t) {
 
 static kt_status find_mobilities(touching *t, const kt_contact_tree *tree, kt_error *error) {
     const size_t nv = (size_t)kt_model_nv(tree->model);
-    double *mass = kt_robot_take(t->d->r, &t->d->r->scratch, nv * nv + 7 * nv + 1, sizeof *mass);
+    double *mass = kt_reader_take(t->d->r, &t->d->r->scratch, nv * nv + 7 * nv + 1, sizeof *mass);
     if (mass == NULL)
         return KT_ERROR_MEMORY;
     const kt_status status = kt_dynamics_mass(tree->model, tree->data, tree->q, mass, error);
@@ -68,8 +68,8 @@ static bool prepare_bodies(touching *t) {
     kt_contact_tree tree;
     kt_error error = {0};
     const size_t count = (size_t)t->judge->count + 1;
-    t->mobility = kt_robot_take(r, &r->scratch, count, sizeof *t->mobility);
-    t->moves = kt_robot_take(r, &r->scratch, count, sizeof *t->moves);
+    t->mobility = kt_reader_take(r, &r->scratch, count, sizeof *t->mobility);
+    t->moves = kt_reader_take(r, &r->scratch, count, sizeof *t->moves);
     if (t->mobility == NULL || t->moves == NULL)
         return false;
     find_moving(t);

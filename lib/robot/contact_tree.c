@@ -12,7 +12,7 @@
 
 static kt_status fill_tree(kt_reader *r, kt_contact_tree *tree, kt_error *error) {
     const size_t nq = (size_t)kt_model_nq(tree->model), nv = (size_t)kt_model_nv(tree->model);
-    tree->q = kt_robot_take(r, &r->scratch, nq + nv + 1, sizeof *tree->q);
+    tree->q = kt_reader_take(r, &r->scratch, nq + nv + 1, sizeof *tree->q);
     if (tree->q == NULL)
         return KT_ERROR_MEMORY;
     tree->v = tree->q + nq;

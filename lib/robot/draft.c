@@ -71,7 +71,7 @@ kt_loop *kt_draft_loop(kt_draft *d, const kt_element *e, kt_loop_type type, cons
 
 kt_loop *kt_draft_coupling(kt_draft *d, const kt_element *e, const char *name, int count, kt_term **terms) {
     kt_loop *loop = kt_draft_loop(d, e, KT_LOOP_COUPLING, name);
-    *terms = kt_robot_take(d->r, &d->r->keep, (size_t)count, sizeof **terms);
+    *terms = kt_reader_take(d->r, &d->r->keep, (size_t)count, sizeof **terms);
     if (loop == NULL || *terms == NULL)
         return NULL;
     loop->terms = *terms;
@@ -182,7 +182,7 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
     to->effect_count = d->effects.count;
     to->states = d->states.items;
     to->state_count = d->states.count;
-    to->name = name != NULL ? kt_robot_text(d->r, &d->r->keep, name, strlen(name)) : NULL;
+    to->name = name != NULL ? kt_reader_text(d->r, &d->r->keep, name, strlen(name)) : NULL;
 }
 
 bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene) {

@@ -34,7 +34,7 @@ bool kt_include_exists(const char *path, bool folder) {
 static bool lies_in_any(kt_reader *r, const char *path, const char *folders) {
     for (const char *at = folders; at != NULL && *at != '\0';) {
         const size_t size = strcspn(at, ":");
-        const char *folder = size > 0 ? kt_robot_text(r, &r->scratch, at, size) : NULL;
+        const char *folder = size > 0 ? kt_reader_text(r, &r->scratch, at, size) : NULL;
         if (size > 0 && folder == NULL)
             return false;
         if (folder != NULL && lies_in(path, folder))
@@ -75,7 +75,7 @@ static const char *find_allowed(kt_reader *r, const kt_robot_source *source, con
     const char *found = NULL;
     if (real != NULL && (lies_in(real, source->folder) || lies_in_any(r, real, source->options->allow) ||
                          lies_in_any(r, real, source->options->search))) {
-        found = kt_robot_text(r, &r->keep, real, strlen(real));
+        found = kt_reader_text(r, &r->keep, real, strlen(real));
     }
     free(real);
     return found;

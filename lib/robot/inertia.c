@@ -34,10 +34,10 @@ typedef struct parts {
 static bool take_parts(parts *p, kt_judge *j) {
     const size_t count = (size_t)j->count + 1;
     *p = (parts){.j = j};
-    p->first = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->first);
-    p->pose = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->pose);
-    p->path = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->path);
-    p->part = kt_robot_take(j->r, &j->r->scratch, count, sizeof *p->part);
+    p->first = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->first);
+    p->pose = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->pose);
+    p->path = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->path);
+    p->part = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->part);
     if (p->first == NULL || p->pose == NULL || p->path == NULL || p->part == NULL)
         return false;
     for (int i = 0; i < j->count; i++) {
@@ -169,7 +169,7 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
 
 /* The bodies that carry the bodies, by their names. */
 static bool find_carriers(kt_judge *j) {
-    int *parents = kt_robot_take(j->r, &j->r->scratch, (size_t)j->count + 1, sizeof *parents);
+    int *parents = kt_reader_take(j->r, &j->r->scratch, (size_t)j->count + 1, sizeof *parents);
     kt_names names;
     if (parents == NULL || !kt_robot_names(j->r, &names, (size_t)j->count + 1))
         return false;

@@ -68,7 +68,7 @@ static void give(kt_reader *r, const kt_element *root, const char *text, kt_body
                  const void *user) {
     const char *sign = strrchr(text, '=');
     double mass = 0.0;
-    const char *link = kt_robot_text(r, &r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
+    const char *link = kt_reader_text(r, &r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
     if (link == NULL)
         return;
     if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {

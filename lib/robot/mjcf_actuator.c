@@ -277,7 +277,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
 /* c: the coefficients of the force in the joint for the constant, the position and the velocity. */
 static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], const double bounds[2]) {
     kt_effect *servo = kt_draft_joint_effect(&m->draft, l->element, KT_EFFECT_SERVO, l->joint);
-    double *line_of_time = kt_robot_take(m->r, &m->r->keep, 2, sizeof *line_of_time);
+    double *line_of_time = kt_reader_take(m->r, &m->r->keep, 2, sizeof *line_of_time);
     if (servo == NULL || line_of_time == NULL)
         return;
     servo->stiffness = 0.0 - c[1]; /* no negative zero */

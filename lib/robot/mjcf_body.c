@@ -319,7 +319,7 @@ static void make_markers(kt_mjcf *m) {
             continue;
         }
         kt_marker *marker = kt_list_add(m->r, &m->r->keep, &b->markers, sizeof *marker);
-        char *copy = kt_robot_text(m->r, &m->r->keep, name, strlen(name));
+        char *copy = kt_reader_text(m->r, &m->r->keep, name, strlen(name));
         if (marker == NULL || copy == NULL)
             return;
         *marker = (kt_marker){

@@ -90,13 +90,13 @@ static kt_vec3 turn_vertex(kt_quat q, kt_vec3 v) {
 static bool take_vertices(kt_mjcf *m, cable *c) {
     if (c->count > VERTICES_MOST)
         return kt_mjcf_fault(m, c->element, "a cable has at most %d vertices here", (int)VERTICES_MOST);
-    c->vertices = kt_robot_take(m->r, &m->r->scratch, 3 * (size_t)c->count, sizeof *c->vertices);
+    c->vertices = kt_reader_take(m->r, &m->r->scratch, 3 * (size_t)c->count, sizeof *c->vertices);
     return c->vertices != NULL;
 }
 
 static bool read_cable_vertices(kt_mjcf *m, cable *c, const char *text) {
     const size_t most = 3 * (VERTICES_MOST + 1), room = strlen(text) / 2 + 1 < most ? strlen(text) / 2 + 1 : most;
-    double *numbers = kt_robot_take(m->r, &m->r->scratch, room, sizeof *numbers);
+    double *numbers = kt_reader_take(m->r, &m->r->scratch, room, sizeof *numbers);
     if (numbers == NULL)
         return false;
     const int count = kt_parse_numbers(text, (int)room, numbers);

@@ -125,7 +125,7 @@ static bool read_flex(kt_mjcf *m, const kt_element *e, kt_flex *f) {
         return kt_mjcf_fault(m, e, "it has no elements");
     place_flex(m, f);
     const int nodes = kt_flex_node_count(m, f), room = f->count > nodes ? f->count : nodes;
-    bool *pinned = kt_robot_take(m->r, &m->r->scratch, (size_t)room, sizeof *pinned);
+    bool *pinned = kt_reader_take(m->r, &m->r->scratch, (size_t)room, sizeof *pinned);
     if (pinned == NULL)
         return false;
     if (!kt_flex_pin(m, f, pinned, room))
@@ -316,7 +316,7 @@ static int order_flex_ends(const void *a, const void *b) {
 
 /* All pairs of points of an element, each once; returns how many. NULL: no memory. */
 static int *list_flex_edges(kt_mjcf *m, const kt_flex *f, int *count) {
-    int *ends = kt_robot_take(m->r, &m->r->scratch, 12 * (size_t)f->element_count + 1, sizeof *ends), all = 0;
+    int *ends = kt_reader_take(m->r, &m->r->scratch, 12 * (size_t)f->element_count + 1, sizeof *ends), all = 0;
     *count = 0;
     if (ends == NULL)
         return NULL;

@@ -87,8 +87,8 @@ static void find_bending(const kt_flex *f, const kt_elasticity *l, bent_pair *p)
 /* All sides of triangles that two of them share, in *count; NULL: no memory. The first triangle gives the direction. */
 static bent_pair *list_pairs(kt_mjcf *m, const kt_flex *f, int *count) {
     const size_t all = 3 * (size_t)f->element_count;
-    bent_side *sides = kt_robot_take(m->r, &m->r->scratch, all + 1, sizeof *sides);
-    bent_pair *pairs = kt_robot_take(m->r, &m->r->scratch, all + 1, sizeof *pairs);
+    bent_side *sides = kt_reader_take(m->r, &m->r->scratch, all + 1, sizeof *sides);
+    bent_pair *pairs = kt_reader_take(m->r, &m->r->scratch, all + 1, sizeof *pairs);
     *count = 0;
     if (sides == NULL || pairs == NULL)
         return NULL;
@@ -183,7 +183,7 @@ void kt_elastic_resist_bending(kt_mjcf *m, const kt_elastic *p, const kt_elastic
     bool is_exchanged = false;
     bent_pair *pairs = list_pairs(m, p->f, &count);
     bent_entry *entries =
-        kt_robot_take(m->r, &m->r->scratch, 16 * (size_t)(pairs != NULL ? count : 0) + 1, sizeof *entries);
+        kt_reader_take(m->r, &m->r->scratch, 16 * (size_t)(pairs != NULL ? count : 0) + 1, sizeof *entries);
     if (pairs == NULL || entries == NULL)
         return;
     for (int n = 0; n < count; n++) {

@@ -251,7 +251,7 @@ static void stretch_flex(kt_mjcf *m, const kt_elastic *p, const kt_elasticity *l
 
 /* The bodies of points. *lost: how many move, but have no body; *found: how many have one. */
 static int *find_bodies_of_points(kt_mjcf *m, const kt_flex *f, int *lost, int *found) {
-    int *body = kt_robot_take(m->r, &m->r->scratch, (size_t)f->count + 1, sizeof *body);
+    int *body = kt_reader_take(m->r, &m->r->scratch, (size_t)f->count + 1, sizeof *body);
     *lost = *found = 0;
     for (int i = 0; i < f->count && body != NULL; i++) {
         body[i] = f->points[i].is_pinned ? -1 : kt_names_find(&m->names, KT_MJCF_BODIES, f->points[i].name);

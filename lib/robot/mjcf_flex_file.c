@@ -22,7 +22,7 @@
 int kt_flex_numbers(kt_mjcf *m, const kt_element *e, const char *name, double **values) {
     const char *text = kt_xml_attribute(e, name);
     const size_t room = text != NULL ? strlen(text) / 2 + 1 : 0;
-    *values = kt_robot_take(m->r, &m->r->scratch, room + 1, sizeof **values);
+    *values = kt_reader_take(m->r, &m->r->scratch, room + 1, sizeof **values);
     if (*values == NULL)
         return -1;
     const int count = text != NULL ? kt_parse_numbers(text, (int)room, *values) : 0;
@@ -99,8 +99,8 @@ static double facing(const kt_flex *f, const double origin[3], const int *points
 
 static bool add_flex_surface(kt_mjcf *m, kt_flex *f, const kt_triangles *mesh) {
     const int count = mesh->vertex_count, first = f->dim == 3;
-    flex_corner *corners = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *corners);
-    int *to = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *to);
+    flex_corner *corners = kt_reader_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *corners);
+    int *to = kt_reader_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *to);
     double origin[3] = {0.0, 0.0, 0.0};
     if (corners == NULL || to == NULL || !kt_flex_take(m, f, count + 1.0, mesh->triangle_count))
         return false;

@@ -77,7 +77,7 @@ static bool is_next_to_outside(const flex_cells *c, const bool *outside, const i
 /* Fills the cells that a surface encloses. */
 static bool fill_inside(kt_mjcf *m, const flex_cells *c) {
     const int count = c->n[0] * c->n[1] * c->n[2];
-    bool *outside = kt_robot_take(m->r, &m->r->scratch, (size_t)count, sizeof *outside), changes = true;
+    bool *outside = kt_reader_take(m->r, &m->r->scratch, (size_t)count, sizeof *outside), changes = true;
     if (outside == NULL)
         return false;
     while (changes) {
@@ -132,7 +132,7 @@ static const char *name_flex_node(kt_mjcf *m, const kt_flex *f, const int at[3])
 
 static bool find_filled(kt_mjcf *m, const kt_flex *f, flex_cells *c) {
     c->filled =
-        kt_robot_take(m->r, &m->r->scratch, (size_t)c->n[0] * (size_t)c->n[1] * (size_t)c->n[2], sizeof *c->filled);
+        kt_reader_take(m->r, &m->r->scratch, (size_t)c->n[0] * (size_t)c->n[1] * (size_t)c->n[2], sizeof *c->filled);
     if (c->filled == NULL)
         return false;
     for (int i = 0; i < f->element_count; i++)
@@ -144,7 +144,7 @@ bool kt_flex_nodes(kt_mjcf *m, kt_flex *f, const bool *pinned) {
     flex_cells c;
     read_flex_cells(m, f, &c);
     const int count = c.nodes[0] * c.nodes[1] * c.nodes[2];
-    kt_flex_point *nodes = kt_robot_take(m->r, &m->r->scratch, (size_t)count, sizeof *nodes);
+    kt_flex_point *nodes = kt_reader_take(m->r, &m->r->scratch, (size_t)count, sizeof *nodes);
     double mass = 0.0;
     if (nodes == NULL || !find_filled(m, f, &c))
         return false;

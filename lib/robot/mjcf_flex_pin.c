@@ -51,7 +51,7 @@ static bool read_flex_pins(kt_mjcf *m, const kt_flex *f, const kt_element *pin, 
 /* Removes points without an element. */
 static bool remove_unused(kt_mjcf *m, kt_flex *f, bool *pinned) {
     const int numbers = f->element_count * (f->dim + 1);
-    int *after = kt_robot_take(m->r, &m->r->scratch, (size_t)f->count + 1, sizeof *after), kept = 0;
+    int *after = kt_reader_take(m->r, &m->r->scratch, (size_t)f->count + 1, sizeof *after), kept = 0;
     if (after == NULL)
         return false;
     for (int i = 0; i < numbers; i++)

@@ -26,8 +26,8 @@ bool kt_flex_take(kt_mjcf *m, kt_flex *f, double points, double elements) {
         return fault_of_many_points(m, f);
     f->room = (int)points;
     f->element_room = (int)elements;
-    f->points = kt_robot_take(m->r, &m->r->scratch, (size_t)f->room + 1, sizeof *f->points);
-    f->elements = kt_robot_take(m->r, &m->r->scratch, 4 * (size_t)f->element_room + 1, sizeof *f->elements);
+    f->points = kt_reader_take(m->r, &m->r->scratch, (size_t)f->room + 1, sizeof *f->points);
+    f->elements = kt_reader_take(m->r, &m->r->scratch, 4 * (size_t)f->element_room + 1, sizeof *f->elements);
     return (f->points != NULL && f->elements != NULL);
 }
 

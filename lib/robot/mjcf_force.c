@@ -23,8 +23,10 @@ static bool read_polynomial(kt_mjcf *m, const kt_element *e, const char *tag, co
 static bool is_plain(const double k[3]) { return k[0] >= 0.0 && k[1] == 0.0 && k[2] == 0.0; }
 
 /* A force along a line by a formula: -factor x (k0 + k1 w + k2 x^2), with w = x, or |x|. */
-static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const char *x, bool is_odd) {
-    kt_mjcf_formula to = {.whole = true};
+static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const kt_mjcf_formula *of,
+                           bool is_odd) {
+    const char *x = of->text;
+    kt_mjcf_formula to = {.whole = of->whole};
     kt_mjcf_print(&to, "%g*%s*(%g + %g*%s%s + %g*%s^2)", -l->factor, x, k[0], k[1], is_odd ? "abs" : "", x, k[2], x);
     kt_effect *effect =
         kt_mjcf_add_formula(m, l->element, &to, "spring or damper of a joint whose name is too long for a formula");
@@ -46,7 +48,7 @@ static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], con
         kt_mjcf_print(&x, " + %g", 0.0 - rest[i]);
     }
     kt_mjcf_put(&x, rest[0] != rest[1] ? "))" : ")");
-    add_polynomial(m, l, k, x.text, false);
+    add_polynomial(m, l, k, &x, false);
 }
 
 static void add_damping(kt_mjcf *m, const kt_mjcf_line *l, const double k[3]) {
@@ -58,7 +60,7 @@ static void add_damping(kt_mjcf *m, const kt_mjcf_line *l, const double k[3]) {
     kt_mjcf_put(&v, "(");
     kt_mjcf_put_coordinate(&v, l->factor, "velocity", l->joint);
     kt_mjcf_put(&v, ")");
-    add_polynomial(m, l, k, v.text, true);
+    add_polynomial(m, l, k, &v, true);
 }
 
 static double line_friction_of(kt_mjcf *m, const kt_element *e, const char *tag) {

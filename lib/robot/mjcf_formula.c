@@ -38,7 +38,7 @@ void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quan
 }
 
 const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula) {
-    const char *text = formula->whole ? kt_robot_text(m->r, &m->r->keep, formula->text, formula->length) : NULL;
+    const char *text = formula->whole ? kt_reader_text(m->r, &m->r->keep, formula->text, formula->length) : NULL;
     return text;
 }
 

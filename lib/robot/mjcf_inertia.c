@@ -81,7 +81,7 @@ static void take_mobilities(kt_mjcf *m, const kt_contact_tree *tree, const doubl
 
 static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *error) {
     const size_t nv = (size_t)kt_model_nv(tree->model);
-    double *mass = kt_robot_take(m->r, &m->r->scratch, nv * nv + 8 * nv + 1, sizeof *mass);
+    double *mass = kt_reader_take(m->r, &m->r->scratch, nv * nv + 8 * nv + 1, sizeof *mass);
     if (mass == NULL)
         return KT_ERROR_MEMORY;
     double *room = mass + nv * nv;
@@ -110,7 +110,7 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     first = first == NULL && m->nv > 0 ? kt_mjcf_find_muscle(m, NULL) : first;
     if (first == NULL || m->r->out_of_memory)
         return;
-    kt_body *bodies = kt_robot_take(m->r, &m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
+    kt_body *bodies = kt_reader_take(m->r, &m->r->scratch, (size_t)m->draft.bodies.count + 1, sizeof *bodies);
     kt_status status = KT_ERROR_MEMORY;
     if (bodies != NULL) {
         copy_bodies(m, bodies);

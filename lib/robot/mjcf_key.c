@@ -17,7 +17,7 @@ static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, 
     const char *text = kt_xml_attribute(key, name);
     if (text == NULL)
         return NULL;
-    double *values = kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *values);
+    double *values = kt_reader_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof *values);
     if (values != NULL && kt_parse_numbers(text, count, values) != count) {
         (void)kt_mjcf_fault(m, key, "%s: expected %d numbers, found '%.60s'", name, count, text);
         values = NULL;
@@ -74,7 +74,7 @@ static void count_unread(kt_mjcf *m, const kt_element *key, const char *attribut
 /* ---- attached models --------------------------------------------------------------------------------------------- */
 
 static double *zeros(kt_mjcf *m, int count) {
-    return kt_robot_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof(double));
+    return kt_reader_take(m->r, &m->r->scratch, (size_t)count + 1, sizeof(double));
 }
 
 /* The reference positions of all joints, at rest and without control. */

@@ -14,7 +14,7 @@ const char *kt_mjcf_write_numbers(kt_mjcf *m, int count, const double *values) {
         kt_number_format(text + length, values[i]);
         length += strlen(text + length);
     }
-    const char *kept = kt_robot_text(m->r, &m->r->scratch, text, length);
+    const char *kept = kt_reader_text(m->r, &m->r->scratch, text, length);
     return kept;
 }
 
@@ -28,7 +28,7 @@ static size_t count_words(const char *const *attributes) {
 kt_element *kt_mjcf_add_element(kt_mjcf *m, kt_element *parent, const kt_element *from, const char *name,
                                 const char *const *attributes, const kt_element *like) {
     const size_t own = count_words(attributes), more = like != NULL ? count_words(like->attributes) : 0;
-    const char **all = own % 2 == 0 ? kt_robot_take(m->r, &m->r->scratch, own + more + 1, sizeof *all) : NULL;
+    const char **all = own % 2 == 0 ? kt_reader_take(m->r, &m->r->scratch, own + more + 1, sizeof *all) : NULL;
     kt_element *e = all != NULL ? kt_element_at(m->r, from, name, all) : NULL;
     if (e == NULL)
         return NULL;

@@ -31,7 +31,7 @@ static const char *name_marker(kt_mjcf *m, const kt_mjcf_body *b) {
             (void)snprintf(name, sizeof name, "medium_%d", number++);
             i = -1;
         }
-    return kt_robot_text(m->r, &m->r->keep, name, strlen(name));
+    return kt_reader_text(m->r, &m->r->keep, name, strlen(name));
 }
 
 /* Adds a marker at the centre of mass, along the axes of the inertia. */

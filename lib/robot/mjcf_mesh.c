@@ -49,7 +49,7 @@ void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const 
     }
     kt_phrase_add(&what, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "", error->message);
     if (left->count == 0)
-        left->what = kt_robot_text(m->r, &m->r->scratch, what.text, strlen(what.text));
+        left->what = kt_reader_text(m->r, &m->r->scratch, what.text, strlen(what.text));
     kt_left_count(left, e);
 }
 
@@ -89,7 +89,7 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
         return kt_error_set(error, KT_ERROR_SCENE, "", "a plugin makes the mesh: give its body an <inertial>");
     for (int i = 0; i < 2; i++) {
         const size_t most = texts[i] != NULL ? strlen(texts[i]) / 2 + 1 : 0;
-        numbers[i] = kt_robot_take(m->r, &m->r->scratch, most + 1, sizeof **numbers);
+        numbers[i] = kt_reader_take(m->r, &m->r->scratch, most + 1, sizeof **numbers);
         if (numbers[i] == NULL)
             return kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a mesh");
         counts[i] = texts[i] != NULL ? kt_parse_numbers(texts[i], (int)most, numbers[i]) : 0;
@@ -205,7 +205,7 @@ const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e) {
     if (name != NULL || file == NULL)
         return name;
     const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
-    name = kt_robot_text(m->r, &m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
+    name = kt_reader_text(m->r, &m->r->scratch, start, dot != NULL ? (size_t)(dot - start) : strlen(start));
     for (int d = e->document; d > 0 && name != NULL; d = kt_mjcf_document_at(m, d)->parent)
         name = kt_mjcf_join(m, e, kt_mjcf_document_at(m, d)->prefix, name);
     return name;

@@ -64,7 +64,7 @@ kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, c
 
 static bool read_reach_points(length *l) {
     const kt_mjcf_tendon *t = tendon_of(l);
-    l->points = kt_robot_take(l->m->r, &l->m->r->scratch, (size_t)t->path_count + 1, sizeof *l->points);
+    l->points = kt_reader_take(l->m->r, &l->m->r->scratch, (size_t)t->path_count + 1, sizeof *l->points);
     if (l->points == NULL)
         return false;
     for (int i = 0; i < t->path_count; i++) {
@@ -221,7 +221,7 @@ static bool find_end_of_path(const length *l, double sense, double *found) {
 
 static bool find_ends_of_path(const length *l, double range[2]) {
     const size_t nq = (size_t)kt_model_nq(l->tree->model);
-    double *start = kt_robot_take(l->m->r, &l->m->r->scratch, nq + 1, sizeof *start);
+    double *start = kt_reader_take(l->m->r, &l->m->r->scratch, nq + 1, sizeof *start);
     bool is_found = start != NULL;
     if (!is_found)
         return false;

@@ -68,7 +68,7 @@ int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end) {
 
 /* The length of the path while the springs of all joints have no force. */
 static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
-    kt_path_point_record *records = kt_robot_take(m->r, &m->r->scratch, (size_t)t->path_count, sizeof *records);
+    kt_path_point_record *records = kt_reader_take(m->r, &m->r->scratch, (size_t)t->path_count, sizeof *records);
     if (records == NULL)
         return 0.0;
     for (int i = 0; i < t->path_count; i++) { /* all in the axes of the world */
@@ -208,7 +208,7 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     size_t count = 1;
     for (const kt_element *c = t->element->first; c != NULL; c = c->next)
         count++;
-    t->path = kt_robot_take(m->r, &m->r->keep, count, sizeof *t->path);
+    t->path = kt_reader_take(m->r, &m->r->keep, count, sizeof *t->path);
     if (t->path == NULL)
         return false;
     if (!read_tendon_points(m, t))

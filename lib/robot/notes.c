@@ -66,7 +66,7 @@ void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_
 
 bool kt_notes_begin(kt_notes *notes, kt_reader *r, const char *path) {
     *notes = (kt_notes){.r = r, .path = path};
-    notes->notes = kt_robot_take(r, &r->keep, KT_NOTES_MOST, sizeof *notes->notes);
+    notes->notes = kt_reader_take(r, &r->keep, KT_NOTES_MOST, sizeof *notes->notes);
     return notes->notes != NULL;
 }
 
@@ -82,7 +82,7 @@ void kt_note_put(kt_notes *notes, kt_note_rank rank, const kt_left *left, const 
     kt_scene_note *to = &notes->notes[notes->count++];
     to->where = kt_robot_print(notes->r, &notes->r->keep, "%s:%u:%u", path, (unsigned)left->first->line,
                                (unsigned)left->first->column);
-    to->what = kt_robot_text(notes->r, &notes->r->keep, what, strlen(what));
+    to->what = kt_reader_text(notes->r, &notes->r->keep, what, strlen(what));
     to->rank = rank;
 }
 
@@ -178,7 +178,7 @@ bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) 
 
 bool kt_namer_init(kt_namer *namer, kt_reader *r, int most) {
     *namer = (kt_namer){.r = r, .room = most + 1};
-    namer->namesakes = kt_robot_take(r, &r->scratch, (size_t)most + 1, sizeof *namer->namesakes);
+    namer->namesakes = kt_reader_take(r, &r->scratch, (size_t)most + 1, sizeof *namer->namesakes);
     if (namer->namesakes == NULL || !kt_robot_names(r, &namer->names, (size_t)most + 1))
         return false;
     (void)kt_names_add(&namer->names, 0, "world", namer->count++);
@@ -187,7 +187,7 @@ bool kt_namer_init(kt_namer *namer, kt_reader *r, int most) {
 
 const char *kt_namer_make(kt_namer *namer, const char *wanted) {
     const size_t length = strlen(wanted);
-    char *name = kt_robot_take(namer->r, &namer->r->keep, length + 16, 1);
+    char *name = kt_reader_take(namer->r, &namer->r->keep, length + 16, 1);
     if (name == NULL || length == 0 || namer->count == namer->room)
         return "";
     size_t at = (wanted[0] >= '0' && wanted[0] <= '9') || wanted[0] == '-' ? 1 : 0; /* '7th' becomes '_7th' */
@@ -210,26 +210,12 @@ const char *kt_namer_make(kt_namer *namer, const char *wanted) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-void *kt_robot_take(kt_reader *r, kt_pool *pool, size_t count, size_t size) {
-    void *memory = kt_pool_take(pool, count, size);
-    if (memory == NULL)
-        (void)kt_reader_out_of_memory(r);
-    return memory;
-}
-
-char *kt_robot_text(kt_reader *r, kt_pool *pool, const char *text, size_t length) {
-    char *copy = kt_pool_text(pool, text, length);
-    if (copy == NULL)
-        (void)kt_reader_out_of_memory(r);
-    return copy;
-}
-
 const char *kt_robot_print(kt_reader *r, kt_pool *pool, const char *format, ...) {
     va_list arguments, again;
     va_start(arguments, format);
     va_copy(again, arguments);
     const size_t room = (size_t)vsnprintf(NULL, 0, format, arguments) + 1;
-    char *text = kt_robot_take(r, pool, room, 1);
+    char *text = kt_reader_take(r, pool, room, 1);
     if (text != NULL)
         (void)vsnprintf(text, room, format, again);
     va_end(again);
@@ -238,7 +224,7 @@ const char *kt_robot_print(kt_reader *r, kt_pool *pool, const char *format, ...)
 }
 
 bool kt_robot_names(kt_reader *r, kt_names *names, size_t count) {
-    void *memory = kt_robot_take(r, &r->scratch, 1, kt_names_size(count));
+    void *memory = kt_reader_take(r, &r->scratch, 1, kt_names_size(count));
     if (memory != NULL)
         kt_names_init(names, count, memory);
     return memory != NULL;
@@ -249,7 +235,7 @@ bool kt_robot_names(kt_reader *r, kt_names *names, size_t count) {
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
     if (list->count == list->room) {
         const int room = list->room == 0 ? 8 : 2 * list->room;
-        void *items = kt_robot_take(r, pool, list->room < 1 << 28 ? (size_t)room : SIZE_MAX, size);
+        void *items = kt_reader_take(r, pool, list->room < 1 << 28 ? (size_t)room : SIZE_MAX, size);
         if (items == NULL)
             return NULL;
         if (list->count > 0)
@@ -265,7 +251,7 @@ void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
 const char *const kt_no_attributes[1] = {NULL};
 
 kt_element *kt_element_at(kt_reader *r, const kt_element *place, const char *name, const char *const *attributes) {
-    kt_element *e = kt_robot_take(r, &r->scratch, 1, sizeof *e);
+    kt_element *e = kt_reader_take(r, &r->scratch, 1, sizeof *e);
     if (e == NULL)
         return NULL;
     *e = *place;
@@ -279,7 +265,7 @@ const char **kt_element_own(kt_reader *r, kt_element *e) {
     size_t count = 0;
     while (e->attributes[count] != NULL)
         count++;
-    const char **own = kt_robot_take(r, &r->scratch, count + 1, sizeof *own);
+    const char **own = kt_reader_take(r, &r->scratch, count + 1, sizeof *own);
     if (own != NULL)
         memcpy(own, e->attributes, count * sizeof *own);
     e->attributes = own != NULL ? own : kt_no_attributes;
@@ -362,10 +348,10 @@ static kt_mark mark_of(const kt_element *e) {
 bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_element *const *body_elements,
                    const kt_element *const *loop_elements) {
     const kt_description *d = &scene->description;
-    kt_scene_marks *marks = kt_robot_take(r, &r->keep, 1, sizeof *marks);
-    kt_mark *bodies = kt_robot_take(r, &r->keep, (size_t)d->body_count + 1, sizeof *bodies);
-    kt_mark *loops = kt_robot_take(r, &r->keep, (size_t)d->loop_count + 1, sizeof *loops);
-    char *name = kt_robot_text(r, &r->keep, path, strlen(path));
+    kt_scene_marks *marks = kt_reader_take(r, &r->keep, 1, sizeof *marks);
+    kt_mark *bodies = kt_reader_take(r, &r->keep, (size_t)d->body_count + 1, sizeof *bodies);
+    kt_mark *loops = kt_reader_take(r, &r->keep, (size_t)d->loop_count + 1, sizeof *loops);
+    char *name = kt_reader_text(r, &r->keep, path, strlen(path));
     if (marks == NULL || bodies == NULL || loops == NULL || name == NULL)
         return false;
     for (int i = 0; i < d->body_count; i++)

@@ -140,9 +140,7 @@ static inline const char *kt_element_name(const kt_element *e, const char *stand
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* Take memory, or a text, from a pool of the reader. NULL, after reporting to the reader, if there is none. */
-void *kt_robot_take(kt_reader *r, kt_pool *pool, size_t count, size_t size);
-char *kt_robot_text(kt_reader *r, kt_pool *pool, const char *text, size_t length);
+/* Takes a text of this format from a pool. NULL, after reporting to the reader, if there is no memory. */
 const char *kt_robot_print(kt_reader *r, kt_pool *pool, const char *format, ...) KT_PRINTF(3, 4);
 
 /* Makes a table for `count` names; false if there is no memory. */

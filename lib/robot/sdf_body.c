@@ -108,7 +108,7 @@ static void want_name(kt_sdf *m, kt_sdf_joint *j) {
     add_path(m, &path, j->frame);
     kt_phrase_add(&path, "%s", is_second ? "_2" : "");
     j->body = m->draft.bodies.count - 1;
-    *kt_draft_joint_name(&m->draft, j->body) = kt_robot_text(m->r, &m->r->scratch, path.text, strlen(path.text));
+    *kt_draft_joint_name(&m->draft, j->body) = kt_reader_text(m->r, &m->r->scratch, path.text, strlen(path.text));
 }
 
 static void make_sdf_body(kt_sdf *m, int index) {

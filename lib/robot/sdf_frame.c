@@ -118,7 +118,7 @@ static const char *other_name(kt_sdf *m, const kt_sdf_frame *f, int number) {
     const bool is_model = f->kind == KT_SDF_MODEL;
     const char *ending = is_model ? "_" : "_frame";
     const size_t room = strlen(f->name) + 32;
-    char *made = kt_robot_take(m->r, &m->r->scratch, room, 1);
+    char *made = kt_reader_take(m->r, &m->r->scratch, room, 1);
     if (made == NULL)
         return f->name;
     (void)snprintf(made, room, "%s%s", f->name, is_model ? "_1" : ending);
@@ -158,7 +158,7 @@ static bool add_frame_name(kt_sdf *m, int i, bool is_last) {
 /* Frames are last, and models that have to be renamed, since others keep their names. */
 static void add_names(kt_sdf *m) {
     const size_t count = (size_t)m->frames.count + 1;
-    bool *is_named = kt_robot_take(m->r, &m->r->scratch, count, sizeof *is_named);
+    bool *is_named = kt_reader_take(m->r, &m->r->scratch, count, sizeof *is_named);
     if (is_named == NULL || !kt_robot_names(m->r, &m->names, count))
         return;
     for (int i = 1; i < m->frames.count; i++)
@@ -306,7 +306,7 @@ static void place_model(kt_sdf *m, int model) {
 /* Depths and poses in the world, from the bases outwards. */
 static void settle(kt_sdf *m) {
     enum { ON_PATH = -2 };
-    int *path = kt_robot_take(m->r, &m->r->scratch, (size_t)m->frames.count, sizeof *path);
+    int *path = kt_reader_take(m->r, &m->r->scratch, (size_t)m->frames.count, sizeof *path);
     if (path == NULL)
         return;
     kt_sdf_frame_at(m, 0)->depth = 0;

@@ -9,8 +9,8 @@
 /* Sorts joints by their parents or children: first[i] to first[i + 1] are those of link i. */
 static bool sort_joints(kt_sdf *m, bool by_child, int **first, int **joints) {
     const size_t links = (size_t)m->links.count;
-    int *ends = kt_robot_take(m->r, &m->r->scratch, links + 2, sizeof *ends);
-    *joints = kt_robot_take(m->r, &m->r->scratch, (size_t)m->joints.count + 1, sizeof **joints);
+    int *ends = kt_reader_take(m->r, &m->r->scratch, links + 2, sizeof *ends);
+    *joints = kt_reader_take(m->r, &m->r->scratch, (size_t)m->joints.count + 1, sizeof **joints);
     *first = ends;
     if (ends == NULL || *joints == NULL)
         return false;
@@ -64,7 +64,7 @@ static void spread(kt_sdf *m, int *forwards, int *backwards) {
 
 void kt_sdf_grow_tree(kt_sdf *m) {
     int forwards = 0, backwards = 0;
-    m->order = kt_robot_take(m->r, &m->r->scratch, (size_t)m->links.count + 1, sizeof *m->order);
+    m->order = kt_reader_take(m->r, &m->r->scratch, (size_t)m->links.count + 1, sizeof *m->order);
     if (m->order == NULL || !sort_joints(m, false, &m->first_child, &m->children) ||
         !sort_joints(m, true, &m->first_owner, &m->owners))
         return;

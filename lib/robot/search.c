@@ -31,7 +31,7 @@ static bool try_path(search *s, const char *folder, int size, const char *packag
                                       length > 0 ? package : "", length > 0 && *s->rest != '\0' ? "/" : "", s->rest);
     char *real = path != NULL ? realpath(path, NULL) : NULL;
     if (real != NULL)
-        s->found = kt_robot_text(s->r, &s->r->keep, real, strlen(real));
+        s->found = kt_reader_text(s->r, &s->r->keep, real, strlen(real));
     free(real);
     return s->found != NULL;
 }

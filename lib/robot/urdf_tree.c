@@ -202,7 +202,7 @@ static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
 }
 
 void kt_urdf_follow(kt_urdf *u) {
-    int *path = kt_robot_take(u->r, &u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
+    int *path = kt_reader_take(u->r, &u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
     if (path == NULL)
         return;
     for (int i = 0; i < u->joint_count; i++)
@@ -257,8 +257,8 @@ bool kt_urdf_collect(kt_urdf *u) {
         kt_strange_search(&u->strange, &all_known, e);
     }
     const size_t links = (size_t)u->link_count, joints = (size_t)u->joint_count;
-    u->links = kt_robot_take(u->r, &u->r->scratch, links + 2, sizeof *u->links);
-    u->joints = kt_robot_take(u->r, &u->r->scratch, joints + 1, sizeof *u->joints);
+    u->links = kt_reader_take(u->r, &u->r->scratch, links + 2, sizeof *u->links);
+    u->joints = kt_reader_take(u->r, &u->r->scratch, joints + 1, sizeof *u->joints);
     if (u->links == NULL || u->joints == NULL || !kt_robot_names(u->r, &u->names, links + joints + 1) ||
         !kt_namer_init(&u->namer, u->r, u->link_count + 1))
         return false;

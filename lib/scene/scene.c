@@ -92,10 +92,6 @@ static bool check_version(kt_reader *r, kt_node *root) {
 
 /* ---- faults to the caller ---------------------------------------------------------------------------------------- */
 
-static void locate_fault(const kt_reader *r, const char *path, const kt_fault *fault, char where[KT_WHERE_SIZE]) {
-    kt_reader_where(r, path, fault->line, fault->column, where);
-}
-
 /* Reports all faults; the first is the call's error. */
 static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_report *report, void *user,
                                kt_error *error) {
@@ -103,18 +99,18 @@ static kt_status report_faults(const kt_reader *r, const char *path, kt_scene_re
     kt_error one;
     for (size_t i = 0; report != NULL && i < r->fault_count; i++) {
         const kt_fault *fault = &r->faults[i];
-        locate_fault(r, path, fault, where);
+        kt_reader_where(r, path, fault->line, fault->column, where);
         (void)kt_error_set(&one, fault->code, where, "%s", fault->message);
         report(user, &one);
     }
     if (report != NULL && r->fault_dropped > 0) {
         const kt_fault *last = &r->faults[r->fault_count - 1];
-        locate_fault(r, path, last, where);
+        kt_reader_where(r, path, last->line, last->column, where);
         (void)kt_error_set(&one, last->code, where, "%zu more faults are not listed; mend these first",
                            r->fault_dropped);
         report(user, &one);
     }
-    locate_fault(r, path, &r->faults[0], where);
+    kt_reader_where(r, path, r->faults[0].line, r->faults[0].column, where);
     return kt_error_set(error, r->faults[0].code, where, "%s", r->faults[0].message);
 }
 

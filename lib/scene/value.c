@@ -341,7 +341,7 @@ const kt_kind kt_kind_flag = {.read = read_flag, .write = write_flag, .size = si
 /* ---- mappings ---------------------------------------------------------------------------------------------------- */
 
 static bool read_map(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    return kt_table_read(r, scope, node, field->detail, kt_field_in(object, field));
+    return kt_table_read(r, scope, node, kt_detail_of(field), kt_field_in(object, field));
 }
 
 void kt_map_write(kt_emitter *e, const kt_member *m) {

@@ -82,17 +82,22 @@ static int order_of_curve(const kt_model *model, size_t k) {
     return k < effects ? 2 : k < effects + time_parts_of(model) ? 0 : 1;
 }
 
+/* A search of features ends at the breakpoint found so far: corners of callers come before the formulas behind them. */
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     breakpoint first = {HUGE_VAL, false, false};
-    for (size_t k = 0; k < curves_of(model); k++)
+    const size_t loops = model->n.loop, effects = loops + 3 * model->n.effect;
+    for (size_t k = 0; k < effects; k++) {
+        const kt_effect_record *effect = k >= loops && (k - loops) % 3 == 2 ? &model->effect[(k - loops) / 3] : NULL;
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k));
-    for (size_t i = 0; i < model->n.effect; i++)
-        if (model->effect[i].corner != NULL)
-            meet_breakpoint(&first, t, model->effect[i].corner(model->effect[i].user, t), true);
+        if (effect != NULL && effect->corner != NULL)
+            meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
+    }
     for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
         if (model->state[i].corner != NULL)
             meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
+    for (size_t k = effects; k < curves_of(model); k++)
+        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k));
     if (simulation->breakpoints.own != NULL)
         meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;

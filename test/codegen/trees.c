@@ -219,7 +219,8 @@ static double compare_load_derivatives(kt_generated *g, const kt_tree *tree, con
  *   dX = -M^-1 (dD + dM X) + what the solution rounds,
  *
  * where |dD| <= 100 eps max(1, |D|) and |dM| <= 20 eps |M| are the bounds of these functions in this file, and the
- * solution rounds by 4 eps |X| |M| |M^-1|. D = -1 has no error. */
+ * solution rounds by 4 eps |X| |M| |M^-1|. D = -1 has no error. Of the n terms of a row of dM X, whose signs differ, one
+ * is counted. */
 static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double load,
                                         void *work, comparison *c, int n) {
     static double own[3][SQUARE], right[3][SQUARE], mass[SQUARE];
@@ -244,7 +245,7 @@ static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, co
 /* Against the library, whose derivatives follow from other equations: recursions for derivatives, which have tests with
  * differences. */
 static void compare_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
-    double a[KT_TREE_NV];
+    double a[KT_TREE_NV] = {0.0};
     const size_t size = kt_derivative_work_size(tree->model);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     compare_load_derivatives(g, tree, s, s->a, work, c, n);

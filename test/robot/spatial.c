@@ -21,6 +21,8 @@
     "mass='3'/><site name='s'/></body></replicate><body><joint name='b' type='ball'/><geom size='.1'/><site "          \
     "name='h2'/></body>"                                                                                               \
     "</worldbody><tendon>" tendon "</tendon><actuator>" actuator "</actuator></mujoco>"
+#define FIVE(text) text text text text text
+#define LONG FIVE(FIVE(FIVE("jj"))) /* a name of 250 bytes */
 #define SITES "<site site='h'/><site site='s'/>"
 
 static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
@@ -116,6 +118,10 @@ KT_TEST(what_tendons_lose_is_told) {
         {COPIES("<spatial name='t'><site site='h'/><site site='s'/></spatial>", "<motor tendon='t'/>"),
          "copies by a replicate: 2"},
         {COPIES("<fixed name='t'><joint joint='b' coef='1'/></fixed>", ""), "fixed tendon by a ball or free joint: 1"},
+        {"<mujoco><worldbody><body><joint name='" LONG
+         "' stiffness='1 2'/><geom size='.1' mass='1'/></body></worldbody>"
+         "</mujoco>",
+         "spring or damper of a joint whose name is too long for a formula: 1"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;

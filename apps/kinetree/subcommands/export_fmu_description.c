@@ -71,8 +71,8 @@ static bool has_plain_parts(const char *name) {
 }
 
 /* Writes the name of an event, which may have any characters. Quotes surround a name that has others than the
- * structured convention. Quotes and backslashes in it have a backslash, and bytes that are no printable ASCII have
- * their number. */
+ * structured convention. Quotes and backslashes in it have a backslash. Bytes that are no printable ASCII have their
+ * number behind a percent sign, and so has this sign. */
 static void write_event_identifier(const char *name, FILE *to) {
     if (has_plain_parts(name)) {
         write_name_parts(name, to);
@@ -81,7 +81,7 @@ static void write_event_identifier(const char *name, FILE *to) {
     fputc('\'', to);
     for (; *name != '\0'; name++) {
         const unsigned char c = (unsigned char)*name;
-        if (c < ' ' || c > '~') {
+        if (c < ' ' || c > '~' || c == '%') {
             fprintf(to, "%%%02X", c);
             continue;
         }

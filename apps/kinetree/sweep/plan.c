@@ -178,7 +178,7 @@ static int check_fixed_values(const kt_sweep_plan *plan, const kt_settings *sett
 
 /* Whether a name of `length` bytes is that of a column of every line (kt_sweep_header). */
 static bool names_line_column(const char *name, size_t length) {
-    static const char *const columns[] = {"run", "status", "time", "steps", "evaluations", "why"};
+    static const char *const columns[] = {"run", "status", "time", "steps", "evaluations", "lanes", "why"};
     for (size_t i = 0; i < sizeof columns / sizeof columns[0]; i++)
         if (strncmp(columns[i], name, length) == 0 && columns[i][length] == '\0')
             return true;
