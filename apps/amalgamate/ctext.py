@@ -47,7 +47,7 @@ class Item:
             if kind == 'name':
                 used.add(text)
             elif kind == 'directive':
-                used |= {t for k, t in tokens(text) if k == 'name'}
+                used |= {t for k, t in tokens(text.replace('#', '', 1)) if k == 'name'}
         return used
 
     def defines(self):

@@ -1,7 +1,7 @@
 /* Coaxial: the z axes of both ends have one direction. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(coaxial, 0, 0, kt_row_coaxial, KT_PART_TILT_X, KT_PART_TILT_Y)
+KT_LOOP_OF_ENDS(evaluate_coaxial, KT_KERNEL(kt_loop_coaxial), 0, 0, kt_row_coaxial, KT_PART_TILT_X, KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,8 @@
 /* Cylindrical: the equations of inline and coaxial; rotation about z and translation along it are free. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(cylindrical, 0, 2, kt_row_coaxial, KT_PART_X, KT_PART_Y, KT_PART_TILT_X, KT_PART_TILT_Y)
+KT_LOOP_OF_ENDS(evaluate_cylindrical, KT_KERNEL(kt_loop_cylindrical), 0, 2, kt_row_coaxial, KT_PART_X, KT_PART_Y,
+                KT_PART_TILT_X, KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,7 @@
 /* Inplane: the second point stays in the plane through the first, normal to its z axis; d_z = 0. */
 #include "loop/relative.h"
 
-KT_LOOP_OF_ENDS(inplane, 2, 3, kt_row_none, KT_PART_Z)
+KT_LOOP_OF_ENDS(evaluate_inplane, KT_KERNEL(kt_loop_inplane), 2, 3, kt_row_none, KT_PART_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,7 @@
 /* Orthogonal: the first end's z axis is normal to the second's. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(orthogonal, 0, 0, kt_row_orthogonal, KT_PART_NORMAL)
+KT_LOOP_OF_ENDS(evaluate_orthogonal, KT_KERNEL(kt_loop_orthogonal), 0, 0, kt_row_orthogonal, KT_PART_NORMAL)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,8 @@
 /* Parallel: equal orientation. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(parallel, 0, 0, kt_row_parallel, KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z)
+KT_LOOP_OF_ENDS(evaluate_parallel, KT_KERNEL(kt_loop_parallel), 0, 0, kt_row_parallel, KT_PART_ROTATION_X,
+                KT_PART_ROTATION_Y, KT_PART_ROTATION_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,8 @@
 /* Planar: the equations of inplane and coaxial; translation along x and y and rotation about z are free. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(planar, 2, 3, kt_row_coaxial, KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y)
+KT_LOOP_OF_ENDS(evaluate_planar, KT_KERNEL(kt_loop_planar), 2, 3, kt_row_coaxial, KT_PART_Z, KT_PART_TILT_X,
+                KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,8 +1,8 @@
 /* Prismatic: the equations of inline and parallel; translation along z is free. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(prismatic, 0, 2, kt_row_parallel, KT_PART_X, KT_PART_Y, KT_PART_ROTATION_X, KT_PART_ROTATION_Y,
-                KT_PART_ROTATION_Z)
+KT_LOOP_OF_ENDS(evaluate_prismatic, KT_KERNEL(kt_loop_prismatic), 0, 2, kt_row_parallel, KT_PART_X, KT_PART_Y,
+                KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -41,14 +41,15 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
                          .holonomic = true};
 }
 
-/* Defines the type `name`, whose rows depend on the motion of its ends alone. They are d along the first end's axes
- * first .. after - 1, and then the rows that `turn` writes (kt_row_none, orientation.h). Their parts follow. */
+/* Defines a type, `kind`, whose rows depend on the motion of its ends alone. Its function has the name `own`. The rows
+ * are d along the first end's axes first .. after - 1, and then those that `turn` writes (kt_row_none, orientation.h).
+ * Their parts follow. */
 #ifdef KT_NO_LOOPS
-#define KT_LOOP_OF_ENDS(name, first, after, turn, ...)
+#define KT_LOOP_OF_ENDS(own, kind, first, after, turn, ...)
 #else
-#define KT_LOOP_OF_ENDS(name, first, after, turn, ...)                                                                 \
-    static int evaluate_##name(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,  \
-                               kt_loop_row *rows) {                                                                    \
+#define KT_LOOP_OF_ENDS(own, kind, first, after, turn, ...)                                                            \
+    static int own(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,              \
+                   kt_loop_row *rows) {                                                                                \
         (void)loop, (void)numbers, (void)t;                                                                            \
         const kt_loop_relative r = kt_loop_relative_of(end);                                                           \
         for (int k = first; k < after; k++)                                                                            \
@@ -56,8 +57,7 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
         turn(end, &r, rows + (after - first));                                                                         \
         return (int)sizeof((unsigned char[]){__VA_ARGS__});                                                            \
     }                                                                                                                  \
-    const kt_loop_kind KT_KERNEL(kt_loop_##name) = {                                                                   \
-        .rows = sizeof((unsigned char[]){__VA_ARGS__}), .evaluate = evaluate_##name, .part = {__VA_ARGS__}};
+    const kt_loop_kind kind = {.rows = sizeof((unsigned char[]){__VA_ARGS__}), .evaluate = own, .part = {__VA_ARGS__}};
 #endif
 
 /* No rows for the orientation. */

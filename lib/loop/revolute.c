@@ -1,7 +1,8 @@
 /* Revolute: the equations of spherical and coaxial; rotation about z is free. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(revolute, 0, 3, kt_row_coaxial, KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_TILT_X, KT_PART_TILT_Y)
+KT_LOOP_OF_ENDS(evaluate_revolute, KT_KERNEL(kt_loop_revolute), 0, 3, kt_row_coaxial, KT_PART_X, KT_PART_Y, KT_PART_Z,
+                KT_PART_TILT_X, KT_PART_TILT_Y)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

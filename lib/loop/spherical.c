@@ -1,7 +1,7 @@
 /* Spherical: the two points coincide; d = 0, in the first end's axes. */
 #include "loop/relative.h"
 
-KT_LOOP_OF_ENDS(spherical, 0, 3, kt_row_none, KT_PART_X, KT_PART_Y, KT_PART_Z)
+KT_LOOP_OF_ENDS(evaluate_spherical, KT_KERNEL(kt_loop_spherical), 0, 3, kt_row_none, KT_PART_X, KT_PART_Y, KT_PART_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

@@ -1,7 +1,8 @@
 /* Universal (Cardan joint): the equations of spherical and orthogonal. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(universal, 0, 3, kt_row_orthogonal, KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_NORMAL)
+KT_LOOP_OF_ENDS(evaluate_universal, KT_KERNEL(kt_loop_universal), 0, 3, kt_row_orthogonal, KT_PART_X, KT_PART_Y,
+                KT_PART_Z, KT_PART_NORMAL)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {

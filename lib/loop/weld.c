@@ -1,8 +1,8 @@
 /* Weld: the equations of spherical and parallel; no degree of freedom is left. */
 #include "loop/orientation.h"
 
-KT_LOOP_OF_ENDS(weld, 0, 3, kt_row_parallel, KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_ROTATION_X, KT_PART_ROTATION_Y,
-                KT_PART_ROTATION_Z)
+KT_LOOP_OF_ENDS(evaluate_weld, KT_KERNEL(kt_loop_weld), 0, 3, kt_row_parallel, KT_PART_X, KT_PART_Y, KT_PART_Z,
+                KT_PART_ROTATION_X, KT_PART_ROTATION_Y, KT_PART_ROTATION_Z)
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
