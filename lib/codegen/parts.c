@@ -15,7 +15,8 @@
 enum {
     KT_CODE_WIDTH = 48,  /* the longest text that is written into another */
     KT_CODE_LONG = 1000, /* a function of more statements has loops and parts */
-    KT_CODE_PART = 150   /* statements of a part, about */
+    KT_CODE_PART = 150,  /* statements of a part, about */
+    KT_CODE_EARLY = 2    /* parts between a copy and the vectors that read it, at most: rows hold their places */
 };
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -289,9 +290,11 @@ static void note_loop(kt_code_printer *p, int loop, int part) {
 
 int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy) {
     const kt_code_loop_plan *reader = &p->roll.plan[copy->reader];
-    return reader->recurs                   ? p->part[p->roll.order[reader->start]]
-           : kt_code_is_leaf(p, copy->node) ? 0
-                                            : p->part[copy->node] + 1;
+    const int last = p->part[p->roll.order[reader->start]];
+    const int first = kt_code_is_leaf(p, copy->node) ? 0 : p->part[copy->node] + 1;
+    if (reader->recurs || reader->count < KT_ROLL_WIDE || copy->loop == copy->reader)
+        return last;
+    return first > last - KT_CODE_EARLY ? first : last - KT_CODE_EARLY;
 }
 
 /* Notes what the copies need. */

@@ -14,8 +14,8 @@
  * An operand from outside of an iteration has one node for each iteration, and these must follow a rule: they are one
  * node, inputs or prepared numbers in equal distances, or a node of the iteration before. All others come from columns
  * of memory. A node of a loop has a column if it is read elsewhere, with a row for each iteration. A later loop may
- * read these rows in both directions. Its other operands are copied to rows before it begins: as soon as they are known
- * if compilers make vectors of it. A processor that reads a vector waits until all numbers in it are written.
+ * read these rows in both directions. Its other operands are copied to rows before it begins, and some parts earlier if
+ * compilers make vectors of it. A processor that reads a vector waits until all numbers in it are written.
  */
 #include "codegen/roll.h"
 
