@@ -45,7 +45,8 @@ bool kt_code_is_written(const kt_code_printer *p, kt_op i);
 int kt_code_next_output(const kt_code_function *f, kt_op i, int from);
 
 /* The part that begins with a copy: that of the loop that reads it, or for a loop that compilers turn into vectors an
- * earlier one in which its node is known. Columns of the reader itself have copies alone, and would hold places longer. */
+ * earlier one in which its node is known. Columns of the reader itself have copies alone, and would hold places
+ * longer. */
 int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy);
 
 /* The place of a node in `w`. */
