@@ -53,7 +53,7 @@ static void copy_escaped(const char *text, char *to, size_t size) {
 }
 
 kt_where_text kt_where_format(const char *format, ...) {
-    kt_where_text where;
+    kt_where_text where = {.text = ""};
     va_list arguments;
     va_start(arguments, format);
     format_text(where.text, sizeof where.text, format, arguments);
