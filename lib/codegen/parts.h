@@ -44,9 +44,9 @@ static inline int kt_code_loop_of(const kt_code_printer *p, kt_op i) {
 bool kt_code_is_written(const kt_code_printer *p, kt_op i);
 int kt_code_next_output(const kt_code_function *f, kt_op i, int from);
 
-/* The part that begins with a copy: that of the loop that reads it, or for a loop that compilers turn into vectors an
- * earlier one in which its node is known. Columns of the reader itself have copies alone, and would hold places
- * longer. */
+/* The part that begins with a copy. Usually this is the loop that reads it. If compilers turn the loop into vectors,
+ * the copy goes to an earlier part in which its node is known. Columns of the reader itself hold copies alone. Those
+ * copies stay with the loop, since such columns would hold their places longer. */
 int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy);
 
 /* The place of a node in `w`. */

@@ -12,7 +12,7 @@ int kt_contacts_count(const kt_description *description);
 /* Notes in the effects of a compiled model which loops are in their place. first: scratch, one number an effect. */
 void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *model);
 
-/* What a loop of an expanded description is. */
+/* Describes a loop of an expanded description. */
 typedef struct kt_hard_loop {
     int32_t effect; /* whose friction sticks by it, or the contact with friction that it is; -1: none */
     bool released;  /* at first: the loop or its effect is switched off, or it is the friction of a contact */

@@ -343,8 +343,8 @@ typedef struct kt_appearance {
 /* Begins the picture of a body, adds to it, and gives it to the body. Items without a size or a file are counted, and
  * the function returns false. With `of_collisions`, the shapes are those of collisions, for lack of visuals. */
 void kt_appearance_begin(kt_appearance *appearance, const char *body);
-/* A solid of such half sizes, or radius and half length along z; a capsule is drawn as a cylinder. rotation: that of
- * the pose, as the file gives it; NULL: not known. */
+/* size: half sizes, or radius and half length along z. rotation: that of the pose, as the file gives it, or NULL. A
+ * capsule is drawn as a cylinder. */
 bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_solid solid, const double size[3],
                              kt_pose pose, const kt_rotation *rotation);
 bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,

@@ -53,8 +53,8 @@ void kt_tangent_rate(const kt_model *model, const double *q, const double *v, co
 /* xi+ of q+ = q (+) x, where q changes by xi and x by dx: exp(-x) xi + T(x) dx; out may be xi. */
 void kt_tangent_add(const kt_model *model, const double *x, const double *xi, const double *dx, double *out);
 
-/* Gradients with respect to the results become gradients with respect to the arguments. joint/turn.h has the others:
- * kt_turns_lift_transposed, and kt_turns_drop_transposed and kt_turns_rate_transposed, which add to by_q and by_v. */
+/* Gradients with respect to the results become gradients with respect to the arguments. The other transposed functions
+ * are in joint/turn.h. kt_turns_drop_transposed and kt_turns_rate_transposed add to by_q and by_v. */
 void kt_tangent_add_transposed(const kt_model *model, const double *x, const double *by_out, double *by_xi,
                                double *by_dx);
 

@@ -218,9 +218,9 @@ static double compare_load_derivatives(kt_generated *g, const kt_tree *tree, con
  *
  *   dX = -M^-1 (dD + dM X) + what the solution rounds,
  *
- * where |dD| <= 100 eps max(1, |D|) and |dM| <= 20 eps |M| are the bounds of these functions in this file, and the
- * solution rounds by 4 eps |X| |M| |M^-1|. D = -1 has no error. Of the n terms of a row of dM X, whose signs differ,
- * one is counted. */
+ * with |dD| <= 100 eps max(1, |D|) and |dM| <= 20 eps |M|, which are the bounds of these functions in this file. The
+ * solution rounds by 4 eps |X| |M| |M^-1|. D = -1 has no error. A row of dM X has n terms, whose signs differ. One of
+ * them is counted. */
 static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, double load,
                                         void *work, comparison *c, int n) {
     static double own[3][SQUARE], right[3][SQUARE], mass[SQUARE];
