@@ -4,20 +4,17 @@
  *
  * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, separated
  * by blanks. Those that both can read are compared. */
-#include "check.h"
 #include "equality.h"
 #include "match.h"
+#include "mujoco_pair.h"
 #include "numbers.h"
 
 #include "algebra/principal.h"
 #include "base/order.h"
 
 #include "kinetree/export.h"
-#include "kinetree/import.h"
-#include "kinetree/kinetree.h"
 
 #include <math.h>
-#include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,11 +22,7 @@
 enum { STATES = 20 };
 
 typedef struct pair {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-    mjModel *m;
-    mjData *d;
+    mujoco_pair both;
     int nq, nv, *at, *bodies; /* MuJoCo's velocity of each of ours; its body of each of ours, -1: none */
     int *carrier;             /* our body of each of MuJoCo's joints */
     double *q, *v, *a, *tau, *matrix, *theirs;
@@ -40,30 +33,24 @@ typedef struct pair {
 static bool find_carriers(pair *p) {
     static const int dofs[] = {[mjJNT_FREE] = 6, [mjJNT_BALL] = 3, [mjJNT_SLIDE] = 1, [mjJNT_HINGE] = 1};
     int joint = 0;
-    for (int i = 0; i < p->scene.description.body_count && joint < p->m->njnt; i++) {
-        const kt_body *body = &p->scene.description.bodies[i];
+    for (int i = 0; i < p->both.scene.description.body_count && joint < p->both.m->njnt; i++) {
+        const kt_body *body = &p->both.scene.description.bodies[i];
         if (body->joint.type == KT_JOINT_FIXED)
             continue;
-        p->carrier[joint] = our_body(p->model, body->name);
+        p->carrier[joint] = our_body(p->both.model, body->name);
         if (!kt_check_true("it has the joint",
-                           p->carrier[joint] >= 0 &&
-                               kt_body_coordinates(p->model, p->carrier[joint]).nv == dofs[p->m->jnt_type[joint]]))
+                           p->carrier[joint] >= 0 && kt_body_coordinates(p->both.model, p->carrier[joint]).nv ==
+                                                         dofs[p->both.m->jnt_type[joint]]))
             return false;
         joint++;
     }
-    return kt_check_equal_int("joints", joint, p->m->njnt);
+    return kt_check_equal_int("joints", joint, p->both.m->njnt);
 }
 
 /* ---- loading ----------------------------------------------------------------------------------------------------- */
 
 static void release(pair *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->model);
-    kt_scene_free(&p->scene);
-    if (p->d != NULL)
-        mj_deleteData(p->d);
-    if (p->m != NULL)
-        mj_deleteModel(p->m);
+    release_mujoco_pair(&p->both);
     free(p->at);
     free(p->bodies);
     free(p->carrier);
@@ -71,11 +58,11 @@ static void release(pair *p) {
 }
 
 static bool take_memory(pair *p) {
-    const size_t nq = (size_t)kt_model_nq(p->model) + 1, nv = (size_t)kt_model_nv(p->model) + 1,
-                 bodies = (size_t)kt_model_body_count(p->model);
+    const size_t nq = (size_t)kt_model_nq(p->both.model) + 1, nv = (size_t)kt_model_nv(p->both.model) + 1,
+                 bodies = (size_t)kt_model_body_count(p->both.model);
     p->at = calloc(nv, sizeof *p->at);
     p->bodies = calloc(bodies, sizeof *p->bodies);
-    p->carrier = calloc((size_t)p->m->njnt + 1, sizeof *p->carrier);
+    p->carrier = calloc((size_t)p->both.m->njnt + 1, sizeof *p->carrier);
     if (p->at == NULL || p->bodies == NULL || p->carrier == NULL)
         return kt_check_true("there is memory", false);
     return TAKE_NUMBERS({&p->q, nq}, {&p->v, nv}, {&p->a, nv}, {&p->tau, nv}, {&p->matrix, nv * nv},
@@ -83,39 +70,27 @@ static bool take_memory(pair *p) {
 }
 
 static bool load(pair *p, const char *path, const kt_robot_options *options) {
-    kt_error error = {0};
-    char said[1000] = "";
     memset(p, 0, sizeof *p);
-    if (kt_robot_read(path, options, &p->scene, NULL, NULL, &error) != KT_OK ||
-        kt_model_compile(&p->scene.description, NULL, &p->model, &error) != KT_OK ||
-        kt_data_create(p->model, &p->data, &error) != KT_OK) {
-        kt_note("%s: %s", error.where, error.message);
-        return kt_check_true("it is read and compiled", false);
-    }
-    p->m = mj_loadXML(path, NULL, said, sizeof said);
-    if (p->m == NULL) {
-        kt_note("%s", said);
-        return kt_check_true("MuJoCo reads it", false);
-    }
-    p->m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT;
-    p->d = mj_makeData(p->m);
-    p->nq = p->m->nq;
-    p->nv = p->m->nv;
+    if (!load_mujoco_pair(&p->both, path, options))
+        return false;
+    p->both.m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT;
+    p->nq = p->both.m->nq;
+    p->nv = p->both.m->nv;
     if (!take_memory(p))
         return false;
-    for (int b = 0; b < kt_model_body_count(p->model); b++)
+    for (int b = 0; b < kt_model_body_count(p->both.model); b++)
         p->bodies[b] = b == 0 ? 0 : -1;
-    for (int i = 1; i < p->m->nbody; i++) {
-        const int b = our_body(p->model, p->m->names + p->m->name_bodyadr[i]);
+    for (int i = 1; i < p->both.m->nbody; i++) {
+        const int b = our_body(p->both.model, p->both.m->names + p->both.m->name_bodyadr[i]);
         if (b > 0)
             p->bodies[b] = i;
     }
     if (!find_carriers(p))
         return false;
-    for (int j = 0; j < p->m->njnt; j++) {
-        const kt_coordinates c = kt_body_coordinates(p->model, p->carrier[j]);
+    for (int j = 0; j < p->both.m->njnt; j++) {
+        const kt_coordinates c = kt_body_coordinates(p->both.model, p->carrier[j]);
         for (int k = 0; k < c.nv; k++)
-            p->at[c.v + k] = p->m->jnt_dofadr[j] + k;
+            p->at[c.v + k] = p->both.m->jnt_dofadr[j] + k;
     }
     return true;
 }
@@ -124,16 +99,16 @@ static bool load(pair *p, const char *path, const kt_robot_options *options) {
 
 /* A random state of MuJoCo, and the same in our coordinates. */
 static void set_state(pair *p, kt_random *random) {
-    const mjModel *m = p->m;
+    const mjModel *m = p->both.m;
     for (int i = 0; i < p->nq; i++)
-        p->d->qpos[i] = kt_random_uniform(random, -1.0, 1.0);
-    mj_normalizeQuat(m, p->d->qpos);
+        p->both.d->qpos[i] = kt_random_uniform(random, -1.0, 1.0);
+    mj_normalizeQuat(m, p->both.d->qpos);
     for (int i = 0; i < p->nv; i++)
-        p->d->qvel[i] = kt_random_uniform(random, -2.0, 2.0);
+        p->both.d->qvel[i] = kt_random_uniform(random, -2.0, 2.0);
     for (int j = 0; j < m->njnt; j++) {
-        const kt_coordinates c = kt_body_coordinates(p->model, p->carrier[j]);
-        memcpy(p->q + c.q, p->d->qpos + m->jnt_qposadr[j], (size_t)c.nq * sizeof *p->q);
-        memcpy(p->v + c.v, p->d->qvel + m->jnt_dofadr[j], (size_t)c.nv * sizeof *p->v);
+        const kt_coordinates c = kt_body_coordinates(p->both.model, p->carrier[j]);
+        memcpy(p->q + c.q, p->both.d->qpos + m->jnt_qposadr[j], (size_t)c.nq * sizeof *p->q);
+        memcpy(p->v + c.v, p->both.d->qvel + m->jnt_dofadr[j], (size_t)c.nv * sizeof *p->v);
     }
 }
 
@@ -153,19 +128,19 @@ static void compare_vector(kt_worst *worst, const pair *p, const double *ours, c
 
 static void compare_places(pair *p, findings *f) {
     kt_error error = {0};
-    if (kt_kinematics_update(p->model, p->data, p->q, p->v, NULL, &error) != KT_OK)
+    if (kt_kinematics_update(p->both.model, p->both.data, p->q, p->v, NULL, &error) != KT_OK)
         kt_worst_below(&f->place, (double)NAN, 0.0, "%s", error.message);
-    for (int b = 1; b < kt_model_body_count(p->model); b++) {
+    for (int b = 1; b < kt_model_body_count(p->both.model); b++) {
         const int i = p->bodies[b];
-        const kt_pose pose = kt_body_pose(p->model, p->data, b);
+        const kt_pose pose = kt_body_pose(p->both.model, p->both.data, b);
         const kt_vec3 x = pose.rotation.x, y = pose.rotation.y, z = pose.rotation.z;
         const double at[3] = {pose.position.x, pose.position.y, pose.position.z};
         const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
         for (int k = 0; k < 3 && i > 0; k++)
-            kt_worst_near(&f->place, at[k], p->d->xpos[3 * i + k], 1e-14 * fmax(1.0, kt_vec3_norm(pose.position)), "%s",
-                          kt_body_name(p->model, b));
+            kt_worst_near(&f->place, at[k], p->both.d->xpos[3 * i + k], 1e-14 * fmax(1.0, kt_vec3_norm(pose.position)),
+                          "%s", kt_body_name(p->both.model, b));
         for (int k = 0; k < 9 && i > 0; k++)
-            kt_worst_near(&f->turn, rows[k], p->d->xmat[9 * i + k], 1e-14, "%s", kt_body_name(p->model, b));
+            kt_worst_near(&f->turn, rows[k], p->both.d->xmat[9 * i + k], 1e-14, "%s", kt_body_name(p->both.model, b));
     }
 }
 
@@ -175,9 +150,9 @@ static void compare_places(pair *p, findings *f) {
 static void compare_mass(pair *p, findings *f, double bound) {
     double most = 0.0;
     kt_error error = {0};
-    mj_fullM(p->m, p->theirs, p->d->qM);
-    if (kt_dynamics_mass(p->model, p->data, p->q, p->matrix, &error) != KT_OK ||
-        kt_dynamics_inverse(p->model, p->data, p->q, p->v, p->a, NULL, p->tau, &error) != KT_OK)
+    mj_fullM(p->both.m, p->theirs, p->both.d->qM);
+    if (kt_dynamics_mass(p->both.model, p->both.data, p->q, p->matrix, &error) != KT_OK ||
+        kt_dynamics_inverse(p->both.model, p->both.data, p->q, p->v, p->a, NULL, p->tau, &error) != KT_OK)
         kt_worst_below(&f->mass, (double)NAN, 0.0, "%s", error.message);
     for (int i = 0; i < p->nv * p->nv; i++)
         most = fmax(most, fabs(p->theirs[i]));
@@ -185,7 +160,7 @@ static void compare_mass(pair *p, findings *f, double bound) {
         for (int k = 0; k < p->nv; k++)
             kt_worst_near(&f->mass, p->matrix[i + p->nv * k], p->theirs[p->at[i] * p->nv + p->at[k]], bound * most,
                           "%d, %d", i, k);
-    compare_vector(&f->bias, p, p->tau, p->d->qfrc_bias, bound);
+    compare_vector(&f->bias, p, p->tau, p->both.d->qfrc_bias, bound);
 }
 
 /* Compares forces of springs, dampers and actuators, and the resulting accelerations. */
@@ -193,13 +168,13 @@ static void compare_forces(pair *p, findings *f, double bound) {
     kt_error error = {0};
     mjtNum *sum = p->theirs;
     for (int i = 0; i < p->nv; i++)
-        sum[i] = p->d->qfrc_passive[i] + p->d->qfrc_actuator[i];
-    if (kt_effect_forces(p->model, p->data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
+        sum[i] = p->both.d->qfrc_passive[i] + p->both.d->qfrc_actuator[i];
+    if (kt_effect_forces(p->both.model, p->both.data, 0.0, p->q, p->v, p->tau, &error) != KT_OK)
         kt_worst_below(&f->force, (double)NAN, 0.0, "%s", error.message);
     compare_vector(&f->force, p, p->tau, sum, 1e-13);
-    if (kt_acceleration_evaluate(p->model, p->data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
+    if (kt_acceleration_evaluate(p->both.model, p->both.data, 0.0, p->q, p->v, NULL, NULL, p->a, &error) != KT_OK)
         kt_worst_below(&f->acceleration, (double)NAN, 0.0, "%s", error.message);
-    compare_vector(&f->acceleration, p, p->a, p->d->qacc, bound);
+    compare_vector(&f->acceleration, p, p->a, p->both.d->qacc, bound);
     memset(p->a, 0, (size_t)p->nv * sizeof *p->a);
 }
 
@@ -209,8 +184,8 @@ static void compare_forces(pair *p, findings *f, double bound) {
  * these moments is of second order in that of the axes. The whole inertia agrees to 1.5e-6, the largest error of
  * MuJoCo's rotations. Its axes and moments are then replaced by those that belong to the same inertia to rounding. */
 static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, kt_worst *whole) {
-    const kt_body *body = &p->scene.description.bodies[kt_body_source(p->model, ours)];
-    const mjModel *m = p->m;
+    const kt_body *body = &p->both.scene.description.bodies[kt_body_source(p->both.model, ours)];
+    const mjModel *m = p->both.m;
     kt_vec3 com;
     kt_sym3 inertia;
     kt_error error = {0};
@@ -246,7 +221,7 @@ static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, 
 
 static void compare_inertias(pair *p) {
     kt_worst invariant = kt_worst_make("mass, com, moments"), whole = kt_worst_make("products of inertia");
-    for (int b = 1; b < kt_model_body_count(p->model); b++)
+    for (int b = 1; b < kt_model_body_count(p->both.model); b++)
         if (p->bodies[b] > 0)
             compare_inertia(p, b, p->bodies[b], &invariant, &whole);
     kt_check_worst(&invariant);
@@ -259,12 +234,12 @@ static void compare_tree_with(const char *path, const kt_robot_options *options,
     kt_random random = kt_random_of_test();
     findings f = {kt_worst_make("mass matrix"), kt_worst_make("bias force"), kt_worst_make("place, m"),
                   kt_worst_make("orientation"), kt_worst_make("forces"),     kt_worst_make("accelerations")};
-    if (load(&p, path, options) && kt_check_equal_int("degrees of freedom", kt_model_nv(p.model), p.nv)) {
+    if (load(&p, path, options) && kt_check_equal_int("degrees of freedom", kt_model_nv(p.both.model), p.nv)) {
         if (exact_axes)
             compare_inertias(&p);
         for (int n = 0; n < STATES; n++) {
             set_state(&p, &random);
-            mj_forward(p.m, p.d);
+            mj_forward(p.both.m, p.both.d);
             compare_mass(&p, &f, bound);
             compare_places(&p, &f);
             if (forces)
@@ -383,21 +358,21 @@ KT_TEST(masses_of_exact_meshes_are_those_that_mujoco_computes) {
 static const char *name_of(const mjModel *m, int address) { return m->names + address; }
 
 static const kt_loop *find_loop(const pair *p, const char *name) {
-    for (int i = 0; i < p->scene.description.loop_count; i++)
-        if (strcmp(p->scene.description.loops[i].name, name) == 0)
-            return &p->scene.description.loops[i];
+    for (int i = 0; i < p->both.scene.description.loop_count; i++)
+        if (strcmp(p->both.scene.description.loops[i].name, name) == 0)
+            return &p->both.scene.description.loops[i];
     return NULL;
 }
 
 /* The position of one of our joints in a state of MuJoCo: its own, or a tendon's length. */
 static double position_of(const pair *p, const char *joint, bool rate) {
-    const mjModel *m = p->m;
+    const mjModel *m = p->both.m;
     for (int j = 0; j < m->njnt; j++)
-        if (strcmp(kt_body_name(p->model, p->carrier[j]), joint) == 0)
-            return rate ? p->d->qvel[m->jnt_dofadr[j]] : p->d->qpos[m->jnt_qposadr[j]];
+        if (strcmp(kt_body_name(p->both.model, p->carrier[j]), joint) == 0)
+            return rate ? p->both.d->qvel[m->jnt_dofadr[j]] : p->both.d->qpos[m->jnt_qposadr[j]];
     for (int t = 0; t < m->ntendon; t++)
         if (strcmp(name_of(m, m->name_tendonadr[t]), joint) == 0)
-            return rate ? p->d->ten_velocity[t] : p->d->ten_length[t];
+            return rate ? p->both.d->ten_velocity[t] : p->both.d->ten_length[t];
     kt_check_true(joint, false);
     return (double)NAN;
 }
@@ -409,26 +384,26 @@ KT_TEST(fixed_tendons_pull_as_those_of_mujoco) {
     kt_error error = {0};
     kt_worst worst = kt_worst_make("accelerations");
     if (load(&p, MODELS "/tendons.xml", NULL)) {
-        kt_check_equal_int("lengths of tendons", kt_model_nv(p.model) - p.nv, 2);
+        kt_check_equal_int("lengths of tendons", kt_model_nv(p.both.model) - p.nv, 2);
         for (int n = 0; n < STATES; n++) {
             set_state(&p, &random);
-            mj_forward(p.m, p.d);
-            for (int b = 1; b < kt_model_body_count(p.model); b++) {
-                const kt_coordinates c = kt_body_coordinates(p.model, b);
+            mj_forward(p.both.m, p.both.d);
+            for (int b = 1; b < kt_model_body_count(p.both.model); b++) {
+                const kt_coordinates c = kt_body_coordinates(p.both.model, b);
                 if (c.nv == 1) {
-                    p.q[c.q] = position_of(&p, kt_body_name(p.model, b), false);
-                    p.v[c.v] = position_of(&p, kt_body_name(p.model, b), true);
+                    p.q[c.q] = position_of(&p, kt_body_name(p.both.model, b), false);
+                    p.v[c.v] = position_of(&p, kt_body_name(p.both.model, b), true);
                 }
             }
-            if (kt_acceleration_evaluate(p.model, p.data, 0.0, p.q, p.v, NULL, NULL, p.a, &error) != KT_OK)
+            if (kt_acceleration_evaluate(p.both.model, p.both.data, 0.0, p.q, p.v, NULL, NULL, p.a, &error) != KT_OK)
                 kt_worst_below(&worst, (double)NAN, 0.0, "%s", error.message);
             double most = 0.0;
             for (int i = 0; i < p.nv; i++)
-                most = fmax(most, fabs(p.d->qacc[i]));
-            for (int j = 0; j < p.m->njnt; j++)
-                for (int k = 0; k < kt_body_coordinates(p.model, p.carrier[j]).nv; k++)
-                    kt_worst_near(&worst, p.a[kt_body_coordinates(p.model, p.carrier[j]).v + k],
-                                  p.d->qacc[p.m->jnt_dofadr[j] + k], 1e-12 * most, "joint %d", j);
+                most = fmax(most, fabs(p.both.d->qacc[i]));
+            for (int j = 0; j < p.both.m->njnt; j++)
+                for (int k = 0; k < kt_body_coordinates(p.both.model, p.carrier[j]).nv; k++)
+                    kt_worst_near(&worst, p.a[kt_body_coordinates(p.both.model, p.carrier[j]).v + k],
+                                  p.both.d->qacc[p.both.m->jnt_dofadr[j] + k], 1e-12 * most, "joint %d", j);
         }
         kt_check_worst(&worst);
     }
@@ -438,10 +413,10 @@ KT_TEST(fixed_tendons_pull_as_those_of_mujoco) {
 /* The pose of MuJoCo's body of this name; NULL: the world. */
 static kt_pose pose_of_body(const pair *p, const char *name) {
     int body = 0;
-    for (int i = 1; i < p->m->nbody; i++)
-        body = name != NULL && strcmp(name_of(p->m, p->m->name_bodyadr[i]), name) == 0 ? i : body;
+    for (int i = 1; i < p->both.m->nbody; i++)
+        body = name != NULL && strcmp(name_of(p->both.m, p->both.m->name_bodyadr[i]), name) == 0 ? i : body;
     kt_pose pose = kt_pose_identity();
-    const mjtNum *x = p->d->xpos + 3 * body, *r = p->d->xmat + 9 * body;
+    const mjtNum *x = p->both.d->xpos + 3 * body, *r = p->both.d->xmat + 9 * body;
     pose.position = kt_vec3_make(x[0], x[1], x[2]);
     pose.rotation.x = kt_vec3_make(r[0], r[3], r[6]);
     pose.rotation.y = kt_vec3_make(r[1], r[4], r[7]);
@@ -457,14 +432,15 @@ static void compare_coupling(const pair *p, const kt_loop *loop, int row, kt_wor
         at[k] = position_of(p, loop->terms[k].joint, false);
     if (!parse_coupling(loop, memory, &formula))
         return;
-    kt_worst_near(worst, open_by(loop, formula, at), p->d->efc_pos[row], 1e-14, "%s", loop->name);
+    kt_worst_near(worst, open_by(loop, formula, at), p->both.d->efc_pos[row], 1e-14, "%s", loop->name);
     for (int k = 0; k < loop->term_count; k++) {
-        const int joint = mj_name2id(p->m, mjOBJ_JOINT, loop->terms[k].joint);
+        const int joint = mj_name2id(p->both.m, mjOBJ_JOINT, loop->terms[k].joint);
         along[k] = 1.0;
         kt_expression_taylor(formula, at, along, NULL, y);
         along[k] = 0.0;
-        kt_worst_near(worst, loop->terms[k].coefficient + y[1], p->d->efc_J[row * p->m->nv + p->m->jnt_dofadr[joint]],
-                      1e-14, "%s, derivative by %s", loop->name, loop->terms[k].joint);
+        kt_worst_near(worst, loop->terms[k].coefficient + y[1],
+                      p->both.d->efc_J[row * p->both.m->nv + p->both.m->jnt_dofadr[joint]], 1e-14,
+                      "%s, derivative by %s", loop->name, loop->terms[k].joint);
     }
 }
 
@@ -474,22 +450,22 @@ KT_TEST(loops_are_open_by_what_equalities_of_mujoco_are) {
     kt_worst worst = kt_worst_make("residual");
     int compared = 0;
     if (load(&p, MODELS "/ties.xml", NULL)) {
-        p.m->opt.disableflags &= ~mjDSBL_CONSTRAINT;
+        p.both.m->opt.disableflags &= ~mjDSBL_CONSTRAINT;
         for (int n = 0; n < STATES; n++) {
             set_state(&p, &random);
-            mj_forward(p.m, p.d);
-            for (int row = 0; row < p.d->ne;) {
-                const int e = p.d->efc_id[row];
-                const kt_loop *loop = find_loop(&p, name_of(p.m, p.m->name_eqadr[e]));
+            mj_forward(p.both.m, p.both.d);
+            for (int row = 0; row < p.both.d->ne;) {
+                const int e = p.both.d->efc_id[row];
+                const kt_loop *loop = find_loop(&p, name_of(p.both.m, p.both.m->name_eqadr[e]));
                 const kt_end *ends = loop != NULL ? loop->between : NULL;
                 if (loop != NULL && loop->type == KT_LOOP_COUPLING)
                     compare_coupling(&p, loop, row, &worst);
                 else if (loop != NULL)
                     compare_ends(loop, pose_of_end(pose_of_body(&p, ends[0].body), &ends[0]),
-                                 pose_of_end(pose_of_body(&p, ends[1].body), &ends[1]), 1.0, p.d->efc_pos + row,
+                                 pose_of_end(pose_of_body(&p, ends[1].body), &ends[1]), 1.0, p.both.d->efc_pos + row,
                                  &worst);
                 compared += loop != NULL;
-                while (row < p.d->ne && p.d->efc_id[row] == e)
+                while (row < p.both.d->ne && p.both.d->efc_id[row] == e)
                     row++;
             }
         }

@@ -1,25 +1,13 @@
 /* Muscles of MJCF, read here and by MuJoCo itself, in random models and states: forces, and rates of activations. The
  * ranges of lengths that are found are those that a search with MuJoCo's kinematics finds. */
-#include "check.h"
-
-#include "kinetree/import.h"
-#include "kinetree/kinetree.h"
+#include "mujoco_pair.h"
 
 #include <math.h>
-#include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MODELS = 60, STATES = 20, NV = 3, MUSCLES = 5 };
-
-typedef struct models {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-    mjModel *m;
-    mjData *d;
-} models;
 
 /* ---- random models ----------------------------------------------------------------------------------------------- */
 
@@ -98,34 +86,16 @@ static void write_model(FILE *to, kt_random *random, ranges kind) {
 
 /* ---- both readers ------------------------------------------------------------------------------------------------ */
 
-static bool load(models *p, const char *path) {
-    kt_error error = {0};
-    char said[1000] = "";
-    memset(p, 0, sizeof *p);
-    if (kt_robot_read(path, NULL, &p->scene, NULL, NULL, &error) != KT_OK ||
-        kt_model_compile(&p->scene.description, NULL, &p->model, &error) != KT_OK ||
-        kt_data_create(p->model, &p->data, &error) != KT_OK)
-        return kt_check_text(error.where, error.message, "");
-    p->m = mj_loadXML(path, NULL, said, sizeof said);
-    if (p->m == NULL)
-        return kt_check_text("MuJoCo", said, "");
+/* Without contacts and constraints. */
+static bool load(mujoco_pair *p, const char *path) {
+    if (!load_mujoco_pair(p, path, NULL))
+        return false;
     p->m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT;
-    p->d = mj_makeData(p->m);
     return kt_check_equal_int("velocities", kt_model_nv(p->model), NV);
 }
 
-static void release(models *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->model);
-    kt_scene_free(&p->scene);
-    if (p->d != NULL)
-        mj_deleteData(p->d);
-    if (p->m != NULL)
-        mj_deleteModel(p->m);
-}
-
 /* Reads a random model from a file of its own. */
-static bool load_random(models *p, kt_random *random, ranges kind) {
+static bool load_random(mujoco_pair *p, kt_random *random, ranges kind) {
     char path[] = "/tmp/kinetree-muscle-XXXXXX.xml";
     const int file = mkstemps(path, 4);
     FILE *to = file >= 0 ? fdopen(file, "w") : NULL;
@@ -140,7 +110,7 @@ static bool load_random(models *p, kt_random *random, ranges kind) {
 }
 
 /* The controls are zero in both. */
-static void set_state(models *p, kt_random *random) {
+static void set_state(mujoco_pair *p, kt_random *random) {
     for (int i = 0; i < NV; i++) {
         p->d->qpos[i] = between(random, p->m->jnt_range[2 * i] - 0.1, p->m->jnt_range[2 * i + 1] + 0.1);
         p->d->qvel[i] = between(random, -3.0, 3.0);
@@ -151,7 +121,7 @@ static void set_state(models *p, kt_random *random) {
 }
 
 /* Whether all muscles are long enough for MuJoCo 2.2, whose active force turns round below the shortest length. */
-static bool is_compared(const models *p) {
+static bool is_compared(const mujoco_pair *p) {
     bool all = true;
     for (int i = 0; i < p->m->nu; i++) {
         const mjtNum *range = p->m->actuator_lengthrange + 2 * i, *n = p->m->actuator_gainprm + mjNGAIN * i;
@@ -161,7 +131,7 @@ static bool is_compared(const models *p) {
     return all;
 }
 
-static void compare_forces(models *p, double bound, kt_worst *force, kt_worst *rate) {
+static void compare_forces(mujoco_pair *p, double bound, kt_worst *force, kt_worst *rate) {
     double forces[NV], rates[MUSCLES], most = 1.0;
     kt_error error = {0};
     for (int i = 0; i < NV; i++)
@@ -180,7 +150,7 @@ KT_TEST(muscles_with_given_ranges_pull_as_those_of_mujoco) {
     kt_worst force = kt_worst_make("force"), rate = kt_worst_make("rate of activation");
     int states = 0;
     for (int i = 0; i < MODELS; i++) {
-        models p;
+        mujoco_pair p;
         const bool is_fine = load_random(&p, &random, GIVEN);
         for (int k = 0; k < STATES && is_fine; k++) {
             set_state(&p, &random);
@@ -189,7 +159,7 @@ KT_TEST(muscles_with_given_ranges_pull_as_those_of_mujoco) {
             states++;
             compare_forces(&p, 1e-12, &force, &rate);
         }
-        release(&p);
+        release_mujoco_pair(&p);
     }
     kt_check_worst(&force);
     kt_check_worst(&rate);
@@ -200,7 +170,7 @@ KT_TEST(muscles_with_given_ranges_pull_as_those_of_mujoco) {
 
 /* The largest value of sense times the length of an actuator within the limits: on a grid around the middle of the
  * limits, then on finer and finer ones around the best point. */
-static double search_length(models *p, int actuator, double sense) {
+static double search_length(mujoco_pair *p, int actuator, double sense) {
     enum { SIDE = 5, ROUNDS = 40 };
     double middle[NV], half[NV], best = (double)-INFINITY, best_at[NV] = {0.0};
     for (int i = 0; i < NV; i++) {
@@ -229,7 +199,7 @@ static double search_length(models *p, int actuator, double sense) {
 
 /* MuJoCo's ranges are those of a simulation that pulls each actuator against soft limits. They are replaced by those of
  * the search. */
-static void search_ranges(models *p, kt_worst *range) {
+static void search_ranges(mujoco_pair *p, kt_worst *range) {
     for (int i = 0; i < p->m->nu; i++) {
         mjtNum *theirs = p->m->actuator_lengthrange + 2 * i;
         const double found[2] = {search_length(p, i, -1.0), search_length(p, i, 1.0)};
@@ -244,7 +214,7 @@ KT_TEST(ranges_of_muscles_end_where_their_lengths_do) {
     kt_worst force = kt_worst_make("force"), range = kt_worst_make("range of MuJoCo");
     int states = 0, rejected = 0;
     for (int i = 0; i < MODELS / 2; i++) {
-        models p;
+        mujoco_pair p;
         bool is_fine = load_random(&p, &random, i % 2 == 0 ? NEAR : FAR);
         if (is_fine && kt_own_state_count(p.model) < p.m->na) { /* the length of a path jumps */
             rejected++;
@@ -259,7 +229,7 @@ KT_TEST(ranges_of_muscles_end_where_their_lengths_do) {
             states++;
             compare_forces(&p, 1e-11, &force, NULL);
         }
-        release(&p);
+        release_mujoco_pair(&p);
     }
     kt_check_worst(&range);
     kt_check_worst(&force);

@@ -1,27 +1,15 @@
 /* Spatial tendons around spheres and cylinders, read here and by MuJoCo itself, in random models and states. They have
  * the same lengths, rates and forces. */
-#include "check.h"
+#include "mujoco_pair.h"
 
 #include "kinetree/export.h"
-#include "kinetree/import.h"
-#include "kinetree/kinetree.h"
 
 #include <math.h>
-#include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MODELS = 150, STATES = 10, TENDONS = 4, NV = 8 };
-
-typedef struct models {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-    mjModel *m;
-    mjData *d;
-    double ours[NV];
-} models;
 
 static void write_surface(FILE *to, kt_random *random, int index) {
     const bool is_cylinder = kt_random_int(random, 0, 1) == 1;
@@ -92,34 +80,15 @@ static void write_model(FILE *to, kt_random *random) {
     fputs("</tendon></mujoco>", to);
 }
 
-static bool load(models *p, const char *path) {
-    kt_error error = {0};
-    char said[1000] = "";
-    memset(p, 0, sizeof *p);
-    if (kt_robot_read(path, NULL, &p->scene, NULL, NULL, &error) != KT_OK ||
-        kt_model_compile(&p->scene.description, NULL, &p->model, &error) != KT_OK ||
-        kt_data_create(p->model, &p->data, &error) != KT_OK)
-        return kt_check_text(error.where, error.message, "");
-    p->m = mj_loadXML(path, NULL, said, sizeof said);
-    if (p->m == NULL)
-        return kt_check_text("MuJoCo", said, "");
-    p->d = mj_makeData(p->m);
+static bool load(mujoco_pair *p, const char *path) {
+    if (!load_mujoco_pair(p, path, NULL))
+        return false;
     mj_fwdPosition(p->m, p->d); /* where the springs have no force */
     return kt_check_equal_int("velocities", kt_model_nv(p->model), p->m->nv);
 }
 
-static void release(models *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->model);
-    kt_scene_free(&p->scene);
-    if (p->d != NULL)
-        mj_deleteData(p->d);
-    if (p->m != NULL)
-        mj_deleteModel(p->m);
-}
-
 /* The joints have the same order in both. */
-static void set_state(models *p, kt_random *random) {
+static void set_state(mujoco_pair *p, kt_random *random) {
     for (int i = 0; i < p->m->nq; i++)
         p->d->qpos[i] = kt_random_uniform(random, -1.0, 1.0);
     mj_normalizeQuat(p->m, p->d->qpos);
@@ -130,7 +99,7 @@ static void set_state(models *p, kt_random *random) {
 }
 
 /* The length and the rate of a tendon, by its effect. */
-static void find_motion(models *p, const char *name, double found[2]) {
+static void find_motion(mujoco_pair *p, const char *name, double found[2]) {
     double values[64];
     int at = 0;
     kt_error error = {0};
@@ -152,7 +121,7 @@ static kt_vec3 vector_at(const mjtNum *x) { return kt_vec3_make(x[0], x[1], x[2]
 
 /* Whether a side site is outside of the surface, but inside of the circle around which the path leads: MuJoCo 2.2 has a
  * ring there, and later versions a surface, as we have. */
-static bool is_ambiguous(const models *p, int wrap) {
+static bool is_ambiguous(const mujoco_pair *p, int wrap) {
     const mjModel *m = p->m;
     const int side = (int)m->wrap_prm[wrap], geom = m->wrap_objid[wrap];
     if ((m->wrap_type[wrap] != mjWRAP_SPHERE && m->wrap_type[wrap] != mjWRAP_CYLINDER) || side < 0)
@@ -168,7 +137,7 @@ static bool is_ambiguous(const models *p, int wrap) {
     return kt_vec3_norm(s) >= r && kt_vec3_norm(kt_vec3_cross(n, s)) < r;
 }
 
-static bool is_compared(const models *p) {
+static bool is_compared(const mujoco_pair *p) {
     for (int i = 0; i < p->m->nwrap; i++)
         if (is_ambiguous(p, i))
             return false;
@@ -177,7 +146,7 @@ static bool is_compared(const models *p) {
 
 /* Whether all tendons have the length that MuJoCo finds; counts those that have not. MuJoCo takes a default point of a
  * ring that a line nearly touches, within some 1e-4 rad, as its iteration would begin beyond the solution there. */
-static bool have_lengths(models *p, kt_worst *length, int *lost) {
+static bool have_lengths(mujoco_pair *p, kt_worst *length, int *lost) {
     bool all = true;
     for (int t = 0; t < TENDONS; t++) {
         double found[2];
@@ -195,7 +164,8 @@ static bool have_lengths(models *p, kt_worst *length, int *lost) {
     return all;
 }
 
-static void compare_forces(models *p, kt_worst *rate, kt_worst *force) {
+static void compare_forces(mujoco_pair *p, kt_worst *rate, kt_worst *force) {
+    double ours[NV];
     kt_error error = {0};
     for (int t = 0; t < TENDONS; t++) {
         double found[2];
@@ -205,10 +175,10 @@ static void compare_forces(models *p, kt_worst *rate, kt_worst *force) {
         if (!isnan(found[0]))
             kt_worst_near(rate, found[1], p->d->ten_velocity[t], 1e-6, "%s", name);
     }
-    if (kt_effect_forces(p->model, p->data, 0.0, p->d->qpos, p->d->qvel, p->ours, &error) != KT_OK)
+    if (kt_effect_forces(p->model, p->data, 0.0, p->d->qpos, p->d->qvel, ours, &error) != KT_OK)
         kt_check_text("forces", error.message, "");
     for (int j = 0; j < p->m->nv; j++)
-        kt_worst_near(force, p->ours[j], p->d->qfrc_passive[j], 1e-4, "%d", j);
+        kt_worst_near(force, ours[j], p->d->qfrc_passive[j], 1e-4, "%d", j);
 }
 
 /* MuJoCo ends its iteration at a ring at 1e-6, which changes the directions there, and the length to
@@ -222,7 +192,7 @@ KT_TEST(tendons_around_geoms_are_those_of_mujoco) {
     if (!kt_check_true("there is a file", file >= 0))
         return;
     for (int i = 0; i < MODELS; i++) {
-        models p;
+        mujoco_pair p;
         FILE *to = fopen(path, "w");
         write_model(to, &random);
         fclose(to);
@@ -236,7 +206,7 @@ KT_TEST(tendons_around_geoms_are_those_of_mujoco) {
                 bent += p.d->ten_wrapnum[t] > 4;
             compare_forces(&p, &rate, &force);
         }
-        release(&p);
+        release_mujoco_pair(&p);
     }
     (void)remove(path);
     kt_check_worst(&length);
@@ -248,7 +218,7 @@ KT_TEST(tendons_around_geoms_are_those_of_mujoco) {
 }
 
 /* Writes what we have read, and lets MuJoCo read it. Returns NULL after reporting. */
-static mjModel *give_back(models *p, const char *path) {
+static mjModel *give_back(mujoco_pair *p, const char *path) {
     char said[1000] = "";
     kt_error error = {0};
     FILE *to = fopen(path, "w");
@@ -270,7 +240,7 @@ KT_TEST(tendons_that_are_written_are_those_that_were_read) {
     if (!kt_check_true("there is a file", file >= 0))
         return;
     for (int i = 0; i < MODELS / 5; i++) {
-        models p;
+        mujoco_pair p;
         FILE *to = fopen(path, "w");
         write_model(to, &random);
         fclose(to);
@@ -293,7 +263,7 @@ KT_TEST(tendons_that_are_written_are_those_that_were_read) {
             mj_deleteData(d);
         if (m != NULL)
             mj_deleteModel(m);
-        release(&p);
+        release_mujoco_pair(&p);
     }
     (void)remove(path);
     kt_check_worst(&force);
