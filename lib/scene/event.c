@@ -451,7 +451,7 @@ const kt_items kt_events = {.expected = "a list of events ('- {name: ..., when: 
 static void write_events(kt_emitter *e, const kt_member *m) {
     const kt_assigned_number *number;
     for (size_t k = 0; (number = kt_assignments_next(m->object, &k)) != NULL;)
-        if (number->parameter < 0) {
+        if (number->parameter < 0 || !kt_assignments_parameter(m->object, number->parameter).is_set) {
             kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
                            "events set parameters that numbers of the scene follow; a scene is written with numbers in "
                            "place of parameters, which no event could set");

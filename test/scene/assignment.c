@@ -318,10 +318,18 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
     }
     free(text);
     kt_scene_free(&scene);
-    if (!kt_check_true("reads", running_parse(hardens, NULL, &scene)))
-        return;
-    kt_check_unwritable("rejects", &scene, KT_ERROR_UNSUPPORTED, "numbers of the scene follow");
-    kt_scene_free(&scene);
+    static const char follows[] = "kinetree: 1\n"
+                                  "parameters: {n: 3, torque: =2*n}\n"
+                                  "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                                  "effects: [{type: expression, joint: a, force: torque - velocity.a}]\n"
+                                  "events: [{name: e, when: \"sin(5*t)\", then: [{set: {n: 2}}]}]\n";
+    static const char *const rejected[] = {hardens, follows};
+    for (int i = 0; i < 2; i++) {
+        if (!kt_check_true("reads", running_parse(rejected[i], NULL, &scene)))
+            return;
+        kt_check_unwritable("rejects", &scene, KT_ERROR_UNSUPPORTED, "numbers of the scene follow");
+        kt_scene_free(&scene);
+    }
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
