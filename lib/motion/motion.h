@@ -141,6 +141,7 @@ typedef struct kt_breakpoints {
     kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
     double from, next;       /* there is none between these times */
     bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
+    bool strikes;            /* at `next`: a velocity or a position that a loop prescribes jumps */
     double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
     double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_breakpoints;

@@ -15,6 +15,9 @@
  * The accelerations themselves jump, for example, if a drive's second derivative or the slope of a servo's target
  * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
  * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
+ *
+ * The velocity of a drive may jump, too. The step that ends there is projected to the limit from the left, so that its
+ * interpolant is right. The step that begins there starts from a projection to the limit from the right.
  */
 #include "expression/breakpoint.h"
 #include "effect/effect.h"
@@ -32,6 +35,7 @@
 typedef struct breakpoint {
     double time;
     bool jumps, cut; /* cut: a search of features reached its limit */
+    bool strikes;    /* a velocity or a position that a loop prescribes jumps */
 } breakpoint;
 
 /* Takes the time into account if it is after t and not after the one found so far. */
@@ -40,6 +44,7 @@ static void meet_breakpoint(breakpoint *first, double t, double time, bool jumps
         return;
     first->jumps = jumps || (time == first->time && first->jumps);
     first->cut = KT_HAS_FORMULAS && time == first->time && first->cut;
+    first->strikes = time == first->time && first->strikes;
     first->time = time;
 }
 
@@ -51,11 +56,14 @@ static kt_breakpoint seek_breakpoint(kt_simulation *simulation, const kt_curve *
     return next;
 }
 
-/* order: the highest derivative of the function that the accelerations depend on. */
-static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, const kt_curve *curve, int order) {
+/* order: the highest derivative of the function that the accelerations depend on. speed: the one that velocities
+ * depend on; -1: none. */
+static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, const kt_curve *curve, int order,
+                       int speed) {
     const kt_breakpoint next = seek_breakpoint(simulation, curve, t, first->time);
     meet_breakpoint(first, t, next.time, next.order <= order);
     first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
+    first->strikes = first->strikes || (next.order <= speed && next.time == first->time);
 }
 
 /* The functions of time of a model: of loops, effects, formulas and masses. */
@@ -82,14 +90,19 @@ static int order_of_curve(const kt_model *model, size_t k) {
     return k < effects ? 2 : k < effects + time_parts_of(model) ? 0 : 1;
 }
 
+/* The highest derivative of a function that velocities depend on; -1: none. */
+static int speed_order_of_curve(const kt_model *model, size_t k) {
+    return k >= model->n.loop ? -1 : model->loop[k].type == KT_LOOP_RATES ? 0 : 1;
+}
+
 /* A search of features ends at the breakpoint found so far: corners of callers come before the formulas behind them. */
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
-    breakpoint first = {HUGE_VAL, false, false};
+    breakpoint first = {.time = HUGE_VAL};
     const size_t loops = model->n.loop, effects = loops + 3 * model->n.effect;
     for (size_t k = 0; k < effects; k++) {
         const kt_effect_record *effect = k >= loops && (k - loops) % 3 == 2 ? &model->effect[(k - loops) / 3] : NULL;
-        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k));
+        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), speed_order_of_curve(model, k));
         if (effect != NULL && effect->corner != NULL)
             meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
     }
@@ -97,7 +110,7 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
         if (model->state[i].corner != NULL)
             meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t k = effects; k < curves_of(model); k++)
-        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k));
+        meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), -1);
     if (simulation->breakpoints.own != NULL)
         meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;
@@ -173,16 +186,17 @@ void kt_simulation_forget_breakpoints(kt_simulation *simulation) {
     c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
 }
 
-/* Finds the breakpoint after t. Returns whether the accelerations jump at t itself. */
-static bool enter_piece(kt_simulation *simulation, double t) {
+/* Finds the breakpoint after t. Returns what jumps at t itself. */
+static breakpoint enter_piece(kt_simulation *simulation, double t) {
     kt_breakpoints *c = &simulation->breakpoints;
     const double margin = margin_at(t);
     const int64_t before = simulation->memory.sought;
     double last = t;
-    bool jumps = false;
+    breakpoint at = {.time = t};
     breakpoint next = next_breakpoint(simulation, nextafter(t - margin, -HUGE_VAL));
     while (next.time <= t + margin) {
-        jumps = jumps || next.jumps;
+        at.jumps = at.jumps || next.jumps;
+        at.strikes = at.strikes || next.strikes;
         last = fmax(t, next.time);
         next = next_breakpoint(simulation, next.time);
     }
@@ -194,10 +208,11 @@ static bool enter_piece(kt_simulation *simulation, double t) {
                           .next = next.time,
                           .jumps = next.jumps,
                           .cut = next.cut,
-                          .begin = jumps ? t : (double)NAN,
+                          .strikes = next.strikes,
+                          .begin = at.jumps ? t : (double)NAN,
                           .after = last + aside(simulation, last),
                           .end = (double)NAN};
-    return jumps;
+    return at;
 }
 
 /* Notes that the step that ends at t ends at a breakpoint. */
@@ -228,15 +243,17 @@ kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *err
 #if KT_HAS_EVENTS
     simulation->memory.breakpoints += t >= c->next - margin_at(c->next);
 #endif
-    const bool jumps = enter_piece(simulation, t);
+    const breakpoint at = enter_piece(simulation, t);
     if (KT_HAS_FORMULAS)
         simulation->memory.cut += c->cut;
-    if (!jumps)
+    if (!at.jumps)
         return KT_OK;
     simulation->memory.powers.count = 0;
     kt_simulation_note_jump(simulation);
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    return kt_integrator_jump(simulation->integrator, simulation->y, error);
+    const kt_status status =
+        at.strikes && simulation->closes_loops ? kt_simulation_strike(simulation, t, error) : KT_OK;
+    return status == KT_OK ? kt_integrator_jump(simulation->integrator, simulation->y, error) : status;
 }
 
 bool kt_simulation_has_inner_stage(const kt_method *method) {

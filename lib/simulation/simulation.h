@@ -117,6 +117,9 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
+/* Moves y of the simulation, the state at the time t, to the velocities of drives just after t, at which they jump. */
+KT_CHECKED kt_status kt_simulation_strike(kt_simulation *simulation, double t, kt_error *error);
+
 /* The next four functions serve simulations with a transformation (user_model.c). Only the third one may be called
  * without a transformation.
  *

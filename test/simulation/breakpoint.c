@@ -282,6 +282,48 @@ KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
     kt_model_free(model);
 }
 
+/* ---- a drive whose speed jumps ----------------------------------------------------------------------------------- */
+
+/* The load's speed in the trolley: 0 until the trolley halts at 2 s, then that of x = sin(2 u) / 2, u = t - 2. */
+static int compare_speed(const kt_record *record, void *user) {
+    kt_worst *error = user;
+    if (fabs(record->time - 2.0) > 1e-9)
+        kt_worst_near(error, record->v[1], record->time < 2.0 ? 0.0 : cos(2.0 * (record->time - 2.0)), 2e-8, "%g s",
+                      record->time);
+    return 0;
+}
+
+/* The trolley moves at 1 m/s and halts. Functions of time have the slope before the halt, the slope after it, or
+ * neither at that instant. Records before the halt are those of the motion, too. */
+KT_TEST(load_swings_on_where_the_speed_of_a_drive_jumps) {
+    static const double rows[] = {0.0, 0.0, 2.0, 2.0, 9.0, 2.0};
+    const kt_function halts[] = {kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR),
+                                 kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR),
+                                 kt_function_table(rows, 4, KT_INTERPOLATION_MONOTONE),
+                                 kt_function_expression("min(t, 2)"), kt_function_expression("1 + t/2 - abs(t - 2)/2")};
+    for (size_t k = 0; k < sizeof halts / sizeof *halts; k++) {
+        towed t;
+        kt_model_free(make_towed(&t));
+        t.loop.function = halts[k];
+        kt_model *model = kt_scene_compile(&t.description);
+        kt_worst error = kt_worst_make("speed, m/s");
+        for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+            kt_run run = kt_run_default();
+            kt_error fault = {0};
+            run.integrator = kt_method_at(m)->name;
+            run.duration = 4.0;
+            run.interval = 0.25;
+            if (!kt_method_is_adaptive(kt_method_at(m)) || kt_method_at(m)->order < 3)
+                continue;
+            kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+            kt_fine("runs", kt_simulation_run(simulation, compare_speed, &error, &fault), &fault);
+            kt_simulation_free(simulation);
+        }
+        kt_check_worst(&error);
+        kt_model_free(model);
+    }
+}
+
 /* ---- checkpoints, ticks ------------------------------------------------------------------------------------------ */
 
 /* Saved in the midst of the ramp, and at its start, where a step ends. */
