@@ -37,6 +37,8 @@ static kt_status read_dense_state(kt_simulation *simulation, double t, kt_error 
         return KT_OK;
     }
     kt_work work;
+    if (simulation->breakpoints.any)
+        kt_simulation_recall_breakpoints(simulation); /* after a checkpoint, the stages of the step are taken again */
     const bool refined = simulation->memory.refined && kt_simulation_works_at(simulation, t, &work);
     const kt_status status = kt_simulation_between(simulation, t, error);
     if (refined)

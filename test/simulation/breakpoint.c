@@ -352,6 +352,51 @@ KT_TEST(restored_run_has_the_same_bits_at_breakpoints) {
     kt_model_free(model);
 }
 
+/* Records of the load, of which number `stop` ends the run. */
+typedef struct stopping {
+    double state[401][2];
+    int count, stop;
+} stopping;
+
+static int keep_load(const kt_record *record, void *user) {
+    stopping *kept = user;
+    kept->state[kept->count][0] = record->q[1];
+    kept->state[kept->count][1] = record->v[1];
+    return ++kept->count == kept->stop;
+}
+
+/* Records in the step that ended before a checkpoint come after it, and need that step's slopes at breakpoints. */
+KT_TEST(records_after_a_checkpoint_have_the_same_bits_in_a_step_from_a_breakpoint) {
+    static double block[4096];
+    static stopping whole, kept;
+    towed t;
+    kt_error error = {0};
+    kt_run run = kt_run_default();
+    kt_model *model = make_towed(&t);
+    run.integrator = "dopri5";
+    run.duration = 8.0;
+    run.interval = 0.02;
+    run.relative = run.absolute = 1e-3; /* long steps */
+    whole = (stopping){.stop = -1};
+    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_fine("runs", first ? kt_simulation_run(first, keep_load, &whole, &error) : KT_ERROR_MEMORY, &error);
+    kt_check_equal_int("records", whole.count, 401);
+    kt_simulation_free(first);
+    for (int stop = 249; model != NULL && stop < 262; stop++) {
+        kt_simulation *one = kt_scene_simulate(model, &run, NULL), *other = kt_scene_simulate(model, &run, NULL);
+        kept = (stopping){.stop = stop};
+        kt_check_equal_int("stops", kt_simulation_run(one, keep_load, &kept, &error), KT_ERROR_CALLBACK);
+        kt_simulation_save(one, block);
+        (void)kt_fine("restore", kt_simulation_restore(other, block, &error), &error);
+        (void)kt_fine("goes on", kt_simulation_run(other, keep_load, &kept, &error), &error);
+        kt_check_equal_int("records", kept.count, 401);
+        kt_check_equal_bits("records", kept.state[0], whole.state[0], sizeof kept.state / sizeof(double));
+        kt_simulation_free(one);
+        kt_simulation_free(other);
+    }
+    kt_model_free(model);
+}
+
 /* The searches of a run share their operations. A resumed run has no more of them, and therefore cuts the same ones. */
 KT_TEST(restored_run_cuts_the_same_searches) {
     static double block[4096];
