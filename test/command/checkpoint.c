@@ -119,6 +119,15 @@ KT_TEST(killed_absolute_run_goes_on_to_the_last_byte) {
     check_break(KT_SCENES "/double-pendulum.yaml", "--formulation absolute");
 }
 
+KT_TEST(killed_run_of_time_stepping_goes_on_to_the_last_byte) {
+    kt_write_file("ball.yaml", "kinetree: 1\n"
+                               "gravity: [0, 0, -9.81]\n"
+                               "bodies: [{name: ball, joint: {type: prismatic, axis: z, position: 1}, mass: 1}]\n"
+                               "effects: [{type: joint_limit, joint: ball, lower: 0, restitution: 0.5}]\n"
+                               "simulate: {contact: steps, step: 1e-4}\n");
+    check_break("ball.yaml", "");
+}
+
 /* A run broken off in the middle, with its checkpoint. */
 static void break_off(void) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");

@@ -67,6 +67,8 @@ static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
     kt_error error = {0};
     kt_scene scene = *from;
     scene.run = *run;
+    if (scene.contact == KT_CONTACT_STEPS)
+        scene.run.integrator = NULL; /* the name of time stepping is none of the format's */
     scene.event_count = 0;
     FILE *stream = open_memstream(&text, &size);
     const kt_status status = stream == NULL ? KT_ERROR_MEMORY : kt_scene_write(&scene, stream, &error);
