@@ -19,7 +19,6 @@
  *     free(memory);
  *
  * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
- * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
  * (below: HNW), section II.4. */
 #ifndef KINETREE_INTEGRATOR_H
 #define KINETREE_INTEGRATOR_H

@@ -159,7 +159,7 @@ KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method
  * must be constant or set by kt_parameter_set, since other functions do not have the numbers of a parameter. Over many
  * steps dx/dp follows S+ = A S + C.
  * Errors: as kt_step_derivatives. KT_ERROR_ARGUMENT if the parameter is hold (it is not a number) or another function
- * of time. C is untouched on failure.
+ * of time. KT_ERROR_UNSUPPORTED for the place of a loop. C is untouched on failure.
  * Cost: B of a step. Each number needs two inverse dynamics at each stage, and four for effects and loops. */
 KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
                                                           size_t work_size, const kt_step *step,
