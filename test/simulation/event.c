@@ -442,6 +442,27 @@ KT_TEST(function_that_fails_ends_the_call_and_leaves_the_state) {
     kt_model_free(model);
 }
 
+static int jump_nowhere(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    (void)what, (void)user;
+    return kt_simulation_jump(simulation, NULL, &(double){(double)NAN}, error) == KT_OK ? 0 : -1;
+}
+
+KT_TEST(action_that_fails_names_the_event_and_what_its_call_named) {
+    kt_error error = {0};
+    told t = {.level = 0.5};
+    kt_model *model = ball_model();
+    const kt_run run = kt_run_default();
+    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
+    if (simulation == NULL)
+        return;
+    add(simulation, &(kt_event){.name = "half", .function = height, .action = jump_nowhere, .user = &t});
+    kt_check_equal_int("status", kt_simulation_advance(simulation, 1.0, &error), KT_ERROR_NOT_FINITE);
+    kt_check_text("where", error.where, "event 'half' at t = 0.319275428 s, joint 'block'");
+    kt_check_contains("message", error.message, "its velocity is nan");
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* ---- checkpoints, memory ----------------------------------------------------------------------------------------- */
 
 KT_TEST(checkpoint_between_events_goes_on_with_the_same_bits_and_nothing_allocates) {
