@@ -74,6 +74,10 @@ def test_a_loop_ends_with_its_time_a_fault_or_a_stop_and_only_once(scenes):
         for _ in turns:
             count += 1
     assert count == 6 and list(turns) == []
+    assert [len(simulation.run()["time"]) for _ in range(2)] == [1, 0]
+    simulation.advance(0.02)
+    with pytest.raises(kt.ArgumentError, match="the run ends at 0.01 s, and the simulation is at 0.02 s"):
+        simulation.run()
     stopping = kt.Scene(BALL).simulation(step=1e-3, duration=1)
     stopping.on("low", lambda at: at.q[0] - 1.9, stop=True)
     ended = sum(1 for _ in stopping)

@@ -352,11 +352,16 @@ class Simulation(Fixed):
     def run(self) -> Dict[str, Vector]:
         """Run to the duration.
 
+        A run that has reached the duration before has no records left. A simulation past its duration raises `ArgumentError`.
+
         Returns
         -------
         dict
             The records as arrays: ``time`` (records), s; ``q`` (records x nq), rad or m; ``v`` (records x nv), rad/s or m/s.
         """
+        if self.time > self.duration * (1.0 + 1e-9):  # periods that add up to the duration may round beyond it
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "duration", f"the run ends at {self.duration:g} s, and the simulation is at {self.time:g} s; make a "
+                                "simulation of a longer duration, or `advance` without records")
         sink = Recorder(self)
         handle = ffi.new_handle(sink)
         with self._guard:
