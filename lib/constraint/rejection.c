@@ -1,22 +1,37 @@
-/* Finds the caller's own loop that rejects a state: its callback is called once more there. */
+/* Finds the caller's own loop that rejects a state. Its equations are computed once more there, with a callback that
+ * notes the first number that the loop's own callback returns: differences also call that one in states nearby. */
 #include "constraint/rejection.h"
 
 #include "constraint/spatial_rows.h"
-#include "loop/custom.h"
+#include "loop/loop.h"
+
+/* The callback of a loop, and the first number other than 0 that it has returned. */
+typedef struct rejection {
+    const kt_loop_record *loop;
+    int code;
+} rejection;
+
+static int note_rejection(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equations) {
+    rejection *noted = user;
+    const int code = noted->loop->equations(noted->loop->user, t, motion, equations);
+    noted->code = noted->code != 0 ? noted->code : code;
+    return code;
+}
 
 int KT_KERNEL(kt_loop_rejecting)(const kt_model *model, const kt_data *data, double t, const double *v, int *code) {
     for (size_t i = 0; i < model->n.loop; i++) {
-        const kt_loop_record *loop = &model->loop[i];
-        kt_loop_equation equations[KT_LOOP_ROW_MAX] = {{.residual = 0.0}};
+        rejection noted = {.loop = &model->loop[i]};
+        kt_loop_record loop = model->loop[i];
+        kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_loop_end end[2];
-        if (loop->kind != KT_LOOP_KIND_CUSTOM || kt_loop_is_off(loop))
+        if (loop.kind != KT_LOOP_KIND_CUSTOM || kt_loop_is_off(&loop))
             continue;
+        loop.equations = note_rejection;
+        loop.user = &noted;
         for (int k = 0; k < 2; k++)
-            kt_end_follow(model, data, loop, k, true, v, &end[k]);
-        const kt_loop_relative r = kt_loop_relative_of(end);
-        const kt_custom_motion seen = kt_custom_motion_of(end, &r);
-        const kt_loop_motion motion = kt_custom_motion_value(&seen);
-        *code = loop->equations(loop->user, t, &motion, equations);
+            kt_end_follow(model, data, &model->loop[i], k, true, v, &end[k]);
+        (void)KT_KERNEL(kt_loop_kinds)[loop.kind]->evaluate(&loop, model->number, end, t, rows);
+        *code = noted.code;
         if (*code != 0)
             return (int)i;
     }

@@ -452,6 +452,35 @@ KT_TEST(rejections_name_the_loop_and_its_code) {
     }
 }
 
+/* Differences in time reach the callback up to 0.03 s later. */
+static int reject_later(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equation) {
+    equation->residual = motion->position.x;
+    return t > 0.5 ? *(const int *)user : 0;
+}
+
+KT_TEST(rejections_of_states_nearby_name_the_loop_and_its_code) {
+    mechanism m;
+    int code = -7;
+    double q[NQ], v[NV], a[NV];
+    kt_error e = {0};
+    describe(&m, false);
+    m.loop[0].type = KT_LOOP_CUSTOM;
+    m.loop[0].equations = reject_later;
+    m.loop[0].equation_count = 1;
+    m.loop[0].user = &code;
+    m.description.loop_count = 1;
+    if (!compile(&m))
+        return;
+    kt_model_initial(m.model, q, v);
+    (void)fine("assembly", kt_state_assemble(m.model, m.data, 0.0, q, v, &e), &e);
+    (void)fine("long before", kt_acceleration_evaluate(m.model, m.data, 0.0, q, v, NULL, NULL, a, &e), &e);
+    kt_check_equal_int("just before", kt_acceleration_evaluate(m.model, m.data, 0.49, q, v, NULL, NULL, a, &e),
+                       KT_ERROR_CALLBACK);
+    kt_check_contains("where", e.where, "rod");
+    kt_check_contains("message", e.message, "stopped (code -7)");
+    release(&m);
+}
+
 KT_TEST(wrong_descriptions_are_told) {
     static const struct {
         int equations;
