@@ -319,6 +319,8 @@ typedef struct kt_occurrence {
  *   kt_simulation_set_torque, kt_simulation_set_wrenches;
  *   kt_simulation_set_parameter, kt_simulation_change;
  *   kt_simulation_sense, except while kt_simulation_run hands over records.
+ * It cannot move the simulation in time: calls that step, kt_simulation_set_state and kt_simulation_restore return
+ * KT_ERROR_ARGUMENT. The same holds for a recorder.
  * Returns 0 to continue. Returns a positive number to end the stepping call (kt_simulation_stopped). Returns a negative
  * number for an error, with an optional message in *error. */
 typedef int kt_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
@@ -454,7 +456,8 @@ KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
  * are missing.
  * The acceleration at a dead point of drives is of no use. Records within such a step are interpolated between the ends
  * of the step, and counted (`joined`).
- * Errors: as for a step. KT_ERROR_CALLBACK if the recorder stopped the run. */
+ * Errors: as for a step. KT_ERROR_CALLBACK if the recorder stopped the run. A simulation at or past the duration has no
+ * records left, and the call does nothing. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
                                               kt_error *error);
 

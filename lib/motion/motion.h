@@ -425,6 +425,8 @@ struct kt_simulation {
     const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
     bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
+    const char *within;  /* the caller's function that a call with this simulation runs, and which may not move it in
+                          * time; NULL: none */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 

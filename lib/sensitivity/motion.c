@@ -457,7 +457,7 @@ static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
 kt_status kt_motion_derivatives(kt_simulation *simulation, void *work, size_t work_size, double t_end, double *A,
                                 double *B, kt_error *error) {
     motion m;
-    if (KT_IS_MISSING(error, simulation))
+    if (KT_IS_MISSING(error, simulation) || kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     const double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))

@@ -316,7 +316,8 @@ static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t s
 }
 
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, block))
+    if (KT_IS_MISSING(error, simulation, block) ||
+        kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     const kt_simulation_sizes *size = &simulation->size;
     kt_checkpoint_offsets at = measure_checkpoint(size);

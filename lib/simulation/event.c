@@ -446,7 +446,9 @@ static kt_status apply_one_event(kt_simulation *simulation, size_t k, kt_error *
                                 .time = t,
                                 .side = (int)simulation->event_root[k].side,
                                 .count = ++simulation->event_memory[k].count};
+    simulation->within = "the action of an event";
     const int code = event->action != NULL ? event->action(simulation, &what, &from, event->user) : 0;
+    simulation->within = NULL;
     if (code < 0)
         return kt_event_fail(event, "action", t, &from, code, error);
     if (code > 0 || event->stop)

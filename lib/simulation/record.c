@@ -182,7 +182,10 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
                                     void *user, kt_error *error) {
     simulation->memory.next_record += record->event == NULL;
     simulation->memory.recorded++;
-    if (recorder(record, user) == 0)
+    simulation->within = "a recorder";
+    const int code = recorder(record, user);
+    simulation->within = NULL;
+    if (code == 0)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_CALLBACK, kt_where_format("t = %.9g s", record->time).text,
                         "the recorder stopped at record %lld", (long long)record->index);
@@ -356,7 +359,8 @@ static void show_run_progress(kt_simulation *simulation) {
 }
 
 kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, record))
+    if (KT_IS_MISSING(error, simulation, record) ||
+        kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     kt_integrator *integrator = simulation->integrator;
     kt_status status = kt_simulation_begin_run(simulation, error);

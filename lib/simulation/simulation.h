@@ -226,6 +226,11 @@ KT_CHECKED kt_status kt_simulation_count_miss(kt_simulation *simulation, bool mi
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                                 void *user, kt_error *error);
 
+/* Returns KT_OK, or KT_ERROR_ARGUMENT at `call` if a function of the caller runs that may not call it
+ * (kt_simulation.within). */
+KT_CHECKED kt_status kt_simulation_require_outermost(const kt_simulation *simulation, const char *call,
+                                                     kt_error *error);
+
 /* Takes one step. Records are not handed over, and events at the end of the step have not taken effect
  * (memory.fires). */
 KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);

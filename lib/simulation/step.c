@@ -208,8 +208,16 @@ static kt_status end_call(kt_simulation *simulation, kt_status status) {
     return status;
 }
 
+kt_status kt_simulation_require_outermost(const kt_simulation *simulation, const char *call, kt_error *error) {
+    if (simulation->within == NULL)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, call,
+                        "%s has called it, within a call with the same simulation; call it after that call",
+                        simulation->within);
+}
+
 kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
+    if (KT_IS_MISSING(error, simulation) || kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_limit > t))
@@ -223,7 +231,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
 }
 
 kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
+    if (KT_IS_MISSING(error, simulation) || kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     double t = kt_integrator_time(simulation->integrator);
     if (!(t_end >= t) || !isfinite(t_end))
@@ -378,7 +386,8 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq))
+    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq) ||
+        kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     begin_change(simulation);
     return end_change(simulation, set_closed_state(simulation, t, q, v, error));
