@@ -294,6 +294,25 @@ KT_TEST(a_slope_in_time_that_is_known_is_taken) {
     kt_check_above("wrong", error[2] / error[0], 100.0);
 }
 
+/* The difference has two times within the step. If these round to its start, the slope changes no digit of the step. */
+KT_TEST(a_step_of_a_few_roundings_needs_no_slope_in_time) {
+    static const double roundings[] = {1.0, 8.0, 64.0, 500.0, 600.0, 2000.0};
+    for (size_t k = 0; k < sizeof roundings / sizeof *roundings; k++) {
+        kt_error error;
+        driven s = {.lambda = -1.0, .known = 1};
+        kt_integrator_options options = fixed_step(0.1);
+        options.newton = &driven_newton;
+        const kt_integrator_callbacks callbacks = {driven_rhs, NULL, &s};
+        kt_integrator *it = integrator_make(rodas(), 1, &options);
+        const double end = 0.25 + roundings[k] * 0.25 * DBL_EPSILON;
+        is_ok("start", kt_integrator_start(it, 0.25, (double[]){sin(0.25)}, &callbacks, &error), &error);
+        is_ok("step", kt_integrator_step(it, end, &error), &error);
+        kt_check_near("time", kt_integrator_time(it), end, 0.0);
+        kt_check_near("y", kt_integrator_state(it)[0], sin(end), DBL_EPSILON);
+        integrator_free(it);
+    }
+}
+
 /* A step takes eight evaluations, and two more for the slope in time. With the slope the order is 5. For a linear
  * equation that does not depend on time, the order is 6. */
 KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
