@@ -20,11 +20,13 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     int code = 0, loop = -1;
     if (status == KT_OK || !has_custom_loops(model))
         return status;
-    v = v ? v : model->zero;
-    kt_error ignored;
-    if (kt_links_update(model, data, q, v, NULL, false, NULL, &ignored) != KT_OK)
-        return status;
-    KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, v, &code));
+    for (int at_rest = v == NULL; at_rest < 2 && loop < 0; at_rest++) { /* positions are closed at rest */
+        const double *rates = at_rest ? model->zero : v;
+        kt_error ignored;
+        if (kt_links_update(model, data, q, rates, NULL, false, NULL, &ignored) != KT_OK)
+            return status;
+        KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, rates, &code));
+    }
     if (loop < 0)
         return status;
     const kt_where_text where = kt_where_format("loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);

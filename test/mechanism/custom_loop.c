@@ -478,6 +478,10 @@ KT_TEST(rejections_of_states_nearby_name_the_loop_and_its_code) {
                        KT_ERROR_CALLBACK);
     kt_check_contains("where", e.where, "rod");
     kt_check_contains("message", e.message, "stopped (code -7)");
+    for (int i = 0; i < NV; i++)
+        v[i] = 3.0; /* differences along a fast motion take shorter steps than those of positions at rest */
+    kt_check_equal_int("projection", kt_state_project(m.model, m.data, 0.475, q, v, NULL, &e), KT_ERROR_CALLBACK);
+    kt_check_contains("message", e.message, "stopped (code -7)");
     release(&m);
 }
 
