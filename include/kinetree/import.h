@@ -97,14 +97,16 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *   - The activations of actuators (filters and integrators) become auxiliary states.
  *   - Spatial tendons become forces between two sites, or along paths around spheres and cylinders.
  *   - A medium (density, viscosity) becomes drag along the axes of the inertias.
- *   - Further omissions are muscles, actuators of a user's kind, plugins, flexible bodies,
- *     sensors and cameras. Equalities lose polynomial terms beyond the linear term.
+ *   - Muscles become forces along joints and tendons. Cables and points of flexcomps become bodies. Polynomials of
+ *     equalities become formulas.
+ *   - Further omissions are actuators of a user's kind, other plugins and flexible bodies, sensors and cameras.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:
  *   - The first <world> is read with all its models; without a <world>, the first <model> is read. A link becomes a
  *     body with the same name and frame. A link of a model in another model or in a world is named MODEL__LINK.
  *   - A joint carries its child if this gives a tree, and otherwise its parent. The remaining joints close loops. Links
- *     without a chain of joints to the world move freely. Links of static models do not move. All joints start at zero.
+ *     without a chain of joints to the world move freely. Links of static models do not move. Joints start at their
+ *     `initial_position`, else at zero.
  *   - A joint with two axes (universal, revolute2, piston) becomes two joints. The massless body between these has the
  *     joint's name. If the axis of a joint does not meet its link's origin, a massless body with the joint's name
  *     carries the link.
