@@ -33,7 +33,9 @@ double kt_event_least_width(const kt_simulation *simulation, double t) {
 kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
                         kt_error *error) {
     kt_where_text where = kt_where_at("event", event->name, t);
-    if (from->code != KT_OK && from->where[0] != '\0') /* the joint, body or loop that a call of it has named */
+    if (from->code != KT_OK && strncmp(from->where, "t = ", 4) == 0)
+        where = kt_where_format("event '%.60s' at %s", event->name, from->where);
+    else if (from->code != KT_OK && from->where[0] != '\0') /* the joint, body or loop that a call of it has named */
         where = kt_where_format("event '%.60s' at t = %.9g s, %s", event->name, t, from->where);
     return from->code != KT_OK ? kt_error_set(error, from->code, where.text, "%s", from->message)
                                : kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its %s returned %d", what, code);
