@@ -1,7 +1,6 @@
 /* The choice of the columns that a chart shows. */
 #include "plot/choice.h"
 #include "command.h"
-#include "plot/plot.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -85,12 +84,43 @@ void kt_candidates_choose(kt_candidate *candidates, int count, size_t rows) {
                                                 size_of_family(candidates, count, &candidates[i])) < KT_PLOT_SERIES_MAX;
 }
 
-int kt_candidates_left_out(const kt_candidate *candidates, int count, int panel) {
+static int count_left_out(const kt_candidate *candidates, int count, int panel) {
     int left_out = 0;
     for (int i = 0; i < count; i++)
         left_out += candidates[i].panel == panel && !candidates[i].is_shown && !candidates[i].is_noise &&
                     !candidates[i].is_empty;
     return left_out;
+}
+
+bool kt_plot_is_rising(const double *x, size_t count) {
+    for (size_t i = 1; i < count; i++)
+        if (!(x[i] >= x[i - 1]))
+            return false;
+    return true;
+}
+
+kt_plot_panel kt_candidates_panel(const kt_candidate *candidates, int count, int panel, const double *x, size_t rows,
+                                  kt_plot_series *series) {
+    const bool is_dense = kt_plot_is_rising(x, rows);
+    int shown = 0;
+    for (int i = 0; i < count; i++)
+        if (candidates[i].panel == panel && candidates[i].is_shown)
+            series[shown++] = (kt_plot_series){
+                .label = candidates[i].label, .x = x, .y = candidates[i].y, .count = rows, .is_dense = is_dense};
+    return (kt_plot_panel){.series = series,
+                           .series_count = shown,
+                           .left_out = count_left_out(candidates, count, panel),
+                           .has_legend = true};
+}
+
+void kt_panels_mark(kt_plot_panel *panels, int count, const kt_marks *marks, kt_plot_event *events) {
+    for (int i = 0; i < marks->count; i++)
+        events[i] = (kt_plot_event){marks->mark[i].time, marks->mark[i].name};
+    for (int i = 0; i < count; i++) {
+        panels[i].events = events;
+        panels[i].event_count = marks->count;
+        panels[i].names_events = i == 0;
+    }
 }
 
 kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int count) {

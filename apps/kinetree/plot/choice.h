@@ -1,13 +1,17 @@
-/* Which columns a panel of a chart shows: those that move most, and none of rounding noise next to them. */
+/* Which columns a panel of a chart shows: those that move most, and none of rounding noise next to them. The panels of
+ * 'run --plot' and of 'plot' come from here. */
 #ifndef KT_COMMAND_PLOT_CHOICE_H
 #define KT_COMMAND_PLOT_CHOICE_H
+
+#include "plot/plot.h"
+#include "records/marks.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
 /* A column that could be shown, of `rows` numbers. */
 typedef struct kt_candidate {
-    const char *name;
+    const char *name, *label; /* label: in the legend */
     const double *y;
     int panel;  /* columns of one panel have one unit */
     int family; /* a panel: columns of one family are noise next to each other. Moments are so next to forces: a length
@@ -40,7 +44,16 @@ kt_noise_words kt_candidates_note_noise(const kt_candidate *candidates, int coun
 /* Prints which columns were left out as noise, and which have no finite value, if there are any. */
 void kt_candidates_say_noise(const char *command, const kt_candidate *candidates, int count);
 
-/* The number of those of a panel that are neither shown nor noise. */
-int kt_candidates_left_out(const kt_candidate *candidates, int count, int panel);
+/* Returns a panel of the shown columns over x, in the memory of KT_PLOT_SERIES_MAX series. The legend has the number of
+ * columns that are neither shown nor noise. */
+kt_plot_panel kt_candidates_panel(const kt_candidate *candidates, int count, int panel, const double *x, size_t rows,
+                                  kt_plot_series *series);
+
+/* Returns whether the numbers never fall. */
+bool kt_plot_is_rising(const double *x, size_t count);
+
+/* Adds lines at marks to all panels, which are over the time. The first one has their names. The events have room for
+ * KT_MARKS_MAX. */
+void kt_panels_mark(kt_plot_panel *panels, int count, const kt_marks *marks, kt_plot_event *events);
 
 #endif

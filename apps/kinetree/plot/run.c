@@ -92,8 +92,6 @@ typedef struct picture {
     const kt_plot_run *plot;
     const double *x; /* the time */
     kt_plot_size size;
-    const kt_plot_event *events;
-    int event_count;
     kt_candidate *candidates;
     int candidate_count;
     char (*names)[160];
@@ -124,6 +122,7 @@ static void list_column_candidates(picture *p, const double *columns, bool is_qu
         char *name = p->names[p->candidate_count];
         (void)kt_column_name(plot->columns, i, name, sizeof *p->names);
         p->candidates[p->candidate_count++] = (kt_candidate){.name = name,
+                                                             .label = kt_label_of_column(name),
                                                              .y = columns + (i + 1) * plot->count,
                                                              .panel = plot->panel[i],
                                                              .family = family_of(plot, i),
@@ -134,34 +133,15 @@ static void list_column_candidates(picture *p, const double *columns, bool is_qu
         kt_candidates_say_noise("run", p->candidates, p->candidate_count);
 }
 
-static void add_panel(picture *p, int panel) {
+static void add_run_panel(picture *p, int panel) {
     const kt_measure quantity = kt_column_quantity(p->plot->columns, p->plot->panels[panel]);
-    kt_plot_series *series = p->series[p->panel_count];
-    int count = 0;
-    for (int i = 0; i < p->candidate_count; i++) {
-        if (p->candidates[i].panel != panel || !p->candidates[i].is_shown)
-            continue;
-        series[count] = (kt_plot_series){.label = kt_label_of_column(p->candidates[i].name),
-                                         .x = p->x,
-                                         .y = p->candidates[i].y,
-                                         .count = p->plot->count,
-                                         .is_dense = true};
-        count++;
-    }
-    if (count == 0) /* noise alone */
-        return;
-    const bool is_first = p->panel_count == 0;
-    p->panels[p->panel_count++] =
-        (kt_plot_panel){.title = quantity.title,
-                        .unit = quantity.unit[0] != '\0' ? quantity.unit : NULL,
-                        .series = series,
-                        .series_count = count,
-                        .left_out = kt_candidates_left_out(p->candidates, p->candidate_count, panel),
-                        .has_legend = true,
-                        .events = p->events,
-                        .event_count = p->event_count,
-                        .names_events = is_first,
-                        .y_log = is_residual(p->plot, panel)};
+    kt_plot_panel *made = &p->panels[p->panel_count];
+    *made =
+        kt_candidates_panel(p->candidates, p->candidate_count, panel, p->x, p->plot->count, p->series[p->panel_count]);
+    made->title = quantity.title;
+    made->unit = quantity.unit[0] != '\0' ? quantity.unit : NULL;
+    made->y_log = is_residual(p->plot, panel);
+    p->panel_count += made->series_count > 0; /* else there is noise alone */
 }
 
 static void add_energy_panel(picture *p, const kt_outcome *outcome, const double *change) {
@@ -169,31 +149,24 @@ static void add_energy_panel(picture *p, const kt_outcome *outcome, const double
     kt_plot_series *series = p->series[p->panel_count];
     series[0] = (kt_plot_series){
         .label = is_error ? "drift" : "change", .x = p->x, .y = change, .count = p->plot->count, .is_dense = true};
-    const bool is_first = p->panel_count == 0;
     p->panels[p->panel_count++] = (kt_plot_panel){.title = outcome->energy.has_balance ? "Drift of the energy balance"
                                                            : is_error                  ? "Drift of the total energy"
                                                                                        : "Change of the total energy",
                                                   .unit = "J",
                                                   .series = series,
-                                                  .series_count = 1,
-                                                  .events = p->events,
-                                                  .event_count = p->event_count,
-                                                  .names_events = is_first};
+                                                  .series_count = 1};
 }
 
 static int draw_run_plot(picture *p, const double *columns, const kt_outcome *outcome, const char *path, bool is_dark,
                          bool is_quiet) {
     kt_plot_event events[KT_MARKS_MAX];
     p->x = columns + p->plot->count; /* the time is the first column */
-    p->events = events;
-    p->event_count = outcome->marks.count;
-    for (int i = 0; i < p->event_count; i++)
-        events[i] = (kt_plot_event){outcome->marks.mark[i].time, outcome->marks.mark[i].name};
     list_column_candidates(p, columns, is_quiet);
     for (int panel = 0; panel < p->plot->panel_count; panel++)
-        add_panel(p, panel);
+        add_run_panel(p, panel);
     if (p->plot->has_energy || p->panel_count == 0)
         add_energy_panel(p, outcome, columns);
+    kt_panels_mark(p->panels, p->panel_count, &outcome->marks, events);
     const kt_method_words method = kt_describe_method(outcome->run);
     const kt_noise_words noise = kt_candidates_note_noise(p->candidates, p->candidate_count);
     char subtitle[400];

@@ -29,10 +29,9 @@ typedef struct kt_chart {
     double *magnitudes; /* buffer for the columns of logarithmic panels, one after the other */
     size_t magnitude_count;
     kt_plot_series series[KINDS][KT_PLOT_SERIES_MAX];
-    char labels[KINDS][KT_PLOT_SERIES_MAX][128];
-    char units[KT_COLUMN_KINDS][16]; /* by the summary */
-    int count[KINDS];
-    kt_candidate *candidates; /* the requested columns */
+    char labels[KINDS * KT_PLOT_SERIES_MAX][128]; /* of shown columns */
+    char units[KT_COLUMN_KINDS][16];              /* by the summary */
+    kt_candidate *candidates;                     /* the requested columns */
     int candidate_count;
     struct own_kind {
         const char *name;
@@ -85,13 +84,6 @@ static const double *take_magnitudes(kt_chart *chart, const double *y) {
 
 static bool is_log(const kt_chart *chart, int kind) { return chart->arguments->log || kind_at(chart, kind).is_log; }
 
-static bool is_rising(const double *x, size_t count) {
-    for (size_t i = 1; i < count; i++)
-        if (!(x[i] >= x[i - 1]))
-            return false;
-    return true;
-}
-
 static void add_chart_column(kt_chart *chart, int column) {
     const char *name = chart->table->names[column];
     const int kind = chart_panel_of(chart, name);
@@ -129,7 +121,7 @@ static void add_parts(kt_chart *chart, const kt_candidate *column) {
                                      .y = y + part->first,
                                      .count = part->rows,
                                      .value = (double)(i + 1),
-                                     .is_dense = is_rising(chart->x + part->first, part->rows)};
+                                     .is_dense = kt_plot_is_rising(chart->x + part->first, part->rows)};
     }
     chart->scale = (kt_plot_scale){1.0, (double)table->part_count, false, "result"};
     (void)snprintf(chart->part_titles[k], sizeof chart->part_titles[k], "%.*s", (int)strcspn(column->name, " "),
@@ -145,36 +137,33 @@ static void add_parts(kt_chart *chart, const kt_candidate *column) {
                         .y_log = is_log(chart, kind)};
 }
 
-static void add_series(kt_chart *chart, const kt_candidate *column) {
-    if (chart->table->part_count > 1) {
-        add_parts(chart, column);
-        return;
-    }
-    const int kind = column->panel, k = chart->count[kind]++;
-    write_label(column->name, kind, chart->labels[kind][k], sizeof chart->labels[kind][k]);
-    chart->series[kind][k] = (kt_plot_series){.label = chart->labels[kind][k],
-                                              .x = chart->x,
-                                              .y = is_log(chart, kind) ? take_magnitudes(chart, column->y) : column->y,
-                                              .count = chart->table->rows,
-                                              .is_dense = is_rising(chart->x, chart->table->rows)};
+static void add_chart_panel(kt_chart *chart, int kind) {
+    kt_plot_panel *made = &chart->panels[chart->panel_count];
+    *made = kt_candidates_panel(chart->candidates, chart->candidate_count, kind, chart->x, chart->table->rows,
+                                chart->series[kind]);
+    made->title = kind_at(chart, kind).title;
+    made->unit = kind_at(chart, kind).unit;
+    made->y_log = is_log(chart, kind);
+    chart->panel_count += made->series_count > 0;
 }
 
 static void add_panels(kt_chart *chart) {
+    const bool has_parts = chart->table->part_count > 1;
     kt_candidates_choose(chart->candidates, chart->candidate_count, chart->table->rows);
     kt_candidates_say_noise("plot", chart->candidates, chart->candidate_count);
-    for (int i = 0; i < chart->candidate_count; i++)
-        if (chart->candidates[i].is_shown)
-            add_series(chart, &chart->candidates[i]);
-    for (int kind = 0; kind < KT_COLUMN_KINDS + chart->own_count; kind++)
-        if (chart->count[kind] > 0)
-            chart->panels[chart->panel_count++] =
-                (kt_plot_panel){.title = kind_at(chart, kind).title,
-                                .unit = kind_at(chart, kind).unit,
-                                .series = chart->series[kind],
-                                .series_count = chart->count[kind],
-                                .left_out = kt_candidates_left_out(chart->candidates, chart->candidate_count, kind),
-                                .has_legend = true,
-                                .y_log = is_log(chart, kind)};
+    for (int i = 0, shown = 0; i < chart->candidate_count; i++) {
+        kt_candidate *column = &chart->candidates[i];
+        if (column->is_shown && has_parts) {
+            add_parts(chart, column);
+        } else if (column->is_shown) {
+            column->label = chart->labels[shown];
+            write_label(column->name, column->panel, chart->labels[shown], sizeof chart->labels[shown]);
+            column->y = is_log(chart, column->panel) ? take_magnitudes(chart, column->y) : column->y;
+            shown++;
+        }
+    }
+    for (int kind = 0; kind < KT_COLUMN_KINDS + chart->own_count && !has_parts; kind++)
+        add_chart_panel(chart, kind);
 }
 
 /* Returns whether a name occurs in a column's name after a point, as "legs" in "marker.legs.toes.x". */
@@ -264,7 +253,7 @@ static void add_default(kt_chart *chart) {
 /* Returns whether markers are drawn over a marker coordinate: a path in space, drawn with one scale for both axes. */
 static bool is_path(const kt_chart *chart) {
     bool all = kt_column_kind_of(chart->x_name) == KT_COLUMN_MARKER && chart->panel_count == 1 &&
-               (chart->count[KT_COLUMN_MARKER] > 0 || chart->part_panels == 1);
+               (chart->panels[0].series == chart->series[KT_COLUMN_MARKER] || chart->part_panels == 1);
     return all && !is_log(chart, KT_COLUMN_MARKER);
 }
 
@@ -401,13 +390,7 @@ static int add_marks(kt_chart *chart) {
     if (arguments->phase != NULL || strcmp(chart->x_name, "time") != 0)
         return kt_misuse("plot: --marks are instants, and go with the time as x; leave them out");
     const int code = read_marks(arguments->marks, &chart->marks, chart->scene, sizeof chart->scene);
-    for (int i = 0; i < chart->marks.count; i++)
-        chart->events[i] = (kt_plot_event){chart->marks.mark[i].time, chart->marks.mark[i].name};
-    for (int i = 0; i < chart->panel_count; i++) {
-        chart->panels[i].events = chart->events;
-        chart->panels[i].event_count = chart->marks.count;
-        chart->panels[i].names_events = i == 0;
-    }
+    kt_panels_mark(chart->panels, chart->panel_count, &chart->marks, chart->events);
     return code;
 }
 
