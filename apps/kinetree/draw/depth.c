@@ -115,23 +115,22 @@ static void add_foot(things *t, const kt_sheet *sheet, const kt_body_frame *fram
     }
 }
 
-/* A pin along z of a frame. It extends beyond the bodies that it joins. A body that would make it longer than twelve
- * radii is ignored. */
+/* Makes a pin longer, so that it extends beyond a body, unless it would be longer than twelve radii. */
+static void lengthen_pin(const kt_sheet *sheet, const kt_pose *frame, int body, double r, double *low, double *high) {
+    double longer_low = *low, longer_high = *high;
+    kt_reach_along(sheet->drawing->picture, sheet->poses, body, frame, r, &longer_low, &longer_high);
+    if (longer_high - longer_low < 12.0 * r) {
+        *low = longer_low;
+        *high = longer_high;
+    }
+}
+
+/* A pin along z of a frame, through the bodies that it joins. */
 static void add_pin(things *t, const kt_sheet *sheet, kt_pose frame, int body, int other, double r) {
-    double low = -1.4 * r, high = 1.4 * r, longer_low = low, longer_high = high;
-    kt_reach_along(sheet->drawing->picture, sheet->poses, body, &frame, r, &longer_low, &longer_high);
-    if (longer_high - longer_low < 12.0 * r) {
-        low = longer_low;
-        high = longer_high;
-    }
-    longer_low = low;
-    longer_high = high;
+    double low = -1.4 * r, high = 1.4 * r;
+    lengthen_pin(sheet, &frame, body, r, &low, &high);
     if (other > 0)
-        kt_reach_along(sheet->drawing->picture, sheet->poses, other, &frame, r, &longer_low, &longer_high);
-    if (longer_high - longer_low < 12.0 * r) {
-        low = longer_low;
-        high = longer_high;
-    }
+        lengthen_pin(sheet, &frame, other, r, &low, &high);
     kt_solid pin = centred(KT_SOLID_CYLINDER, r, r, 0.5 * (high - low) + 0.7 * r);
     pin.pose.position.z = 0.5 * (high + low);
     add_thing(t, sheet, frame, pin, THING_JOINT, 0);
@@ -392,52 +391,36 @@ static kt_raster *make_pixels(const kt_sheet *sheet, const things *t) {
     return NULL;
 }
 
-static bool paint_pixels(const kt_sheet *sheet, const things *t) {
+static bool paint_pixels(const kt_sheet *sheet, const things *t, bool is_shown) {
     kt_raster *raster = make_pixels(sheet, t);
-    const bool fine = raster != NULL && kt_raster_show(raster);
+    const bool fine = raster != NULL && (!is_shown || kt_raster_show(raster));
     kt_raster_free(raster);
-    for (int i = 0; i < t->pieces.count && fine; i++)
+    for (int i = 0; i < t->pieces.count && fine && is_shown; i++)
         if (t->items[t->pieces.items[i].thing].type == THING_SPRING)
             paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
     return fine;
 }
 
 /* Paints all things as shapes of the page, the farthest first. */
-static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars) {
-    if (!kt_pieces_sort(&t->pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram))
+static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars, bool is_shown) {
+    if (is_shown && !kt_pieces_sort(&t->pieces, 0.8 / sheet->scale, sheet->drawing->is_diagram))
         return false;
-    for (int i = 0; i < t->pieces.count; i++)
+    for (int i = 0; i < t->pieces.count && is_shown; i++)
         if (!joins_bars || t->pieces.items[i].solid.type != KT_SOLID_ROD)
             paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
     kt_traces_cover(sheet, depth_of_things, t);
     return true;
 }
 
-/* Paints all things that can hide or be hidden. Returns false if memory is insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet) {
-    const bool has_meshes = sheet->drawing->picture->mesh_count > 0;
-    const bool joins_bars = kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram && !has_meshes;
+    const bool has_meshes = sheet->drawing->picture->mesh_count > 0, is_shown = sheet->c != NULL;
+    const bool joins_bars = is_shown && kt_sheet_is_plain(sheet) && sheet->drawing->is_diagram && !has_meshes;
     if (joins_bars)
         paint_all_bars(sheet);
     things t = {0};
     collect_things(&t, sheet);
-    const bool fine = !t.is_full && (has_meshes ? paint_pixels(sheet, &t) : paint_pieces(sheet, &t, joins_bars));
-    kt_pieces_free(&t.pieces);
-    free(t.items);
-    return fine;
-}
-
-bool kt_cover_by_solids(const kt_sheet *sheet) {
-    things t = {0};
-    collect_things(&t, sheet);
-    bool fine = !t.is_full;
-    if (fine && sheet->drawing->picture->mesh_count > 0) {
-        kt_raster *raster = make_pixels(sheet, &t);
-        fine = raster != NULL;
-        kt_raster_free(raster);
-    } else if (fine) {
-        kt_traces_cover(sheet, depth_of_things, &t);
-    }
+    const bool fine =
+        !t.is_full && (has_meshes ? paint_pixels(sheet, &t, is_shown) : paint_pieces(sheet, &t, joins_bars, is_shown));
     kt_pieces_free(&t.pieces);
     free(t.items);
     return fine;

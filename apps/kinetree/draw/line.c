@@ -103,13 +103,23 @@ static void trace_wire(cairo_t *c, const wire *w, double a, double b) {
     cairo_line_to(c, last.x, last.y);
 }
 
+static void trace_line(cairo_t *c, kt_spot from, kt_spot to) {
+    cairo_move_to(c, from.x, from.y);
+    cairo_line_to(c, to.x, to.y);
+}
+
+/* The part of a line from share low to share high that is within shares a to b. */
 static void trace_part(cairo_t *c, kt_spot from, kt_spot to, double low, double high, double a, double b) {
     const double begin = fmax(low, a), end = fmin(high, b);
-    if (begin >= end)
-        return;
-    const kt_spot p = kt_spot_between(from, to, begin), q = kt_spot_between(from, to, end);
-    cairo_move_to(c, p.x, p.y);
-    cairo_line_to(c, q.x, q.y);
+    if (begin < end)
+        trace_line(c, kt_spot_between(from, to, begin), kt_spot_between(from, to, end));
+}
+
+/* A line across the way from one spot to another, at a share of it, if that is within shares a to b. */
+static void trace_across(cairo_t *c, kt_spot from, kt_spot to, double share, double half, double a, double b) {
+    const kt_spot along = kt_spot_direction(from, to), middle = kt_spot_between(from, to, share);
+    if (a <= share && b >= share)
+        trace_line(c, kt_spot_offset(middle, along, 0.0, -half), kt_spot_offset(middle, along, 0.0, half));
 }
 
 /* Traces the part of a spring around a bar that is in front of the bar. */
@@ -117,49 +127,29 @@ static void trace_coil(cairo_t *c, const wire *w, double a, double b) {
     for (int k = 0; k < w->turns; k++) {
         const double share = lead + (1.0 - 2.0 * lead) * (k + 0.75) / w->turns,
                      half = 0.5 * (1.0 - 2.0 * lead) / w->turns;
-        const kt_spot from = wire_at(w, share), to = wire_at(w, share + half);
-        if (share < a || share > b || k + 1 == w->turns)
-            continue;
-        cairo_move_to(c, from.x, from.y);
-        cairo_line_to(c, to.x, to.y);
+        if (share >= a && share <= b && k + 1 != w->turns)
+            trace_line(c, wire_at(w, share), wire_at(w, share + half));
     }
 }
 
 /* A dashpot: a cup that is open at one end, and a piston in it. */
 static void trace_dashpot(cairo_t *c, kt_spot from, kt_spot to, double width, double a, double b) {
     const kt_spot along = kt_spot_direction(from, to);
-    const kt_spot bottom = kt_spot_between(from, to, 0.36), mouth = kt_spot_between(from, to, 0.62),
-                  piston = kt_spot_between(from, to, 0.5);
+    const kt_spot bottom = kt_spot_between(from, to, 0.36), mouth = kt_spot_between(from, to, 0.62);
     const double depth = kt_spot_distance(bottom, mouth);
     trace_part(c, from, to, 0.0, 0.36, a, b);
     trace_part(c, from, to, 0.5, 1.0, a, b);
     for (int side = -1; side <= 1; side += 2)
         trace_part(c, kt_spot_offset(bottom, along, 0.0, side * width),
                    kt_spot_offset(bottom, along, depth, side * width), 0.0, 1.0, (a - 0.36) / 0.26, (b - 0.36) / 0.26);
-    for (int i = 0; i < 2; i++) {
-        const double at = i == 0 ? 0.36 : 0.5, share = i == 0 ? 1.0 : 0.72;
-        const kt_spot middle = i == 0 ? bottom : piston;
-        const kt_spot p = kt_spot_offset(middle, along, 0.0, -share * width),
-                      q = kt_spot_offset(middle, along, 0.0, share * width);
-        if (a > at || b < at)
-            continue;
-        cairo_move_to(c, p.x, p.y);
-        cairo_line_to(c, q.x, q.y);
-    }
+    trace_across(c, from, to, 0.36, width, a, b);
+    trace_across(c, from, to, 0.5, 0.72 * width, a, b);
 }
 
 /* Bars across the ends of a spring and a damper side by side. */
 static void trace_bars(cairo_t *c, kt_spot from, kt_spot to, double aside, double a, double b) {
-    const kt_spot along = kt_spot_direction(from, to);
-    for (int i = 0; i < 2; i++) {
-        const double at = i == 0 ? 0.07 : 0.93;
-        const kt_spot middle = kt_spot_between(from, to, at);
-        const kt_spot p = kt_spot_offset(middle, along, 0.0, -aside), q = kt_spot_offset(middle, along, 0.0, aside);
-        if (a > at || b < at)
-            continue;
-        cairo_move_to(c, p.x, p.y);
-        cairo_line_to(c, q.x, q.y);
-    }
+    trace_across(c, from, to, 0.07, aside, a, b);
+    trace_across(c, from, to, 0.93, aside, a, b);
     trace_part(c, from, to, 0.0, 0.07, a, b);
     trace_part(c, from, to, 0.93, 1.0, a, b);
 }

@@ -404,7 +404,7 @@ char *kt_drawing_front(const kt_drawing *drawing, int state, int path, double sh
     own.paths += path; /* this one alone */
     own.path_count = 1;
     sheet.traces = kt_traces_create(&sheet);
-    char *dashes = sheet.traces != NULL && kt_cover_by_solids(&sheet) ? kt_traces_dashes(&sheet, share) : NULL;
+    char *dashes = sheet.traces != NULL && kt_paint_solids(&sheet) ? kt_traces_dashes(&sheet, share) : NULL;
     kt_traces_free(sheet.traces);
     return dashes;
 }

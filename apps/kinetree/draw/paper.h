@@ -16,7 +16,7 @@ typedef struct kt_traces kt_traces;
 
 /* The part of the page on which one state is painted. */
 typedef struct kt_sheet {
-    cairo_t *c;
+    cairo_t *c; /* NULL: nothing is painted */
     const kt_palette *palette;
     const kt_drawing *drawing;
     const kt_pose *poses; /* of the state */
@@ -147,13 +147,9 @@ void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, 
 
 /* ---- symbols ----------------------------------------------------------------------------------------------------- */
 
-/* Solids, and in space joints, feet, bushings and springs, the farthest first (depth.c). Returns false if memory is
- * insufficient. */
+/* Solids, and in space joints, feet, bushings and springs, the farthest first (depth.c). Notes the parts of
+ * sheet->traces that they hide. Paints nothing if sheet->c is NULL. Returns false if memory is insufficient. */
 bool kt_paint_solids(const kt_sheet *sheet);
-
-/* Notes the parts of sheet->traces that the solids hide, without painting them (depth.c). Returns false if memory is
- * insufficient. */
-bool kt_cover_by_solids(const kt_sheet *sheet);
 
 /* Joints as circles, the ground below them, loops (joint.c); effects, relations between joints (effect.c). */
 void kt_paint_pivots(const kt_sheet *sheet);
