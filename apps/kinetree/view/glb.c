@@ -139,28 +139,27 @@ static bool solids_are_alike(const kt_solid *a, const kt_solid *b) {
            a->half.z == b->half.z;
 }
 
-/* Returns a mesh that shares the numbers of an equal solid; NULL: there is none yet. */
-static json_t *find_primitive(const glb *g, int solid) {
-    const kt_picture *picture = g->motion->picture;
+/* Returns the mesh of an equal solid before this one, with the same material or with any; -1: there is none yet. */
+static int find_glb_mesh(const glb *g, int solid, bool same_material) {
+    const kt_solid *solids = g->motion->picture->solids;
     for (int i = solid - 1; i >= 0; i--)
-        if (solids_are_alike(&picture->solids[i], &picture->solids[solid]))
-            return json_array_get(json_object_get(json_array_get(g->meshes, (size_t)g->meshes_of[i]), "primitives"), 0);
-    return NULL;
-}
-
-static int find_glb_mesh(const glb *g, int solid) {
-    const kt_picture *picture = g->motion->picture;
-    for (int i = solid - 1; i >= 0; i--)
-        if (solids_are_alike(&picture->solids[i], &picture->solids[solid]) &&
-            material_of(picture, &picture->solids[i]) == material_of(picture, &picture->solids[solid]))
+        if (solids_are_alike(&solids[i], &solids[solid]) &&
+            (!same_material ||
+             material_of(g->motion->picture, &solids[i]) == material_of(g->motion->picture, &solids[solid])))
             return g->meshes_of[i];
     return -1;
+}
+
+/* Returns a copy of the primitive of a mesh; NULL for -1. */
+static json_t *copy_primitive(const glb *g, int mesh) {
+    return json_copy(
+        json_array_get(mesh >= 0 ? json_object_get(json_array_get(g->meshes, (size_t)mesh), "primitives") : NULL, 0));
 }
 
 static void add_glb_mesh(glb *g, int solid) {
     const kt_picture *picture = g->motion->picture;
     const int material = material_of(picture, &picture->solids[solid]);
-    json_t *primitive = json_copy(find_primitive(g, solid));
+    json_t *primitive = copy_primitive(g, find_glb_mesh(g, solid, false));
     if (primitive != NULL) {
         json_object_set_new(primitive, "material", json_integer(material));
     } else {
@@ -177,7 +176,7 @@ static void add_glb_mesh(glb *g, int solid) {
 
 static void add_meshes(glb *g) {
     for (int i = 0; i < g->motion->picture->solid_count && !g->bytes.is_short; i++) {
-        g->meshes_of[i] = find_glb_mesh(g, i);
+        g->meshes_of[i] = find_glb_mesh(g, i, true);
         if (g->meshes_of[i] < 0)
             add_glb_mesh(g, i);
     }
