@@ -3,7 +3,6 @@
 
 #include "plot/choice.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,8 +74,7 @@ int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *v
         plot->rows = rows;
         plot->room = room;
     }
-    const double balance = kt_balance_of(record);
-    const double total = isnan(balance) ? record->kinetic + record->potential : balance;
+    const double total = kt_shown_energy_of(record);
     if (plot->count == 0)
         plot->energy_start = total;
     double *row = plot->rows + plot->count++ * plot->width;

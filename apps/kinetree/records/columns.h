@@ -8,6 +8,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -109,6 +110,12 @@ bool kt_column_has_arc(const kt_model *model, int loop);
  * works are not available. */
 static inline double kt_balance_of(const kt_record *record) {
     return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
+}
+
+/* Returns the energy whose change a run shows, J: the balance, or the total energy if the works are not available. */
+static inline double kt_shown_energy_of(const kt_record *record) {
+    const double balance = kt_balance_of(record);
+    return isnan(balance) ? record->kinetic + record->potential : balance;
 }
 
 #endif

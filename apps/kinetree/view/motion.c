@@ -185,19 +185,14 @@ static void find_fastest_turn(kt_motion *motion, const kt_data *data) {
     }
 }
 
-static double energy_of(const kt_record *record) {
-    const double balance = kt_balance_of(record);
-    return isnan(balance) ? record->kinetic + record->potential : balance;
-}
-
 static void put_frame_values(kt_motion *motion, const kt_record *record, const double *values) {
     float *row = motion->values + motion->count * kt_motion_width(motion);
     for (size_t i = 1; i < motion->columns->count; i++)
         *row++ = (float)values[i];
     if (motion->count == 0)
-        motion->energy_start = energy_of(record);
+        motion->energy_start = kt_shown_energy_of(record);
     if (motion->has_drift)
-        *row = (float)(energy_of(record) - motion->energy_start);
+        *row = (float)(kt_shown_energy_of(record) - motion->energy_start);
 }
 
 /* Returns zero for an unknown force. Reactions may be missing in a record, and in the last state of a failure a force
