@@ -211,6 +211,32 @@ KT_TEST(numbers_of_options_are_decimal) {
     kt_expect(0, NULL, "$K run p.yaml --duration 1.e-1 --tolerance 1e-3,0 --quiet --out a.csv");
 }
 
+/* A column, a marker or a method that a list names twice, and an option in place of a value. */
+KT_TEST(lists_name_each_thing_once_and_options_are_no_values) {
+    static const struct {
+        const char *words, *line;
+    } table[] = {
+        {"run: --markers names 'bob.tip' twice; remove one", "run p.yaml --markers bob.tip,bob.tip"},
+        {"run: --record names 'energy' twice", "run p.yaml --record energy,position,energy"},
+        {"draw: --trace names 'bob.tip' twice", "draw p.yaml --trace bob.tip,bob.tip"},
+        {"sweep: --columns names 'energy.total' twice",
+         "sweep p.yaml --vary gravity[1]=-9,-10 --columns energy.total,position.arm,energy.total"},
+        {"accuracy: --integrators names 'rk4' twice", "accuracy p.yaml --integrators rk4,rk4"},
+        {"export: --functions names 'mass' twice", "export --c p.yaml --functions mass,mass --out p.c"},
+        {"plot: --columns names 'time' twice", "plot p.csv --columns time,time"},
+        {"sweep: --columns: the list is empty", "sweep p.yaml --vary gravity[1]=-9,-10 --columns="},
+        {"plot: --marks must be followed by its SUMMARY, and '--out' is an option; --marks=--out takes it as it is",
+         "plot p.csv --marks --out p.svg"},
+        {"run: --duration must be followed by its S, and '--quiet' is an option", "run p.yaml --duration --quiet"},
+        {"run: --out must be followed by its FILE, and '--set=L=1' is an option", "run p.yaml --out --set=L=1"},
+    };
+    kt_write_file("p.yaml", pendulum);
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        kt_expect(1, table[i].words, "$K %s", table[i].line);
+    kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --out=--quiet && test -s ./--quiet");
+    kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --out --else && test -s ./--else");
+}
+
 /* An option that describes a file which is not written, and a count of nothing, are no silent defaults. */
 KT_TEST(options_without_an_effect_are_rejected) {
     static const struct {

@@ -8,7 +8,6 @@
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
 #include "records/quantities.h"
-#include "text/list.h"
 
 #include <stdio.h>
 #include <stdlib.h>

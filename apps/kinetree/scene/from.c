@@ -6,7 +6,6 @@
 #include "scene/released.h"
 #include "scene/start.h"
 #include "text/json.h"
-#include "text/list.h"
 
 #include <errno.h>
 #include <math.h>

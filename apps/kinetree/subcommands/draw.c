@@ -54,7 +54,7 @@ static const kt_option options[] = {
     {"speed", KT_OPTION_POSITIVE, KT_AT(speed), "X", "play --animate at X times real time; default: 1", NULL},
     {"until", KT_OPTION_POSITIVE, KT_AT(until), "T",
      "end --strobe, --trace and --animate at this time, s; default: the duration of the scene", NULL},
-    {"trace", KT_OPTION_TEXT, KT_AT(trace), "B.M,...", "draw the paths of these markers, over the same time", NULL},
+    {"trace", KT_OPTION_NAMES, KT_AT(trace), "B.M,...", "draw the paths of these markers, over the same time", NULL},
     {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "draw the axes of joints", NULL},
     {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "print the names of bodies, loops and markers", NULL},
     {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,

@@ -4,6 +4,7 @@
 #include "base/names.h"
 #include "command.h"
 #include "records/output.h"
+#include "text/list.h"
 
 #include "kinetree/codegen.h"
 
@@ -19,12 +20,11 @@ enum { KT_EXPORT_NAME = 64 };
 /* Reads a list of functions, apart by commas; NULL: the default. Returns 0 after printing an error. */
 static unsigned read_function_names(const char *list) {
     unsigned functions = 0;
+    char word[KT_EXPORT_NAME];
     if (list == NULL)
         return KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_BIAS | KT_CODEGEN_MASS;
-    for (const char *at = list; at != NULL; at = strchr(at, ',') != NULL ? strchr(at, ',') + 1 : NULL) {
-        char word[KT_EXPORT_NAME];
+    while (kt_list_next(&list, word, sizeof word)) {
         int k = 0;
-        (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
         while (k < KT_CODEGEN_COUNT && strcmp(kt_codegen_name(k), word) != 0)
             k++;
         if (k < KT_CODEGEN_COUNT) {

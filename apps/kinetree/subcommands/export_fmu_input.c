@@ -6,6 +6,7 @@
 #include "subcommands/export_fmu.h"
 
 #include "command.h"
+#include "text/list.h"
 
 #include "kinetree/descriptor.h"
 
@@ -195,18 +196,16 @@ static bool input_is_listed(const kt_fmu_inputs *inputs, const kt_fmu_input *inp
 }
 
 int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *inputs) {
-    const char *next;
-    int count = 0;
+    char word[KT_FMU_SIGNAL_NAME];
+    int count = 1;
     *inputs = (kt_fmu_inputs){.items = NULL};
-    for (const char *at = list; at != NULL; at = (next = strchr(at, ',')) != NULL ? next + 1 : NULL)
-        count++;
+    for (const char *at = list; at != NULL && *at != '\0'; at++)
+        count += *at == ',';
     inputs->items = calloc((size_t)count + 1, sizeof *inputs->items);
     if (inputs->items == NULL)
         return kt_say_no_memory(NULL);
-    for (const char *at = list; at != NULL; at = (next = strchr(at, ',')) != NULL ? next + 1 : NULL) {
-        char word[KT_FMU_SIGNAL_NAME];
+    while (kt_list_next(&list, word, sizeof word)) {
         kt_fmu_input input;
-        (void)snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
         if (!find_input(&scene->description, word, &input))
             return KT_EXIT_USAGE;
         if (input_is_listed(inputs, &input))

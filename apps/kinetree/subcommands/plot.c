@@ -15,7 +15,7 @@
 #define KT_AT(member) offsetof(kt_plot_arguments, member)
 
 static const kt_option options[] = {
-    {"columns", KT_OPTION_TEXT, KT_AT(columns), "A,B", "draw these columns: names, or beginnings such as 'velocity'",
+    {"columns", KT_OPTION_NAMES, KT_AT(columns), "A,B", "draw these columns: names, or beginnings such as 'velocity'",
      NULL},
     {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "draw the velocity of a joint against its position", NULL},
     {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "draw against this column; default: the first", NULL},
@@ -100,13 +100,14 @@ static int find_plotted_column(const kt_table *table, const char *option, const 
  * ends. Returns -1, or an exit code after printing the error. */
 static int choose_columns(const kt_plot_arguments *arguments, const kt_table *table, int first, int *columns,
                           int *count) {
-    char *text = arguments->columns != NULL ? strdup(arguments->columns) : NULL, *rest = text;
+    const char *rest = arguments->columns;
+    char word[256];
     int code = -1;
     *count = 0;
     for (int i = first; arguments->columns == NULL && i + 1 < table->columns; i++)
         if (strncmp(table->names[i], "event.", 6) == 0 || kt_column_ends(table->names[i], ".end|.max"))
             columns[(*count)++] = i;
-    for (char *word = text != NULL ? kt_next_word(&rest) : NULL; word != NULL && code < 0; word = kt_next_word(&rest)) {
+    while (code < 0 && kt_list_next(&rest, word, sizeof word)) {
         const int before = *count;
         for (int i = 0; i < table->columns && *count < table->columns; i++)
             if (kt_column_begins(table->names[i], word))
@@ -114,7 +115,6 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
         if (*count == before)
             code = kt_plot_say_no_column(table, "columns", word);
     }
-    free(text);
     if (code < 0 && *count == 0)
         code = kt_misuse("plot: there is nothing to draw: --columns chooses");
     return code;

@@ -215,9 +215,9 @@ static bool column_is_listed(const kt_chart *chart, const char *name) {
 }
 
 static int add_listed(kt_chart *chart, const char *list) {
-    char *text = strdup(list), *rest = text;
+    char word[512];
     int code = -1;
-    for (char *word = kt_next_word(&rest); word != NULL && code < 0; word = kt_next_word(&rest)) {
+    while (code < 0 && kt_list_next(&list, word, sizeof word)) {
         bool found = false;
         for (int i = 0; i < chart->table->columns; i++)
             if (kt_column_begins(chart->table->names[i], word)) {
@@ -228,7 +228,6 @@ static int add_listed(kt_chart *chart, const char *list) {
         if (!found)
             code = kt_plot_say_no_column(chart->table, "columns", word);
     }
-    free(text);
     add_panels(chart);
     return code;
 }

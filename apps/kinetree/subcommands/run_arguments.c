@@ -40,8 +40,8 @@ static const kt_option options[] = {
     {"native", KT_OPTION_FLAG, KT_AT(native), NULL,
      "compute accelerations by generated C, which the system's compiler compiles; compiled files are kept", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "record every S seconds; default: about 1000 records", NULL},
-    {"record", KT_OPTION_TEXT, KT_AT(record), "A,B", record_help, NULL},
-    {"markers", KT_OPTION_TEXT, KT_AT(markers), "B.M,...", "record the world positions of these markers, too", NULL},
+    {"record", KT_OPTION_NAMES, KT_AT(record), "A,B", record_help, NULL},
+    {"markers", KT_OPTION_NAMES, KT_AT(markers), "B.M,...", "record the world positions of these markers, too", NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
      "write the records here, as CSV, or as HDF5 (FILE.h5); '-': standard output; default: NAME.csv", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE",
@@ -260,12 +260,10 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 static int override_record(const kt_run_arguments *arguments, unsigned *record) {
-    char text[256];
-    char *rest = text;
-    if ((size_t)snprintf(text, sizeof text, "%s", arguments->record) >= sizeof text)
-        return kt_misuse("%s: --record: the list is too long", arguments->command);
+    char word[256];
+    const char *rest = arguments->record;
     *record = 0;
-    for (char *word = kt_next_word(&rest); word != NULL; word = kt_next_word(&rest)) {
+    while (kt_list_next(&rest, word, sizeof word)) {
         kt_nearest nearest = kt_nearest_make(word, NULL);
         unsigned found = 0;
 #define KT_RECORD_MATCH(id, bit, name)                                                                                 \
@@ -283,9 +281,7 @@ static int override_record(const kt_run_arguments *arguments, unsigned *record) 
         }
         *record |= found;
     }
-    if (*record != 0)
-        return -1;
-    return kt_misuse("%s: --record: the list is empty", arguments->command);
+    return -1;
 }
 
 static int say_no_body(const char *option, const kt_model *model, const char *name) {
@@ -334,25 +330,17 @@ static int read_marker_word(const char *option, const kt_model *model, char *wor
 
 int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
                             kt_marker_pair **run_markers) {
+    char word[1024];
+    size_t most = 1;
     *run_markers = NULL;
     if (list == NULL)
         return -1;
-    size_t most = 1;
     for (const char *c = list; *c != '\0'; c++)
         most += *c == ',';
-    char *text = strdup(list);
     kt_marker_pair *pairs = calloc(most, sizeof *pairs);
-    int code = -1, count = 0;
-    char *rest = text;
-    if (text == NULL || pairs == NULL)
-        code = kt_say_no_memory(NULL);
-    while (code < 0) {
-        char *word = kt_next_word(&rest);
-        if (word == NULL)
-            break;
+    int code = pairs != NULL ? -1 : kt_say_no_memory(NULL), count = 0;
+    while (code < 0 && kt_list_next(&list, word, sizeof word))
         code = read_marker_word(option, model, word, &pairs[count++]);
-    }
-    free(text);
     if (code >= 0) {
         free(pairs);
         return code;

@@ -3,6 +3,7 @@
 
 #include "base/decimal.h"
 #include "command.h"
+#include "text/list.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -151,6 +152,20 @@ static int read_choice_option(const kt_usage *usage, const kt_option *option, co
                      kt_ask(&nearest, "").text);
 }
 
+/* Rejects an empty list, and one in which a name occurs twice: its column, for example, would be written twice. */
+static int read_names_option(const kt_usage *usage, const kt_option *option, const char *text, const char **member) {
+    kt_word word, before;
+    if (*text == '\0')
+        return kt_misuse("%s: --%s: the list is empty", usage->command, option->name);
+    for (const char *rest = text; kt_word_next(&rest, &word);)
+        for (const char *other = text; kt_word_next(&other, &before) && before.text < word.text;)
+            if (before.length == word.length && memcmp(before.text, word.text, word.length) == 0)
+                return kt_misuse("%s: --%s names '%.*s' twice; remove one", usage->command, option->name,
+                                 (int)word.length, word.text);
+    *member = text;
+    return -1;
+}
+
 static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_settings *settings) {
     if (strchr(text, '=') == NULL || text[0] == '=')
         return kt_misuse("%s: --%s takes %s, where PATH or NAME is such as L or bodies.arm.mass, not '%s'",
@@ -171,6 +186,8 @@ static int read_option_value(const kt_usage *usage, const kt_option *option, con
     case KT_OPTION_TEXT:
         *(const char **)member = text;
         return -1;
+    case KT_OPTION_NAMES:
+        return read_names_option(usage, option, text, member);
     case KT_OPTION_NUMBER:
         return read_real(option, text, member) ? -1 : say_wrong_value(usage, option, text, "a number");
     case KT_OPTION_POSITIVE:
@@ -231,14 +248,18 @@ static int say_unknown_option(const kt_usage *usage, const char *argument, size_
     return KT_EXIT_USAGE;
 }
 
+/* Returns the option that an argument is, "--NAME" or "--NAME=value"; NULL: it is none. */
+static const kt_option *option_at(const kt_usage *usage, const char *argument) {
+    return strncmp(argument, "--", 2) == 0 ? find_option(usage, argument + 2, strcspn(argument + 2, "=")) : NULL;
+}
+
 /* Reads the option at argv[*index], which starts with two dashes, and moves *index to the last word of the option. */
 static int read_option(const kt_usage *usage, int argc, char **argv, int *index, void *members) {
     const char *name = argv[*index] + 2;
     const char *equals = strchr(name, '=');
-    size_t length = equals != NULL ? (size_t)(equals - name) : strlen(name);
-    const kt_option *option = find_option(usage, name, length);
+    const kt_option *option = option_at(usage, argv[*index]);
     if (option == NULL)
-        return say_unknown_option(usage, name, length);
+        return say_unknown_option(usage, name, strcspn(name, "="));
     if (option->type == KT_OPTION_FLAG) {
         if (equals == NULL)
             return read_option_value(usage, option, NULL, members);
@@ -248,6 +269,10 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
         return read_option_value(usage, option, equals + 1, members);
     if (*index + 1 >= argc)
         return kt_misuse("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
+    if (option_at(usage, argv[*index + 1]) != NULL)
+        return kt_misuse("%s: --%s must be followed by its %s, and '%s' is an option; --%s=%s takes it as it is",
+                         usage->command, option->name, option->argument, argv[*index + 1], option->name,
+                         argv[*index + 1]);
     return read_option_value(usage, option, argv[++*index], members);
 }
 

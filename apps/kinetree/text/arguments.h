@@ -9,6 +9,7 @@
 typedef enum kt_option_type {
     KT_OPTION_FLAG,     /* nothing; bool */
     KT_OPTION_TEXT,     /* any text; const char * */
+    KT_OPTION_NAMES,    /* names with commas between, at least one, each once; const char * */
     KT_OPTION_NUMBER,   /* a finite number; double */
     KT_OPTION_POSITIVE, /* a number above zero; double */
     KT_OPTION_ANGLE,    /* a finite number, in degrees if followed by "deg"; double, rad */
@@ -105,8 +106,8 @@ typedef struct kt_usage {
 
 /* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
  * are moved to argv[1] onwards and counted. Both "--name value" and "--name=value" are accepted, and "--" ends the
- * options. Returns -1 if the command can continue, otherwise an exit code: help was requested and printed, or an error
- * was found and printed. */
+ * options. An option of the subcommand is no value of the option before it, unless "=" precedes it. Returns -1 if the
+ * command can continue, otherwise an exit code: help was requested and printed, or an error was found and printed. */
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count);
 
 /* Prints the text of --help on standard output. */

@@ -4,17 +4,24 @@
 #include "base/decimal.h"
 #include "command.h"
 
+#include <stdio.h>
 #include <string.h>
 
-char *kt_next_word(char **rest) {
-    char *word = *rest;
-    if (word == NULL || *word == '\0')
-        return NULL;
-    char *comma = strchr(word, ',');
-    *rest = comma != NULL ? comma + 1 : NULL;
-    if (comma != NULL)
-        *comma = '\0';
-    return word;
+bool kt_word_next(const char **rest, kt_word *word) {
+    const char *text = *rest;
+    if (text == NULL || *text == '\0')
+        return false;
+    *word = (kt_word){text, strcspn(text, ",")};
+    *rest = text[word->length] == ',' ? text + word->length + 1 : NULL;
+    return true;
+}
+
+bool kt_list_next(const char **rest, char *text, size_t size) {
+    kt_word word;
+    const bool is_there = kt_word_next(rest, &word);
+    if (is_there)
+        (void)snprintf(text, size, "%.*s", (int)word.length, word.text);
+    return is_there;
 }
 
 int kt_numbers_read(const char *list, double *numbers, int most) {
