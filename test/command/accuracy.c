@@ -261,6 +261,21 @@ KT_TEST(varied_values_that_the_scene_lacks_leave_the_file) {
     kt_check_equal_int("exit status of the failure", ran.code, 2);
 }
 
+/* Parameters with the names of columns that all lines have keep their section. */
+KT_TEST(columns_of_varied_values_have_names_of_their_own) {
+    kt_write_file("u.yaml", "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {uncertainty: 1, why: 2}\nbodies:\n"
+                            "  - {name: a, joint: {type: revolute, position: 1}, mass: =why, shape: {type: rod, to: "
+                            "[=uncertainty, 0, 0]}}\nsimulate: {duration: 0.1}\n");
+    kt_ran ran = kt_shell("$K accuracy u.yaml --vary uncertainty=1,2 --vary why=1 --goal 1e-3 --budget 0.1 --out -");
+    kt_check_equal_int("exit status", ran.code, 0);
+    kt_check_contains("those of a study", ran.out,
+                      "run,parameters.uncertainty,why,status,uncertainty,evaluations.0.001,");
+    ran =
+        kt_shell("$K sweep u.yaml --vary uncertainty=1,2 --vary why=1 --columns position.a --functionals end --out -");
+    kt_check_contains("those of a run", ran.out,
+                      "run,uncertainty,parameters.why,status,time,steps,evaluations,energy.error,position.a.end,");
+}
+
 KT_TEST(pictures_are_drawn_light_and_dark) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran = kt_shell("$K accuracy p.yaml %s --plot a.svg && $K accuracy p.yaml %s --dark --plot b.svg && "

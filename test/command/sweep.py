@@ -456,7 +456,7 @@ def functionals():
         integral, squares = (1 - math.cos(2 * w)) / w, 1 - math.sin(4 * w) / (4 * w)
         for name, exact in (("integral", integral), ("mean", integral / 2), ("rms", math.sqrt(squares / 2))):
             check(f"{name} at w = {w:g}", abs(float(line[f"position.a.{name}"]) - exact), w * w * 0.001 ** 2)
-    for arguments, words in ((["rms,median"], "not 'median'"), (["rms,rms"], "not 'rms' again"), ([""], "takes some of")):
+    for arguments, words in ((["rms,median"], "not 'median'"), (["rms,rms"], "names 'rms' twice"), ([""], "the list is empty")):
         same(f"words of --functionals {arguments[0]}", words in run("sway.yaml", "--vary", "w=1,2", "--functionals", *arguments, "--out", "-", code=1).stderr, True)
     same("one by one the same bytes", run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--one-by-one", "--out", "-").stdout,
          run("sway.yaml", "--vary", "w=1:2:9", "--functionals", "rms,mean", "--out", "-").stdout)

@@ -1,4 +1,4 @@
-/* Extremes, root mean squares and last values of the columns of a run, over its records. */
+/* Functionals of the columns of a run over its records: extremes, last values, integrals over time. */
 #ifndef KT_COMMAND_RECORDS_EXTREMES_H
 #define KT_COMMAND_RECORDS_EXTREMES_H
 
@@ -8,12 +8,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Extremes of one column: plain numbers, which checkpoints hold. They are NaN until the column has a value. A value
- * that is not finite counts only as a gap. */
+/* Extremes of one column: plain numbers, which checkpoints hold. They are NaN until the column has a value. */
 typedef struct kt_extreme {
     double least, greatest;           /* values */
     double least_time, greatest_time; /* s, of the first record that has them */
-    double square;                    /* integral of the square over time */
+    double integral, square;          /* over time, of the value and of its square, by the trapezoidal rule */
     double last, covered, time; /* the latest value; s, all pieces without a gap; of the latest record, NaN: a gap */
     double gaps, gap_time;      /* how many records have no finite value; s, the first of them */
 } kt_extreme;
@@ -28,12 +27,18 @@ typedef struct kt_extremes {
 bool kt_extremes_start(kt_extremes *extremes, size_t count);
 void kt_extremes_free(kt_extremes *extremes);
 
-/* Adds the values of a record, one for each column. */
+/* Adds a value. A gap is none, and the records on both sides of it are not joined. */
+void kt_extreme_add(kt_extreme *e, double time, double value, bool is_gap);
+
+/* Returns the mean over time, and the root mean square; without any duration, the last value is taken. */
+double kt_extreme_mean(const kt_extreme *e);
+double kt_extreme_rms(const kt_extreme *e);
+
+/* Adds the values of a record, one for each column. A value that is not finite is a gap. */
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
 /* Returns an object that maps the name of each column except time to {min, min_time, max, max_time, rms, end, unit}. A
- * column with gaps also has {gaps: {count, time}}. The square is integrated with the trapezoidal rule. Records on both
- * sides of a gap are not joined. */
+ * column with gaps also has {gaps: {count, time}}. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 
 #endif

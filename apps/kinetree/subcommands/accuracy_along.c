@@ -8,49 +8,12 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-static void write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {
-    fprintf(file, "run");
-    for (int i = 0; i < plan->count; i++)
-        fprintf(file, ",%s", plan->axes[i].path);
-    fprintf(file, ",status,uncertainty");
-    for (int g = 0; g < arguments->goal_count; g++) {
-        const double goal = arguments->goals[g];
-        fprintf(file, ",evaluations.%g,seconds.%g,setting.%g,method.%g", goal, goal, goal, goal);
-    }
-    fputs("\n", file);
-}
-
-static void write_goal(FILE *file, const kt_findings *findings, double goal) {
-    const int best = kt_accuracy_best(findings->study, goal);
-    if (best < 0) { /* no run came that close */
-        fputs(",,,,", file);
-        return;
-    }
-    const kt_accuracy_point *point = &findings->results->points[best];
-    const double per_second = 1.0 / findings->results->duration;
-    fprintf(file, ",%.6g,%.3g,%.6g,%s", (double)point->counts.evaluations * per_second, point->cpu * per_second,
-            point->setting, kt_findings_curve(findings, best)->method->name);
-}
-
-/* findings: NULL if the study failed. */
-static void write_study_line(FILE *file, int64_t number, const kt_sweep_plan *plan, const double *values,
-                             const kt_findings *findings, const kt_accuracy_arguments *arguments) {
-    fprintf(file, "%lld", (long long)number);
-    for (int i = 0; i < plan->count; i++)
-        fprintf(file, ",%.17g", values[i]);
-    if (findings != NULL)
-        fprintf(file, ",done,%.3g", findings->results->uncertainty.position);
-    else
-        fprintf(file, ",failed,");
-    for (int g = 0; g < arguments->goal_count; g++)
-        if (findings != NULL)
-            write_goal(file, findings, arguments->goals[g]);
-        else
-            fputs(",,,,", file);
-    fputs("\n", file);
-}
+/* The columns of the lines besides the values; those of each goal follow. */
+static const char *const columns[] = {"run", "status", "uncertainty", NULL};
+enum { COLUMNS = 3 };
 
 struct kt_accuracy_along {
     const kt_accuracy_arguments *arguments;
@@ -61,8 +24,49 @@ struct kt_accuracy_along {
     bool written;
 };
 
+/* Ends a line, and writes it. */
+static void put_line(FILE *file, kt_bytes *line) {
+    kt_bytes_print(line, "\n");
+    if (!line->is_short)
+        (void)fputs(line->text, file);
+    free(line->text);
+}
+
+static void write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {
+    kt_bytes line = {0};
+    kt_sweep_plan_head(plan, COLUMNS, &line);
+    for (int g = 0; g < arguments->goal_count; g++) {
+        const double goal = arguments->goals[g];
+        kt_bytes_print(&line, ",evaluations.%g,seconds.%g,setting.%g,method.%g", goal, goal, goal, goal);
+    }
+    put_line(file, &line);
+}
+
+static void add_goal(kt_bytes *line, const kt_findings *findings, double goal) {
+    const int best = findings != NULL ? kt_accuracy_best(findings->study, goal) : -1;
+    if (best < 0) { /* no run came that close */
+        kt_bytes_print(line, ",,,,");
+        return;
+    }
+    const kt_accuracy_point *point = &findings->results->points[best];
+    const double per_second = 1.0 / findings->results->duration;
+    kt_bytes_print(line, ",%.6g,%.3g,%.6g,%s", (double)point->counts.evaluations * per_second, point->cpu * per_second,
+                   point->setting, kt_findings_curve(findings, best)->method->name);
+}
+
+/* findings: NULL if the study failed. */
 void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {
-    write_study_line(along->file, along->number, along->plan, along->values, findings, along->arguments);
+    kt_bytes line = {0};
+    kt_bytes_print(&line, "%lld", (long long)along->number);
+    for (int i = 0; i < along->plan->count; i++)
+        kt_sweep_put_cell(&line, along->values[i]);
+    if (findings != NULL)
+        kt_bytes_print(&line, ",done,%.3g", findings->results->uncertainty.position);
+    else
+        kt_bytes_print(&line, ",failed,");
+    for (int g = 0; g < along->arguments->goal_count; g++)
+        add_goal(&line, findings, along->arguments->goals[g]);
+    put_line(along->file, &line);
     along->written = true;
 }
 
@@ -92,7 +96,7 @@ static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sw
         one.along = &along;
         const int failed = study(&one, path, base);
         if (!along.written)
-            write_study_line(file, run, plan, values, NULL, arguments);
+            kt_accuracy_along_line(&along, NULL);
         if (!arguments->quiet)
             fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(plan));
         code = failed != KT_EXIT_DONE ? failed : code;
@@ -137,7 +141,7 @@ int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_st
     const kt_sweep_arguments sweep = {.settings = arguments->settings, .vary = arguments->vary, .repeats = 1};
     kt_sweep_plan plan;
     const bool to_stream = strcmp(arguments->out, "-") == 0;
-    int code = kt_sweep_plan_make(&sweep, &plan);
+    int code = kt_sweep_plan_make(&sweep, columns, &plan);
     code = code < 0 ? check_varied_values(arguments, &plan, path) : code;
     FILE *file = code >= 0 ? NULL : to_stream ? stdout : fopen(arguments->out, "w");
     if (code < 0 && file == NULL)

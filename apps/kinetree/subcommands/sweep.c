@@ -430,7 +430,7 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
     const char *out = arguments->out != NULL ? arguments->out : lines;
     int code = check_sweep_files(arguments, path, out);
     code = code < 0 ? kt_sweep_list_functionals(&sweep) : code;
-    code = code < 0 ? kt_sweep_plan_make(arguments, &sweep.plan) : code;
+    code = code < 0 ? kt_sweep_plan_make(arguments, kt_sweep_line_columns, &sweep.plan) : code;
     code = code < 0 ? choose_shard(arguments->shard, kt_sweep_plan_runs(&sweep.plan), &first, &end) : code;
     code = code < 0 ? read_sweep_scene(&sweep) : code;
     code = code < 0 ? kt_sweep_list_columns(&sweep) : code;

@@ -97,8 +97,8 @@ static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_the
 /* ---- lines of parts ---------------------------------------------------------------------------------------------- */
 
 void kt_sweep_say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
-    const bool is_fused = strstr(header, KT_SWEEP_LANES ",why\n") != NULL;
-    if (is_fused != (strstr(own, KT_SWEEP_LANES ",why\n") != NULL))
+    const bool is_fused = strstr(header, "," KT_SWEEP_LANES "," KT_SWEEP_WHY "\n") != NULL;
+    if (is_fused != (strstr(own, "," KT_SWEEP_LANES "," KT_SWEEP_WHY "\n") != NULL))
         kt_say(
             "sweep: %s has lines of a kinetree that was built %s -Dfused=enabled, whose digits are not those of %s; %s",
             name, is_fused ? "with" : "without", than, remedy);

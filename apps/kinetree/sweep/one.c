@@ -1,6 +1,6 @@
 /* One run of a sweep, as a line: its values, its end, its cost, and the last, least and greatest value of each
  * column of its records. A run that fails is a line, too. */
-#include "sweep/functional.h"
+#include "sweep/sweep.h"
 
 #include "advice/angles.h"
 #include "advice/excess.h"
@@ -9,6 +9,7 @@
 #include "scene/load.h"
 #include "scene/play.h"
 #include "text/bytes.h"
+#include "text/list.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/loop.h"
@@ -19,14 +20,6 @@
 #include <string.h>
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
-
-/* A number that has none is an empty cell. */
-static void add_cell(kt_bytes *to, double value) {
-    if (isnan(value))
-        kt_bytes_print(to, ",");
-    else
-        kt_bytes_print(to, ",%.17g", value);
-}
 
 /* Three parts of a text in quotes, those in them doubled, on one line. */
 static void add_quoted(kt_bytes *to, const char *const parts[3]) {
@@ -63,7 +56,7 @@ typedef struct kt_sweep_run {
     kt_sweep_worker *worker; /* counts the accelerations */
     kt_scene_watch *watch;
     kt_columns columns;
-    kt_sweep_range *ranges; /* of each column of the lines */
+    kt_extremes extremes; /* of each column of the lines */
     kt_energy_watch energy;
     kt_growth growth;
     kt_run run;             /* as the scene had it when this run was prepared */
@@ -75,8 +68,7 @@ typedef struct kt_sweep_run {
 } made;
 
 static void release_run(made *m) {
-    free(m->ranges);
-    m->ranges = NULL;
+    kt_extremes_free(&m->extremes);
     kt_columns_free(&m->columns);
     kt_simulation_free(m->simulation);
     kt_scene_watch_free(m->watch);
@@ -158,7 +150,7 @@ static kt_status prepare_run(made *m, kt_error *error) {
     if (status == KT_OK)
         status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
                                    error);
-    if (status == KT_OK && (m->ranges = kt_sweep_ranges_create(m->sweep->column_count)) == NULL)
+    if (status == KT_OK && !kt_extremes_start(&m->extremes, m->sweep->column_count))
         status = kt_reject_memory(error);
     return status;
 }
@@ -235,7 +227,7 @@ static int take_record(const kt_record *record, void *user) {
     kt_growth_add(&m->growth, record, m->run.duration);
     for (size_t i = 0; i < m->sweep->column_count; i++)
         if (m->place[i] < m->columns.count)
-            kt_sweep_range_extend(&m->ranges[i], record->time, values[m->place[i]]);
+            kt_extreme_add(&m->extremes.column[i], record->time, values[m->place[i]], isnan(values[m->place[i]]));
     m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
     return m->failed ? -1 : 0;
 }
@@ -293,19 +285,19 @@ static void find_line_columns(const kt_sweep *sweep, const kt_columns *columns, 
 
 static void add_column_cells(kt_bytes *line, const made *m) {
     for (size_t i = 0; i < m->sweep->column_count; i++) {
-        const kt_sweep_range *of = m->ranges != NULL ? &m->ranges[i] : NULL;
+        const kt_extreme *of = m->extremes.column != NULL ? &m->extremes.column[i] : NULL;
         const bool has_values = of != NULL && m->place[i] < m->columns.count && !isnan(of->last);
         for (int k = 0; k < m->sweep->functional_count; k++)
-            add_cell(line, has_values ? kt_sweep_range_value(of, m->sweep->functionals[k]) : (double)NAN);
+            kt_sweep_put_cell(line, has_values ? kt_sweep_functional_of(of, m->sweep->functionals[k]) : (double)NAN);
     }
 }
 
+const char *const kt_sweep_line_columns[] = {"run",          "status",       "time",       "steps", "evaluations",
+                                             "energy.error", KT_SWEEP_LANES, KT_SWEEP_WHY, NULL};
+
 char *kt_sweep_header(const kt_sweep *sweep) {
     kt_bytes line = {0};
-    kt_bytes_print(&line, "run");
-    for (int i = 0; i < sweep->plan.count; i++)
-        kt_bytes_print(&line, ",%s", sweep->plan.axes[i].path);
-    kt_bytes_print(&line, ",status,time,steps,evaluations,energy.error");
+    kt_sweep_plan_head(&sweep->plan, KT_SWEEP_LEADING, &line);
     for (size_t i = 0; i < sweep->event_count; i++)
         if (strpbrk(sweep->events[i], ",\"\n") != NULL)
             add_quoted(&line, (const char *const[]){"event.", sweep->events[i], ""});
@@ -314,7 +306,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
             kt_bytes_print(&line, ",%s.%s", sweep->columns[i], kt_sweep_functional_names[sweep->functionals[k]]);
-    kt_bytes_print(&line, "%s,why", kt_batch_is_fused() ? KT_SWEEP_LANES : "");
+    kt_bytes_print(&line, "%s," KT_SWEEP_WHY, kt_batch_is_fused() ? "," KT_SWEEP_LANES : "");
     return end_line(&line);
 }
 
@@ -333,12 +325,12 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     kt_bytes line = {0};
     kt_bytes_print(&line, "%lld", (long long)m->number);
     for (int i = 0; i < sweep->plan.count; i++)
-        add_cell(&line, m->values[i]);
+        kt_sweep_put_cell(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
     kt_bytes_print(&line, ",%s", status_name_of_line(status));
-    add_cell(&line, kt_simulation_time(m->simulation));
+    kt_sweep_put_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
-    add_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
+    kt_sweep_put_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
     add_column_cells(&line, m);
     if (kt_batch_is_fused())
@@ -452,10 +444,7 @@ static bool add_all(kt_sweep *sweep, const kt_columns *columns) {
 /* Those of --columns; an exit code if one is not recorded. */
 static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *list) {
     char name[512];
-    for (const char *from = list; from != NULL;) {
-        const char *comma = strchr(from, ',');
-        const size_t length = comma != NULL ? (size_t)(comma - from) : strlen(from);
-        (void)snprintf(name, sizeof name, "%.*s", (int)length, from);
+    while (kt_list_next(&list, name, sizeof name)) {
         const size_t found = find_run_column(columns, name, 0);
         if (found == columns->count) {
             kt_nearest nearest = kt_nearest_make(name, NULL);
@@ -468,7 +457,6 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
         }
         if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit))
             return kt_say_no_memory(NULL);
-        from = comma != NULL ? comma + 1 : NULL;
     }
     return -1;
 }

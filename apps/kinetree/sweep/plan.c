@@ -97,6 +97,21 @@ void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values
     }
 }
 
+void kt_sweep_plan_head(const kt_sweep_plan *plan, int count, kt_bytes *line) {
+    kt_bytes_print(line, "%s", plan->columns[0]);
+    for (int i = 0; i < plan->count; i++)
+        kt_bytes_print(line, ",%s", plan->axes[i].path);
+    for (int i = 1; i < count; i++)
+        kt_bytes_print(line, ",%s", plan->columns[i]);
+}
+
+void kt_sweep_put_cell(kt_bytes *line, double value) {
+    if (isnan(value))
+        kt_bytes_print(line, ",");
+    else
+        kt_bytes_print(line, ",%.17g", value);
+}
+
 void kt_sweep_plan_set(const kt_sweep_plan *plan, const double *values, kt_sweep_texts *texts, kt_settings *settings) {
     for (int i = 0; i < plan->count && settings->count < KT_SETTINGS_MAX; i++) {
         (void)snprintf(texts->text[i], sizeof texts->text[i], "%.550s=%.17g%s", plan->axes[i].path, values[i],
@@ -176,17 +191,15 @@ static int check_fixed_values(const kt_sweep_plan *plan, const kt_settings *sett
     return -1;
 }
 
-/* Whether a name of `length` bytes is that of a column of every line (kt_sweep_header). */
-static bool names_line_column(const char *name, size_t length) {
-    static const char *const columns[] = {"run", "status", "time", "steps", "evaluations", "lanes", "why"};
-    for (size_t i = 0; i < sizeof columns / sizeof columns[0]; i++)
-        if (strncmp(columns[i], name, length) == 0 && columns[i][length] == '\0')
+/* Whether a name of `length` bytes is that of a column of every line. */
+static bool names_line_column(const kt_sweep_plan *plan, const char *name, size_t length) {
+    for (const char *const *column = plan->columns; *column != NULL; column++)
+        if (strlen(*column) == length && strncmp(*column, name, length) == 0)
             return true;
     return false;
 }
 
-/* The axis of "PATH=..."; *rest: the text after it. A parameter with the name of a column of the lines keeps its
- * section, so that names of columns are unique. */
+/* The axis of "PATH=..."; *rest: the text after it. */
 static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **rest, int *code) {
     const char *equals = strchr(text, '=');
     const size_t length = (size_t)(equals - text);
@@ -202,7 +215,7 @@ static kt_axis *add_axis(kt_sweep_plan *plan, const char *text, const char **res
     }
     kt_axis *axis = &plan->axes[plan->count++];
     char *path = strndup(text, length);
-    if (path != NULL && names_line_column(text, length)) {
+    if (path != NULL && names_line_column(plan, text, length)) {
         axis->path = kt_join_texts("parameters.", path, "");
         free(path);
     } else {
@@ -434,9 +447,9 @@ static int set_grid(kt_sweep_plan *plan) {
     return -1;
 }
 
-int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan) {
+int kt_sweep_plan_make(const kt_sweep_arguments *arguments, const char *const *columns, kt_sweep_plan *plan) {
     int code = -1;
-    *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats};
+    *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats, .columns = columns};
     if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL))
         return kt_misuse("--from gives the values of all runs; leave --vary and --sample out");
     if (arguments->from != NULL)

@@ -5,7 +5,9 @@
 
 #include "command.h"
 #include "native/native.h"
+#include "records/extremes.h"
 #include "text/arguments.h"
+#include "text/bytes.h"
 
 #include "kinetree/batch.h"
 #include "kinetree/scene.h"
@@ -43,6 +45,7 @@ typedef struct kt_sweep_plan {
     int64_t points;  /* of the grid, the sample or the table */
     int64_t repeats; /* runs of each point, with different random values */
     uint64_t seed;
+    const char *const *columns; /* NULL at the end: those of all lines besides the values, which follow the first one */
 } kt_sweep_plan;
 
 typedef struct kt_sweep_arguments {
@@ -52,9 +55,9 @@ typedef struct kt_sweep_arguments {
     bool merge, resume, quiet, one_by_one, native;
 } kt_sweep_arguments;
 
-/* Makes the plan of the options. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in
- * any case. */
-int kt_sweep_plan_make(const kt_sweep_arguments *arguments, kt_sweep_plan *plan);
+/* Makes the plan of the options. A parameter with the name of one of the columns keeps its section, so that the names of
+ * all columns are unique. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in any case. */
+int kt_sweep_plan_make(const kt_sweep_arguments *arguments, const char *const *columns, kt_sweep_plan *plan);
 void kt_sweep_plan_free(kt_sweep_plan *plan);
 static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return plan->points * plan->repeats; }
 
@@ -65,6 +68,12 @@ int kt_sweep_plan_check(const kt_sweep_plan *plan, const kt_scene *scene);
 void kt_sweep_plan_values(const kt_sweep_plan *plan, int64_t run, double *values);
 /* Returns the run, among the first million, in which the value of an axis is largest in magnitude. */
 int64_t kt_sweep_plan_largest(const kt_sweep_plan *plan, int axis);
+
+/* Begins the first line of a file of lines: the first `count` columns, and the values. */
+void kt_sweep_plan_head(const kt_sweep_plan *plan, int count, kt_bytes *line);
+
+/* Adds a cell after others: a number with 17 digits. A number that has none is an empty cell. */
+void kt_sweep_put_cell(kt_bytes *line, double value);
 
 /* Adds these values to the settings of a scene. Angles have their unit, which the scene checks. The texts are those of
  * the new settings. */
@@ -137,8 +146,15 @@ typedef struct kt_sweep_result {
 
 void kt_sweep_result_free(kt_sweep_result *result);
 
-/* A column that lines of a build with fused lanes (kt_batch_is_fused) have before the last one: ",fused". */
-#define KT_SWEEP_LANES ",lanes"
+/* The columns of the lines besides the values. Those of events and records follow the first KT_SWEEP_LEADING. Only a
+ * build with fused lanes (kt_batch_is_fused) has the last but one, with the cells ",fused". */
+extern const char *const kt_sweep_line_columns[];
+enum { KT_SWEEP_LEADING = 6 };
+#define KT_SWEEP_LANES "lanes"
+#define KT_SWEEP_WHY "why"
+
+extern const char *const kt_sweep_functional_names[KT_FUNCTIONALS];
+double kt_sweep_functional_of(const kt_extreme *of, kt_functional which);
 
 /* Reads --functionals. Returns -1, or an exit code after printing the error. */
 int kt_sweep_list_functionals(kt_sweep *sweep);
