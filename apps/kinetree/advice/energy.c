@@ -27,7 +27,7 @@ static bool is_cheap(const kt_outcome *outcome, const kt_method *method) {
 
 bool kt_watches_works(const kt_outcome *outcome) {
     const kt_method *method = kt_method_find(outcome->run->integrator);
-    return outcome->energy.energetics != KT_ENERGY_CONSERVED && method != NULL && is_cheap(outcome, method) &&
+    return outcome->so_far.energy.energetics != KT_ENERGY_CONSERVED && method != NULL && is_cheap(outcome, method) &&
            (kt_run_record(outcome->run, outcome->model) & KT_RECORD_BALANCE) == 0;
 }
 
@@ -37,7 +37,7 @@ bool kt_energy_is_known(const kt_energy_watch *energy) {
 }
 
 const char *kt_energy_not_watched(const kt_outcome *outcome) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     if (energy->records == 0 || energy->has_balance || energy->has_estimate ||
         energy->energetics == KT_ENERGY_CONSERVED)
         return NULL;
@@ -93,7 +93,7 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
 void kt_warn_of_rest(kt_outcome *outcome) {
     const kt_description *d = &outcome->scene->description;
     const double *v = kt_simulation_velocities(outcome->simulation);
-    bool rests = outcome->energy.records > 1 && outcome->energy.kinetic == 0.0 && d->effect_count == 0 &&
+    bool rests = outcome->so_far.energy.records > 1 && outcome->so_far.energy.kinetic == 0.0 && d->effect_count == 0 &&
                  !kt_is_driven(d) && kt_model_mobility(outcome->model).minimal > 0;
     for (int i = 0; i < kt_model_nv(outcome->model); i++)
         rests = rests && v[i] == 0.0;
@@ -108,7 +108,7 @@ void kt_warn_of_rest(kt_outcome *outcome) {
 }
 
 void kt_warn_of_energy(kt_outcome *outcome) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     const double error = kt_energy_watch_error(energy), scale = kt_energy_watch_scale(energy);
     char remedy[192];
     if (!(error > KT_ENERGY_ERROR) || outcome->is_blown_up)
@@ -142,7 +142,7 @@ void kt_warn_of_energy(kt_outcome *outcome) {
 /* Warns if the energy has a larger error than usual steps leave. If the errors of all steps add up, each step
  * contributes less than a tenth of the tolerance. A thirtieth was measured in linkages away from singular positions. */
 void kt_warn_of_passages(kt_outcome *outcome) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
     const double error = kt_energy_watch_error(energy), tolerance = outcome->run->relative;
     const kt_warning warning = kt_warning_of("singular_energy", energy->error, "J",
@@ -169,7 +169,7 @@ void kt_say_excess(kt_outcome *outcome) {
 }
 
 void kt_say_blown_up(kt_outcome *outcome, double time) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     const double scale = kt_energy_watch_scale(energy);
     outcome->is_blown_up = true;
     const char *remedy = outcome->run->step > 0.0

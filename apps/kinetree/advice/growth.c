@@ -155,7 +155,7 @@ void kt_warn_of_growth(kt_outcome *outcome) {
         return;
     const kt_warning warning =
         kt_warning_at("diverging_steps", kt_simulation_time(outcome->simulation),
-                      kt_growth_diverges(&outcome->growth, &grown, &error), NULL,
+                      kt_growth_diverges(&outcome->so_far.growth, &grown, &error), NULL,
                       "Take smaller steps ('kinetree stability' shows which are stable), or an adaptive method");
     if (warning.value > 0.0)
         kt_warn(&outcome->warnings, &warning, "%s", error.message);

@@ -46,7 +46,7 @@ static double rate_at(const kt_outcome *outcome, const kt_record *record) {
 }
 
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
-    kt_stability_watch *w = &outcome->stability;
+    kt_stability_watch *w = &outcome->so_far.stability;
     const kt_method *method = explicit_method(outcome);
     const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
     const uint64_t steps = counts.steps;
@@ -70,7 +70,7 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
 }
 
 void kt_warn_of_stability(kt_outcome *outcome) {
-    const kt_stability_watch *w = &outcome->stability;
+    const kt_stability_watch *w = &outcome->so_far.stability;
     const kt_method *method = explicit_method(outcome);
     if (method == NULL || kt_simulation_counts_get(outcome->simulation).steps < STEPS_LEAST ||
         2 * w->bounded <= w->compared)

@@ -281,9 +281,9 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
 void kt_watch_correction(kt_outcome *outcome) {
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
     if (!(correction.share > KT_CORRECTION_ERROR))
-        outcome->corrected_since = (double)NAN;
-    else if (isnan(outcome->corrected_since))
-        outcome->corrected_since = correction.time;
+        outcome->so_far.corrected_since = (double)NAN;
+    else if (isnan(outcome->so_far.corrected_since))
+        outcome->so_far.corrected_since = correction.time;
 }
 
 /* Adaptive steps follow a path that bends. Projections then change velocities by some 1e-6 of the fastest at most. Next
@@ -310,19 +310,19 @@ void kt_warn_of_correction(kt_outcome *outcome) {
     const char *jumping = kt_start_jumping(outcome->scene); /* this has been reported and explains the correction */
     kt_watch_correction(outcome);
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
-    const bool driven = outcome->energy.energetics == KT_ENERGY_SUPPLIED;
+    const bool driven = outcome->so_far.energy.energetics == KT_ENERGY_SUPPLIED;
     const kt_warning warning =
-        kt_warning_at("large_projection", outcome->corrected_since, correction.share, NULL,
+        kt_warning_at("large_projection", outcome->so_far.corrected_since, correction.share, NULL,
                       driven ? "Take much smaller steps, or an adaptive method, which ends at a dead point"
                              : "Take much smaller steps, or an adaptive method");
     if (!(outcome->run->step > 0.0) && jumping == NULL)
         warn_of_impact(outcome);
-    if (outcome->run->step > 0.0 && jumping == NULL && !isnan(outcome->corrected_since))
+    if (outcome->run->step > 0.0 && jumping == NULL && !isnan(outcome->so_far.corrected_since))
         kt_warn(&outcome->warnings, &warning,
                 "velocities after steps of %g s do not fit the loops. The projection has changed that of joint '%s' by "
                 "up to %.2g times the fastest in the loops, and by more than %g times from t = %.9g s on. The steps "
                 "are much too long there%s",
                 outcome->run->step, kt_joint_name(outcome->model, correction.body), correction.share,
-                KT_CORRECTION_ERROR, outcome->corrected_since,
+                KT_CORRECTION_ERROR, outcome->so_far.corrected_since,
                 driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");
 }

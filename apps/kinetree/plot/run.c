@@ -143,16 +143,18 @@ static void add_run_panel(picture *p, int panel) {
 }
 
 static void add_energy_panel(picture *p, const kt_outcome *outcome, const double *change) {
-    const bool is_error = outcome->energy.has_balance || outcome->energy.energetics == KT_ENERGY_CONSERVED;
+    const bool is_error =
+        outcome->so_far.energy.has_balance || outcome->so_far.energy.energetics == KT_ENERGY_CONSERVED;
     kt_plot_series *series = p->series[p->panel_count];
     series[0] = (kt_plot_series){
         .label = is_error ? "drift" : "change", .x = p->x, .y = change, .count = p->plot->count, .is_dense = true};
-    p->panels[p->panel_count++] = (kt_plot_panel){.title = outcome->energy.has_balance ? "Drift of the energy balance"
-                                                           : is_error                  ? "Drift of the total energy"
-                                                                                       : "Change of the total energy",
-                                                  .unit = "J",
-                                                  .series = series,
-                                                  .series_count = 1};
+    p->panels[p->panel_count++] =
+        (kt_plot_panel){.title = outcome->so_far.energy.has_balance ? "Drift of the energy balance"
+                                 : is_error                         ? "Drift of the total energy"
+                                                                    : "Change of the total energy",
+                        .unit = "J",
+                        .series = series,
+                        .series_count = 1};
 }
 
 static int draw_run_plot(picture *p, const double *columns, const kt_outcome *outcome, const char *path, bool is_dark,

@@ -29,16 +29,8 @@
 
 /* The results of a run so far, besides the simulation's state. */
 typedef struct kt_progress_so_far {
-    int64_t count; /* of records */
+    kt_so_far run;
     kt_written records;
-    uint64_t sound_steps;
-    double cpu_seconds, corrected_since;
-    kt_energy_watch energy;
-    kt_residual constraint;
-    kt_compressions compressions;
-    kt_half_turns half_turns;
-    kt_stability_watch stability;
-    kt_growth growth;
     uint64_t extremes; /* columns */
     uint64_t words;    /* bytes of the text with warnings and marks */
 } kt_progress_so_far;
@@ -291,19 +283,10 @@ int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt
     fine = fine && sum_records(checkpoint, lines);
     if (fine) {
         memset(&so_far, 0, sizeof so_far);
-        so_far = (kt_progress_so_far){.count = outcome->records,
-                                      .records = checkpoint->records,
-                                      .sound_steps = outcome->sound_steps,
-                                      .cpu_seconds = outcome->cpu_seconds,
-                                      .corrected_since = outcome->corrected_since,
-                                      .energy = outcome->energy,
-                                      .constraint = outcome->constraint,
-                                      .compressions = outcome->compressions,
-                                      .half_turns = outcome->half_turns,
-                                      .stability = outcome->stability,
-                                      .growth = outcome->growth,
-                                      .extremes = outcome->extremes.count,
-                                      .words = strlen(words)};
+        so_far.run = outcome->so_far;
+        so_far.records = checkpoint->records;
+        so_far.extremes = outcome->extremes.count;
+        so_far.words = strlen(words);
         kt_simulation_save(outcome->simulation, checkpoint->block);
         if (checkpoint->modes != NULL)
             kt_mode_watch_save(checkpoint->modes, (char *)checkpoint->block + checkpoint->size);
@@ -409,16 +392,7 @@ static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *c
         if (checkpoint->modes != NULL)
             kt_mode_watch_restore(checkpoint->modes, (const char *)checkpoint->block + checkpoint->size);
         checkpoint->records = so_far->records;
-        outcome->records = so_far->count;
-        outcome->sound_steps = so_far->sound_steps;
-        outcome->energy = so_far->energy;
-        outcome->constraint = so_far->constraint;
-        outcome->compressions = so_far->compressions;
-        outcome->half_turns = so_far->half_turns;
-        outcome->cpu_seconds = so_far->cpu_seconds;
-        outcome->corrected_since = so_far->corrected_since;
-        outcome->stability = so_far->stability;
-        outcome->growth = so_far->growth;
+        outcome->so_far = so_far->run;
         memcpy(outcome->extremes.column, content->extremes, outcome->extremes.count * sizeof *content->extremes);
     }
     json_decref(reported);

@@ -9,18 +9,20 @@
 static double larger_residual(double a, double b) { return a > b ? a : b; }
 
 static void watch_record(kt_outcome *outcome, const kt_record *record) {
-    kt_energy_watch_add(&outcome->energy, record);
+    kt_energy_watch_add(&outcome->so_far.energy, record);
     if (!isnan(record->constraint.position)) {
-        outcome->constraint.position = larger_residual(outcome->constraint.position, record->constraint.position);
-        outcome->constraint.velocity = larger_residual(outcome->constraint.velocity, record->constraint.velocity);
+        outcome->so_far.constraint.position =
+            larger_residual(outcome->so_far.constraint.position, record->constraint.position);
+        outcome->so_far.constraint.velocity =
+            larger_residual(outcome->so_far.constraint.velocity, record->constraint.velocity);
     }
-    if (outcome->compressions.count > 0 && record->multipliers != NULL)
-        kt_compressions_add(&outcome->compressions,
+    if (outcome->so_far.compressions.count > 0 && record->multipliers != NULL)
+        kt_compressions_add(&outcome->so_far.compressions,
                             kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute),
                             record->time, record->multipliers);
-    if (outcome->half_turns.count > 0)
-        kt_half_turns_add(&outcome->half_turns, &outcome->warnings, outcome->scene, record);
-    outcome->records++;
+    if (outcome->so_far.half_turns.count > 0)
+        kt_half_turns_add(&outcome->so_far.half_turns, &outcome->warnings, outcome->scene, record);
+    outcome->so_far.records++;
 }
 
 /* Returns whether the energy has been blown up for STEPS steps. In the first steps from rest the kinetic energy may
@@ -28,9 +30,9 @@ static void watch_record(kt_outcome *outcome, const kt_record *record) {
 static bool stays_blown_up(kt_outcome *outcome) {
     enum { STEPS = 4 };
     const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
-    if (!kt_energy_watch_is_blown_up(&outcome->energy))
-        outcome->sound_steps = steps;
-    return steps >= outcome->sound_steps + STEPS;
+    if (!kt_energy_watch_is_blown_up(&outcome->so_far.energy))
+        outcome->so_far.sound_steps = steps;
+    return steps >= outcome->so_far.sound_steps + STEPS;
 }
 
 /* Returns whether a record is a frame of a view. Frames are evenly spaced, except for the end of the run. */
@@ -51,16 +53,18 @@ int kt_take_record(const kt_record *record, void *user) {
     kt_marks_sync_contacts(&sinks->outcome->marks, record, &seen);
     kt_marks_add(&sinks->outcome->marks, record);
     watch_record(sinks->outcome, record);
-    kt_growth_add(&sinks->outcome->growth, record, sinks->outcome->run->duration);
+    kt_growth_add(&sinks->outcome->so_far.growth, record, sinks->outcome->run->duration);
     kt_watch_step(sinks->modes, sinks->outcome, record);
     kt_watch_stability(sinks->outcome, record);
     kt_watch_correction(sinks->outcome);
-    const double *values = kt_columns_evaluate(sinks->columns, record);
+    kt_results *results = sinks->results;
+    const double *values = kt_columns_evaluate(&results->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->time, values);
-    ++*sinks->kept;
-    if (kt_csv_write(sinks->csv, values) != 0 || kt_keep_rows(sinks->keep, values, 1, sinks->columns->count) != 0 ||
-        (sinks->plot != NULL && kt_plot_run_take(sinks->plot, record, values) != 0) ||
-        (sinks->motion != NULL && is_frame(record) && kt_motion_take(sinks->motion, record, values) != 0)) {
+    results->kept++;
+    if (kt_csv_write(&results->csv, values) != 0 ||
+        kt_keep_rows(&results->keep, values, 1, results->columns.count) != 0 ||
+        (results->plot != NULL && kt_plot_run_take(results->plot, record, values) != 0) ||
+        (results->motion != NULL && is_frame(record) && kt_motion_take(results->motion, record, values) != 0)) {
         sinks->failed = true;
         return -1;
     }

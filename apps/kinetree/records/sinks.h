@@ -6,14 +6,19 @@
 #include "records/checkpoint.h"
 #include "view/view.h"
 
-/* Data of the recorder. */
-typedef struct kt_sinks {
-    kt_columns *columns;
-    kt_csv *csv;
-    kt_keep *keep;
-    size_t *kept;      /* rows of it */
+/* Everything that a run collects for its results. */
+typedef struct kt_results {
+    kt_columns columns;
+    kt_csv csv;
+    kt_keep keep;      /* of records that become HDF5 */
+    size_t kept;       /* rows of these */
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */
+} kt_results;
+
+/* Data of the recorder. */
+typedef struct kt_sinks {
+    kt_results *results;
     kt_progress *progress;
     kt_outcome *outcome;
     kt_mode_watch *modes; /* NULL: none */

@@ -60,7 +60,7 @@ static json_t *count_cost(const kt_outcome *outcome) {
                      (json_int_t)counts.rejected, "evaluations", (json_int_t)counts.evaluations, "factorizations",
                      (json_int_t)counts.factorizations, "jacobians", (json_int_t)counts.jacobians, "switches",
                      (json_int_t)counts.switches, "capped", (json_int_t)counts.iterations.capped, "balance_evaluations",
-                     (json_int_t)counts.balance, "cpu_seconds", outcome->cpu_seconds);
+                     (json_int_t)counts.balance, "cpu_seconds", outcome->so_far.cpu_seconds);
 }
 
 /* Lists the numbers of the scene in this run, if the scene has parameters or settings. */
@@ -210,22 +210,23 @@ static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
     double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
                                                                            kt_simulation_positions(simulation),
                                                                            kt_simulation_velocities(simulation));
-    const bool is_known = kt_energy_is_known(&outcome->energy);
-    const double error = kt_energy_watch_error(&outcome->energy); /* relative, as energy.error of sweeps */
+    const bool is_known = kt_energy_is_known(&outcome->so_far.energy);
+    const double error = kt_energy_watch_error(&outcome->so_far.energy); /* relative, as energy.error of sweeps */
     return json_pack("{s:o, s:o, s:o, s:o, s:o}", "kinetic", kt_json_number(kinetic), "potential",
                      kt_json_number(potential), "total", kt_json_number(kinetic + potential), "drift",
-                     kt_json_number(outcome->energy.change), "error", is_known ? kt_json_number(error) : json_null());
+                     kt_json_number(outcome->so_far.energy.change), "error",
+                     is_known ? kt_json_number(error) : json_null());
 }
 
 static json_t *measure_balance(const kt_outcome *outcome) {
     const kt_work work = kt_simulation_work(outcome->simulation);
     return json_pack("{s:o, s:o, s:o}", "dissipated", kt_json_number(work.dissipated), "supplied",
-                     kt_json_number(work.supplied), "drift", kt_json_number(outcome->energy.balance_change));
+                     kt_json_number(work.supplied), "drift", kt_json_number(outcome->so_far.energy.balance_change));
 }
 
 /* Describes the quantity that watched the energy, its errors, and the reason for a missing watch. */
 static json_t *describe_watch(const kt_outcome *outcome) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     const char *missing = kt_energy_not_watched(outcome);
     const char *by = energy->records == 0 || (missing != NULL && energy->energetics == KT_ENERGY_SUPPLIED) ? "nothing"
                      : energy->has_balance                                                                 ? "balance"
@@ -270,13 +271,14 @@ static json_t *describe_outcome(const kt_outcome *outcome, kt_data *data, double
     json_object_set_new(root, "marker", describe_markers(model, data));
     json_object_set_new(root, "energy", measure_energy(outcome, data));
     json_object_set_new(root, "energy_watch", describe_watch(outcome));
-    if (outcome->energy.has_balance)
+    if (outcome->so_far.energy.has_balance)
         json_object_set_new(root, "balance", measure_balance(outcome));
-    json_object_set_new(
-        root, "constraint",
-        json_pack("{s:f, s:f}", "position", outcome->constraint.position, "velocity", outcome->constraint.velocity));
-    if (outcome->compressions.count > 0)
-        json_object_set_new(root, "compression", kt_compressions_describe(&outcome->compressions, outcome->scene));
+    json_object_set_new(root, "constraint",
+                        json_pack("{s:f, s:f}", "position", outcome->so_far.constraint.position, "velocity",
+                                  outcome->so_far.constraint.velocity));
+    if (outcome->so_far.compressions.count > 0)
+        json_object_set_new(root, "compression",
+                            kt_compressions_describe(&outcome->so_far.compressions, outcome->scene));
     if (outcome->columns != NULL)
         json_object_set_new(root, "columns", kt_extremes_describe(&outcome->extremes, outcome->columns));
     json_object_set_new(root, "singular", describe_crossings(outcome));
@@ -358,15 +360,15 @@ static void say_cost(const kt_outcome *outcome, double time) {
         fprintf(stderr, ", %llu switch%s between explicit and implicit ones", (unsigned long long)counts.switches,
                 counts.switches > 1 ? "es" : "");
     fprintf(stderr, ", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
-            outcome->cpu_seconds);
-    if (outcome->cpu_seconds > 0.0 && time > 0.0)
-        fprintf(stderr, ": %.3g times real time", time / outcome->cpu_seconds);
+            outcome->so_far.cpu_seconds);
+    if (outcome->so_far.cpu_seconds > 0.0 && time > 0.0)
+        fprintf(stderr, ": %.3g times real time", time / outcome->so_far.cpu_seconds);
     fputc('\n', stderr);
 }
 
 /* The change is that from the first record to a later one. */
 static void say_energy(const kt_outcome *outcome) {
-    const kt_energy_watch *energy = &outcome->energy;
+    const kt_energy_watch *energy = &outcome->so_far.energy;
     if (energy->records > 1 && energy->energetics == KT_ENERGY_CONSERVED)
         fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", energy->start, energy->change);
     else if (energy->records > 1)
@@ -382,7 +384,7 @@ static void say_result_file(const char *what, const char *path) {
 
 /* The energy that impacts and closings have dissipated; 0 if it is below the rounding of the energies of the motion. */
 static double dissipated_beyond_rounding(const kt_outcome *outcome, double dissipated) {
-    const kt_energy_watch *e = &outcome->energy;
+    const kt_energy_watch *e = &outcome->so_far.energy;
     const double size = fmax(fmax(e->kinetic, e->start_size), fmax(fabs(e->potential[0]), fabs(e->potential[1])));
     return fabs(dissipated) > DBL_EPSILON * size ? dissipated : 0.0;
 }
@@ -434,22 +436,22 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     say_method(outcome);
     say_cost(outcome, time);
     say_energy(outcome);
-    if (outcome->energy.has_balance) {
+    if (outcome->so_far.energy.has_balance) {
         const kt_work work = kt_simulation_work(outcome->simulation);
         fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
-                work.supplied, outcome->energy.balance_change);
+                work.supplied, outcome->so_far.energy.balance_change);
     }
     if (kt_energy_not_watched(outcome) != NULL)
         fprintf(stderr, "  energy not watched: %s\n", kt_energy_not_watched(outcome));
-    if (kt_loop_count(outcome->model) > 0 && outcome->records > 0)
+    if (kt_loop_count(outcome->model) > 0 && outcome->so_far.records > 0)
         fprintf(stderr, "  %s closed to %.2g m or rad, %.2g m/s or rad/s\n",
-                outcome->scene->description.loop_count > 0 ? "loops" : "active contacts", outcome->constraint.position,
-                outcome->constraint.velocity);
+                outcome->scene->description.loop_count > 0 ? "loops" : "active contacts",
+                outcome->so_far.constraint.position, outcome->so_far.constraint.velocity);
     say_contacts(outcome);
     say_missed(outcome);
-    kt_compressions_say(&outcome->compressions, outcome->scene);
+    kt_compressions_say(&outcome->so_far.compressions, outcome->scene);
     if (names->out != NULL)
-        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->records, kt_plural(outcome->records),
+        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->so_far.records, kt_plural(outcome->so_far.records),
                 strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
     say_result_file("summary", names->summary);
     say_result_file("picture", names->plot);

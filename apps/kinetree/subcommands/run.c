@@ -17,16 +17,6 @@
 
 /* ---- recording --------------------------------------------------------------------------------------------------- */
 
-/* Everything that a run collects for its results. */
-typedef struct kt_results {
-    kt_columns columns;
-    kt_csv csv;
-    kt_keep keep;      /* of records that become HDF5 */
-    size_t kept;       /* rows of these */
-    kt_plot_run *plot; /* NULL: none */
-    kt_motion *motion; /* NULL: none */
-} kt_results;
-
 /* Keeps the reason for the early end of a run, and for the view the last state. The error is NULL if the reason has
  * been printed or is among the warnings. */
 static void note_run_failure(kt_outcome *outcome, kt_motion *motion, const kt_error *error) {
@@ -76,21 +66,13 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
     (void)kt_path_watch_add(&outcome->paths, kt_simulation_time(outcome->simulation),
                             kt_simulation_positions(outcome->simulation),
                             kt_simulation_velocities(outcome->simulation));
-    kt_sinks sinks = {.columns = &results->columns,
-                      .csv = &results->csv,
-                      .keep = &results->keep,
-                      .kept = &results->kept,
-                      .plot = results->plot,
-                      .motion = results->motion,
-                      .progress = &progress,
-                      .outcome = outcome,
-                      .checkpoint = checkpoint,
-                      .modes = modes};
-    double before = outcome->cpu_seconds, start = kt_cpu_clock();
+    kt_sinks sinks = {
+        .results = results, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint, .modes = modes};
+    double before = outcome->so_far.cpu_seconds, start = kt_cpu_clock();
     kt_status status;
     for (;;) {
         status = kt_simulation_run(outcome->simulation, kt_take_record, &sinks, &error);
-        outcome->cpu_seconds = before + kt_cpu_clock() - start - sinks.aside;
+        outcome->so_far.cpu_seconds = before + kt_cpu_clock() - start - sinks.aside;
         if (!sinks.pauses)
             break;
         sinks.pauses = false;
@@ -103,7 +85,7 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
             advise_resume(checkpoint->path);
     }
     kt_progress_end(&progress);
-    if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->energy)) {
+    if (status == KT_OK && kt_energy_watch_is_blown_up(&outcome->so_far.energy)) {
         kt_say_blown_up(outcome, kt_simulation_time(outcome->simulation));
         note_run_failure(outcome, results->motion, NULL);
         return KT_EXIT_INTEGRATION;
@@ -141,25 +123,35 @@ static int write_plot(const kt_run_arguments *arguments, const kt_outcome *outco
     return code < 0 ? kt_plot_run_write(plot, outcome, path, size, arguments->dark, arguments->quiet) : code;
 }
 
+/* Writes a result other than records. Returns an exit code after printing the error. */
+static int write_result(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_results *results,
+                        kt_result result, const char *path) {
+    switch (result) {
+    case KT_RESULT_PLOT:
+        return write_plot(arguments, outcome, results->plot, path);
+    case KT_RESULT_VIEW:
+        return write_view(outcome, results->motion, path);
+    case KT_RESULT_GLB:
+        return kt_glb_write(results->motion, outcome->name, path);
+    default:
+        return kt_summary_write(outcome, path);
+    }
+}
+
 static int finish_run(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_result_names *names,
                       const kt_results *results) {
+    static const kt_result order[] = {KT_RESULT_PLOT, KT_RESULT_VIEW, KT_RESULT_GLB, KT_RESULT_SUMMARY};
     kt_result_names written = *names;
-    int picture = KT_EXIT_DONE, view = KT_EXIT_DONE, glb = KT_EXIT_DONE, summary = KT_EXIT_DONE;
-    if (names->plot != NULL)
-        picture = write_plot(arguments, outcome, results->plot, names->plot);
-    if (names->view != NULL)
-        view = write_view(outcome, results->motion, names->view);
-    if (names->glb != NULL)
-        glb = kt_glb_write(results->motion, outcome->name, names->glb);
-    if (names->summary != NULL)
-        summary = kt_summary_write(outcome, names->summary);
-    written.plot = picture == KT_EXIT_DONE ? names->plot : NULL;
-    written.view = view == KT_EXIT_DONE ? names->view : NULL;
-    written.glb = glb == KT_EXIT_DONE ? names->glb : NULL;
-    written.summary = summary == KT_EXIT_DONE ? names->summary : NULL;
+    int code = KT_EXIT_DONE;
+    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
+        const char *path = names->all[order[i]];
+        const int failed = path != NULL ? write_result(arguments, outcome, results, order[i], path) : KT_EXIT_DONE;
+        written.all[order[i]] = failed == KT_EXIT_DONE ? path : NULL;
+        code = code == KT_EXIT_DONE ? failed : code;
+    }
     if (!arguments->quiet)
         kt_report_outcome(outcome, &written);
-    return picture != KT_EXIT_DONE ? picture : view != KT_EXIT_DONE ? view : glb != KT_EXIT_DONE ? glb : summary;
+    return code;
 }
 
 static void say_partial_result(const char *part, const char *out) {
@@ -173,7 +165,7 @@ static void say_partial_result(const char *part, const char *out) {
  * among them. Returns the exit code of the command. */
 static int flush_records(kt_outcome *outcome, kt_csv *csv, int code) {
     const bool failed = kt_lines_flush(&csv->lines) != 0;
-    outcome->records = csv->lines.lost < outcome->records ? outcome->records - csv->lines.lost : 0;
+    outcome->so_far.records = csv->lines.lost < outcome->so_far.records ? outcome->so_far.records - csv->lines.lost : 0;
     return failed && code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
 }
 
@@ -183,14 +175,11 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
                        const kt_result_names *parts, kt_results *results, int code) {
     const bool is_moved = results->csv.output.partial != NULL || results->keep.file != NULL;
     code = flush_records(outcome, &results->csv, code);
-    const kt_output_fate fate = code == KT_EXIT_DONE                                 ? KT_OUTPUT_WHOLE
-                                : outcome->records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
-                                                                                     : KT_OUTPUT_PART;
-    if (fate == KT_OUTPUT_WHOLE && arguments->resume == NULL) {
-        const char *const names[] = {wholes->out, wholes->summary, wholes->plot, wholes->view, wholes->glb};
-        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-            kt_note_replaced(names[i], outcome->replaced, sizeof outcome->replaced);
-    }
+    const kt_output_fate fate = code == KT_EXIT_DONE                                        ? KT_OUTPUT_WHOLE
+                                : outcome->so_far.records == 0 && arguments->resume == NULL ? KT_OUTPUT_NOTHING
+                                                                                            : KT_OUTPUT_PART;
+    for (int i = 0; i < KT_RESULTS && fate == KT_OUTPUT_WHOLE && arguments->resume == NULL; i++)
+        kt_note_replaced(wholes->all[i], outcome->replaced, sizeof outcome->replaced);
     const bool lost = kt_run_keep_end(&results->keep, outcome, results->kept, code, fate) != 0;
     if ((kt_csv_close(&results->csv, fate) != 0 || lost) && code == KT_EXIT_DONE)
         code = KT_EXIT_INTEGRATION;
@@ -204,32 +193,20 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
     return whole ? rest : code;
 }
 
-/* Returns the name of a partial result; NULL: no result. Sets *fine to false if memory is insufficient. */
-static char *name_partial_result(const char *path, bool *fine) {
-    char *part = kt_part_name(path);
-    *fine = *fine && (part != NULL || path == NULL);
-    return part;
-}
-
-/* Returns the name of the view of a failed run; NULL: none. The page reports the failure. It therefore replaces an
- * earlier page, unless the run also writes records. */
-static char *name_view(const kt_result_names *wholes, bool *fine) {
-    if (wholes->out != NULL || wholes->view == NULL)
-        return name_partial_result(wholes->view, fine);
-    char *name = strdup(wholes->view);
-    *fine = *fine && name != NULL;
-    return name;
-}
-
+/* Ends all results, under the names of partial ones if the run has failed. The page of a failed run reports the failure.
+ * It therefore replaces an earlier page, unless the run also writes records. */
 static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                          kt_results *results, int code) {
+    char *owned[KT_RESULTS];
+    kt_result_names parts;
     bool fine = true;
-    char *const out = name_partial_result(wholes->out, &fine),
-                *const summary = name_partial_result(wholes->summary, &fine),
-                *const plot = name_partial_result(wholes->plot, &fine), *const view = name_view(wholes, &fine),
-                *const glb = name_partial_result(wholes->glb, &fine);
+    for (int i = 0; i < KT_RESULTS; i++) {
+        const char *whole = wholes->all[i];
+        const bool replaces = i == KT_RESULT_VIEW && whole != NULL && wholes->out == NULL;
+        parts.all[i] = owned[i] = replaces ? strdup(whole) : kt_part_name(whole);
+        fine = fine && (owned[i] != NULL || whole == NULL);
+    }
     if (fine) {
-        const kt_result_names parts = {out, summary, plot, view, glb};
         code = end_results(arguments, outcome, wholes, &parts, results, code);
     } else {
         kt_say("there is not enough memory");
@@ -237,11 +214,8 @@ static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome,
         (void)kt_keep_end(&results->keep, NULL, KT_OUTPUT_AS_IS);
         code = code == KT_EXIT_DONE ? KT_EXIT_INTEGRATION : code;
     }
-    free(out);
-    free(summary);
-    free(plot);
-    free(view);
-    free(glb);
+    for (int i = 0; i < KT_RESULTS; i++)
+        free(owned[i]);
     return code;
 }
 
@@ -354,16 +328,16 @@ static kt_simulation_options choose_simulation_options(const kt_run_arguments *a
     /* Contacts are marked in pictures and listed in summaries. A resumed run may request these after the break. */
     options.record_contacts = names->view != NULL || names->plot != NULL || names->summary != NULL ||
                               arguments->checkpoint != NULL || arguments->resume != NULL;
-    options.kinematics = names->view != NULL || names->glb != NULL || outcome->half_turns.count > 0;
+    options.kinematics = names->view != NULL || names->glb != NULL || outcome->so_far.half_turns.count > 0;
     if (kt_loop_count(outcome->model) > 0)
         options.record = KT_RECORD_CONSTRAINT; /* the report states the largest residuals, recorded or not */
-    if (outcome->compressions.count > 0)
+    if (outcome->so_far.compressions.count > 0)
         options.record |= KT_RECORD_MULTIPLIER; /* and whether distances push */
     /* A resumed run may also write a summary. Its values for the time before the break need a watch from the start. */
     if (names->summary != NULL || names->plot != NULL || arguments->checkpoint != NULL || arguments->resume != NULL)
         options.record |= KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     options.watch_works = kt_watches_works(outcome);
-    if (outcome->energy.energetics != KT_ENERGY_SUPPLIED || options.watch_works)
+    if (outcome->so_far.energy.energetics != KT_ENERGY_SUPPLIED || options.watch_works)
         options.record |= KT_RECORD_ENERGY; /* which otherwise shows no errors by itself */
     if (names->view != NULL && !manner->has_records)
         options.record |= KT_RECORD_REACTION;
@@ -390,9 +364,9 @@ static kt_status create_run_simulation(kt_outcome *outcome, kt_simulation_option
 static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
                           const kt_run_manner *manner, kt_native_code *native) {
     kt_error error = {0};
-    kt_compressions_begin(&outcome->compressions, outcome->scene,
+    kt_compressions_begin(&outcome->so_far.compressions, outcome->scene,
                           kt_integrated_model(outcome->model, outcome->absolute));
-    kt_half_turns_begin(&outcome->half_turns, outcome->model);
+    kt_half_turns_begin(&outcome->so_far.half_turns, outcome->model);
     kt_path_watch_begin(&outcome->paths, outcome->scene, outcome->model, &outcome->warnings);
     kt_simulation_options options = choose_simulation_options(arguments, names, outcome, manner);
     unsigned record = 0;
@@ -487,8 +461,8 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .absolute = absolute,
                               .run = &run,
                               .unprojected = arguments->unprojected,
-                              .energy = kt_energy_watch_of(scene, model),
-                              .corrected_since = (double)NAN,
+                              .so_far.energy = kt_energy_watch_of(scene, model),
+                              .so_far.corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
         outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
         kt_native_file file = {.library = NULL};

@@ -116,35 +116,40 @@ typedef struct kt_pace {
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
+/* The results of a run so far, as plain numbers, which checkpoints hold. */
+typedef struct kt_so_far {
+    int64_t records;              /* number of records passed to the recorder */
+    uint64_t sound_steps;         /* steps taken at the last record without blow-up */
+    double cpu_seconds;           /* of processor time */
+    double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
+    kt_energy_watch energy;       /* watches the energy of all records */
+    kt_residual constraint;       /* largest residuals */
+    kt_compressions compressions; /* of distances, at all records */
+    kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
+    kt_stability_watch stability; /* watches adaptive explicit steps */
+    kt_growth growth;             /* watches speeds and auxiliary states */
+} kt_so_far;
+
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
     const kt_absolute *absolute; /* its absolute formulation, if that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
     kt_simulation *simulation;
-    kt_scene_watch *events;       /* the scene's events; NULL: none */
-    const char *name;             /* the scene's name, or the file's if it has none */
-    bool unprojected;             /* --unprojected */
-    bool is_native;               /* --native */
-    int64_t records;              /* number of records passed to the recorder */
-    kt_energy_watch energy;       /* watches the energy of all records */
-    uint64_t sound_steps;         /* steps taken at the last record without blow-up */
-    bool is_blown_up;             /* the blow-up has been reported */
-    kt_error excess;              /* a value beyond all reason, which has ended the run */
-    double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
-    kt_stability_watch stability; /* watches adaptive explicit steps */
-    kt_pace pace;                 /* watches adaptive steps */
-    kt_growth growth;             /* watches speeds and auxiliary states */
-    double advised_step;          /* s, the smallest step that a warning has suggested; 0: none */
-    kt_residual constraint;       /* largest residuals */
-    kt_compressions compressions; /* of distances, at all records */
-    kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
-    kt_path_watch paths;          /* around surfaces, after all steps */
-    const kt_columns *columns;    /* of the records; NULL: not listed yet */
-    kt_extremes extremes;         /* of these columns, at all records */
-    kt_marks marks;               /* of the events that have written rows, and of hard contacts */
-    json_t *moved;                /* changes of the given values by the assembly (kt_start_moved) */
-    double cpu_seconds;
+    kt_scene_watch *events; /* the scene's events; NULL: none */
+    const char *name;       /* the scene's name, or the file's if it has none */
+    bool unprojected;       /* --unprojected */
+    bool is_native;         /* --native */
+    kt_so_far so_far;
+    bool is_blown_up;          /* the blow-up has been reported */
+    kt_error excess;           /* a value beyond all reason, which has ended the run */
+    kt_pace pace;              /* watches adaptive steps */
+    double advised_step;       /* s, the smallest step that a warning has suggested; 0: none */
+    kt_path_watch paths;       /* around surfaces, after all steps */
+    const kt_columns *columns; /* of the records; NULL: not listed yet */
+    kt_extremes extremes;      /* of these columns, at all records */
+    kt_marks marks;            /* of the events that have written rows, and of hard contacts */
+    json_t *moved;             /* changes of the given values by the assembly (kt_start_moved) */
     kt_error
         failed; /* why the run has ended early; KT_OK: it has not, or a message was printed that no call returned */
     char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
@@ -237,9 +242,16 @@ void kt_say_excess(kt_outcome *outcome);
 /* Reports that the integration has blown up at this time, and adds a warning to the list. */
 void kt_say_blown_up(kt_outcome *outcome, double time);
 
-/* The names of the results; NULL: none. */
-typedef struct kt_result_names {
-    const char *out, *summary, *plot, *view, *glb;
+/* The results of a run: records, a summary, a picture, a page and glTF. */
+typedef enum kt_result { KT_RESULT_OUT, KT_RESULT_SUMMARY, KT_RESULT_PLOT, KT_RESULT_VIEW, KT_RESULT_GLB } kt_result;
+enum { KT_RESULTS = KT_RESULT_GLB + 1 };
+
+/* Their names; NULL: none. */
+typedef union kt_result_names {
+    struct {
+        const char *out, *summary, *plot, *view, *glb;
+    };
+    const char *all[KT_RESULTS];
 } kt_result_names;
 
 /* Checks the names of all files. A resumed run may continue to write the checkpoint file from which it started. */

@@ -40,13 +40,12 @@ int kt_run_check_files(const kt_run_arguments *arguments, const char *path, cons
 }
 
 int kt_run_spare_results(const kt_result_names *names) {
-    const char *const results[] = {names->out, names->summary, names->plot, names->view, names->glb};
-    for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
+    for (int i = 0; i < KT_RESULTS; i++) {
         struct stat status;
-        if (results[i] != NULL && strcmp(results[i], "-") != 0 && stat(results[i], &status) == 0 &&
-            S_ISREG(status.st_mode))
-            return kt_misuse("demo: %s exists already; --force replaces it%s", results[i],
-                             i == 0 ? ", --out FILE writes elsewhere" : "");
+        const char *name = names->all[i];
+        if (name != NULL && strcmp(name, "-") != 0 && stat(name, &status) == 0 && S_ISREG(status.st_mode))
+            return kt_misuse("demo: %s exists already; --force replaces it%s", name,
+                             i == KT_RESULT_OUT ? ", --out FILE writes elsewhere" : "");
     }
     return -1;
 }
