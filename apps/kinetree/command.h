@@ -65,7 +65,7 @@ const kt_subcommand *kt_subcommand_find(const char *name);
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 /* Does the same, and returns the exit code: `code`, or KT_EXIT_USAGE for a wrong command line. */
 int kt_reject(int code, const char *format, ...) KT_PRINTF(2, 3);
-int kt_misuse(const char *format, ...) KT_PRINTF(1, 2);
+#define kt_misuse(...) kt_reject(KT_EXIT_USAGE, __VA_ARGS__)
 /* Prints the error in the same form. */
 void kt_say_error(const kt_error *error);
 /* Does the same, with the position in the file if the scene has it (kt_scene_locate). */
@@ -86,8 +86,9 @@ typedef struct kt_shown {
 
 kt_shown kt_show(const char *name);
 
-/* Returns the exit code for a status. */
+/* Returns the exit code for a status, and its name in lines of sweeps and in HDF5. */
 int kt_exit_code(kt_status status);
+const char *kt_exit_name(int code);
 
 /* The text "; did you mean 'NAME'?" with `before` in front of the name. It is empty if no name is near enough. */
 typedef struct kt_question {
@@ -141,6 +142,9 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model);
 /* Compiles the absolute formulation of the scene's model, if the scene selects it, and prints the errors; otherwise
  * *absolute is NULL. */
 int kt_compile_absolute(const kt_scene *scene, const kt_model *model, kt_absolute **absolute);
+
+/* The name of the scene, or another one if it has none. */
+const char *kt_title_of(const kt_model *model, const char *base);
 
 /* The model that is integrated: that of the absolute formulation if it exists. */
 const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *absolute);

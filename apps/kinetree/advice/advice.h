@@ -9,6 +9,9 @@ enum { KT_ADVICE_COORDINATES_MAX = 60 }; /* larger mechanisms are not tried: a f
 /* Returns the index of a body; -1: the world, or a body that does not exist. */
 int kt_advised_body(const kt_description *d, const char *name);
 
+/* Whether only fixed joints are between a body and the world. */
+bool kt_body_stands_still(const kt_description *d, const char *name);
+
 /* Returns whether the scene's loops close with another list of held joints. Joint number `out` of `initial: hold` is
  * released (-1: none is). The joint with the name `in` is held in addition (NULL: none is). */
 bool kt_closes_holding(const kt_scene *scene, int out, const char *in);

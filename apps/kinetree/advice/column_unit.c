@@ -15,13 +15,8 @@ static const char *si_unit_behind(const char *name) {
 
 /* Returns the unit of the column with this name; NULL: there is none. */
 static const char *unit_of_column(const kt_columns *all, const char *name) {
-    char text[512];
-    for (size_t i = 0; i < all->count; i++) {
-        (void)kt_column_name(all, i, text, sizeof text);
-        if (strcmp(text, name) == 0 || (i == 0 && strcmp(name, "t") == 0))
-            return kt_column_quantity(all, i).unit;
-    }
-    return NULL;
+    const size_t column = strcmp(name, "t") == 0 ? 0 : kt_columns_find(all, name, 0);
+    return column < all->count ? kt_column_quantity(all, column).unit : NULL;
 }
 
 int kt_column_units_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model) {

@@ -1,6 +1,7 @@
 /* Warnings of irregularities that a simulation has counted. They are iterations and searches that reached a limit,
  * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
  * positions. */
+#include "scene/linear.h"
 #include "subcommands/run.h"
 
 /* Warns if steps of an implicit method continued without a new Jacobian, or without convergence of Newton's iteration.
@@ -112,32 +113,20 @@ static void warn_of_leaps(kt_outcome *outcome) {
             bend, step);
 }
 
-/* Writes the name of a velocity: "velocity.arm", "velocity.ball[2]". */
-static void name_velocity(const kt_model *model, int v, char *text, size_t size) {
-    for (int body = 1; body < kt_model_body_count(model); body++) {
-        const kt_coordinates at = kt_body_coordinates(model, body);
-        if (v >= at.v && v < at.v + at.nv && at.nv == 1)
-            (void)snprintf(text, size, "velocity.%s", kt_joint_name(model, body));
-        else if (v >= at.v && v < at.v + at.nv)
-            (void)snprintf(text, size, "velocity.%s[%d]", kt_joint_name(model, body), v - at.v);
-    }
-}
-
 /* Warns if loops left events no choice of a velocity that they set. */
 static void warn_of_missed(kt_outcome *outcome) {
     const kt_scene_missed missed = kt_scene_watch_missed(outcome->events);
-    char name[600] = "";
     const kt_warning warning =
         kt_warning_at("set_velocity", missed.time, missed.got, NULL,
                       "Set one velocity for each degree of freedom that the loops leave, or release a loop before");
     if (missed.count == 0)
         return;
-    name_velocity(outcome->model, missed.velocity, name, sizeof name);
-    kt_warn(
-        &outcome->warnings, &warning,
-        "an event set %s to %g at t = %.6g s, and it became %g, since the loops or the velocities set before decide "
-        "it%s",
-        name, missed.given, missed.time, missed.got, missed.count > 1 ? "; others later likewise" : "");
+    kt_warn(&outcome->warnings, &warning,
+            "an event set velocity.%s to %g at t = %.6g s, and it became %g, since the loops or the velocities set "
+            "before decide "
+            "it%s",
+            kt_name_column(outcome->model, missed.velocity).text, missed.given, missed.time, missed.got,
+            missed.count > 1 ? "; others later likewise" : "");
 }
 
 void kt_warn_of_counts(kt_outcome *outcome) {

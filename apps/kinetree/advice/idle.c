@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Whether only fixed joints are between a body and the world. Counts to the number of bodies, and so ends in a ring. */
-static bool stands_still(const kt_description *d, const char *name) {
+/* Counts to the number of bodies, and so ends in a ring. */
+bool kt_body_stands_still(const kt_description *d, const char *name) {
     int left = d->body_count, i = kt_advised_body(d, name);
     for (; i >= 0 && left > 0 && d->bodies[i].joint.type == KT_JOINT_FIXED; left--)
         i = kt_advised_body(d, d->bodies[i].parent);
@@ -78,7 +78,7 @@ int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene) {
         const int ends = ends_of(e);
         bool still = ends > 0;
         for (int k = 0; k < ends; k++)
-            still = still && stands_still(d, e->between[k].body);
+            still = still && kt_body_stands_still(d, e->between[k].body);
         if (missing == NULL && !still)
             continue;
         char name[100], remedy[80];

@@ -1,6 +1,7 @@
 /* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. It also
  * warns of springs and attractions without a direction, and of wheels that lie flat at the start. */
 #include "advice/penetration.h"
+#include "advice/advice.h"
 
 #include "kinetree/descriptor.h"
 #include "picture/picture.h"
@@ -99,20 +100,6 @@ typedef struct start {
     double weight; /* of all bodies, N */
 } start;
 
-/* Returns whether a body of the description can move relative to the world. */
-static bool is_moving(const kt_description *d, const kt_body *body) {
-    for (int depth = 0; depth <= d->body_count && body != NULL; depth++) {
-        const kt_body *parent = NULL;
-        if (body->joint.type != KT_JOINT_FIXED)
-            return true;
-        for (int i = 0; i < d->body_count && body->parent != NULL; i++)
-            if (strcmp(d->bodies[i].name, body->parent) == 0)
-                parent = &d->bodies[i];
-        body = parent;
-    }
-    return false;
-}
-
 /* Returns an upper bound of the moment of all weights about a joint, N m. It is the sum of m g times the distance from
  * the joint, and holds for any direction of gravity. */
 static double moment_of_weights(const start *s, int on) {
@@ -123,7 +110,7 @@ static double moment_of_weights(const start *s, int on) {
         const kt_body *body = &d->bodies[i];
         kt_vec3 com;
         kt_sym3 inertia;
-        if (is_moving(d, body) && kt_body_inertia(body, &com, &inertia, NULL) == KT_OK) {
+        if (!kt_body_stands_still(d, body->name) && kt_body_inertia(body, &com, &inertia, NULL) == KT_OK) {
             const kt_vec3 at = kt_point_position(s->model, s->data, kt_body_find(s->model, body->name), com);
             sum += body->mass * kt_vec3_norm(d->gravity) * kt_vec3_norm(kt_vec3_sub(at, axis));
         }

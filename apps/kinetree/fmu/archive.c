@@ -58,8 +58,6 @@ void kt_fmu_remove(char *folder) {
 static const uint64_t entry_most = (uint64_t)1 << 30;
 enum { ENTRIES_MOST = 100000, NAME_SIZE = 1024, BLOCK = 1 << 16 };
 
-bool kt_fmu_has_archives(void) { return true; }
-
 static unzFile open_archive(const char *path, kt_error *error) {
     struct stat status;
     unzFile zip = NULL;
@@ -191,8 +189,6 @@ static kt_status reject_build(kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
                         "this build of kinetree does not read FMUs; build it on Linux with minizip");
 }
-
-bool kt_fmu_has_archives(void) { return false; }
 
 kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, size_t *size, kt_error *error) {
     (void)path, (void)entry, (void)size;

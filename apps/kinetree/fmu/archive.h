@@ -9,9 +9,6 @@
 
 enum { KT_FMU_PATH = 4096 };
 
-/* Whether this build reads archives. */
-bool kt_fmu_has_archives(void);
-
 /* Reads an entry into *text, with a terminating zero; the caller frees it. Errors: KT_ERROR_SCENE: the file is no
  * archive, or does not have the entry; KT_ERROR_FILE, KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, size_t *size, kt_error *error);

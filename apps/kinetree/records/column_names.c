@@ -93,6 +93,17 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     return 0;
 }
 
+size_t kt_columns_find(const kt_columns *columns, const char *name, size_t guess) {
+    char text[600];
+    for (size_t i = 0; i < columns->count; i++) {
+        const size_t k = (guess + i) % columns->count;
+        (void)kt_column_name(columns, k, text, sizeof text);
+        if (strcmp(text, name) == 0)
+            return k;
+    }
+    return columns->count;
+}
+
 static const char *unit_of_quantity(const kt_columns *columns, const kt_column *c) {
     return kt_quantity_unit(kt_effect_quantity_at(columns->model, c->index, c->component),
                             kt_effect_is_sliding(columns->model, c->index));

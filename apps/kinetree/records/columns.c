@@ -293,18 +293,14 @@ bool kt_columns_list_all(kt_columns *all, const kt_scene *scene, const kt_model 
 
 static bool find_record_symbol(void *user, const char *name, kt_symbol *symbol) {
     const kt_columns *all = user;
-    const int state = kt_own_state_find(all->model, name);
     char text[NAME_SIZE];
-    for (size_t i = 0; i < all->count; i++) {
-        (void)kt_column_name(all, i, text, sizeof text);
-        const bool is_time = i == 0 && strcmp(name, "t") == 0;
-        const bool is_state = state >= 0 && all->columns[i].source == KT_COLUMN_STATE && all->columns[i].index == state;
-        if (is_time || is_state || strcmp(text, name) == 0) {
-            *symbol = (kt_symbol){.index = (int)i};
-            return true;
-        }
+    size_t found = strcmp(name, "t") == 0 ? 0 : kt_columns_find(all, name, 0);
+    if (found == all->count && kt_own_state_find(all->model, name) >= 0) {
+        (void)snprintf(text, sizeof text, "state.%s", name);
+        found = kt_columns_find(all, text, 0);
     }
-    return false;
+    *symbol = (kt_symbol){.index = (int)found};
+    return found < all->count;
 }
 
 static const char *list_record_symbol(void *user, int k) {

@@ -85,6 +85,9 @@ KT_CHECKED kt_status kt_columns_own_record(const kt_scene *scene, const kt_model
 /* Writes the name of a column, "position.crank", as snprintf does; returns its length. */
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size);
 
+/* Returns the column of this name; columns->count: there is none. The search begins at column `guess`. */
+size_t kt_columns_find(const kt_columns *columns, const char *name, size_t guess);
+
 /* Writes the name of a column as in the first line of a file. For quantities of effects, the unit follows:
  * "effect.tyre.force [N]". */
 int kt_column_header(const kt_columns *columns, size_t column, char *text, size_t size);

@@ -78,13 +78,6 @@ static void write_text_attribute(writer *w, hid_t object, const char *name, cons
     (void)H5Tclose(type);
 }
 
-static const char *run_status_name(int64_t status) {
-    return status == KT_EXIT_DONE          ? "done"
-           : status == KT_EXIT_ASSEMBLY    ? "assembly"
-           : status == KT_EXIT_INTEGRATION ? "integration"
-                                           : "scene";
-}
-
 static void describe_run(writer *w, hid_t set, const kt_kept_run *head, const kt_keep_words *words) {
     double *values = calloc(words->name_count + 1, sizeof *values);
     if (values == NULL) {
@@ -94,7 +87,7 @@ static void describe_run(writer *w, hid_t set, const kt_kept_run *head, const kt
     words->values(words->user, head->run, values);
     for (size_t i = 0; i < words->name_count; i++)
         write_hdf5_attribute(w, set, words->names[i], H5T_NATIVE_DOUBLE, &values[i]);
-    write_text_attribute(w, set, "status", run_status_name(head->status));
+    write_text_attribute(w, set, "status", kt_exit_name((int)head->status));
     free(values);
 }
 

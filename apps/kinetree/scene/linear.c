@@ -26,9 +26,10 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
         return code;
     }
     const kt_model *model = motion->model;
-    const char *name = kt_model_name(model);
+    char *base = kt_base_name(path);
     kt_say_fmus_left_out(&motion->scene);
-    motion->name = name != NULL && *name != '\0' ? strdup(name) : kt_base_name(path);
+    motion->name = base != NULL ? strdup(kt_title_of(model, base)) : NULL;
+    free(base);
     if (kt_model_nv(model) > COORDINATES_MOST)
         return kt_reject(
             KT_EXIT_INTEGRATION,
@@ -171,16 +172,6 @@ static kt_coordinate_name name_component(const kt_joint *joint, kt_joint_type ty
     return name;
 }
 
-/* Returns the body whose joint has this velocity coordinate. */
-static int coordinate_body(const kt_model *model, int coordinate) {
-    for (int body = 1; body < kt_model_body_count(model); body++) {
-        const kt_coordinates at = kt_body_coordinates(model, body);
-        if (coordinate >= at.v && coordinate < at.v + at.nv)
-            return body;
-    }
-    return 0;
-}
-
 /* Returns the scene's joint of a body in the model; NULL: the scene does not have it. */
 static const kt_joint *scene_joint_of(const kt_small_motion *motion, int body) {
     const kt_description *d = &motion->scene.description;
@@ -200,27 +191,25 @@ static const char *word_for_state(const kt_scene *scene, const char *name) {
 
 kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate) {
     const kt_model *model = motion->model;
-    const int body = coordinate_body(model, coordinate);
-    const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     if (coordinate >= kt_model_nv(model)) {
         const char *state = kt_own_state_name(model, coordinate - kt_model_nv(model));
         snprintf(name.text, sizeof name.text, "%s %.80s", word_for_state(&motion->scene, state), state);
         return name;
     }
+    const int body = kt_body_of_velocity(model, coordinate);
+    const kt_coordinates at = kt_body_coordinates(model, body);
     snprintf(name.text, sizeof name.text, "%.80s%s%.24s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
              at.nv > 1 ? name_component(scene_joint_of(motion, body), at.type, coordinate - at.v).text : "");
     return name;
 }
 
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
-    const int body = coordinate_body(model, coordinate);
+    const int body = kt_body_of_velocity(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
-    if (at.nv > 1)
-        snprintf(name.text, sizeof name.text, "%.80s[%d]", kt_joint_name(model, body), coordinate - at.v);
-    else
-        snprintf(name.text, sizeof name.text, "%.80s", kt_joint_name(model, body));
+    (void)snprintf(name.text, sizeof name.text, at.nv > 1 ? "%s[%d]" : "%s", kt_joint_name(model, body),
+                   coordinate - at.v);
     return name;
 }
 

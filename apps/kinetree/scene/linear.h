@@ -39,7 +39,7 @@ int kt_small_motion_linearize(kt_small_motion *motion);
 /* Name of a velocity coordinate: "crank", "ball about z" or "slider length". Names for planar joints have the
  * directions in the joint's frame: "puck z", "puck [0.6, 0, -0.8]". */
 typedef struct kt_coordinate_name {
-    char text[112];
+    char text[600];
 } kt_coordinate_name;
 
 kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordinate);

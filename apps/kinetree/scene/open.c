@@ -398,6 +398,11 @@ kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *erro
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+const char *kt_title_of(const kt_model *model, const char *base) {
+    const char *name = kt_model_name(model);
+    return name != NULL && *name != '\0' ? name : base;
+}
+
 char *kt_base_name(const char *path) {
     if (strcmp(path, "-") == 0)
         return strdup("scene");

@@ -275,7 +275,6 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     int code = kt_load_model(path, &settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    const char *title = scene.description.name;
     kt_say_left_out("accuracy", &scene);
     kt_say_fmus_left_out(&scene);
     code = kt_reject_contacts("accuracy", model);
@@ -293,7 +292,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0)
-        code = study_scene(arguments, &scene, path, title != NULL && *title != '\0' ? title : base, &reference);
+        code = study_scene(arguments, &scene, path, kt_title_of(model, base), &reference);
     free(reference.states);
     kt_model_free(model);
     kt_scene_free(&scene);

@@ -3,6 +3,7 @@
 #define _DEFAULT_SOURCE /* mkdtemp */
 #include "subcommands/accuracy_peers.h"
 
+#include "fmu/archive.h"
 #include "kinetree/export.h"
 #include "records/table.h"
 #include "subcommands/run.h"
@@ -292,13 +293,6 @@ static int make_files(kt_peer_session *s) {
     return -1;
 }
 
-static void remove_files(const kt_peer_session *s) {
-    for (int i = 0; i < FILES && s->folder[0] != '\0'; i++)
-        (void)remove(s->path[i]);
-    if (s->folder[0] != '\0')
-        (void)rmdir(s->folder);
-}
-
 static int measure_peers(kt_peer_session *s) {
     int code = make_files(s);
     if (code >= 0)
@@ -330,7 +324,7 @@ int kt_peers_measure(const kt_peer_work *work, kt_peers **peers) {
     if (s != NULL && made != NULL && poses != NULL) {
         *s = (kt_peer_session){.work = work, .peers = made, .poses = poses};
         code = measure_peers(s);
-        remove_files(s);
+        kt_fmu_remove(s->folder);
     } else {
         kt_say("there is not enough memory");
     }

@@ -83,12 +83,12 @@ static void print_slope(const kt_accuracy_curve *curve) {
     printf("  %-9s", text);
 }
 
-static double least_error(const kt_findings *findings, const kt_accuracy_curve *curve) {
+/* Returns the least error of the points, the uncertainty of the reference included; infinite: none is usable. */
+static double least_error(const kt_findings *findings, const kt_accuracy_point *points, int count) {
     double least = HUGE_VAL;
-    for (int i = curve->first; i < curve->first + curve->count; i++)
-        if (findings->results->points[i].usable)
-            least =
-                fmin(least, fmax(findings->results->points[i].error.position, findings->results->uncertainty.position));
+    for (int i = 0; i < count; i++)
+        if (points[i].usable)
+            least = fmin(least, fmax(points[i].error.position, findings->results->uncertainty.position));
     return least;
 }
 
@@ -104,7 +104,7 @@ static const char *end_text(kt_accuracy_end end) {
 }
 
 static void print_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
-    const double least = least_error(findings, curve);
+    const double least = least_error(findings, findings->results->points + curve->first, curve->count);
     const char *variant = findings->results->variants[curve->variant].label;
     printf("  %-14s %5d", curve->method->name, curve->method->order);
     print_slope(curve);
@@ -193,22 +193,13 @@ static void print_costs(const kt_findings *findings) {
     }
 }
 
-/* The least error of an engine's method, the reference's uncertainty included. */
-static double least_of_peer(const kt_findings *findings, const kt_peer_curve *curve) {
-    double least = HUGE_VAL;
-    for (int i = 0; i < curve->count; i++)
-        if (curve->points[i].usable)
-            least = fmin(least, fmax(curve->points[i].error.position, findings->results->uncertainty.position));
-    return least;
-}
-
 static void print_peers(const kt_findings *findings) {
     if (findings->peers == NULL)
         return;
     print_costs_head(findings, 31, "other engines");
     for (int i = 0; i < findings->peers->count; i++) {
         const kt_peer_curve *curve = &findings->peers->curves[i];
-        const double least = least_of_peer(findings, curve);
+        const double least = least_error(findings, curve->points, curve->count);
         char name[96];
         (void)snprintf(name, sizeof name, "%s %s", curve->engine, curve->method);
         printf("  %-31s", kt_show(name).text);
@@ -243,9 +234,7 @@ static void print_goal(const kt_findings *findings, double goal) {
     const char *unit = kt_findings_unit(findings);
     const int best = kt_accuracy_best(findings->study, goal);
     if (best < 0) {
-        double least = HUGE_VAL;
-        for (int i = 0; i < results->curve_count; i++)
-            least = fmin(least, least_error(findings, &results->curves[i]));
+        const double least = least_error(findings, results->points, results->point_count);
         if (results->uncertainty.position > goal)
             printf("for %.3g %s: the error of the reference itself is %.2g %s\n", goal, unit,
                    results->uncertainty.position, unit);

@@ -17,14 +17,6 @@ static size_t count_even(const double *time, size_t rows, double duration) {
     return count + 1 >= rows || time[count] > duration ? count : 0;
 }
 
-/* Writes the name of the column of a joint's coordinate k. */
-static void name_column(char name[256], const char *kind, const char *joint, int k, bool is_alone) {
-    if (is_alone)
-        snprintf(name, 256, "%s.%s", kind, joint);
-    else
-        snprintf(name, 256, "%s.%s[%d]", kind, joint, k);
-}
-
 /* Copies a column into every row of `states`. */
 static int take_reference_column(const char *path, const kt_table *table, size_t count, const char *name,
                                  double *states, size_t width) {
@@ -40,22 +32,27 @@ static int take_reference_column(const char *path, const kt_table *table, size_t
     return -1;
 }
 
+/* Copies the columns of a joint: `count` coordinates from `to` on. */
+static int take_joint_columns(const char *path, const kt_table *table, size_t rows, const char *kind, const char *joint,
+                              int count, double *to, size_t width) {
+    int code = -1;
+    for (int k = 0; k < count && code < 0; k++) {
+        char column[256];
+        (void)snprintf(column, sizeof column, count == 1 ? "%s.%s" : "%s.%s[%d]", kind, joint, k);
+        code = take_reference_column(path, table, rows, column, to + k, width);
+    }
+    return code;
+}
+
 static int fill_reference(const char *path, const kt_table *table, size_t count, const kt_model *model, double *q,
                           double *v) {
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
     int code = -1;
-    for (int body = 1; body < kt_model_body_count(model); body++) {
+    for (int body = 1; body < kt_model_body_count(model) && code < 0; body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const char *name = kt_joint_name(model, body);
-        char column[256];
-        for (int k = 0; k < at.nq && code < 0; k++) {
-            name_column(column, "position", name, k, at.nq == 1);
-            code = take_reference_column(path, table, count, column, q + at.q + k, nq);
-        }
-        for (int k = 0; k < at.nv && code < 0; k++) {
-            name_column(column, "velocity", name, k, at.nv == 1);
-            code = take_reference_column(path, table, count, column, v + at.v + k, nv);
-        }
+        code = take_joint_columns(path, table, count, "position", name, at.nq, q + at.q, nq);
+        code = code < 0 ? take_joint_columns(path, table, count, "velocity", name, at.nv, v + at.v, nv) : code;
     }
     return code;
 }

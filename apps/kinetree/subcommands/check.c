@@ -390,8 +390,7 @@ static int check_scene_model(const char *path, const kt_scene *scene, const kt_m
 }
 
 static int view_start(const char *path, const kt_scene *scene, const kt_model *model, const char *view) {
-    const char *name = kt_model_name(model);
-    const int code = kt_view_write_start(scene, model, name != NULL && *name != '\0' ? name : path, view);
+    const int code = kt_view_write_start(scene, model, kt_title_of(model, path), view);
     if (code == KT_EXIT_DONE)
         fprintf(stderr, "%s: the given and the assembled positions: %s\n", path, kt_show(view).text);
     return code;

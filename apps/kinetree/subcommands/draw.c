@@ -478,12 +478,6 @@ static void release_motion(motion *m) {
     free(m->name);
 }
 
-/* Returns the title: the name of the scene, or else the name of its file. */
-static char *title_of(const motion *m, const char *base) {
-    const char *name = kt_model_name(m->model);
-    return strdup(name != NULL && *name != '\0' ? name : base);
-}
-
 int kt_command_draw(int argc, char **argv) {
     kt_draw_arguments arguments = {.strobe = -1};
     int operands;
@@ -510,7 +504,7 @@ int kt_command_draw(int argc, char **argv) {
         code = kt_compile_absolute(&m.scene, m.model, &m.absolute);
     if (m.model != NULL) {
         bodies = kt_model_body_count(m.model); /* the ground is one */
-        m.name = title_of(&m, base);
+        m.name = strdup(kt_title_of(m.model, base));
         if (code == KT_EXIT_DONE)
             code = m.name != NULL ? draw_scene(&m, &arguments, path) : kt_say_no_memory("the picture");
         release_motion(&m);

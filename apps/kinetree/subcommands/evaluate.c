@@ -1,6 +1,7 @@
 /* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
 #include "advice/advice.h"
 #include "records/output.h"
+#include "scene/linear.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "text/list.h"
@@ -250,12 +251,8 @@ static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
 
 static json_t *describe_coordinates(const kt_model *model) {
     json_t *list = json_array();
-    for (int body = 1; body < kt_model_body_count(model); body++) {
-        kt_coordinates at = kt_body_coordinates(model, body);
-        for (int k = 0; k < at.nv; k++)
-            json_array_append_new(list, at.nv == 1 ? json_string(kt_joint_name(model, body))
-                                                   : json_sprintf("%s[%d]", kt_joint_name(model, body), k));
-    }
+    for (int i = 0; i < kt_model_nv(model); i++)
+        json_array_append_new(list, json_string(kt_name_column(model, i).text));
     return list;
 }
 

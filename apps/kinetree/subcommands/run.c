@@ -464,7 +464,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .so_far.energy = kt_energy_watch_of(scene, model),
                               .so_far.corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
-        outcome.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+        outcome.name = kt_title_of(model, base);
         kt_native_file file = {.library = NULL};
         kt_native_code native = {.file = NULL};
         code = arguments->native ? load_code(arguments, scene, model, &file, &native) : -1;

@@ -354,7 +354,7 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         return KT_EXIT_USAGE;
     }
     subject.duration = run.duration;
-    subject.name = kt_model_name(model) != NULL && *kt_model_name(model) != '\0' ? kt_model_name(model) : base;
+    subject.name = kt_title_of(model, base);
     const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;

@@ -249,36 +249,11 @@ static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     return status;
 }
 
-static const char *status_name_of_line(kt_status status) {
-    switch (kt_exit_code(status)) {
-    case KT_EXIT_DONE:
-        return "done";
-    case KT_EXIT_ASSEMBLY:
-        return "assembly";
-    case KT_EXIT_INTEGRATION:
-        return "integration";
-    default:
-        return "scene";
-    }
-}
-
-/* The column of this name; count: there is none. */
-static size_t find_run_column(const kt_columns *columns, const char *name, size_t guess) {
-    char text[512];
-    for (size_t i = 0; i < columns->count; i++) {
-        const size_t k = (guess + i) % columns->count;
-        (void)kt_column_name(columns, k, text, sizeof text);
-        if (strcmp(text, name) == 0)
-            return k;
-    }
-    return columns->count;
-}
-
 /* Where the columns of lines are among those of a run. */
 static void find_line_columns(const kt_sweep *sweep, const kt_columns *columns, size_t *place) {
     size_t guess = 0;
     for (size_t i = 0; i < sweep->column_count; i++) {
-        place[i] = columns->count > 0 ? find_run_column(columns, sweep->columns[i], guess) : 0;
+        place[i] = kt_columns_find(columns, sweep->columns[i], guess);
         guess = place[i] + 1;
     }
 }
@@ -327,7 +302,7 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     for (int i = 0; i < sweep->plan.count; i++)
         kt_sweep_put_cell(&line, m->values[i]);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
-    kt_bytes_print(&line, ",%s", status_name_of_line(status));
+    kt_bytes_print(&line, ",%s", kt_exit_name(kt_exit_code(status)));
     kt_sweep_put_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     kt_sweep_put_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
@@ -445,7 +420,7 @@ static bool add_all(kt_sweep *sweep, const kt_columns *columns) {
 static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *list) {
     char name[512];
     while (kt_list_next(&list, name, sizeof name)) {
-        const size_t found = find_run_column(columns, name, 0);
+        const size_t found = kt_columns_find(columns, name, 0);
         if (found == columns->count) {
             kt_nearest nearest = kt_nearest_make(name, NULL);
             (void)add_all(sweep, columns); /* whose names stay, for the suggestion */

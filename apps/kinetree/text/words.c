@@ -34,14 +34,6 @@ int kt_reject(int code, const char *format, ...) {
     return code;
 }
 
-int kt_misuse(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    print_words(format, arguments);
-    va_end(arguments);
-    return KT_EXIT_USAGE;
-}
-
 int kt_say_no_memory(const char *what) {
     return kt_reject(KT_EXIT_INTEGRATION, "there is not enough memory%s%s", what != NULL ? " for " : "",
                      what != NULL ? what : "");
@@ -101,6 +93,13 @@ int kt_exit_code(kt_status status) {
         break;
     }
     return KT_EXIT_INTEGRATION;
+}
+
+const char *kt_exit_name(int code) {
+    return code == KT_EXIT_DONE          ? "done"
+           : code == KT_EXIT_ASSEMBLY    ? "assembly"
+           : code == KT_EXIT_INTEGRATION ? "integration"
+                                         : "scene";
 }
 
 int kt_finish_output(int code) {
