@@ -56,6 +56,19 @@ static const kt_option option_table[] = {
     KT_VERBOSE_OPTION(kt_accuracy_arguments, settings),
 };
 
+static const kt_option_rule rules[] = {
+    {"vary", false, "baselines,formulations,prices,plot,plot-dark,reference",
+     "--vary writes a line for each value; --plot, --reference, --prices, --formulations and --baselines are of a "
+     "single "
+     "study"},
+    {"peers", false, "vary,baselines,formulations",
+     "--peers is of a single study, without --vary, --formulations and --baselines"},
+    {"baselines", false, "integrators,formulations,out,plot,plot-dark,prices,tolerances",
+     "--baselines has a table of its own: it takes --steps, --duration and --reference, and no other choice of runs "
+     "and "
+     "outputs"},
+};
+
 const kt_usage kt_usage_accuracy = {
     .command = "accuracy",
     .examples = "  kinetree accuracy pendulum.yaml\n"
@@ -92,6 +105,7 @@ const kt_usage kt_usage_accuracy = {
         "absolute coordinates.\n"
         "The tables list errors of positions, velocities and multipliers, drift, condition and orders.\n",
     KT_OPTIONS_OF(option_table),
+    KT_RULES_OF(rules),
 };
 
 /* Reads the methods of --integrators, in the order of kt_method_at. */
@@ -116,16 +130,6 @@ static int read_lists(kt_accuracy_arguments *a) {
     int code = a->integrator_list != NULL ? read_methods(a) : -1;
     if (code >= 0)
         return code;
-    if (a->vary.count > 0 && (a->baselines || a->formulations || a->prices || a->plot != NULL || a->plot_dark != NULL ||
-                              a->reference != NULL))
-        return kt_misuse("accuracy: --vary writes a line for each value; --plot, --reference, --prices, --formulations "
-                         "and --baselines are of a single study");
-    if (a->peers && (a->vary.count > 0 || a->baselines || a->formulations))
-        return kt_misuse("accuracy: --peers is of a single study, without --vary, --formulations and --baselines");
-    if (a->baselines && (a->integrator_list != NULL || a->formulations || a->out != NULL || a->plot != NULL ||
-                         a->plot_dark != NULL || a->prices || a->tolerance_list != NULL))
-        return kt_misuse("accuracy: --baselines has a table of its own: it takes --steps, --duration and --reference, "
-                         "and no other choice of runs and outputs");
     if (a->baselines) { /* the study needs one run of its own */
         a->methods[0] = kt_method_find("dopri5");
         a->method_count = 1;
@@ -146,9 +150,8 @@ static int read_lists(kt_accuracy_arguments *a) {
 }
 
 int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments) {
-    int operands;
     *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
-    int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, NULL);
     if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
         arguments->budget = arguments->formulations ? 60.0 : 20.0;
     return code >= 0 ? code : read_lists(arguments);

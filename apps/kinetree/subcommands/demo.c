@@ -122,8 +122,7 @@ int kt_command_demo(int argc, char **argv) {
     const bool forces = take_force(&argc, argv);
     if (argc < 2 || argv[1][0] == '-') {
         kt_demo_arguments arguments = {false};
-        int operands;
-        int code = kt_arguments_read(&kt_usage_demo, argc, argv, &arguments, &operands);
+        int code = kt_arguments_read(&kt_usage_demo, argc, argv, &arguments, NULL);
         if (code >= 0)
             return code;
     }

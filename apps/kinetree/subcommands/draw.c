@@ -63,6 +63,17 @@ static const kt_option options[] = {
     KT_READER_OPTIONS(kt_draw_arguments, settings),
 };
 
+static const char end_of[] =
+    "--until is the end of --strobe or --trace without --at, or of --animate; give one of these, or leave it out";
+
+static const kt_option_rule rules[] = {
+    {"at", false, "strobe", NULL},
+    {"animate", false, "at,strobe", "--animate shows the whole run; leave out --at and --strobe"},
+    {"speed", true, "animate", NULL},
+    {"until", false, "at", end_of},
+    {"until", true, "strobe,trace,animate", end_of},
+};
+
 const kt_usage kt_usage_draw = {
     .command = "draw",
     .examples = "  kinetree draw four-bar.yaml                         its assembled start, in its plane\n"
@@ -82,6 +93,7 @@ const kt_usage kt_usage_draw = {
              "If loops cannot be closed, the picture shows the given state with the gaps in red, and the exit status "
              "is 3.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
@@ -145,19 +157,9 @@ static int count_frames(double seconds) {
 
 /* Chooses the times of all states. Returns -1, or an exit code after printing the error. */
 static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
-    if (arguments->at != NULL && arguments->strobe > 0)
-        return kt_misuse("draw: --at and --strobe exclude each other");
-    if (arguments->animate && (arguments->at != NULL || arguments->strobe >= 0))
-        return kt_misuse("draw: --animate shows the whole run; leave out --at and --strobe");
-    if (arguments->speed > 0.0 && !arguments->animate)
-        return kt_misuse("draw: --speed is that of an animation; give --animate, or leave it out");
     if (arguments->strobe == 0 || arguments->strobe > STATES_MOST)
         return kt_misuse("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST,
                          arguments->strobe);
-    if (arguments->until > 0.0 &&
-        (arguments->at != NULL || (arguments->strobe < 0 && arguments->trace == NULL && !arguments->animate)))
-        return kt_misuse("draw: --until is the end of --strobe or --trace without --at, or of --animate; give one of "
-                         "these, or leave it out");
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
     m->state_count = arguments->animate      ? count_frames(until / film_speed_of(arguments))
@@ -480,8 +482,7 @@ static void release_motion(motion *m) {
 
 int kt_command_draw(int argc, char **argv) {
     kt_draw_arguments arguments = {.strobe = -1};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_draw, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_draw, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
     char *base = kt_base_name(argv[1]), own[4096];

@@ -181,8 +181,7 @@ int kt_command_equilibrium(int argc, char **argv) {
     kt_equilibrium_arguments arguments = {.nearest = false};
     kt_small_motion motion;
     kt_error error = {0};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_equilibrium, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_equilibrium, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--scene", arguments.scene, true}};

@@ -362,8 +362,7 @@ int kt_command_evaluate(int argc, char **argv) {
     kt_evaluate_arguments arguments = {.out = NULL};
     kt_scene scene;
     kt_model *model = NULL;
-    int operands;
-    int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};

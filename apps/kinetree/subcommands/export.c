@@ -37,6 +37,14 @@ static const kt_option options[] = {
     KT_READER_OPTIONS(kt_export_arguments, settings),
 };
 
+static const kt_option_rule rules[] = {
+    {"fold", true, "c", "--fold is an option of --c"},
+    {"functions", true, "c", "--functions is an option of --c"},
+    {"input", true, "fmu", "--input is an option of --fmu"},
+    {"sources", true, "fmu", "--sources is an option of --fmu"},
+    {"fmi", true, "fmu", "--fmi is an option of --fmu"},
+};
+
 const kt_usage kt_usage_export = {
     .command = "export",
     .examples = "  kinetree export --urdf arm.yaml --out arm.urdf\n"
@@ -70,6 +78,7 @@ const kt_usage kt_usage_export = {
              "Scenes with hard contacts have co-simulation alone. A scene that needs other files is "
              "rejected.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 /* Notes on what a format lacks. The first one has the name of the scene, unless notes of the reader precede it. */
@@ -121,19 +130,12 @@ static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format,
 
 int kt_command_export(int argc, char **argv) {
     kt_export_arguments a = {.out = "-", .version = -1};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, &operands);
+    int code = kt_arguments_read(&kt_usage_export, argc, argv, &a, NULL);
     if (code >= 0)
         return code;
     if (a.urdf + a.mjcf + a.c + a.fmu != 1)
         return kt_misuse("export: give --urdf, --mjcf, --c or --fmu%s",
                          a.urdf || a.mjcf || a.c || a.fmu ? ", one of them" : "");
-    if (!a.c && (a.functions != NULL || a.constant))
-        return kt_misuse("export: %s is an option of --c", a.constant ? "--fold" : "--functions");
-    if (!a.fmu && (a.inputs != NULL || a.version >= 0 || a.sources))
-        return kt_misuse("export: %s is an option of --fmu", a.inputs != NULL ? "--input"
-                                                             : a.sources      ? "--sources"
-                                                                              : "--fmi");
     const kt_export_c c = {argv[1], a.functions, a.out, &a.settings, a.constant};
     const int version = a.version < 0 ? KT_FMU_THIRD : a.version;
     const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, version, a.sources};

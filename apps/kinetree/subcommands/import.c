@@ -33,6 +33,8 @@ static const kt_option options[] = {
     KT_VERBOSE_OPTION(kt_import_arguments, settings),
 };
 
+static const kt_option_rule rules[] = {{"stop-damping", true, "stops", NULL}};
+
 const kt_usage kt_usage_import = {
     .command = "import",
     .examples = "  kinetree import arm.urdf --out arm.yaml\n"
@@ -55,6 +57,7 @@ const kt_usage kt_usage_import = {
         "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
         "Meshes are for pictures (draw, view).\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 /* Returns the choice of a word, or -1 after printing the error. */
@@ -69,12 +72,9 @@ static int choose_inertia(const char *word) {
 
 int kt_command_import(int argc, char **argv) {
     kt_import_arguments a = {.out = "-"};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, &operands);
+    int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, NULL);
     if (code >= 0)
         return code;
-    if (a.stop_damping > 0.0 && !(a.stops > 0.0))
-        return kt_misuse("import: --stop-damping is that of --stops; give a stiffness, too");
     const int inertia = choose_inertia(a.inertia);
     kt_robot_options how = {.stop_stiffness = a.stops,
                             .stop_damping = a.stop_damping,

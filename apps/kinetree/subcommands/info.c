@@ -138,6 +138,8 @@ static const kt_option options[] = {
     KT_READER_OPTIONS(info_arguments, settings),
 };
 
+static const kt_option_rule rules[] = {{"json", true, "plan", NULL}};
+
 const kt_usage kt_usage_info = {
     .command = "info",
     .examples = "  kinetree info robot.yaml\n"
@@ -150,6 +152,7 @@ const kt_usage kt_usage_info = {
              "The tree has joints with their degrees of freedom (dof), masses and markers. Long chains and large trees "
              "are abridged.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 static const char *name_isa(kt_isa isa) {
@@ -363,12 +366,9 @@ int kt_command_info(int argc, char **argv) {
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
     info_arguments arguments = {.plan = false};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
-    if (arguments.json && !arguments.plan)
-        return kt_misuse("info: --json is for the plan; give --plan as well");
     code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;

@@ -22,8 +22,7 @@ const kt_usage kt_usage_integrators = {
 };
 
 int kt_command_integrators(int argc, char **argv) {
-    int operands;
-    int code = kt_arguments_read(&kt_usage_integrators, argc, argv, NULL, &operands);
+    int code = kt_arguments_read(&kt_usage_integrators, argc, argv, NULL, NULL);
     if (code >= 0)
         return code;
     printf("%-14s  %5s  %6s  %8s  %5s  %-10s  %s\n", "name", "order", "stages", "adaptive", "dense", "family", "title");

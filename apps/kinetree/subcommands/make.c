@@ -255,8 +255,7 @@ int kt_command_make(int argc, char **argv) {
     kt_maker maker = {
         .settings = {
             .links = -1, .branching = -1, .seed = -1, .mass = 1.0, .length = 1.0, .angle = (double)NAN, .shape = -1}};
-    int operands;
-    int code = kt_arguments_read(&kt_usage_make, argc, argv, &maker.settings, &operands);
+    int code = kt_arguments_read(&kt_usage_make, argc, argv, &maker.settings, NULL);
     if (code < 0)
         code = complete_options(&maker, argv[1]);
     if (code >= 0)

@@ -51,6 +51,21 @@ static const kt_option options[] = {
     KT_READER_OPTIONS(kt_modes_arguments, settings),
 };
 
+static const char gains[] = "--alpha and --beta are gains of a formulation: --formulation baumgarte goes with them";
+
+/* Each of --period and --formulation prints a table of its own. */
+static const kt_option_rule rules[] = {
+    {"period", false, "formulation,at,nearest,plot,view",
+     "--period starts at the initial state and prints a table; leave --at, --nearest, --formulation, --plot and --view "
+     "out"},
+    {"formulation", false, "plot,view", "--formulation prints eigenvalues, which have no --plot and no --view"},
+    {"alpha", true, "formulation", gains},
+    {"beta", true, "formulation", gains},
+    {"bars", true, "plot", NULL},
+    {"dark", true, "plot", NULL},
+    {"steps", true, "period", NULL},
+};
+
 const kt_usage kt_usage_modes = {
     .command = "modes",
     .examples = "  kinetree modes double-pendulum.yaml\n"
@@ -74,6 +89,7 @@ const kt_usage kt_usage_modes = {
              "--formulation prints the eigenvalues in all tree coordinates.\n"
              "Those that the mechanism does not have come from the formulation.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 /* ---- table ------------------------------------------------------------------------------------------------------- */
@@ -310,38 +326,15 @@ static json_t *describe_modes(const kt_small_motion *motion, const char *state) 
 
 /* ---- command ----------------------------------------------------------------------------------------------------- */
 
-/* Rejects options that exclude each other. Each of --period and --formulation prints a table of its own. */
-static int check_together(const kt_modes_arguments *a) {
-    const bool period = !isnan(a->period), formulation = a->formulation >= 0;
-    if (period && (formulation || a->at >= 0 || a->nearest || a->plot != NULL || a->view != NULL))
-        return kt_misuse("modes: --period starts at the initial state and prints a table; leave --at, --nearest, "
-                         "--formulation, --plot and --view out");
-    if (formulation && (a->plot != NULL || a->view != NULL))
-        return kt_misuse("modes: --formulation prints eigenvalues, which have no --plot and no --view");
-    if (!formulation && !(isnan(a->alpha) && isnan(a->beta)))
-        return kt_misuse(
-            "modes: --alpha and --beta are gains of a formulation: --formulation baumgarte goes with them");
-    if (a->bars && a->plot == NULL)
-        return kt_misuse("modes: --bars is about a picture: --plot FILE goes with it");
-    if (a->dark && a->plot == NULL)
-        return kt_misuse("modes: --dark is about a picture: --plot FILE goes with it");
-    if (!period && a->steps > 0)
-        return kt_misuse("modes: --steps divides a period: --period S goes with it");
-    return -1;
-}
-
 int kt_command_modes(int argc, char **argv) {
     kt_modes_arguments arguments = {
         .at = -1, .count = 40, .formulation = -1, .period = (double)NAN, .alpha = (double)NAN, .beta = (double)NAN};
     kt_small_motion motion;
-    int operands;
-    int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, &operands);
+    int code = kt_arguments_read(&kt_usage_modes, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
     if (arguments.at == KT_MODES_AT_INITIAL && arguments.nearest)
         return kt_misuse("modes: --nearest is about an equilibrium, and --at initial is not");
-    if ((code = check_together(&arguments)) >= 0)
-        return code;
     const kt_file_use uses[] = {
         {"the scene", argv[1], false}, {"--plot", arguments.plot, true}, {"--view", arguments.view, true}};
     if ((code = kt_check_files("modes", uses, 3)) >= 0 ||

@@ -36,6 +36,13 @@ static const kt_option options[] = {
     {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
 };
 
+/* The picture of one has no place for the other. */
+static const kt_option_rule rules[] = {
+    {"phase", false, "columns,x,log", NULL},
+    {"map", false, "x,by,histogram", NULL},
+    {"histogram", false, "x,by", NULL},
+};
+
 const kt_usage kt_usage_plot = {
     .command = "plot",
     .examples = "  kinetree plot pendulum.csv\n"
@@ -60,29 +67,8 @@ const kt_usage kt_usage_plot = {
              "The columns of a sweep are drawn over its first column that varies.\n"
              "They are curves if each value has one run, and points otherwise.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
-
-/* Rejects two options if the picture of one has no place for the other. Returns -1, or an exit code after printing the
- * error. */
-static int check_exclusions(const kt_plot_arguments *a) {
-    const struct {
-        const char *one, *other;
-        bool has_both;
-    } pairs[] = {
-        {"phase", "columns", a->phase != NULL && a->columns != NULL},
-        {"phase", "x", a->phase != NULL && a->x != NULL},
-        {"phase", "log", a->phase != NULL && a->log},
-        {"map", "x", a->map != NULL && a->x != NULL},
-        {"map", "by", a->map != NULL && a->by != NULL},
-        {"map", "histogram", a->map != NULL && a->histogram},
-        {"histogram", "x", a->histogram && a->x != NULL},
-        {"histogram", "by", a->histogram && a->by != NULL},
-    };
-    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++)
-        if (pairs[i].has_both)
-            return kt_misuse("plot: --%s and --%s exclude each other", pairs[i].one, pairs[i].other);
-    return -1;
-}
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
@@ -188,8 +174,7 @@ int kt_command_plot(int argc, char **argv) {
     char *base = kt_base_name(argv[1]);
     snprintf(name, sizeof name, "%s.svg", base != NULL ? base : "result");
     const char *out = arguments.out != NULL ? arguments.out : name;
-    code = check_exclusions(&arguments);
-    code = code < 0 ? kt_plot_check(out) : code;
+    code = kt_plot_check(out);
     code = code < 0 ? kt_plot_size_read("plot", arguments.size, &arguments.page) : code;
     for (int i = 1; i <= operands && code < 0; i++) {
         const kt_file_use uses[] = {{"the result", argv[i], false}, {"--out", out, true}};

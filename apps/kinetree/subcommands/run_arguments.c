@@ -76,6 +76,30 @@ static const kt_option options[] = {
 static const kt_option_group groups[] = {{"Input", "set"},           {"Method", "duration"}, {"Output", "interval"},
                                          {"Recovery", "checkpoint"}, {"Modes", "modes"},     {NULL, NULL}};
 
+static const char not_with_time[] =
+    "--view and --glb would not show the time before the checkpoint; leave --resume or them out";
+
+static const kt_option_rule rules[] = {
+    {"boxes", true, "view,glb", NULL}, /* of `run` alone: the first one */
+    {"dark", true, "plot", NULL},
+    {"size", true, "plot", NULL},
+    {"checkpoint-interval", true, "checkpoint,resume", NULL},
+    {"resume", false, "plot",
+     "--plot would not show the time before the checkpoint; 'kinetree plot' draws the finished records, and with "
+     "--marks "
+     "the events that --summary lists"},
+    {"resume", false, "view,glb", not_with_time},
+    {"resume", false, "from",
+     "--resume goes on with a run that was interrupted, --from starts another one; give one of them"},
+    {"step", false, "max-step", "--step sets a fixed step and --max-step bounds adaptive ones; give one of them"},
+    {"step", false, "tolerance", "--step sets a fixed step and --tolerance an adaptive one; give one of them"},
+    {"modes", false,
+     "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,"
+     "interval,record,markers,summary,scene,plot,size,dark,glb,checkpoint,checkpoint-interval,resume",
+     "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last one */
+};
+enum { RULES = sizeof rules / sizeof rules[0] };
+
 const kt_usage kt_usage_run = {
     .command = "run",
     .examples = "  kinetree run pendulum.yaml\n"
@@ -95,6 +119,8 @@ const kt_usage kt_usage_run = {
     .options = options,
     .option_count = sizeof options / sizeof options[0] - 1,
     .groups = groups,
+    .rules = rules,
+    .rule_count = RULES - 1,
 };
 
 const kt_usage kt_usage_view = {
@@ -117,6 +143,8 @@ const kt_usage kt_usage_view = {
              "The page always shows the reactions in joints and loops. 'run --view' shows them if they are recorded.\n",
     KT_OPTIONS_OF(options),
     .groups = groups,
+    .rules = rules + 1,
+    .rule_count = RULES - 1,
 };
 
 static const kt_run_arguments not_given = {.duration = (double)NAN,
@@ -130,43 +158,9 @@ static const kt_run_arguments not_given = {.duration = (double)NAN,
                                            .plan = -1,
                                            .checkpoint_interval = 10.0};
 
-static size_t size_of_option(const kt_option *option) {
-    switch (option->type) {
-    case KT_OPTION_NUMBER:
-    case KT_OPTION_POSITIVE:
-    case KT_OPTION_ANGLE:
-        return sizeof(double);
-    case KT_OPTION_CHOICE:
-        return sizeof(int);
-    case KT_OPTION_COUNT:
-    case KT_OPTION_SEVERAL:
-        return sizeof(long);
-    case KT_OPTION_FLAG:
-        return sizeof(bool);
-    default:
-        return sizeof(char *);
-    }
-}
-
-/* Returns the first given option that has no meaning for modes; NULL: there is none. */
-static const char *option_of_runs(const kt_run_arguments *arguments) {
-    static const char *const kept[] = {"set",      "view",     "boxes",    "quiet",  "verbose", "modes",
-                                       "floating", "keyframe", "contacts", "ground", "search",  "allow"};
-    for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
-        bool is_kept = false;
-        for (size_t k = 0; k < sizeof kept / sizeof *kept; k++)
-            is_kept = is_kept || strcmp(options[i].name, kept[k]) == 0;
-        if (!is_kept && memcmp((const char *)arguments + options[i].offset,
-                               (const char *)&not_given + options[i].offset, size_of_option(&options[i])) != 0)
-            return options[i].name;
-    }
-    return NULL;
-}
-
 int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
-    const char *needless = option_of_runs(arguments);
-    if (needless != NULL)
-        return kt_misuse("view: --modes shows small motions and no run; leave out --%s", needless);
+    if (arguments->out != NULL)
+        return kt_misuse("view: --modes shows small motions and no run; leave out --out");
     char *base = kt_base_name(path), own[4096];
     if (base == NULL)
         return kt_say_no_memory(NULL);
@@ -196,33 +190,10 @@ static void take_page(const kt_usage *usage, kt_run_arguments *arguments) {
     arguments->out = NULL;
 }
 
-/* Reports an option that describes a file which is not written. */
-static int check_companions(const kt_run_arguments *arguments) {
-    const bool has_motion =
-        arguments->view != NULL || arguments->glb != NULL || arguments->command == kt_usage_view.command;
-    const struct {
-        bool is_idle;
-        const char *option, *companion;
-    } all[] = {
-        {arguments->dark && arguments->plot == NULL, "dark", "--plot FILE goes"},
-        {arguments->size != NULL && arguments->plot == NULL, "size", "--plot FILE goes"},
-        {arguments->boxes && !has_motion, "boxes", "--view FILE.html or --glb FILE.glb goes"},
-        {arguments->checkpoint_interval != not_given.checkpoint_interval && arguments->checkpoint == NULL &&
-             arguments->resume == NULL,
-         "checkpoint-interval", "--checkpoint FILE goes"},
-    };
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-        if (all[i].is_idle)
-            return kt_misuse("%s: --%s has nothing to act on: %s with it", arguments->command, all[i].option,
-                             all[i].companion);
-    return -1;
-}
-
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments) {
     *arguments = not_given;
     arguments->command = usage->command;
-    int operands;
-    int code = kt_arguments_read(usage, argc, argv, arguments, &operands);
+    int code = kt_arguments_read(usage, argc, argv, arguments, NULL);
     if (code >= 0)
         return code;
     take_page(usage, arguments);
@@ -236,25 +207,7 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         return kt_misuse(
             "%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
             arguments->command);
-    if (arguments->resume != NULL && arguments->plot != NULL)
-        return kt_misuse("%s: --plot would not show the time before the checkpoint; 'kinetree plot' draws the finished "
-                         "records, and with --marks the events that --summary lists",
-                         arguments->command);
-    if (arguments->resume != NULL && (arguments->view != NULL || arguments->glb != NULL))
-        return kt_misuse(
-            "%s: --view and --glb would not show the time before the checkpoint; leave --resume or them out",
-            arguments->command);
-    if (arguments->resume != NULL && arguments->from != NULL)
-        return kt_misuse(
-            "%s: --resume goes on with a run that was interrupted, --from starts another one; give one of them",
-            arguments->command);
-    if (!isnan(arguments->step) && !isnan(arguments->max_step))
-        return kt_misuse("%s: --step sets a fixed step and --max-step bounds adaptive ones; give one of them",
-                         arguments->command);
-    if (!isnan(arguments->step) && arguments->tolerance != NULL)
-        return kt_misuse("%s: --step sets a fixed step and --tolerance an adaptive one; give one of them",
-                         arguments->command);
-    return check_companions(arguments);
+    return -1;
 }
 
 /* ---- lists ------------------------------------------------------------------------------------------------------- */

@@ -41,6 +41,8 @@ static const kt_option options[] = {
     KT_READER_OPTIONS(arguments, settings),
 };
 
+static const kt_option_rule rules[] = {{"dark", true, "plot", NULL}};
+
 const kt_usage kt_usage_stability = {
     .command = "stability",
     .examples = "  kinetree stability robot.yaml\n"
@@ -62,6 +64,7 @@ const kt_usage kt_usage_stability = {
              "It is L-stable if an infinitely stiff mode also vanishes after one step. Otherwise, the factor of its "
              "decay is given.\n",
     KT_OPTIONS_OF(options),
+    KT_RULES_OF(rules),
 };
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
@@ -346,13 +349,8 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
         run.duration = given->duration;
     if (!(run.duration > 0.0))
         return kt_misuse("stability: the scene has no duration; give one: --duration 10");
-    if (given->samples > SAMPLES_MOST || (given->dark && given->plot == NULL)) {
-        if (given->dark)
-            kt_say("stability: --dark is about a picture: --plot FILE goes with it");
-        else
-            kt_say("stability: --samples must be 1 to %d", SAMPLES_MOST);
-        return KT_EXIT_USAGE;
-    }
+    if (given->samples > SAMPLES_MOST)
+        return kt_misuse("stability: --samples must be 1 to %d", SAMPLES_MOST);
     subject.duration = run.duration;
     subject.name = kt_title_of(model, base);
     const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
@@ -380,8 +378,7 @@ int kt_command_stability(int argc, char **argv) {
     arguments given = {0};
     kt_scene scene;
     kt_model *model = NULL;
-    int operands;
-    int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, &operands);
+    int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, NULL);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};

@@ -54,6 +54,9 @@ static const kt_option options[] = {
 static const kt_option_group groups[] = {{"Input", "vary"},     {"Output", "columns"}, {"Computation", "jobs"},
                                          {"Recovery", "merge"}, {"Messages", "quiet"}, {NULL, NULL}};
 
+static const kt_option_rule rules[] = {
+    {"from", false, "vary,sample", "--from gives the values of all runs; leave --vary and --sample out"}};
+
 const kt_usage kt_usage_sweep = {
     .command = "sweep",
     .examples = "  kinetree sweep pendulum.yaml --vary bodies.bob.mass=0.5:2:20\n"
@@ -82,6 +85,7 @@ const kt_usage kt_usage_sweep = {
              "With MPI, 'mpirun kinetree sweep ...' divides the runs among its processes.\n",
     KT_OPTIONS_OF(options),
     .groups = groups,
+    KT_RULES_OF(rules),
 };
 
 /* ---- lines in files ---------------------------------------------------------------------------------------------- */

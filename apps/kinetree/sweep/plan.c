@@ -450,8 +450,6 @@ static int set_grid(kt_sweep_plan *plan) {
 int kt_sweep_plan_make(const kt_sweep_arguments *arguments, const char *const *columns, kt_sweep_plan *plan) {
     int code = -1;
     *plan = (kt_sweep_plan){.seed = (uint64_t)arguments->seed, .repeats = arguments->repeats, .columns = columns};
-    if (arguments->from != NULL && (arguments->vary.count > 0 || arguments->sample != NULL))
-        return kt_misuse("--from gives the values of all runs; leave --vary and --sample out");
     if (arguments->from != NULL)
         code = read_axis_table(plan, arguments->from);
     for (int i = 0; code < 0 && i < arguments->vary.count; i++)

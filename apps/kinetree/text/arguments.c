@@ -253,13 +253,43 @@ static const kt_option *option_at(const kt_usage *usage, const char *argument) {
     return strncmp(argument, "--", 2) == 0 ? find_option(usage, argument + 2, strcspn(argument + 2, "=")) : NULL;
 }
 
+enum { OPTIONS_MAX = 64 };
+
+/* Checks one rule for the options that are given, in the order of the usage. */
+static int check_rule(const kt_usage *usage, const kt_option_rule *rule, const bool given[OPTIONS_MAX]) {
+    const kt_option *found = NULL;
+    char needed[128] = "";
+    size_t used = 0;
+    kt_word word;
+    if (!given[find_option(usage, rule->option, strlen(rule->option)) - usage->options])
+        return -1;
+    for (const char *rest = rule->others; found == NULL && kt_word_next(&rest, &word);) {
+        const kt_option *other = find_option(usage, word.text, word.length);
+        found = given[other - usage->options] ? other : NULL;
+        if (rule->needs && used < sizeof needed)
+            used +=
+                (size_t)snprintf(needed + used, sizeof needed - used, "%s--%s%s%s", used > 0 ? " or " : "", other->name,
+                                 other->argument != NULL ? " " : "", other->argument != NULL ? other->argument : "");
+    }
+    if ((found != NULL) == rule->needs)
+        return -1;
+    if (rule->words != NULL)
+        return kt_misuse("%s: %s%s", usage->command, rule->words,
+                         strcmp(rule->words + strlen(rule->words) - 2, "--") == 0 ? found->name : "");
+    if (rule->needs)
+        return kt_misuse("%s: --%s has nothing to act on: %s goes with it", usage->command, rule->option, needed);
+    return kt_misuse("%s: --%s and --%s exclude each other", usage->command, rule->option, found->name);
+}
+
 /* Reads the option at argv[*index], which starts with two dashes, and moves *index to the last word of the option. */
-static int read_option(const kt_usage *usage, int argc, char **argv, int *index, void *members) {
+static int read_option(const kt_usage *usage, int argc, char **argv, int *index, void *members,
+                       bool given[OPTIONS_MAX]) {
     const char *name = argv[*index] + 2;
     const char *equals = strchr(name, '=');
     const kt_option *option = option_at(usage, argv[*index]);
     if (option == NULL)
         return say_unknown_option(usage, name, strcspn(name, "="));
+    given[option - usage->options] = true;
     if (option->type == KT_OPTION_FLAG) {
         if (equals == NULL)
             return read_option_value(usage, option, NULL, members);
@@ -278,7 +308,7 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
 
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count) {
     int count = 0;
-    bool options_ended = false;
+    bool options_ended = false, given[OPTIONS_MAX] = {false};
     for (int i = 1; i < argc; i++) {
         const char *argument = argv[i];
         if (options_ended || argument[0] != '-' || argument[1] == '\0') {
@@ -292,7 +322,7 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
             return kt_misuse("%s: there is no option '%s'; 'kinetree %s --help' lists them", usage->command, argument,
                              usage->command);
         } else {
-            int code = read_option(usage, argc, argv, &i, members);
+            int code = read_option(usage, argc, argv, &i, members, given);
             if (code >= 0)
                 return code;
         }
@@ -306,6 +336,12 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
                    argv[1 + usage->most], usage->command);
         return KT_EXIT_USAGE;
     }
-    *operand_count = count;
+    for (size_t i = 0; i < usage->rule_count; i++) {
+        const int code = check_rule(usage, &usage->rules[i], given);
+        if (code >= 0)
+            return code;
+    }
+    if (operand_count != NULL)
+        *operand_count = count;
     return -1;
 }

@@ -89,6 +89,14 @@ typedef struct kt_option_group {
     const char *title, *first;
 } kt_option_group;
 
+/* A rule of options that go together, or exclude each other. */
+typedef struct kt_option_rule {
+    const char *option; /* if this one is given, */
+    bool needs;         /* one of the others must be given, too; else none of them may be */
+    const char *others; /* with commas between */
+    const char *words;  /* the message; NULL: the usual one. The other option's name follows words that end in "--" */
+} kt_option_rule;
+
 typedef struct kt_usage {
     const char *command;  /* "run" */
     const char *examples; /* lines, shown first in the help */
@@ -98,14 +106,18 @@ typedef struct kt_usage {
     const kt_option *options;
     size_t option_count;
     const kt_option_group *groups; /* NULL, or headings in the order of the options; the last one has no title */
-    const struct kt_usage *also;   /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
+    const kt_option_rule *rules;   /* are checked in this order, after all else */
+    size_t rule_count;
+    const struct kt_usage *also; /* NULL, or a subcommand whose options are all accepted, too; its help shows them */
 } kt_usage;
 
 /* The options of a kt_usage: those of a table. */
 #define KT_OPTIONS_OF(table) .options = table, .option_count = sizeof table / sizeof table[0]
 
+#define KT_RULES_OF(table) .rules = table, .rule_count = sizeof table / sizeof table[0]
+
 /* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
- * are moved to argv[1] onwards and counted. Both "--name value" and "--name=value" are accepted, and "--" ends the
+ * are moved to argv[1] onwards and counted, unless operand_count is NULL. Both "--name value" and "--name=value" are accepted, and "--" ends the
  * options. An option of the subcommand is no value of the option before it, unless "=" precedes it. Returns -1 if the
  * command can continue, otherwise an exit code: help was requested and printed, or an error was found and printed. */
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count);
