@@ -5,6 +5,7 @@
 
 #include "kinetree/descriptor.h"
 #include "kinetree/study.h"
+#include "scene/start.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -316,13 +317,11 @@ static void free_reached(reached *r) {
  * case. */
 static bool find_reached(const kt_model *model, reached *r) {
     *r = (reached){.model = model,
-                   .state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *r->state),
+                   .state = kt_given_state(model),
                    .residual = calloc((size_t)kt_model_mobility(model).equations + 1, sizeof *r->residual)};
     if (r->state == NULL || r->residual == NULL || kt_data_create(model, &r->data, NULL) != KT_OK)
         return false;
-    double *v = r->state + kt_model_nq(model);
-    kt_model_initial(model, r->state, v);
-    if (kt_state_assemble(model, r->data, 0.0, r->state, v, NULL) != KT_ERROR_CONSTRAINT)
+    if (kt_state_assemble(model, r->data, 0.0, r->state, r->state + kt_model_nq(model), NULL) != KT_ERROR_CONSTRAINT)
         return false;
     kt_assembly_reached(model, r->data, r->state);
     if (kt_loop_equations(model, r->data, 0.0, r->state, NULL, NULL, r->residual, NULL, NULL, NULL) != KT_OK ||

@@ -12,7 +12,9 @@
 
 static const double one_turn = 2.0 * 3.14159265358979323846;
 
-bool kt_doubtful_angle(double x) {
+/* Returns whether an angle, rad, was probably given in degrees without the unit: it is beyond one turn, and no multiple
+ * of 0.001 degrees. */
+static bool is_doubtful_angle(double x) {
     const double degrees = 1000.0 * 360.0 * (x / one_turn);
     return fabs(x) > one_turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
 }
@@ -29,7 +31,7 @@ static void check_radians(angles *a, double x, const char *format, ...) KT_PRINT
 static void check_radians(angles *a, double x, const char *format, ...) {
     char remedy[80], what[240];
     va_list arguments;
-    if (!isfinite(x) || !kt_doubtful_angle(x) || (a->only_whole && x != rint(x)))
+    if (!isfinite(x) || !is_doubtful_angle(x) || (a->only_whole && x != rint(x)))
         return;
     va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
@@ -95,6 +97,9 @@ static bool coordinate_turns(const kt_description *d, const char *joint) {
     return false;
 }
 
+/* Returns whether a key is a position of the joint in which the item acts. It is an angle if the joint turns. */
+static bool is_position_key(const kt_key *key) { return strcmp(key->unit, "rad|m") == 0; }
+
 /* Checks the positions to which an effect pulls or at which it stops its joint, if they are constant. */
 static void check_effect_angles(angles *a, const kt_description *d, const kt_effect *effect) {
     const kt_descriptor *descriptor = kt_effect_descriptor(effect->type);
@@ -102,12 +107,52 @@ static void check_effect_angles(angles *a, const kt_description *d, const kt_eff
         const kt_key *key = &descriptor->keys[i];
         const void *member = (const char *)effect + key->offset;
         const kt_function *function = key->kind == KT_KEY_FUNCTION ? member : NULL;
-        if (strcmp(key->unit, "rad|m") != 0)
+        if (!is_position_key(key))
             continue;
         if (key->kind == KT_KEY_NUMBER)
             check_radians(a, *(const double *)member, "%s of '%.80s': %s", descriptor->name, effect->joint, key->name);
         else if (function != NULL && function->type == KT_FUNCTION_CONSTANT)
             check_radians(a, function->value, "%s of '%.80s': %s", descriptor->name, effect->joint, key->name);
+    }
+}
+
+/* Checks the values of a function, given by `key`, that drives a joint which turns. Of a table, only the first doubtful
+ * row is reported. Coefficients of polynomials are rates, too, and 40 rad/s is usual. */
+static void check_function_angles(angles *a, const char *what, const char *name, const char *key,
+                                  const kt_function *f) {
+    const struct {
+        kt_function_type type;
+        const char *part;
+        double value;
+    } parts[] = {{KT_FUNCTION_CONSTANT, "", f->value},          {KT_FUNCTION_SINE, ".sine.amplitude", f->amplitude},
+                 {KT_FUNCTION_SINE, ".sine.offset", f->offset}, {KT_FUNCTION_RAMP, ".ramp.from", f->from},
+                 {KT_FUNCTION_RAMP, ".ramp.to", f->to},         {KT_FUNCTION_BUMP, ".bump.height", f->amplitude}};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        if (parts[i].type == f->type)
+            check_radians(a, parts[i].value, "%s '%.80s': %s%s", what, name, key, parts[i].part);
+    for (int i = 1, before = a->count; f->type == KT_FUNCTION_TABLE && i < f->number_count && a->count == before;
+         i += 2)
+        check_radians(a, f->numbers[i], "%s '%.80s': %s.table[%d][1]", what, name, key, i / 2);
+}
+
+/* Checks positions as functions of time: prescribed motions of joints, and positions to which effects pull joints.
+ * Constant ones of effects are checked with their other numbers. */
+static void check_driven_angles(angles *a, const kt_description *d) {
+    for (int i = 0; i < d->loop_count; i++) {
+        const kt_loop *loop = &d->loops[i];
+        const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
+        if (key != NULL && is_position_key(key) && coordinate_turns(d, loop->joint))
+            check_function_angles(a, "loop", loop->name, key->name, &loop->function);
+    }
+    for (int i = 0; i < d->effect_count; i++) {
+        const kt_effect *effect = &d->effects[i];
+        const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
+        const void *function = key != NULL ? (const char *)effect + key->offset : NULL;
+        char what[64];
+        (void)snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
+        if (key != NULL && is_position_key(key) && coordinate_turns(d, effect->joint) &&
+            ((const kt_function *)function)->type != KT_FUNCTION_CONSTANT)
+            check_function_angles(a, what, effect->joint, key->name, function);
     }
 }
 
@@ -128,6 +173,8 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
         check_effect_angles(&a, d, effect);
         check_end_angles(&a, effect->between, "effect", name);
     }
+    if (!only_whole)
+        check_driven_angles(&a, d);
     return a.count;
 }
 

@@ -5,6 +5,7 @@
 
 #include "kinetree/descriptor.h"
 #include "picture/picture.h"
+#include "scene/start.h"
 
 #include <float.h>
 #include <math.h>
@@ -233,13 +234,9 @@ static int warn_of_flat_wheel(const start *s, const kt_loop *loop) {
 /* Warns of flat wheels in the initial values. Assembly turns a wheel whose centre is at the height of its radius. */
 static int warn_of_flat_wheels(const start *s) {
     const kt_description *d = &s->scene->description;
-    const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
-    double *state = calloc(nq + nv + 1, sizeof *state);
+    double *state = kt_given_state(s->model);
     int count = 0;
-    if (state == NULL)
-        return 0;
-    kt_model_initial(s->model, state, state + nq);
-    if (kt_kinematics_update(s->model, s->data, state, NULL, NULL, NULL) == KT_OK)
+    if (state != NULL && kt_kinematics_update(s->model, s->data, state, NULL, NULL, NULL) == KT_OK)
         for (int i = 0; i < d->loop_count; i++)
             count += warn_of_flat_wheel(s, &d->loops[i]);
     free(state);

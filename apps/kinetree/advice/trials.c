@@ -1,5 +1,6 @@
 /* Assemblies of changed scenes, which show what closes their loops. */
 #include "advice/advice.h"
+#include "scene/start.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -10,13 +11,9 @@ bool kt_closes_described(const kt_scene *scene, const kt_description *descriptio
     kt_data *data = NULL;
     if (kt_model_compile(description, &options, &model, NULL) != KT_OK)
         return false;
-    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
-    bool closed = state != NULL && kt_data_create(model, &data, NULL) == KT_OK;
-    if (closed) {
-        double *v = state + kt_model_nq(model);
-        kt_model_initial(model, state, v);
-        closed = kt_state_assemble(model, data, 0.0, state, v, NULL) == KT_OK;
-    }
+    double *state = kt_given_state(model);
+    const bool closed = state != NULL && kt_data_create(model, &data, NULL) == KT_OK &&
+                        kt_state_assemble(model, data, 0.0, state, state + kt_model_nq(model), NULL) == KT_OK;
     kt_data_free(data);
     free(state);
     kt_model_free(model);

@@ -221,6 +221,23 @@ int kt_output_write(const char *path, void (*write)(FILE *file, const void *what
     return fine && is_ended ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }
 
+kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
+                         const void *what, kt_error *error) {
+    kt_output output;
+    errno = 0;
+    if (kt_output_start(&output, path) >= 0)
+        return kt_reject_memory(error);
+    FILE *file = is_stream(path) ? stdout : fopen(kt_output_path(&output), "w");
+    kt_status status = file != NULL ? write(file, what, error) : KT_OK;
+    const bool fine = file != NULL && fflush(file) == 0,
+               is_closed = file == NULL || file == stdout || fclose(file) == 0;
+    if (!(fine && is_closed) && status == KT_OK)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
+    return status;
+}
+
 char *kt_partial_name(const char *path) {
     return path == NULL                                   ? NULL
            : is_stream(path) || is_written_in_place(path) ? strdup(path)

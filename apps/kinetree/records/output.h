@@ -5,6 +5,8 @@
 #ifndef KT_COMMAND_RECORDS_OUTPUT_H
 #define KT_COMMAND_RECORDS_OUTPUT_H
 
+#include "kinetree/status.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -55,6 +57,10 @@ int kt_output_end(kt_output *output, kt_output_fate fate);
 /* Writes a result to a file, whole or not at all, or to standard output ("-"). Errors of the stream stay in it. Returns
  * KT_EXIT_DONE, or another exit code after printing the error. */
 int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what);
+
+/* Does the same with a function that has errors of its own. Errors: those of `write`, KT_ERROR_FILE, KT_ERROR_MEMORY. */
+KT_CHECKED kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
+                                    const void *what, kt_error *error);
 
 /* Returns NAME.partial for the name of a result (NULL: no result), or the name itself if it is written directly ("-", a
  * device). The caller frees it. */

@@ -146,18 +146,11 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
 }
 
 int kt_table_read_file(const char *path, kt_table *table) {
-    const bool is_input = strcmp(path, "-") == 0;
-    FILE *file = is_input ? stdin : fopen(path, "r");
     kt_bytes text = {0};
     *table = (kt_table){0};
-    errno = 0;
-    if (file != NULL && kt_bytes_read(&text, file, SIZE_MAX))
-        table->text = text.text;
-    const int reason = errno;
-    if (file != NULL && !is_input)
-        fclose(file);
-    if (table->text == NULL)
-        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(reason != 0 ? reason : ENOENT));
+    if (!kt_bytes_read_file(&text, path, SIZE_MAX))
+        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
+    table->text = text.text;
     const char *lines = split_header(table);
     int code = read_cells(path, table, lines);
     if (code >= 0)

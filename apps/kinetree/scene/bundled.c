@@ -18,9 +18,8 @@ static bool is_folder(const char *path) {
     return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-/* Finds the folder of this program, without a trailing slash. Linux has /proc/self/exe; on other systems this returns
- * false. */
-static bool find_own_folder(char *folder, size_t size) {
+/* Linux has /proc/self/exe; on other systems this returns false. */
+bool kt_own_folder(char *folder, size_t size) {
     ssize_t length = readlink("/proc/self/exe", folder, size - 1);
     if (length <= 0)
         return false;
@@ -34,7 +33,7 @@ static bool find_own_folder(char *folder, size_t size) {
 
 static bool find_near_program(char *folder, size_t size) {
     char own[FOLDER_SIZE];
-    if (!find_own_folder(own, sizeof own))
+    if (!kt_own_folder(own, sizeof own))
         return false;
     int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
     return length > 0 && (size_t)length < size && is_folder(folder);

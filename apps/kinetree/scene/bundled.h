@@ -5,6 +5,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* Finds the folder of this program, without a trailing slash. Returns false if the system hides it. */
+bool kt_own_folder(char *folder, size_t size);
+
 /* Writes the path of the folder. If there is none, prints an error if `reports`, and returns false. */
 bool kt_bundled_find(char *folder, size_t size, bool reports);
 

@@ -280,7 +280,6 @@ static void take_released(kt_scene *scene, const source *s) {
 static int take_given_state(kt_scene *scene, const source *s, const kt_model *model, double *q, double *v) {
     char missing[400] = "";
     kt_error error = {0};
-    kt_model_initial(model, q, v);
     const int found = read_joint_states(s, model, q, v, missing, sizeof missing);
     if (found < 0)
         return KT_EXIT_SCENE;
@@ -308,17 +307,10 @@ int kt_start_from(kt_scene *scene, const char *result, const char *folder) {
     int code = open_source(&s, scene, result, folder);
     if (code == KT_EXIT_DONE)
         code = kt_compile_scene(scene, &model);
-    if (code == KT_EXIT_DONE) {
-        double *q = calloc((size_t)kt_model_nq(model) + 1, sizeof *q);
-        double *v = calloc((size_t)kt_model_nv(model) + 1, sizeof *v);
-        if (q != NULL && v != NULL) {
-            code = take_given_state(scene, &s, model, q, v);
-        } else {
-            code = kt_say_no_memory(NULL);
-        }
-        free(q);
-        free(v);
-    }
+    double *q = code == KT_EXIT_DONE ? kt_given_state(model) : NULL;
+    if (code == KT_EXIT_DONE)
+        code = q != NULL ? take_given_state(scene, &s, model, q, q + kt_model_nq(model)) : kt_say_no_memory(NULL);
+    free(q);
     kt_model_free(model);
     close_source(&s);
     return code;

@@ -363,37 +363,15 @@ int kt_compile_scene(const kt_scene *scene, kt_model **model) {
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static kt_status write_scene_stream(const kt_scene *scene, FILE *stream, kt_error *error) {
-    const kt_status status = kt_scene_write(scene, stream, error);
-    if (fflush(stream) != 0 && status == KT_OK)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    return status;
-}
-
-static kt_status write_scene_file(const kt_scene *scene, const char *path, kt_error *error) {
-    FILE *file = fopen(path, "w");
-    if (file == NULL)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    const kt_status status = write_scene_stream(scene, file, error);
-    if (fclose(file) != 0 && status == KT_OK)
-        return kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    return status;
+static kt_status write_scene_stream(FILE *file, const void *scene, kt_error *error) {
+    return kt_scene_write(scene, file, error);
 }
 
 kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error) {
-    kt_output output;
-    errno = 0;
     if (scene->fmu_count > 0)
         kt_say("%s: FMU '%s'%s anew in this scene, since its state is not written", kt_show(path).text,
                kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others begin" : " begins");
-    if (strcmp(path, "-") == 0)
-        return write_scene_stream(scene, stdout, error);
-    if (kt_output_start(&output, path) >= 0)
-        return kt_reject_memory(error);
-    kt_status status = write_scene_file(scene, kt_output_path(&output), error);
-    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
-    return status;
+    return kt_output_fill(path, write_scene_stream, scene, error);
 }
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */

@@ -76,8 +76,7 @@ static kt_initial_change *list_initial_changes(const kt_model *model, const doub
     return changes;
 }
 
-/* Returns the initial state as given in the scene, q followed by v. NULL: memory is insufficient. */
-static double *given_state(const kt_model *model) {
+double *kt_given_state(const kt_model *model) {
     double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
     if (state != NULL)
         kt_model_initial(model, state, state + kt_model_nq(model));
@@ -104,7 +103,7 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
  * changed. */
 static void say_half_held(const char *path, const kt_scene *scene, const kt_model *model, const double *q) {
     const kt_description *d = &scene->description;
-    double *given = d->hold_count > 0 ? given_state(model) : NULL;
+    double *given = d->hold_count > 0 ? kt_given_state(model) : NULL;
     for (int i = 0; i < d->hold_count && given != NULL; i++) {
         const int body = kt_body_of_joint(model, d->hold[i]), source = kt_body_source(model, body);
         const kt_coordinates at = kt_body_coordinates(model, body);
@@ -141,7 +140,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
                        bool is_struck) {
     int count;
     kt_initial_change *changes = list_initial_changes(model, q, v, &count);
-    double *given = count > 0 ? given_state(model) : NULL;
+    double *given = count > 0 ? kt_given_state(model) : NULL;
     if (given != NULL)
         fprintf(stderr, "%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
                 path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
@@ -168,7 +167,7 @@ json_t *kt_start_moved(const kt_model *model, const double *q, const double *v) 
     json_t *list = json_array();
     int count;
     kt_initial_change *changes = list_initial_changes(model, q, v, &count);
-    double *given = given_state(model);
+    double *given = kt_given_state(model);
     for (int i = 0; given != NULL && i < count; i++) {
         const kt_coordinates at = kt_body_coordinates(model, changes[i].body);
         const part_name part = name_joint_part(at.type, changes[i].part);
@@ -210,7 +209,7 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
 int kt_start_report(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
-    double *state = given_state(model);
+    double *state = kt_given_state(model);
     const kt_status status = state == NULL ? kt_reject_memory(&error) : kt_data_create(model, &data, &error);
     int code = kt_exit_code(status);
     if (status == KT_OK)

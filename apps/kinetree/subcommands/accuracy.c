@@ -79,8 +79,6 @@ const kt_usage kt_usage_accuracy = {
                 "  kinetree accuracy linkage.yaml --formulations --plot linkage-formulations.svg\n"
                 "  kinetree accuracy linkage.yaml --baselines --duration 1 --steps 0.01,0.005,0.0025\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about =
         "Compares the cost of accuracy: runs a scene with every method at many steps or tolerances.\n"
         "It measures CPU time, and the error against a reference that is itself checked.\n"

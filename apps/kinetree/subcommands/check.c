@@ -10,7 +10,6 @@
 #include "text/arguments.h"
 #include "view/view.h"
 
-#include "kinetree/descriptor.h"
 #include "picture/load.h"
 #include "picture/mesh.h"
 #include "picture/picture.h"
@@ -40,8 +39,6 @@ const kt_usage kt_usage_check = {
                 "  kinetree check four-bar.yaml --view start.html\n"
                 "  kinetree make tree --links 50 | kinetree check -\n",
     .operands = "SCENE...",
-    .least = 1,
-    .most = -1,
     .about = "Reads and compiles each scene, closes its loops and computes its first accelerations.\n"
              "Prints 'FILE: ok' for each scene that runs.\n"
              "Every fault is printed on standard error as FILE:LINE:COLUMN: message, and every doubt as FILE: warning: "
@@ -208,86 +205,6 @@ static void check_axis_inertia(check *c) {
     free(work);
 }
 
-/* ---- angles ------------------------------------------------------------------------------------------------------ */
-
-static void check_angle(check *c, const char *what, const char *name, const char *key, double x) {
-    if (kt_doubtful_angle(x))
-        warn_check(c, "%s '%s': %s: %.9g is in radians, %.3g turns. Write '%.9g deg' if degrees are meant", what, name,
-                   key, x, x / (2.0 * 3.14159265358979323846), x);
-}
-
-static bool joint_turns(const check *c, const char *joint) {
-    const int body = joint != NULL ? kt_body_of_joint(c->model, joint) : -1;
-    return body >= 0 && kt_joint_coordinate_kind(kt_body_coordinates(c->model, body).type, 0) == KT_COORDINATE_ANGLE;
-}
-
-/* Returns whether a key is a position of the joint in which the item acts. The position is an angle if the joint
- * turns. */
-static bool is_position_key(const kt_key *key) { return strcmp(key->unit, "rad|m") == 0; }
-
-/* ---- functions of time ------------------------------------------------------------------------------------------- */
-
-/* Checks the values of a function, given by `key`, that drives a revolute joint; of a table only the first doubtful row
- * is reported. */
-static void check_function_angles(check *c, const char *what, const char *name, const char *key, const kt_function *f) {
-    char part[80];
-#define CHECK_PART(end, value) (snprintf(part, sizeof part, "%s.%s", key, end), check_angle(c, what, name, part, value))
-    switch (f->type) {
-    case KT_FUNCTION_CONSTANT:
-        check_angle(c, what, name, key, f->value);
-        break;
-    case KT_FUNCTION_SINE:
-        CHECK_PART("sine.amplitude", f->amplitude);
-        CHECK_PART("sine.offset", f->offset);
-        break;
-    case KT_FUNCTION_RAMP:
-        CHECK_PART("ramp.from", f->from);
-        CHECK_PART("ramp.to", f->to);
-        break;
-    case KT_FUNCTION_TABLE:
-        for (int i = 1; i < f->number_count; i += 2) {
-            if (!kt_doubtful_angle(f->numbers[i]))
-                continue;
-            snprintf(part, sizeof part, "%s.table[%d][1]", key, i / 2);
-            check_angle(c, what, name, part, f->numbers[i]);
-            break; /* one row is enough */
-        }
-        break;
-    case KT_FUNCTION_BUMP:
-        CHECK_PART("bump.height", f->amplitude);
-        break;
-    case KT_FUNCTION_NONE:
-    case KT_FUNCTION_SUM:
-    case KT_FUNCTION_PRODUCT:
-    case KT_FUNCTION_EXPRESSION:
-    case KT_FUNCTION_POLYNOMIAL: /* its coefficients are rates, too, and 40 rad/s is usual */
-        break;
-    }
-#undef CHECK_PART
-}
-
-/* Checks positions as functions of time: prescribed motions of joints, and positions to which effects pull joints. */
-static void check_driven_angles(check *c) {
-    const kt_description *d = &c->scene->description;
-    for (int i = 0; i < d->loop_count; i++) {
-        const kt_loop *loop = &d->loops[i];
-        const kt_key *key = kt_descriptor_kind(kt_loop_descriptor(loop->type), KT_KEY_FUNCTION);
-        if (key != NULL && is_position_key(key) && joint_turns(c, loop->joint))
-            check_function_angles(c, "loop", loop->name, key->name, &loop->function);
-    }
-    for (int i = 0; i < d->effect_count; i++) {
-        const kt_effect *effect = &d->effects[i];
-        const kt_key *key = kt_descriptor_kind(kt_effect_descriptor(effect->type), KT_KEY_FUNCTION);
-        char what[64];
-        if (key == NULL || !is_position_key(key) || !joint_turns(c, effect->joint) ||
-            ((const kt_function *)((const char *)effect + key->offset))->type == KT_FUNCTION_CONSTANT)
-            continue; /* kt_angles_warn has the constant ones */
-        snprintf(what, sizeof what, "%s of", kt_effect_type_name(effect->type));
-        check_function_angles(c, what, effect->joint, key->name,
-                              (const kt_function *)((const char *)effect + key->offset));
-    }
-}
-
 /* ---- a scene ----------------------------------------------------------------------------------------------------- */
 
 /* Prints an error of the scene, and returns its exit code. */
@@ -350,7 +267,6 @@ static int check_start(check *c) {
     check_gravity(c);
     check_axis_inertia(c);
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
-    check_driven_angles(c);
     check_meshes(c);
     c->warnings += kt_idle_warn(&warnings, c->scene);
     c->warnings += kt_column_units_warn(&warnings, c->scene, c->model);

@@ -24,8 +24,6 @@ const kt_usage kt_usage_demo = {
                 "  kinetree demo pendulum\n"
                 "  kinetree demo pendulum --duration 3 --plot pendulum.svg\n",
     .operands = "[NAME [OPTION OF run...]]",
-    .least = 0,
-    .most = 1,
     .about = "Without a name, lists the bundled scenes.\n"
              "With a name, runs the scene as 'kinetree run' does, with the options of 'kinetree run'.\n"
              "Existing results stay, unless --force is given.\n"

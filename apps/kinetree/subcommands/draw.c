@@ -82,8 +82,6 @@ const kt_usage kt_usage_draw = {
                 "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n"
                 "  kinetree draw four-bar.yaml --animate --until 2 --trace coupler.tip\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Draws shapes, joints, loops, springs, markers and planes to scale.\n"
              "A body without a shape is drawn as thin rods between its joints, with a ball at its centre of mass.\n"
              "Rods without a radius and points are drawn with a visible size.\n"

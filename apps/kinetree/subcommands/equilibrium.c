@@ -32,8 +32,6 @@ const kt_usage kt_usage_equilibrium = {
                 "  kinetree equilibrium four-bar.yaml --scene resting.yaml && kinetree run resting.yaml\n"
                 "  kinetree equilibrium cart-pole.yaml --nearest\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Follows an overdamped motion from the initial position until the scene rests, with its effects as they "
              "are at the start.\n"
              "Prints the positions of the joints as a scene file has them. A start that is an equilibrium is kept.\n"

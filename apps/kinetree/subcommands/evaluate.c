@@ -32,8 +32,6 @@ const kt_usage kt_usage_evaluate = {
                 "  kinetree evaluate arm.yaml --acceleration=0,0.5,-1\n"
                 "  kinetree evaluate arm.yaml | jq .mass_matrix\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about =
         "Prints the terms of the equations of motion in the initial state, assembled:\n"
         "\n"

@@ -7,7 +7,6 @@
 
 #include "kinetree/export.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,8 +51,6 @@ const kt_usage kt_usage_export = {
                 "  kinetree export --c arm.yaml --functions forward,mass --out arm.c\n"
                 "  kinetree export --fmu arm.yaml --input shoulder,elbow --out arm.fmu\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Writes the mechanism of a scene as a robot in URDF or MJCF, its equations as C, or all of it as an FMU.\n"
              "Both robot formats have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings "
              "of two joints.\n"
@@ -103,28 +100,20 @@ static losses begin_losses(const char *path, const kt_scene *scene, const kt_set
     return l;
 }
 
-static kt_status write_robot_stream(const kt_scene *scene, kt_robot_format format, FILE *stream, losses *lost,
-                                    const char *out, kt_error *error) {
-    char *folder = strcmp(out, "-") != 0 ? kt_folder_of(out) : NULL;
-    const kt_status status = kt_robot_write_scene(scene, format, folder, stream, say_lost_by_format, lost, error);
-    free(folder);
-    return status;
-}
+/* A robot that is written. */
+typedef struct robot {
+    const kt_scene *scene;
+    kt_robot_format format;
+    const char *out;
+    losses *lost;
+} robot;
 
-static kt_status write_robot_file(const kt_scene *scene, kt_robot_format format, const char *out, losses *lost,
-                                  kt_error *error) {
-    kt_output output;
-    if (strcmp(out, "-") == 0)
-        return write_robot_stream(scene, format, stdout, lost, out, error);
-    if (kt_output_start(&output, out) >= 0)
-        return kt_reject_memory(error);
-    FILE *file = fopen(kt_output_path(&output), "w");
-    kt_status status = file != NULL ? write_robot_stream(scene, format, file, lost, out, error)
-                                    : kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    if (file != NULL && fclose(file) != 0 && status == KT_OK)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
-    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
+static kt_status write_robot(FILE *file, const void *what, kt_error *error) {
+    const robot *r = what;
+    char *folder = strcmp(r->out, "-") != 0 ? kt_folder_of(r->out) : NULL;
+    const kt_status status =
+        kt_robot_write_scene(r->scene, r->format, folder, file, say_lost_by_format, r->lost, error);
+    free(folder);
     return status;
 }
 
@@ -156,7 +145,8 @@ int kt_command_export(int argc, char **argv) {
     code = kt_reject_fmus("export", &scene);
     if (code < 0) {
         losses lost = begin_losses(argv[1], &scene, &a.settings);
-        const kt_status status = write_robot_file(&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost, &error);
+        const robot written = {&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost};
+        const kt_status status = kt_output_fill(a.out, write_robot, &written, &error);
         code = status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
         if (status != KT_OK)
             kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",

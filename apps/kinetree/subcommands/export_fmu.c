@@ -11,6 +11,7 @@
 
 #include "command.h"
 #include "records/output.h"
+#include "scene/bundled.h"
 #include "text/bytes.h"
 
 #include "kinetree/joint.h"
@@ -63,11 +64,8 @@ typedef struct kt_content {
 /* Reads a whole file. Returns an exit code; text is NULL after printing an error. The caller frees it. */
 static int read_content(const char *path, kt_content *content) {
     kt_bytes bytes = {0};
-    FILE *file = fopen(path, "rb");
-    if (file == NULL || !kt_bytes_read(&bytes, file, SIZE_MAX))
+    if (!kt_bytes_read_file(&bytes, path, SIZE_MAX))
         kt_say("%s cannot be read: %s", kt_show(path).text, strerror(errno));
-    if (file != NULL)
-        (void)fclose(file);
     *content = (kt_content){bytes.text, bytes.used};
     return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
 }
@@ -76,12 +74,7 @@ static int read_content(const char *path, kt_content *content) {
 static bool find_installed(const char *name, char path[KT_FMU_PATH]) {
     static const char *const configured[] = {KT_FMU_BUILT, KT_FMU_INSTALLED};
     char own[KT_FMU_PATH / 2];
-    const ssize_t length = readlink("/proc/self/exe", own, sizeof own - 1);
-    if (length > 0) {
-        own[length] = '\0';
-        char *slash = strrchr(own, '/');
-        if (slash != NULL)
-            *slash = '\0';
+    if (kt_own_folder(own, sizeof own)) {
         (void)snprintf(path, KT_FMU_PATH, "%s/%s/%s", own, KT_FMU_FROM_PROGRAM, name);
         if (access(path, R_OK) == 0)
             return true;

@@ -29,8 +29,6 @@ const kt_usage kt_usage_help = {
                 "  kinetree help --man run > kinetree-run.1 && man ./kinetree-run.1\n"
                 "  kinetree help --completion bash > kinetree.bash && . ./kinetree.bash\n",
     .operands = "[SUBCOMMAND|TYPE]",
-    .least = 0,
-    .most = 1,
     .about = "Shows the list of subcommands, the help of one subcommand, or a type of scene files.\n"
              "A type is that of a joint, loop, effect, function of time or shape.\n"
              "Man pages and completions are installed with the command.\n"

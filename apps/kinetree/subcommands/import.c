@@ -44,8 +44,6 @@ const kt_usage kt_usage_import = {
                 "  kinetree import rover.sdf --out rover.yaml\n"
                 "  kinetree run arm.urdf --duration 2 --view\n",
     .operands = "ROBOT.urdf",
-    .least = 1,
-    .most = 1,
     .about =
         "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
         "Loops, effects and settings can be added to this scene.\n"

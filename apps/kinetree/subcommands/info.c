@@ -146,8 +146,6 @@ const kt_usage kt_usage_info = {
                 "  kinetree make tree --links 1000 | kinetree info -\n"
                 "  kinetree info --plan robot.yaml\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Shows sizes, masses and the settings of a run, and draws the tree of the scene.\n"
              "The tree has joints with their degrees of freedom (dof), masses and markers. Long chains and large trees "
              "are abridged.\n",
@@ -283,8 +281,8 @@ static int show_start(const kt_scene *scene, const kt_model *model) {
     kt_error error = {0};
     kt_data *data = NULL;
     kt_warnings warnings = {.quiet = false};
-    size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
-    double *state = calloc(nq + nv + 1, sizeof *state);
+    const int nq = kt_model_nq(model);
+    double *state = kt_given_state(model);
     kt_status status = state == NULL ? kt_reject_memory(&error) : kt_data_create(model, &data, &error);
     int code = KT_EXIT_DONE;
     if (status == KT_OK)

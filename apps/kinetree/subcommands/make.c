@@ -60,8 +60,6 @@ const kt_usage kt_usage_make = {
                 "  kinetree make tree --links 63 --joint spherical | kinetree info -\n"
                 "  kinetree make tree --links 200 --joint mixed --seed 7 > random.yaml\n",
     .operands = "chain|pendulum|tree",
-    .least = 1,
-    .most = 1,
     .about = "Writes a scene to standard output. Gravity pulls along -y.\n"
              "  chain     rods one after the other along x, from the world's origin; slender, but where a joint\n"
              "            can turn them about their length\n"

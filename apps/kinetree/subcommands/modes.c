@@ -75,8 +75,6 @@ const kt_usage kt_usage_modes = {
                 "  kinetree modes ground-resonance.yaml --period 0.36959913571644626\n"
                 "  kinetree modes point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Linearises a scene and prints its modes, slowest first.\n"
              "Each has a frequency in Hz, a damping ratio and a rate in 1/s: the real part of the eigenvalue. A "
              "negative rate decays.\n"

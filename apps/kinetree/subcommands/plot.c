@@ -56,8 +56,6 @@ const kt_usage kt_usage_plot = {
                 "  kinetree plot lengths-sweep.csv --columns energy.error --map L,m --log\n"
                 "  kinetree run pendulum.yaml --out - | kinetree plot - --out pendulum.svg\n",
     .operands = "RESULT...",
-    .least = 1,
-    .most = -1,
     .about = "Draws the records of 'kinetree run' ('-': standard input).\n"
              "The default is positions, auxiliary states, forces of effects, energies, the openings of loops and\n"
              "columns by formulas, against time.\n"

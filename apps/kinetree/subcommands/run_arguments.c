@@ -109,8 +109,6 @@ const kt_usage kt_usage_run = {
                 "  kinetree run pendulum.yaml --checkpoint p.state       and after a break: --resume p.state\n"
                 "  kinetree make chain --links 100 | kinetree run - --interval 0.1 --out - | head\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Simulates a scene ('-': standard input) and writes its records as CSV with 17 significant digits.\n"
              "Each option overrides the key with its name in the scene's 'simulate' or 'output'.\n"
              "Results are written to NAME.partial, which is renamed at the end.\n"
@@ -130,8 +128,6 @@ const kt_usage kt_usage_view = {
                 "  kinetree make chain --links 20 | kinetree view -\n"
                 "  kinetree view engine-mounts.yaml --modes\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Simulates a scene and writes a page that shows its motion: NAME.html.\n"
              "Any browser with WebGL 2 opens this one file without a network.\n"
              "The motion plays, and can be turned and zoomed. Curves of the recorded quantities follow below.\n"

@@ -49,8 +49,6 @@ const kt_usage kt_usage_stability = {
                 "  kinetree stability robot.yaml --step 1e-3\n"
                 "  kinetree stability robot.yaml --integrator rk4 --step 1e-3 --plot region.svg\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = 1,
     .about = "Linearises the scene at states along its motion and prints its fastest modes.\n"
              "Hard contacts that are closed in a state are constraints of its modes.\n"
              "For each mode it prints how fast the mode decays or oscillates, and which joints move.\n"

@@ -67,8 +67,7 @@ const kt_usage kt_usage_sweep = {
                 "  kinetree sweep arm.yaml --vary L=1:2:900 --shard 3/9 --out 3.csv\n"
                 "  kinetree sweep --merge 1.csv 2.csv 3.csv --out all.csv\n",
     .operands = "SCENE",
-    .least = 1,
-    .most = -1,
+    .takes_any = true,
     .about = "Runs a scene many times with other values, as --set gives them, and writes one line for each run.\n"
              "A line has the values, the end of the run (done, scene, assembly, integration) and its reason, its cost, "
              "and the error of its energy.\n"
@@ -401,27 +400,19 @@ static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t 
 }
 
 static int read_sweep_scene(kt_sweep *sweep) {
-    FILE *file = strcmp(sweep->path, "-") == 0 ? stdin : fopen(sweep->path, "rb");
     kt_bytes text = {0};
-    if (file == NULL) {
-        kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
-        kt_missing_suggest(sweep->path);
-        return KT_EXIT_SCENE;
-    }
-    if (kt_is_robot_name(sweep->path)) {
-        (void)fclose(file);
+    const bool fine = kt_bytes_read_file(&text, sweep->path, (size_t)65 << 20);
+    sweep->text = text.text;
+    sweep->size = text.used;
+    if (fine && kt_is_robot_name(sweep->path))
         return kt_reject(KT_EXIT_SCENE,
                          "%s is a robot, and sweeps take scenes: kinetree import %s >robot.yaml makes one", sweep->path,
                          sweep->path);
-    }
-    const bool fine = kt_bytes_read(&text, file, (size_t)65 << 20);
-    sweep->text = text.text;
-    sweep->size = text.used;
-    if (file != stdin)
-        (void)fclose(file);
-    if (!fine)
-        kt_say("%s cannot be read", sweep->path);
-    return fine ? -1 : KT_EXIT_SCENE;
+    if (fine)
+        return -1;
+    kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
+    kt_missing_suggest(sweep->path);
+    return KT_EXIT_SCENE;
 }
 
 static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, const char *path) {

@@ -327,13 +327,16 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
                 return code;
         }
     }
-    if (count < usage->least || (usage->most >= 0 && count > usage->most)) {
-        if (count < usage->least)
+    const size_t length = strlen(usage->operands);
+    const bool takes_any = usage->takes_any || (length > 3 && strcmp(usage->operands + length - 3, "...") == 0);
+    const int least = length > 0 && usage->operands[0] != '[', most = takes_any ? count : length > 0;
+    if (count < least || count > most) {
+        if (count < least)
             kt_say("%s: %s is missing; 'kinetree %s --help' has examples", usage->command, usage->operands,
                    usage->command);
         else
-            kt_say("%s: '%s' is one word too many; 'kinetree %s --help' has examples", usage->command,
-                   argv[1 + usage->most], usage->command);
+            kt_say("%s: '%s' is one word too many; 'kinetree %s --help' has examples", usage->command, argv[1 + most],
+                   usage->command);
         return KT_EXIT_USAGE;
     }
     for (size_t i = 0; i < usage->rule_count; i++) {
