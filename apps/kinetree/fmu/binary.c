@@ -2,7 +2,6 @@
 #include "command.h"
 #include "fmu/instance.h"
 
-#include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,17 +37,12 @@ kt_status kt_fmi_check(kt_fmi_instance *f, kt_fmi_status status, const char *fun
 
 /* ---- functions -------------------------------------------------------------------------------------------------- */
 
-bool kt_fmi_find(const kt_fmi_instance *f, const char *name, void *function) {
-    void *address = dlsym(f->library, name);
-    memcpy(function, &address, sizeof address);
-    return address != NULL;
-}
-
 void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]) {
     kt_fmi_states *s = &f->states;
-    const bool found = kt_fmi_find(f, names[0], &s->get) && kt_fmi_find(f, names[1], &s->set) &&
-                       kt_fmi_find(f, names[2], &s->free) && kt_fmi_find(f, names[3], &s->size) &&
-                       kt_fmi_find(f, names[4], &s->serialize) && kt_fmi_find(f, names[5], &s->deserialize);
+    const bool found =
+        kt_find_symbol(f->library, names[0], &s->get) && kt_find_symbol(f->library, names[1], &s->set) &&
+        kt_find_symbol(f->library, names[2], &s->free) && kt_find_symbol(f->library, names[3], &s->size) &&
+        kt_find_symbol(f->library, names[4], &s->serialize) && kt_find_symbol(f->library, names[5], &s->deserialize);
     f->description.can_serialize = f->description.can_serialize && found;
 }
 

@@ -40,7 +40,7 @@ static const char *load_fmi2(kt_fmi_instance *f) {
     if (to == NULL)
         return "for want of memory";
 #define LOAD(name, result, arguments)                                                                                  \
-    if (!kt_fmi_find(f, "fmi2" #name, &to->name))                                                                      \
+    if (!kt_find_symbol(f->library, "fmi2" #name, &to->name))                                                          \
         return "fmi2" #name;
     FUNCTIONS(LOAD)
 #undef LOAD

@@ -35,14 +35,14 @@ static const char *load_fmi3(kt_fmi_instance *f) {
     if (to == NULL)
         return "for want of memory";
 #define LOAD(name, result, arguments)                                                                                  \
-    if (!kt_fmi_find(f, "fmi3" #name, &to->name))                                                                      \
+    if (!kt_find_symbol(f->library, "fmi3" #name, &to->name))                                                          \
         return "fmi3" #name;
     FUNCTIONS(LOAD)
 #undef LOAD
     kt_fmi_find_states(f, names);
 #define LOAD(id, name, type)                                                                                           \
-    (void)kt_fmi_find(f, "fmi3Get" #name, &to->Get##name);                                                             \
-    (void)kt_fmi_find(f, "fmi3Set" #name, &to->Set##name);
+    (void)kt_find_symbol(f->library, "fmi3Get" #name, &to->Get##name);                                                 \
+    (void)kt_find_symbol(f->library, "fmi3Set" #name, &to->Set##name);
     KT_FMI_TYPE_LIST(LOAD)
 #undef LOAD
     return NULL;

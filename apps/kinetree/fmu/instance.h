@@ -4,6 +4,7 @@
 
 #include "fmu/archive.h"
 #include "fmu/description.h"
+#include "native/native.h"
 
 #include "../fmu/fmi3.h"
 
@@ -66,9 +67,6 @@ KT_CHECKED kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error);
 
 /* Keeps and prints a message of the FMU. */
 void kt_fmi_note(kt_fmi_instance *f, kt_fmi_status status, const char *category, const char *message);
-
-/* Finds a function of the binary: writes its address to *function. Returns false if it is missing. */
-bool kt_fmi_find(const kt_fmi_instance *f, const char *name, void *function);
 
 /* Finds the functions of states, in the order of kt_fmi_states. If one is missing, the FMU cannot be serialised. */
 void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]);

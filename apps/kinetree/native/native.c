@@ -141,7 +141,7 @@ static bool compile_native(kt_native_file *file, const char *command, const nati
 
 /* ---- loading ----------------------------------------------------------------------------------------------------- */
 
-static bool find_native(void *library, const char *name, void *function) {
+bool kt_find_symbol(void *library, const char *name, void *function) {
     void *const address = dlsym(library, name);
     memcpy(function, &address, sizeof address);
     return address != NULL;
@@ -151,9 +151,9 @@ static bool find_native(void *library, const char *name, void *function) {
 static bool load_native(kt_native_file *file, uint64_t structure, const char *path) {
     native_about *about;
     file->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (file->library == NULL || !find_native(file->library, "native_about", &about) ||
-        !find_native(file->library, "native_renew", &file->renew) ||
-        !find_native(file->library, "native_acceleration", &file->acceleration) || about(0) != structure)
+    if (file->library == NULL || !kt_find_symbol(file->library, "native_about", &about) ||
+        !kt_find_symbol(file->library, "native_renew", &file->renew) ||
+        !kt_find_symbol(file->library, "native_acceleration", &file->acceleration) || about(0) != structure)
         return false;
     file->structure = structure;
     file->numbers = (size_t)about(1);

@@ -87,4 +87,7 @@ bool kt_code_cache_end(kt_code_cache *cache, const char *command, const char *pa
 /* Whether a file may be loaded: it exists, and only this user can write it. Prints an error in the latter case. */
 bool kt_code_cache_has(const char *command, const char *path, bool *is_foreign);
 
+/* Finds a function of a library: writes its address to *function. Returns false if it is missing. */
+bool kt_find_symbol(void *library, const char *name, void *function);
+
 #endif

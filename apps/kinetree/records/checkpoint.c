@@ -163,18 +163,11 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint) {
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 static bool put_bytes_to(int file, const void *bytes, size_t size, uint64_t *sum) {
-    const char *from = bytes;
+    size_t done;
     *sum = kt_sum_add(*sum, bytes, size);
-    while (size > 0) {
-        ssize_t count = write(file, from, size);
-        if (count < 0 && errno == EINTR)
-            continue;
-        if (count < 0)
-            return false;
-        from += count;
-        size -= (size_t)count;
-    }
-    return true;
+    const int reason = kt_write_bytes(file, bytes, size, &done);
+    errno = reason;
+    return reason == 0;
 }
 
 static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_progress_so_far *so_far,

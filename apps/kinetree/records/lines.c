@@ -18,8 +18,8 @@ static const double longest = 0.02; /* s, after which the buffer is written; man
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-/* Writes all bytes, in several writes if necessary (as for pipes). Returns 0 or the errno. */
-static int write_all_bytes(int file, const char *text, size_t size, size_t *done) {
+int kt_write_bytes(int file, const void *bytes, size_t size, size_t *done) {
+    const char *text = bytes;
     for (*done = 0; *done < size;) {
         const ssize_t count = write(file, text + *done, size - *done);
         if (count < 0 && errno != EINTR)
@@ -33,7 +33,7 @@ static int write_all_bytes(int file, const char *text, size_t size, size_t *done
  * 0 or the errno. */
 static int write_whole(const kt_lines *lines) {
     size_t done;
-    const int reason = write_all_bytes(lines->file, lines->text, lines->whole, &done);
+    const int reason = kt_write_bytes(lines->file, lines->text, lines->whole, &done);
     while (reason != 0 && done > 0 && lines->text[done - 1] != '\n')
         done--;
     if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
@@ -109,8 +109,7 @@ int kt_lines_flush(kt_lines *lines) {
     size_t done = 0;
     int reason = 0;
     if (lines->whole > 0)
-        reason =
-            lines->is_regular ? write_apart(lines) : write_all_bytes(lines->file, lines->text, lines->whole, &done);
+        reason = lines->is_regular ? write_apart(lines) : kt_write_bytes(lines->file, lines->text, lines->whole, &done);
     if (reason != 0) {
         done = lines->is_regular ? measure_written(lines) : done;
         lines->lost += count_lines_after(lines, done);

@@ -31,4 +31,7 @@ int kt_lines_flush(kt_lines *lines);
 /* Writes the buffer and closes the file. Returns 0, or -1 after printing the error. */
 int kt_lines_close(kt_lines *lines);
 
+/* Writes all bytes, in several writes if necessary (as for pipes). *done: how many. Returns 0 or the errno. */
+int kt_write_bytes(int file, const void *bytes, size_t size, size_t *done);
+
 #endif

@@ -201,12 +201,9 @@ static int report_findings(const kt_findings *findings) {
         return kt_finish_output(kt_findings_print_baselines(findings));
     if (arguments->out != NULL)
         code = kt_findings_write(findings, arguments->out);
-    if (arguments->plot != NULL) {
-        const int drawn = kt_findings_draw(findings, arguments->plot, arguments->dark);
-        code = code == KT_EXIT_DONE ? drawn : code;
-    }
-    if (arguments->plot_dark != NULL) {
-        const int drawn = kt_findings_draw(findings, arguments->plot_dark, true);
+    for (int dark = 0; dark < 2; dark++) {
+        const char *path = dark ? arguments->plot_dark : arguments->plot;
+        const int drawn = path != NULL ? kt_findings_draw(findings, path, dark || arguments->dark) : KT_EXIT_DONE;
         code = code == KT_EXIT_DONE ? drawn : code;
     }
     if (code == KT_EXIT_DONE && !arguments->quiet) {

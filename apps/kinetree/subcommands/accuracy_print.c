@@ -103,19 +103,21 @@ static const char *end_text(kt_accuracy_end end) {
     return "";
 }
 
+/* Prints a number in a column of this width, or a dash without one. */
+static void print_or_dash(bool is_known, int width, int digits, double x) {
+    if (is_known)
+        printf("  %-*.*g", width, digits, x);
+    else
+        printf("  %-*s", width, "-");
+}
+
 static void print_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
     const double least = least_error(findings, findings->results->points + curve->first, curve->count);
     const char *variant = findings->results->variants[curve->variant].label;
     printf("  %-14s %5d", curve->method->name, curve->method->order);
     print_slope(curve);
-    if (curve->stable_step > 0.0)
-        printf("  %-12.3g", curve->stable_step);
-    else
-        printf("  %-12s", "-");
-    if (isfinite(least))
-        printf("  %-8.2g", least);
-    else
-        printf("  %-8s", "-");
+    print_or_dash(curve->stable_step > 0.0, 12, 3, curve->stable_step);
+    print_or_dash(isfinite(least), 8, 2, least);
     printf("  %s%s%s\n", end_text(curve->end), variant != NULL ? "; " : "", variant != NULL ? variant : "");
 }
 

@@ -102,14 +102,6 @@ static void check_mobility(check *c) {
             f.tree, f.tree == 1 ? "" : "s", f.rank, f.rank == 1 ? "" : "s");
 }
 
-/* Warns of joints whose motion is prescribed by two loops. The loops agree in the initial state, but may disagree
- * later. */
-static int warn_of_double_motions(const check *c) {
-    char before[512];
-    snprintf(before, sizeof before, "%s: warning: ", c->path);
-    return kt_say_double_motions(before, c->scene);
-}
-
 /* ---- gravity ----------------------------------------------------------------------------------------------------- */
 
 /* Returns whether the assembled state is at rest, without effects, drives and accelerations. */
@@ -245,6 +237,7 @@ static int check_simulation(const check *c) {
 static int check_start(check *c) {
     kt_error error = {0};
     kt_warnings warnings = {.path = c->path};
+    char before[512];
     kt_model_initial(c->model, c->q, c->v);
     kt_status status = kt_state_assemble(c->model, c->data, 0.0, c->q, c->v, &error);
     if (status == KT_OK)
@@ -262,7 +255,8 @@ static int check_start(check *c) {
         return code;
     c->warnings += kt_say_disagreement(c->scene, c->model) > 0;
     c->warnings += kt_start_say_moved(c->path, c->scene, c->model, c->q, c->v, false) > 0;
-    c->warnings += warn_of_double_motions(c);
+    (void)snprintf(before, sizeof before, "%s: warning: ", c->path);
+    c->warnings += kt_say_double_motions(before, c->scene);
     check_mobility(c);
     check_gravity(c);
     check_axis_inertia(c);

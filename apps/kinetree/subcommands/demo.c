@@ -38,17 +38,13 @@ static int is_demo_scene(const struct dirent *entry) {
     return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
-static void join_demo_path(char *path, size_t size, const char *folder, const char *file) {
-    snprintf(path, size, "%s/%s", folder, file);
-}
-
 /* ---- listing ----------------------------------------------------------------------------------------------------- */
 
 static void list_scene(const char *folder, const char *file, int width) {
     char path[PATH_SIZE];
     kt_scene scene;
     kt_error error;
-    join_demo_path(path, sizeof path, folder, file);
+    (void)snprintf(path, sizeof path, "%s/%s", folder, file);
     int length = (int)strlen(file) - 5;
     if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK) {
         printf("%-*.*s  (does not read; 'kinetree check %s' shows the reason)\n", width, length, file, path);
@@ -107,7 +103,7 @@ static int run_demo(int argc, char **argv, bool forces, const char *folder, stru
             found = i;
     if (found < 0)
         return say_unknown_demo(argv[1], entries, count);
-    join_demo_path(path, sizeof path, folder, entries[found]->d_name);
+    (void)snprintf(path, sizeof path, "%s/%s", folder, entries[found]->d_name);
     argv[0] = (char[]){"run"};
     argv[1] = path;
     const kt_run_manner manner = {.usage = &kt_usage_run, .has_records = true, .has_view = true, .is_careful = !forces};

@@ -94,38 +94,41 @@ static void write_event_identifier(const char *name, FILE *to) {
 
 /* ---- units ------------------------------------------------------------------------------------------------------- */
 
-/* Units of columns, their names in an FMU, and their exponents of kg, m, s and rad. */
+static const char *const bases[] = {"kg", "m", "s", "rad"};
+enum { BASES = sizeof bases / sizeof bases[0] };
+
+/* Units of columns, their names in an FMU, and their exponents of the bases. */
 typedef struct kt_fmu_unit {
     const char *unit, *name;
-    int kg, m, s, rad;
+    int exponent[BASES];
 } kt_fmu_unit;
 
 static const kt_fmu_unit units[] = {
-    {"s", "s", 0, 0, 1, 0},
-    {"m", "m", 0, 1, 0, 0},
-    {"m/s", "m/s", 0, 1, -1, 0},
-    {"m/s\u00b2", "m/s2", 0, 1, -2, 0},
-    {"rad", "rad", 0, 0, 0, 1},
-    {"rad/s", "rad/s", 0, 0, -1, 1},
-    {"rad/s\u00b2", "rad/s2", 0, 0, -2, 1},
-    {"N", "N", 1, 1, -2, 0},
-    {"N m", "N.m", 1, 2, -2, 0},
-    {"J", "J", 1, 2, -2, 0},
-    {"W", "W", 1, 2, -3, 0},
-    {"kg m/s", "kg.m/s", 1, 1, -1, 0},
-    {"kg m\u00b2/s", "kg.m2/s", 1, 2, -1, 0},
+    {"s", "s", {0, 0, 1, 0}},
+    {"m", "m", {0, 1, 0, 0}},
+    {"m/s", "m/s", {0, 1, -1, 0}},
+    {"m/s\u00b2", "m/s2", {0, 1, -2, 0}},
+    {"rad", "rad", {0, 0, 0, 1}},
+    {"rad/s", "rad/s", {0, 0, -1, 1}},
+    {"rad/s\u00b2", "rad/s2", {0, 0, -2, 1}},
+    {"N", "N", {1, 1, -2, 0}},
+    {"N m", "N.m", {1, 2, -2, 0}},
+    {"J", "J", {1, 2, -2, 0}},
+    {"W", "W", {1, 2, -3, 0}},
+    {"kg m/s", "kg.m/s", {1, 1, -1, 0}},
+    {"kg m\u00b2/s", "kg.m2/s", {1, 2, -1, 0}},
     /* of parameters, as keys of scenes have them */
-    {"kg", "kg", 1, 0, 0, 0},
-    {"kg m^2", "kg.m2", 1, 2, 0, 0},
-    {"m/s^2", "m/s2", 0, 1, -2, 0},
-    {"m/rad", "m/rad", 0, 1, 0, -1},
-    {"Hz", "Hz", 0, 0, -1, 0},
-    {"N/m", "N/m", 1, 0, -2, 0},
-    {"N s/m", "N.s/m", 1, 0, -1, 0},
-    {"N m/rad", "N.m/rad", 1, 2, -2, -1},
-    {"N m s/rad", "N.m.s/rad", 1, 2, -1, -1},
-    {"N s^2/m^2", "N.s2/m2", 1, -1, 0, 0},
-    {"N m^2", "N.m2", 1, 3, -2, 0},
+    {"kg", "kg", {1, 0, 0, 0}},
+    {"kg m^2", "kg.m2", {1, 2, 0, 0}},
+    {"m/s^2", "m/s2", {0, 1, -2, 0}},
+    {"m/rad", "m/rad", {0, 1, 0, -1}},
+    {"Hz", "Hz", {0, 0, -1, 0}},
+    {"N/m", "N/m", {1, 0, -2, 0}},
+    {"N s/m", "N.s/m", {1, 0, -1, 0}},
+    {"N m/rad", "N.m/rad", {1, 2, -2, -1}},
+    {"N m s/rad", "N.m.s/rad", {1, 2, -1, -1}},
+    {"N s^2/m^2", "N.s2/m2", {1, -1, 0, 0}},
+    {"N m^2", "N.m2", {1, 3, -2, 0}},
 };
 
 enum { KT_FMU_UNITS = sizeof units / sizeof units[0] };
@@ -145,21 +148,15 @@ static bool is_second_of_name(int i) {
     return false;
 }
 
-static void write_exponent(const char *name, int exponent, FILE *to) {
-    if (exponent != 0)
-        fprintf(to, " %s=\"%d\"", name, exponent);
-}
-
 static void write_units(FILE *to) {
     fputs("  <UnitDefinitions>\n", to);
     for (int i = 0; i < KT_FMU_UNITS; i++) {
         if (is_second_of_name(i))
             continue;
         fprintf(to, "    <Unit name=\"%s\"><BaseUnit", units[i].name);
-        write_exponent("kg", units[i].kg, to);
-        write_exponent("m", units[i].m, to);
-        write_exponent("s", units[i].s, to);
-        write_exponent("rad", units[i].rad, to);
+        for (int k = 0; k < BASES; k++)
+            if (units[i].exponent[k] != 0)
+                fprintf(to, " %s=\"%d\"", bases[k], units[i].exponent[k]);
         fputs("/></Unit>\n", to);
     }
     fputs("  </UnitDefinitions>\n", to);
@@ -203,7 +200,7 @@ static int state_count(const kt_model *model) {
 
 /* ---- variables --------------------------------------------------------------------------------------------------- */
 
-/* A variable. NULL: it does not have this attribute. */
+/* A variable. NULL: it does not have this attribute; its variability is continuous. */
 typedef struct kt_fmu_variable {
     const char *name, *description, *causality, *variability, *initial, *unit;
     const char *event; /* NULL, or the name of an event, which follows `name` */
@@ -237,7 +234,7 @@ static void write_variable(const kt_fmu_model *fmu, const kt_fmu_variable *v, FI
     const bool is_second = fmu->version == KT_FMU_SECOND;
     const char *const attributes[][2] = {{"description", v->description},
                                          {"causality", v->causality},
-                                         {"variability", v->variability},
+                                         {"variability", v->variability != NULL ? v->variability : "continuous"},
                                          {"initial", v->initial}};
     fputs(is_second ? "    <ScalarVariable" : "    <Float64", to);
     fputs(" name=\"", to);
@@ -271,7 +268,6 @@ static void write_outputs(const kt_fmu_model *fmu, FILE *to) {
                        &(kt_fmu_variable){.name = name,
                                           .description = quantity.title,
                                           .causality = "output",
-                                          .variability = "continuous",
                                           .initial = "calculated",
                                           .unit = quantity.unit,
                                           .reference = (int)i,
@@ -292,7 +288,6 @@ static void write_fmu_inputs(const kt_fmu_model *fmu, FILE *to) {
                        &(kt_fmu_variable){.name = name,
                                           .description = c.is_length ? "Force in a joint" : "Torque in a joint",
                                           .causality = "input",
-                                          .variability = "continuous",
                                           .unit = c.is_length ? "N" : "N m",
                                           .start = &start,
                                           .reference = KT_FMU_INPUT + i},
@@ -303,9 +298,11 @@ static void write_fmu_inputs(const kt_fmu_model *fmu, FILE *to) {
 /* Returns the unit of the rate of a quantity; NULL: it has none. */
 static const char *rate_unit(const char *unit) {
     const kt_fmu_unit *u = find_fmu_unit(unit);
-    for (int i = 0; u != NULL && i < KT_FMU_UNITS; i++)
-        if (units[i].kg == u->kg && units[i].m == u->m && units[i].s == u->s - 1 && units[i].rad == u->rad)
+    for (int i = 0; u != NULL && i < KT_FMU_UNITS; i++) {
+        const int rate[BASES] = {u->exponent[0], u->exponent[1], u->exponent[2] - 1, u->exponent[3]};
+        if (memcmp(units[i].exponent, rate, sizeof rate) == 0)
             return units[i].unit;
+    }
     return NULL;
 }
 
@@ -328,7 +325,6 @@ static void write_signal(const kt_fmu_model *fmu, const kt_fmu_input *input, int
                        &(kt_fmu_variable){.name = name,
                                           .description = description,
                                           .causality = "input",
-                                          .variability = "continuous",
                                           .unit = unit,
                                           .start = &input->start[i],
                                           .reference = KT_FMU_SIGNAL + KT_FMU_SIGNAL_MOST * signal + i},
@@ -389,7 +385,6 @@ static void write_fmu_state(const kt_fmu_model *fmu, int index, int order, FILE 
     write_variable(fmu,
                    &(kt_fmu_variable){.name = name,
                                       .causality = "local",
-                                      .variability = "continuous",
                                       .initial = "calculated",
                                       .unit = unit,
                                       .reference = (order == 0 ? KT_FMU_STATE : KT_FMU_DERIVATIVE) + index,
@@ -409,7 +404,6 @@ static void write_indicators(const kt_fmu_model *fmu, FILE *to) {
                                           .event = is_until ? "until" : fmu->scene->events[i].name,
                                           .description = "Event indicator",
                                           .causality = "local",
-                                          .variability = "continuous",
                                           .initial = "calculated",
                                           .reference = KT_FMU_INDICATOR + i},
                        to);
@@ -417,8 +411,7 @@ static void write_indicators(const kt_fmu_model *fmu, FILE *to) {
 }
 
 static void write_variables(const kt_fmu_model *fmu, FILE *to) {
-    static const kt_fmu_variable time = {
-        .name = "time", .causality = "independent", .variability = "continuous", .unit = "s"};
+    static const kt_fmu_variable time = {.name = "time", .causality = "independent", .unit = "s"};
     fputs("  <ModelVariables>\n", to);
     write_variable(fmu, &time, to);
     write_outputs(fmu, to);

@@ -216,8 +216,6 @@ static int write_made_scene(const kt_builder *builder, const char *title) {
     return kt_finish_output(KT_EXIT_DONE);
 }
 
-static int say_wrong(const char *what) { return kt_misuse("make: %s", what); }
-
 /* Checks the options and fills in the defaults of this kind. Returns -1 on success, else an exit code. */
 static int complete_options(kt_maker *maker, const char *kind) {
     static const char *const kinds[] = {"chain", "pendulum", "tree"};
@@ -234,17 +232,17 @@ static int complete_options(kt_maker *maker, const char *kind) {
     bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
     settings->links = settings->links >= 0 ? settings->links : is_pendulum ? 1 : 10;
     if (settings->shape == 1 && !allows_points(settings))
-        return say_wrong(
-            "these joints would turn point masses on the spot: take --joint revolute and --axes z, or rods");
+        return kt_misuse(
+            "make: these joints would turn point masses on the spot: take --joint revolute and --axes z, or rods");
     settings->shape = settings->shape >= 0 ? settings->shape : is_pendulum && allows_points(settings) ? 1 : 0;
     settings->angle = !isnan(settings->angle) ? settings->angle : is_pendulum ? 0.5 * pi : 0.0;
     if (settings->branching >= 0 && maker->kind != KT_KIND_TREE)
-        return say_wrong("--branching is for a tree");
+        return kt_misuse("make: --branching is for a tree");
     settings->branching = settings->branching >= 0 ? settings->branching : 2;
     if (settings->links < 1 || settings->links > 100000000)
-        return say_wrong("--links takes a number from 1 to 100000000");
+        return kt_misuse("make: --links takes a number from 1 to 100000000");
     if (settings->branching < 1)
-        return say_wrong("--branching takes a number above zero");
+        return kt_misuse("make: --branching takes a number above zero");
     maker->random = (uint64_t)settings->seed;
     return -1;
 }

@@ -329,8 +329,8 @@ static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
     for (int i = 0; i < sweep->plan.count; i++)
         names[i] = sweep->plan.axes[i].path;
     for (size_t i = 0; columns != NULL && i < count; i++) {
-        columns[i] = i > 0 ? sweep->columns[i - 1] : "time";
-        columns[count + i] = i > 0 ? sweep->units[i - 1] : "s";
+        columns[i] = i > 0 ? sweep->columns[i - 1].name : "time";
+        columns[count + i] = i > 0 ? sweep->columns[i - 1].unit : "s";
     }
     const kt_keep_words words = {.columns = columns,
                                  .units = columns != NULL ? columns + count : NULL,

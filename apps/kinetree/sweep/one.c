@@ -81,7 +81,6 @@ static void release_run(made *m) {
     m->absolute = NULL;
     m->simulation = NULL;
     m->watch = NULL;
-    m->columns = (kt_columns){.count = 0};
     m->energy = (kt_energy_watch){.records = 0};
     m->own = kt_scene_default();
 }
@@ -253,7 +252,7 @@ static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
 static void find_line_columns(const kt_sweep *sweep, const kt_columns *columns, size_t *place) {
     size_t guess = 0;
     for (size_t i = 0; i < sweep->column_count; i++) {
-        place[i] = kt_columns_find(columns, sweep->columns[i], guess);
+        place[i] = kt_columns_find(columns, sweep->columns[i].name, guess);
         guess = place[i] + 1;
     }
 }
@@ -280,7 +279,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
             kt_bytes_print(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
-            kt_bytes_print(&line, ",%s.%s", sweep->columns[i], kt_sweep_functional_names[sweep->functionals[k]]);
+            kt_bytes_print(&line, ",%s.%s", sweep->columns[i].name, kt_sweep_functional_names[sweep->functionals[k]]);
     kt_bytes_print(&line, "%s," KT_SWEEP_WHY, kt_batch_is_fused() ? "," KT_SWEEP_LANES : "");
     return end_line(&line);
 }
@@ -390,18 +389,13 @@ static void say_fault(void *user, const kt_error *fault) {
 
 static bool add_sweep_column(kt_sweep *sweep, const char *name, const char *unit) {
     const size_t n = sweep->column_count;
-    char **names = realloc(sweep->columns, (n + 1) * sizeof *names);
-    if (names == NULL)
+    struct kt_sweep_column *columns = realloc(sweep->columns, (n + 1) * sizeof *columns);
+    if (columns == NULL)
         return false;
-    sweep->columns = names;
-    char **units = realloc(sweep->units, (n + 1) * sizeof *units);
-    if (units == NULL)
-        return false;
-    sweep->units = units;
-    names[n] = strdup(name);
-    units[n] = strdup(unit);
+    sweep->columns = columns;
+    columns[n] = (struct kt_sweep_column){strdup(name), strdup(unit)};
     sweep->column_count++;
-    return names[n] != NULL && units[n] != NULL;
+    return columns[n].name != NULL && columns[n].unit != NULL;
 }
 
 /* All columns but time. */
@@ -425,7 +419,7 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
             kt_nearest nearest = kt_nearest_make(name, NULL);
             (void)add_all(sweep, columns); /* whose names stay, for the suggestion */
             for (size_t i = 0; i < sweep->column_count; i++)
-                (void)kt_nearest_try(&nearest, sweep->columns[i]);
+                (void)kt_nearest_try(&nearest, sweep->columns[i].name);
             return kt_misuse(
                 "sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
                 kt_ask(&nearest, "").text);
@@ -529,10 +523,9 @@ void kt_sweep_free(kt_sweep *sweep) {
     kt_native_file_free(&sweep->native);
     kt_sweep_plan_free(&sweep->plan);
     for (size_t i = 0; i < sweep->column_count; i++) {
-        free(sweep->columns[i]);
-        free(sweep->units[i]);
+        free(sweep->columns[i].name);
+        free(sweep->columns[i].unit);
     }
-    free(sweep->units);
     for (size_t i = 0; i < sweep->event_count; i++)
         free(sweep->events[i]);
     free(sweep->columns);

@@ -41,43 +41,26 @@ typedef struct run_head {
 } run_head;
 
 typedef struct message {
-    char *bytes;
-    size_t used, room;
+    kt_bytes bytes;
     size_t width; /* numbers of a record */
 } message;
-
-static int append_to_message(message *m, const void *bytes, size_t count) {
-    if (m->used + count > m->room) {
-        const size_t room = 2 * m->room + count + 65536;
-        char *more = realloc(m->bytes, room);
-        if (more == NULL)
-            return -1;
-        m->bytes = more;
-        m->room = room;
-    }
-    if (count > 0)
-        memcpy(m->bytes + m->used, bytes, count);
-    m->used += count;
-    return 0;
-}
 
 static int pack(void *user, int64_t run, const kt_sweep_result *result) {
     message *m = user;
     const run_head head = {result->code, (int64_t)strlen(result->line), (int64_t)result->rows};
     (void)run;
-    return append_to_message(m, &head, sizeof head) != 0 ||
-                   append_to_message(m, result->line, (size_t)head.length + 1) != 0 ||
-                   append_to_message(m, result->records, result->rows * m->width * sizeof(double)) != 0
-               ? -1
-               : 0;
+    kt_bytes_add(&m->bytes, &head, sizeof head);
+    kt_bytes_add(&m->bytes, result->line, (size_t)head.length + 1);
+    kt_bytes_add(&m->bytes, result->records, result->rows * m->width * sizeof(double));
+    return m->bytes.is_short ? -1 : 0;
 }
 
 /* Hands the runs of a message to the sink. */
 static int unpack(const message *m, kt_sweep_sink *sink, void *user) {
     block_head block;
     int failed = 0;
-    memcpy(&block, m->bytes, sizeof block);
-    const char *at = m->bytes + sizeof block;
+    memcpy(&block, m->bytes.text, sizeof block);
+    const char *at = m->bytes.text + sizeof block;
     for (int64_t run = block.first; run < block.end && failed == 0; run++) {
         run_head head;
         memcpy(&head, at, sizeof head);
@@ -99,17 +82,18 @@ static int unpack(const message *m, kt_sweep_sink *sink, void *user) {
 static void compute_run_block(const kt_sweep *sweep, int64_t first, int64_t end, int threads, message *m) {
     kt_sweep_worker all = {.has_scene = false};
     block_head head = {.first = first, .end = end};
-    m->used = 0;
+    m->bytes.used = 0;
     m->width = sweep->column_count + 1;
-    head.failed = append_to_message(m, &head, sizeof head) != 0;
+    kt_bytes_add(&m->bytes, &head, sizeof head);
+    head.failed = m->bytes.is_short;
     const double start = kt_clock();
     if (!head.failed)
         head.failed = kt_sweep_run_all(sweep, first, end, threads, pack, m, &all) != 0;
     head.seconds = kt_clock() - start;
     head.anew = all.anew;
     memcpy(head.why, all.why, sizeof head.why);
-    if (m->bytes != NULL)
-        memcpy(m->bytes, &head, sizeof head);
+    if (m->bytes.text != NULL)
+        memcpy(m->bytes.text, &head, sizeof head);
 }
 
 /* ---- the processes ----------------------------------------------------------------------------------------------- */
@@ -173,16 +157,16 @@ static void exchange_block(kt_ranks *ranks, const void *bytes, size_t size, int6
 
 void kt_ranks_work(kt_ranks *ranks, const kt_sweep *sweep, int threads) {
     const block_head begins = {.first = -1};
-    message m = {NULL, 0, 0, 0};
+    message m = {.width = 0};
     int64_t block[2];
     exchange_block(ranks, &begins, sizeof begins, block);
     while (block[0] >= 0) {
         compute_run_block(sweep, block[0], block[1], threads, &m);
-        if (m.bytes == NULL)
+        if (m.bytes.text == NULL)
             (void)MPI_Abort(MPI_COMM_WORLD, KT_EXIT_INTEGRATION);
-        exchange_block(ranks, m.bytes, m.used, block);
+        exchange_block(ranks, m.bytes.text, m.bytes.used, block);
     }
-    free(m.bytes);
+    free(m.bytes.text);
 }
 
 /* ---- rank 0 ------------------------------------------------------------------------------------------------------ */
@@ -230,7 +214,7 @@ static block *choose_block(server *s, double now) {
     s->sought = now;
     for (size_t k = 0; k < s->count; k++) {
         block *b = block_at(s, k);
-        if (b->result.bytes == NULL && now - b->since > patience + 4.0 * s->slowest) {
+        if (b->result.bytes.text == NULL && now - b->since > patience + 4.0 * s->slowest) {
             s->again++;
             return b;
         }
@@ -268,18 +252,18 @@ static block *find_open_block(const server *s, int64_t first) {
 /* Takes the results of a block, unless they are there already. */
 static int take_block(server *s, message *m) {
     block_head head;
-    memcpy(&head, m->bytes, sizeof head);
+    memcpy(&head, m->bytes.text, sizeof head);
     if (head.failed)
         return -1;
     block *b = head.first >= 0 ? find_open_block(s, head.first) : NULL;
-    if (b == NULL || b->result.bytes != NULL)
+    if (b == NULL || b->result.bytes.text != NULL)
         return 0;
     const double runs = (double)(head.end - head.first);
     b->result = *m;
-    *m = (message){NULL, 0, 0, 0};
+    *m = (message){.width = 0};
     s->slowest = head.seconds > s->slowest ? head.seconds : s->slowest;
     s->cost = head.seconds / runs;
-    s->bytes = (double)b->result.used / runs;
+    s->bytes = (double)b->result.bytes.used / runs;
     s->all->runs += head.end - head.first;
     s->all->anew += head.anew;
     if (s->all->why[0] == '\0')
@@ -294,25 +278,26 @@ static int receive_block(server *s) {
     if (MPI_Iprobe(MPI_ANY_SOURCE, TAG_RESULT, MPI_COMM_WORLD, &there, &status) != MPI_SUCCESS || !there)
         return 0;
     (void)MPI_Get_count(&status, MPI_BYTE, &size);
-    message m = {.bytes = malloc((size_t)size), .used = (size_t)size, .width = s->sweep->column_count + 1};
-    if (m.bytes == NULL)
+    message m = {.width = s->sweep->column_count + 1};
+    if (kt_bytes_room(&m.bytes, (size_t)size) == NULL)
         return -1;
-    (void)MPI_Recv(m.bytes, size, MPI_BYTE, status.MPI_SOURCE, TAG_RESULT, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    m.bytes.used = (size_t)size;
+    (void)MPI_Recv(m.bytes.text, size, MPI_BYTE, status.MPI_SOURCE, TAG_RESULT, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     s->ranks->is_idle[status.MPI_SOURCE] = true;
     s->ranks->idle[s->ranks->idle_count++] = status.MPI_SOURCE;
     const int failed = take_block(s, &m);
-    free(m.bytes);
+    free(m.bytes.text);
     return failed != 0 ? -1 : 1;
 }
 
 /* Writes the blocks that are there, from the first on. */
 static int write_blocks(server *s, kt_sweep_sink *sink, void *user) {
     int failed = 0;
-    while (failed == 0 && s->count > 0 && block_at(s, 0)->result.bytes != NULL) {
+    while (failed == 0 && s->count > 0 && block_at(s, 0)->result.bytes.text != NULL) {
         block *b = block_at(s, 0);
         failed = unpack(&b->result, sink, user);
-        free(b->result.bytes);
-        b->result.bytes = NULL;
+        free(b->result.bytes.text);
+        b->result = (message){.width = 0};
         s->head = (s->head + 1) % s->room;
         s->count--;
     }
@@ -322,12 +307,12 @@ static int write_blocks(server *s, kt_sweep_sink *sink, void *user) {
 /* If no rank has answered for long, rank 0 computes the block that all wait for. */
 static int compute_own(server *s) {
     const block *b = block_at(s, 0);
-    message m = {NULL, 0, 0, 0};
-    if (s->count == 0 || b->result.bytes != NULL)
+    message m = {.width = 0};
+    if (s->count == 0 || b->result.bytes.text != NULL)
         return 0;
     compute_run_block(s->sweep, b->first, b->end, 1, &m);
-    const int failed = m.bytes == NULL ? -1 : take_block(s, &m);
-    free(m.bytes);
+    const int failed = m.bytes.text == NULL ? -1 : take_block(s, &m);
+    free(m.bytes.text);
     s->again++;
     return failed;
 }
@@ -361,7 +346,7 @@ int kt_ranks_serve(kt_ranks *ranks, const kt_sweep *sweep, int64_t first, int64_
         kt_say("sweep: %lld block%s of runs took a rank too long, or it is lost, and %s done again", (long long)s.again,
                s.again == 1 ? "" : "s", s.again == 1 ? "was" : "were");
     for (size_t k = 0; s.blocks != NULL && k < room; k++)
-        free(s.blocks[k].result.bytes);
+        free(s.blocks[k].result.bytes.text);
     free(s.blocks);
     return failed;
 }

@@ -109,8 +109,9 @@ typedef struct kt_sweep {
     const char *path;
     char *text; /* of the scene */
     size_t size;
-    char **columns; /* names of the columns of records that lines have extremes of */
-    char **units;   /* theirs */
+    struct kt_sweep_column {
+        char *name, *unit;
+    } * columns; /* of records that lines have extremes of */
     size_t column_count;
     kt_functional functionals[KT_FUNCTIONALS]; /* of each of these columns, in this order */
     int functional_count;

@@ -48,8 +48,14 @@ static bool takes_bundled_scene(const kt_usage *usage) { return kt_text_begins(u
 
 static bool takes_subcommand(const kt_usage *usage) { return kt_text_begins(usage->operands, "[SUBCOMMAND"); }
 
-static bool takes_word(const kt_usage *usage) {
-    return strchr(usage->operands, '|') != NULL && !takes_subcommand(usage);
+static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
+
+/* Prints the words of which one is the operand. */
+static void put_operand_words(const kt_overview *all, const kt_usage *usage) {
+    if (takes_subcommand(usage))
+        put_subcommands(all);
+    else
+        put_words(usage->operands);
 }
 
 /* Prints text for use within single quotes: ' as `quote`, and each character of `special` after a backslash. */
@@ -89,12 +95,9 @@ static void put_bash_operands(const kt_overview *all, const kt_usage *usage) {
         printf(" files='!*.%s'", operand_ending(usage));
     if (takes_bundled_scene(usage))
         fputs(" words=$(\"${COMP_WORDS[0]}\" demo 2>/dev/null | cut -d ' ' -f 1)", stdout);
-    if (takes_word(usage) || takes_subcommand(usage)) {
+    if (takes_word(usage)) {
         fputs(" words='", stdout);
-        if (takes_word(usage))
-            put_words(usage->operands);
-        else
-            put_subcommands(all);
+        put_operand_words(all, usage);
         putchar('\'');
     }
 }
@@ -161,12 +164,9 @@ static void put_zsh_operands(const kt_overview *all, const kt_usage *usage) {
         printf(" \\\n            '*:file:_files -g \"*.%s\"'", operand_ending(usage));
     if (takes_bundled_scene(usage))
         fputs(" \\\n            '1:scene:($(kinetree demo 2>/dev/null | cut -d \" \" -f 1))'", stdout);
-    if (takes_word(usage) || takes_subcommand(usage)) {
+    if (takes_word(usage)) {
         fputs(" \\\n            '1:word:(", stdout);
-        if (takes_word(usage))
-            put_words(usage->operands);
-        else
-            put_subcommands(all);
+        put_operand_words(all, usage);
         fputs(")'", stdout);
     }
 }
@@ -223,7 +223,7 @@ static void put_fish_option(const kt_subcommand *subcommand, const kt_option *op
 static void put_fish_operands(const kt_overview *all, const kt_subcommand *subcommand) {
     const kt_usage *usage = subcommand->usage;
     const char *ending = operand_ending(usage);
-    if (ending == NULL && !takes_bundled_scene(usage) && !takes_word(usage) && !takes_subcommand(usage))
+    if (ending == NULL && !takes_bundled_scene(usage) && !takes_word(usage))
         return;
     printf("complete -c kinetree -n '__fish_seen_subcommand_from %s' -a '", subcommand->name);
     if (ending != NULL)
@@ -231,9 +231,7 @@ static void put_fish_operands(const kt_overview *all, const kt_subcommand *subco
     if (takes_bundled_scene(usage))
         fputs("(kinetree demo 2>/dev/null | string replace -r \" .*\" \"\")", stdout);
     if (takes_word(usage))
-        put_words(usage->operands);
-    if (takes_subcommand(usage))
-        put_subcommands(all);
+        put_operand_words(all, usage);
     puts("'");
 }
 
