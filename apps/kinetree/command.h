@@ -122,8 +122,9 @@ int kt_read_robot(const char *path, const kt_robot_options *options, const kt_se
 /* Sets the options of a robot that all subcommands have. Returns false after printing the error. */
 bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *options);
 
-/* Writes a scene to a file, whole or not at all, or to standard output ("-"). */
-kt_status kt_write_scene(const kt_scene *scene, const char *path, kt_error *error);
+/* Writes a scene to a file, whole or not at all, or to standard output ("-"). status: of the changes to the scene, with
+ * the error. Returns KT_EXIT_DONE, or an exit code after printing the error. */
+int kt_write_scene(const kt_scene *scene, const char *path, kt_status status, kt_error *error);
 
 /* Returns the name of the method of a scene's run, for reports: that of time stepping over contacts, or of
  * kt_run_method for the integrated model, which may use *storage. */

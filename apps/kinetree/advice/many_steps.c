@@ -43,11 +43,7 @@ static double describe_fastest_mode(const kt_outcome *outcome, char *text, size_
         kt_spectrum_add(spectrum, t, q, kt_simulation_velocities(simulation), NULL, NULL) == KT_OK &&
         kt_spectrum_fastest(spectrum) >= 0) {
         const kt_spectrum_mode at = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
-        char mode[64], movers[128];
-        kt_write_mode(&at.mode, mode, sizeof mode);
-        kt_write_movers(outcome->model, at.moves, movers, sizeof movers);
-        (void)snprintf(text, size, "%s%s%s%s", mode, movers[0] != '\0' ? " (" : "", movers,
-                       movers[0] != '\0' ? ")" : "");
+        kt_write_moving_mode(outcome->model, &at, text, size);
         rate = hypot(at.mode.real, at.mode.imaginary);
         *decays = fabs(at.mode.real) > fabs(at.mode.imaginary);
     } else if (kt_mode_watch_create(outcome->model, &watch, NULL) == KT_OK) {

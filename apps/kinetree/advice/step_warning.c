@@ -75,11 +75,9 @@ static void advise_step(kt_outcome *outcome, double step) {
 }
 
 static void name_mode(const kt_outcome *outcome, const kt_spectrum_mode *at, char *text, size_t size) {
-    char mode[64], movers[128];
-    kt_write_mode(&at->mode, mode, sizeof mode);
-    kt_write_movers(outcome->model, at->moves, movers, sizeof movers);
-    snprintf(text, size, "%s %s%s%s%s", mode[0] == 'u' || mode[0] == 'o' ? "an" : "a", mode,
-             movers[0] != '\0' ? " (" : "", movers, movers[0] != '\0' ? ")" : "");
+    char mode[224];
+    kt_write_moving_mode(outcome->model, at, mode, sizeof mode);
+    snprintf(text, size, "%s %s", mode[0] == 'u' || mode[0] == 'o' ? "an" : "a", mode);
 }
 
 static void warn_of_instability(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum,

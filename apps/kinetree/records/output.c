@@ -199,28 +199,6 @@ int kt_output_end(kt_output *output, kt_output_fate fate) {
     return failed;
 }
 
-int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what) {
-    kt_output output;
-    const int code = kt_output_start(&output, path);
-    if (code >= 0)
-        return code;
-    errno = 0;
-    FILE *file = is_stream(path) ? stdout : fopen(kt_output_path(&output), "wb");
-    if (file != NULL)
-        write(file, what);
-    bool fine = file != NULL && fflush(file) == 0 && !ferror(file);
-    int reason = errno;
-    if (file != NULL && file != stdout && fclose(file) != 0 && fine) {
-        fine = false;
-        reason = errno;
-    }
-    if (!fine)
-        kt_say("%s cannot be written: %s", is_stream(path) ? "standard output" : path,
-               strerror(reason != 0 ? reason : EIO));
-    const bool is_ended = kt_output_end(&output, fine ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) == 0;
-    return fine && is_ended ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
-}
-
 kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
                          const void *what, kt_error *error) {
     kt_output output;
@@ -232,10 +210,32 @@ kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const 
     const bool fine = file != NULL && fflush(file) == 0,
                is_closed = file == NULL || file == stdout || fclose(file) == 0;
     if (!(fine && is_closed) && status == KT_OK)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno));
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno != 0 ? errno : EIO));
     if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
     return status;
+}
+
+/* A function that leaves its errors in the stream. */
+typedef struct plain_writer {
+    void (*write)(FILE *file, const void *what);
+    const void *what;
+} plain_writer;
+
+static kt_status write_plain(FILE *file, const void *what, kt_error *error) {
+    const plain_writer *writer = what;
+    (void)error;
+    writer->write(file, writer->what);
+    return KT_OK;
+}
+
+int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what) {
+    const plain_writer writer = {write, what};
+    kt_error error = {0};
+    const kt_status status = kt_output_fill(path, write_plain, &writer, &error);
+    if (status != KT_OK && status != KT_ERROR_MEMORY)
+        kt_say("%s cannot be written: %s", is_stream(path) ? "standard output" : path, error.message);
+    return status == KT_OK ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }
 
 char *kt_partial_name(const char *path) {

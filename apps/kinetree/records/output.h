@@ -58,7 +58,8 @@ int kt_output_end(kt_output *output, kt_output_fate fate);
  * KT_EXIT_DONE, or another exit code after printing the error. */
 int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what);
 
-/* Does the same with a function that has errors of its own. Errors: those of `write`, KT_ERROR_FILE, KT_ERROR_MEMORY. */
+/* Does the same with a function that has errors of its own. Errors: those of `write`, KT_ERROR_FILE and
+ * KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
                                     const void *what, kt_error *error);
 

@@ -8,6 +8,7 @@
  */
 #include "records/singular.h"
 
+#include "base/order.h"
 #include "kinetree/algebra.h"
 #include "kinetree/mechanism.h"
 
@@ -81,11 +82,6 @@ static void make_orthogonal(double *vector, size_t count, size_t length) {
     }
 }
 
-static int descending(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x < y) - (x > y);
-}
-
 double kt_singular_evaluate(kt_singular *singular, const kt_model *model, double t, const double *q, const double *v) {
     const kt_mobility mobility = kt_model_mobility(model);
     const size_t rows = (size_t)mobility.equations, columns = (size_t)mobility.tree;
@@ -102,6 +98,6 @@ double kt_singular_evaluate(kt_singular *singular, const kt_model *model, double
         const double *a = singular->vector + i * length;
         singular->magnitude[i] = sqrt(long_product(a, a, length));
     }
-    qsort(singular->magnitude, count, sizeof *singular->magnitude, descending);
-    return singular->magnitude[mobility.rank - 1];
+    qsort(singular->magnitude, count, sizeof *singular->magnitude, kt_compare_numbers);
+    return singular->magnitude[count - (size_t)mobility.rank];
 }

@@ -5,6 +5,7 @@
 #include "scene/bundled.h"
 #include "command.h"
 
+#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,6 +38,11 @@ static bool find_near_program(char *folder, size_t size) {
         return false;
     int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
     return length > 0 && (size_t)length < size && is_folder(folder);
+}
+
+int kt_is_bundled_scene(const struct dirent *entry) {
+    const size_t length = strlen(entry->d_name);
+    return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
 }
 
 bool kt_bundled_find(char *folder, size_t size, bool reports) {

@@ -92,17 +92,12 @@ static bool suggest_nearest(const char *path) {
     return found >= 0;
 }
 
-static int is_bundled_scene(const struct dirent *entry) {
-    const char *dot = strrchr(entry->d_name, '.');
-    return dot != NULL && strcmp(dot, ".yaml") == 0;
-}
-
 /* Suggests the bundled scene whose name is nearest to the last part of a path. */
 static void suggest_near_bundled(const char *path) {
     char folder[PATH_SIZE];
     struct dirent **files = NULL;
     const bool has_folder = kt_bundled_find(folder, sizeof folder, false);
-    const int count = has_folder ? scandir(folder, &files, is_bundled_scene, alphasort) : 0;
+    const int count = has_folder ? scandir(folder, &files, kt_is_bundled_scene, alphasort) : 0;
     const int found = find_nearest_file(files, count, path);
     const char *best = found >= 0 ? files[found]->d_name : NULL;
     if (best != NULL)

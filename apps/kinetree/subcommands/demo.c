@@ -33,11 +33,6 @@ const kt_usage kt_usage_demo = {
     .also = &kt_usage_run,
 };
 
-static int is_demo_scene(const struct dirent *entry) {
-    size_t length = strlen(entry->d_name);
-    return length > 5 && entry->d_name[0] != '.' && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
-
 /* ---- listing ----------------------------------------------------------------------------------------------------- */
 
 static void list_scene(const char *folder, const char *file, int width) {
@@ -122,7 +117,7 @@ int kt_command_demo(int argc, char **argv) {
     }
     if (!kt_bundled_find(folder, sizeof folder, true))
         return KT_EXIT_SCENE;
-    int count = scandir(folder, &entries, is_demo_scene, alphasort);
+    int count = scandir(folder, &entries, kt_is_bundled_scene, alphasort);
     if (count < 0)
         return kt_reject(KT_EXIT_SCENE, "demo: %s cannot be read", folder);
     int code = argc < 2 ? list_demos(folder, entries, count) : run_demo(argc, argv, forces, folder, entries, count);

@@ -167,12 +167,7 @@ static int write_equilibrium_scene(kt_small_motion *motion, const char *path) {
     kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
     if (status == KT_OK && kt_own_state_count(motion->model) > 0)
         status = kt_scene_start_states(&motion->scene, kt_linearization_own_states(motion->linearization), &error);
-    if (status == KT_OK)
-        status = kt_write_scene(&motion->scene, path, &error);
-    if (status == KT_OK)
-        return KT_EXIT_DONE;
-    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
-                     error.message[0] != '\0' ? error.message : kt_status_text(status));
+    return kt_write_scene(&motion->scene, path, status, &error);
 }
 
 int kt_command_equilibrium(int argc, char **argv) {

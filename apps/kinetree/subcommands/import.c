@@ -94,8 +94,7 @@ int kt_command_import(int argc, char **argv) {
     code = kt_read_robot(argv[1], &how, &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
-    if (kt_write_scene(&scene, a.out, &error) != KT_OK)
-        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", a.out, error.message);
+    code = kt_write_scene(&scene, a.out, KT_OK, &error);
     kt_scene_free(&scene);
     return code;
 }

@@ -70,14 +70,14 @@ const kt_usage kt_usage_plot = {
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
-static int find_plotted_column(const kt_table *table, const char *option, const char *name, size_t length,
-                               int *column) {
-    char text[256];
-    (void)snprintf(text, sizeof text, "%.*s", (int)length, name);
+/* Finds the column that an option names, if it is given. */
+static int find_plotted_column(const kt_table *table, const char *option, const char *name, int *column) {
+    if (name == NULL)
+        return -1;
     for (*column = 0; *column < table->columns; ++*column)
-        if (strcmp(table->names[*column], text) == 0)
+        if (strcmp(table->names[*column], name) == 0)
             return -1;
-    return kt_plot_say_no_column(table, option, text);
+    return kt_plot_say_no_column(table, option, name);
 }
 
 /* Chooses the columns whose names begin with a word of --columns. The default is the columns of events, maxima and
@@ -106,19 +106,17 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
 
 /* Chooses the columns over which the others are drawn (--map, --x, --by). */
 static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table, kt_sweep_chart *chart) {
-    const char *comma = arguments->map != NULL ? strchr(arguments->map, ',') : NULL;
-    int code = -1;
-    if (arguments->map != NULL && comma == NULL)
+    const char *map = arguments->map;
+    char words[2][256];
+    if (map == NULL) {
+        const int code = find_plotted_column(table, "x", arguments->x, &chart->x);
+        return code < 0 ? find_plotted_column(table, "by", arguments->by, &chart->by) : code;
+    }
+    if (!kt_list_next(&map, words[0], sizeof words[0]) || map == NULL)
         return kt_misuse("plot: --map takes two columns, A,B, not '%s'", arguments->map);
-    if (comma != NULL)
-        code = find_plotted_column(table, "map", arguments->map, (size_t)(comma - arguments->map), &chart->x);
-    else if (arguments->x != NULL)
-        code = find_plotted_column(table, "x", arguments->x, strlen(arguments->x), &chart->x);
-    if (code < 0 && comma != NULL)
-        code = find_plotted_column(table, "map", comma + 1, strlen(comma + 1), &chart->by);
-    else if (code < 0 && arguments->by != NULL)
-        code = find_plotted_column(table, "by", arguments->by, strlen(arguments->by), &chart->by);
-    return code;
+    (void)snprintf(words[1], sizeof words[1], "%s", map);
+    const int code = find_plotted_column(table, "map", words[0], &chart->x);
+    return code < 0 ? find_plotted_column(table, "map", words[1], &chart->by) : code;
 }
 
 static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table, int first, int count, const char *base,

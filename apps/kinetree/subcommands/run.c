@@ -124,8 +124,8 @@ static int write_plot(const kt_run_arguments *arguments, const kt_outcome *outco
 }
 
 /* Writes a result other than records. Returns an exit code after printing the error. */
-static int write_result(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_results *results,
-                        kt_result result, const char *path) {
+static int write_run_result(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_results *results,
+                            kt_result result, const char *path) {
     switch (result) {
     case KT_RESULT_PLOT:
         return write_plot(arguments, outcome, results->plot, path);
@@ -145,7 +145,7 @@ static int finish_run(const kt_run_arguments *arguments, const kt_outcome *outco
     int code = KT_EXIT_DONE;
     for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
         const char *path = names->all[order[i]];
-        const int failed = path != NULL ? write_result(arguments, outcome, results, order[i], path) : KT_EXIT_DONE;
+        const int failed = path != NULL ? write_run_result(arguments, outcome, results, order[i], path) : KT_EXIT_DONE;
         written.all[order[i]] = failed == KT_EXIT_DONE ? path : NULL;
         code = code == KT_EXIT_DONE ? failed : code;
     }
@@ -193,8 +193,8 @@ static int end_results(const kt_run_arguments *arguments, kt_outcome *outcome, c
     return whole ? rest : code;
 }
 
-/* Ends all results, under the names of partial ones if the run has failed. The page of a failed run reports the failure.
- * It therefore replaces an earlier page, unless the run also writes records. */
+/* Ends all results, under the names of partial ones if the run has failed. The page of a failed run reports the
+ * failure. It therefore replaces an earlier page, unless the run also writes records. */
 static int close_results(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *wholes,
                          kt_results *results, int code) {
     char *owned[KT_RESULTS];

@@ -29,13 +29,9 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     if (status == KT_OK)
         kt_released_apply(&end, released);
     json_decref(released);
-    if (status == KT_OK)
-        status = kt_write_scene(&end, path, &error);
+    const int code = kt_write_scene(&end, path, status, &error);
     kt_scene_free(&end);
-    if (status == KT_OK && !quiet)
+    if (code == KT_EXIT_DONE && !quiet)
         say_end_scene_anew(outcome, path);
-    if (status == KT_OK)
-        return KT_EXIT_DONE;
-    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
-                     error.message[0] != '\0' ? error.message : kt_status_text(status));
+    return code;
 }

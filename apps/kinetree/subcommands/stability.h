@@ -33,4 +33,7 @@ void kt_write_verdict(const kt_method *method, char *text, size_t size);
  * exit code after printing the error. */
 int kt_stability_draw(const kt_stability_subject *subject, const char *path, bool is_dark);
 
+/* Describes a mode with the joints that move: "decay of 40 /s (arm, wrist)". */
+void kt_write_moving_mode(const kt_model *model, const kt_spectrum_mode *at, char *text, size_t size);
+
 #endif

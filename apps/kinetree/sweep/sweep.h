@@ -55,8 +55,9 @@ typedef struct kt_sweep_arguments {
     bool merge, resume, quiet, one_by_one, native;
 } kt_sweep_arguments;
 
-/* Makes the plan of the options. A parameter with the name of one of the columns keeps its section, so that the names of
- * all columns are unique. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in any case. */
+/* Makes the plan of the options. A parameter with the name of one of the columns keeps its section, so that the names
+ * of all columns are unique. Returns -1, or an exit code after printing the error. Call kt_sweep_plan_free in any
+ * case. */
 int kt_sweep_plan_make(const kt_sweep_arguments *arguments, const char *const *columns, kt_sweep_plan *plan);
 void kt_sweep_plan_free(kt_sweep_plan *plan);
 static inline int64_t kt_sweep_plan_runs(const kt_sweep_plan *plan) { return plan->points * plan->repeats; }

@@ -117,9 +117,10 @@ typedef struct kt_usage {
 #define KT_RULES_OF(table) .rules = table, .rule_count = sizeof table / sizeof table[0]
 
 /* Parses argv[1] onwards into the struct `members`. Members whose options are not given keep their values. The operands
- * are moved to argv[1] onwards and counted, unless operand_count is NULL. Both "--name value" and "--name=value" are accepted, and "--" ends the
- * options. An option of the subcommand is no value of the option before it, unless "=" precedes it. Returns -1 if the
- * command can continue, otherwise an exit code: help was requested and printed, or an error was found and printed. */
+ * are moved to argv[1] onwards and counted, unless operand_count is NULL. Both "--name value" and "--name=value" are
+ * accepted, and "--" ends the options. An option of the subcommand is no value of the option before it, unless "="
+ * precedes it. Returns -1 if the command can continue, otherwise an exit code: help was requested and printed, or an
+ * error was found and printed. */
 int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *members, int *operand_count);
 
 /* Prints the text of --help on standard output. */

@@ -59,6 +59,13 @@ void kt_write_mode(const kt_mode *mode, char *text, size_t size) {
         snprintf(text, size, "oscillation of %.4g Hz, damping ratio %.2g", mode->frequency, mode->damping);
 }
 
+void kt_write_moving_mode(const kt_model *model, const kt_spectrum_mode *at, char *text, size_t size) {
+    char mode[64], movers[128];
+    kt_write_mode(&at->mode, mode, sizeof mode);
+    kt_write_movers(model, at->moves, movers, sizeof movers);
+    snprintf(text, size, "%s%s%s%s", mode, movers[0] != '\0' ? " (" : "", movers, movers[0] != '\0' ? ")" : "");
+}
+
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 void kt_write_verdict(const kt_method *method, char *text, size_t size) {
