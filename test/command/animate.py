@@ -153,5 +153,5 @@ with tempfile.TemporaryDirectory() as folder:
         rejected = subprocess.run([KINETREE, "draw", "cut.yaml", "--animate", *words], cwd=folder, capture_output=True, text=True)
         claim(f"rejected_with_{words[0][2:]}", [] if rejected.returncode == 1 and told in rejected.stderr else [rejected.stderr])
     slow = subprocess.run([KINETREE, "draw", "cut.yaml", "--speed", "2"], cwd=folder, capture_output=True, text=True)
-    claim("a_speed_needs_an_animation", [] if slow.returncode == 1 and "give --animate" in slow.stderr else [slow.stderr])
+    claim("a_speed_needs_an_animation", [] if slow.returncode == 1 and "--animate goes with it" in slow.stderr else [slow.stderr])
 finish()

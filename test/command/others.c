@@ -132,7 +132,7 @@ KT_TEST(info_plan_lists_kernels_and_what_is_left_out) {
     }
     kt_check_equal_int("kernels that run", ran_count, 8);
     json_decref(root);
-    kt_expect(1, "--json is for the plan", "$K info --json e.yaml");
+    kt_expect(1, "--plan goes with it", "$K info --json e.yaml");
 }
 
 KT_TEST(info_plan_names_the_form_of_each_constraint_group_and_why) {
