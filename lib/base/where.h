@@ -2,14 +2,14 @@
 #ifndef KT_BASE_WHERE_H
 #define KT_BASE_WHERE_H
 
-#include "kinetree/status.h"
+#include "base/inner.h"
 
 /* Has room for more than kt_error.where, so that kt_error_set marks a text that is cut. */
 typedef struct kt_where_text {
     char text[KT_WHERE_SIZE + 32];
 } kt_where_text;
 
-kt_where_text kt_where_format(const char *format, ...) KT_PRINTF(1, 2);
+KT_INNER kt_where_text kt_where_format(const char *format, ...) KT_PRINTF(1, 2);
 
 /* WHAT 'NAME' at t = ... s */
 static inline kt_where_text kt_where_at(const char *what, const char *name, double t) {

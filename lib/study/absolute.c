@@ -9,6 +9,7 @@
 
 #include "base/aligned.h"
 #include "base/arena.h"
+#include "base/where.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
@@ -272,65 +273,47 @@ static bool acts_in_cross(const kt_model *tree, const kt_description *d, const k
     return false;
 }
 
-static void name_absolute_effect(const kt_description *d, int i, char *where, size_t size) {
-    if (d->effects[i].name != NULL)
-        (void)snprintf(where, size, "effect '%.100s'", d->effects[i].name);
-    else
-        (void)snprintf(where, size, "effects[%d] (%s)", i, kt_effect_type_name(d->effects[i].type));
+/* Rejects an effect, or a loop. */
+static kt_status reject_effect(const kt_description *d, int i, const char *why, kt_error *error) {
+    const kt_effect *effect = &d->effects[i];
+    const kt_where_text where = effect->name != NULL
+                                    ? kt_where_format("effect '%.100s'", effect->name)
+                                    : kt_where_format("effects[%d] (%s)", i, kt_effect_type_name(effect->type));
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where.text, "%s; run it with formulation: tree", why);
 }
 
-/* Variables of formulas are those of the tree's joints and markers. */
-static kt_status reject_effects(const kt_model *tree, const kt_description *d, kt_error *error) {
-    char where[KT_WHERE_SIZE];
+static kt_status reject_loop(const kt_description *d, int i, const char *why, kt_error *error) {
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, kt_where_format("loop '%.100s'", d->loops[i].name).text,
+                        "%s; run it with formulation: tree", why);
+}
+
+/* Rejects descriptions that the transformed model cannot follow. It has no variables of the tree's joints and markers,
+ * which formulas read, and no sets of switched elements. */
+static kt_status check_absolute(const kt_model *tree, const kt_description *d, kt_error *error) {
+    static const char switched[] = "it is switched on and off while the mechanism moves";
     for (int i = 0; i < d->effect_count; i++)
-        if (acts_in_cross(tree, d, &d->effects[i])) {
-            name_absolute_effect(d, i, where, sizeof where);
-            return kt_error_set(
-                error, KT_ERROR_UNSUPPORTED, where,
-                "it acts in one angle of a universal joint whose axes are not normal to each other, and "
-                "which has no such angle here; run it with formulation: tree");
-        } else if (d->effects[i].type == KT_EFFECT_EXPRESSION) {
-            name_absolute_effect(d, i, where, sizeof where);
-            return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                                "its variables are those of the tree; run it with formulation: tree");
-        }
-    return KT_OK;
-}
-
-/* Formulas of couplings read the joints of the tree. */
-static kt_status reject_formulas(const kt_description *d, kt_error *error) {
-    char where[KT_WHERE_SIZE];
+        if (acts_in_cross(tree, d, &d->effects[i]))
+            return reject_effect(d, i,
+                                 "it acts in one angle of a universal joint whose axes are not normal to each other, "
+                                 "and which has no such angle here",
+                                 error);
+        else if (d->effects[i].type == KT_EFFECT_EXPRESSION)
+            return reject_effect(d, i, "its variables are those of the tree", error);
     for (int i = 0; i < d->loop_count; i++)
-        if (kt_loop_has_formula(&d->loops[i])) {
-            (void)snprintf(where, sizeof where, "loop '%.100s'", d->loops[i].name);
-            return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                                "its formula reads joints of the tree; run it with formulation: tree");
-        }
-    return KT_OK;
-}
-
-/* Rejects descriptions with elements that switch: the transformed model has no sets of switched elements. */
-static kt_status reject_switches(const kt_description *d, kt_error *error) {
-    char where[KT_WHERE_SIZE] = "";
-    for (int i = 0; i < d->loop_count; i++)
-        if (d->loops[i].switching != KT_ALWAYS_ON)
-            (void)snprintf(where, sizeof where, "loop '%.100s'", d->loops[i].name);
-    for (int i = 0; i < d->effect_count; i++)
+        if (kt_loop_has_formula(&d->loops[i]))
+            return reject_loop(d, i, "its formula reads joints of the tree", error);
+    for (int i = d->effect_count; i-- > 0;)
         if (d->effects[i].switching != KT_ALWAYS_ON)
-            name_absolute_effect(d, i, where, sizeof where);
-    if (where[0] == '\0')
-        return KT_OK;
-    return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                        "it is switched on and off while the mechanism moves; run it with formulation: tree");
+            return reject_effect(d, i, switched, error);
+    for (int i = d->loop_count; i-- > 0;)
+        if (d->loops[i].switching != KT_ALWAYS_ON)
+            return reject_loop(d, i, switched, error);
+    return KT_OK;
 }
 
 static kt_status compile_absolute(loosen *w, const kt_model_options *options, kt_model **model, kt_error *error) {
     kt_description to = *w->from;
-    kt_status rejected = reject_effects(w->tree, w->from, error);
-    if (rejected == KT_OK)
-        rejected = reject_formulas(w->from, error);
-    if (rejected == KT_OK)
-        rejected = reject_switches(w->from, error);
+    const kt_status rejected = check_absolute(w->tree, w->from, error);
     if (rejected != KT_OK)
         return rejected;
     kt_link_poses(w->tree, w->tree->q0, w->pose);
@@ -348,15 +331,13 @@ static kt_status compile_absolute(loosen *w, const kt_model_options *options, kt
 
 /* Bodies without joints have no rotors. */
 static kt_status reject_armature(const kt_model *tree, kt_error *error) {
-    for (size_t i = 1; i < tree->n.link; i++) {
-        char where[KT_WHERE_SIZE];
-        if (!tree->link[i].has_armature)
-            continue;
-        (void)snprintf(where, sizeof where, "joint '%.100s'", tree->text + tree->body[tree->link[i].body].joint_name);
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
-                            "it has armature, which the absolute formulation cannot have: there are no joints whose "
-                            "rotors could turn; take the formulation 'tree', or leave joint.armature out");
-    }
+    for (size_t i = 1; i < tree->n.link; i++)
+        if (tree->link[i].has_armature)
+            return kt_error_set(
+                error, KT_ERROR_UNSUPPORTED,
+                kt_where_format("joint '%.100s'", tree->text + tree->body[tree->link[i].body].joint_name).text,
+                "it has armature, which the absolute formulation cannot have: there are no joints whose "
+                "rotors could turn; take the formulation 'tree', or leave joint.armature out");
     return KT_OK;
 }
 

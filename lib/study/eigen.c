@@ -142,8 +142,6 @@ static inline void eigen_particular(const kt_group_work *w, int rank, const doub
     invert_by_eigen(w, rank, y, x);
 }
 
-static inline void eigen_basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
-
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void eigen_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
@@ -157,16 +155,14 @@ static void eigen_multipliers(const kt_group_work *w, int rank, double *g, doubl
 }
 
 static bool solve_by_eigen(const kt_group_work *w, int rank, int width) {
-    return kt_group_solve(eigen_particular, eigen_basis, w, rank, width);
+    return kt_group_solve(eigen_particular, kt_square_basis, w, rank, width);
 }
-
-static double eigen_size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_eigen) = {.least = true,
                                                          .large = INT_MAX,
                                                          .factor = factor_eigen,
-                                                         .size = eigen_size,
+                                                         .size = kt_singular_value_of,
                                                          .particular = eigen_particular,
-                                                         .basis = eigen_basis,
+                                                         .basis = kt_square_basis,
                                                          .solve = solve_by_eigen,
                                                          .multipliers = eigen_multipliers};

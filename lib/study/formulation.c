@@ -9,7 +9,6 @@
 #include "model/model.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* ---- the equations ----------------------------------------------------------------------------------------------- */
 
@@ -147,8 +146,6 @@ kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *for
     if (KT_IS_MISSING(error, formulation))
         return KT_ERROR_ARGUMENT;
     const kt_constraint_formulation_statistics *f = &formulation->found;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", f->least_time);
     if (f->trusted)
         return kt_error_set(error, KT_ERROR_CONSTRAINT, NULL,
                             "redundant equations looked independent and were trusted in %llu evaluations: closure "
@@ -156,15 +153,13 @@ kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *for
                             (unsigned long long)f->trusted);
     if (f->least < KT_NEAR_SINGULAR || f->dropped)
         return kt_error_set(
-            error, KT_ERROR_SINGULAR, where,
+            error, KT_ERROR_SINGULAR, kt_where_format("t = %.9g s", f->least_time).text,
             "the loops came within %.1e of a singular position, in which this formulation divides its closure errors "
             "by almost zero (loops open by up to %.1e): compare the rest with the reduction",
             f->least, f->open);
-    if (f->open > 1e-3 * fmax(formulation->model->length, 1.0)) {
-        (void)snprintf(where, sizeof where, "t = %.9g s", f->open_time);
-        return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+    if (f->open > 1e-3 * fmax(formulation->model->length, 1.0))
+        return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", f->open_time).text,
                             "the loops came apart by %.1e m or rad: take shorter steps or other gains", f->open);
-    }
     if (f->residual > 1e-2)
         return kt_error_set(error, KT_ERROR_SINGULAR, NULL,
                             "after up to %d iterations the equations of the loops were still off by %.1e of their "

@@ -6,9 +6,8 @@
 
 #include "base/arena.h"
 #include "base/require.h"
+#include "base/where.h"
 #include "kinetree/study.h"
-
-#include <stdio.h>
 
 /* Every array of a formulation: type, name, count, meaning. */
 #define KT_FORMULATION_FIELDS(X)                                                                                       \
@@ -74,9 +73,7 @@ int kt_formulation_project_positions(const kt_instant *at, double *q, double *v,
 /* Reports an error with the time at which it occurred. */
 KT_CHECKED static inline kt_status kt_formulation_reject(double t, kt_status status, const char *message,
                                                          kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, status, where, "%s", message);
+    return kt_error_set(error, status, kt_where_format("t = %.9g s", t).text, "%s", message);
 }
 
 #endif

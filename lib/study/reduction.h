@@ -23,4 +23,7 @@ static inline void kt_square_basis(const kt_group_work *w, int rank) {
         w->basis[i * m + i] = 1.0;
 }
 
+/* The size of direction i: a singular value. */
+static inline double kt_singular_value_of(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
+
 #endif

@@ -44,8 +44,6 @@ static inline void svd_particular(const kt_group_work *w, int rank, const double
     }
 }
 
-static inline void svd_basis(const kt_group_work *w, int rank) { kt_square_basis(w, rank); }
-
 /* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void svd_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
@@ -61,16 +59,14 @@ static void svd_multipliers(const kt_group_work *w, int rank, double *g, double 
 }
 
 static bool solve_by_svd(const kt_group_work *w, int rank, int width) {
-    return kt_group_solve(svd_particular, svd_basis, w, rank, width);
+    return kt_group_solve(svd_particular, kt_square_basis, w, rank, width);
 }
-
-static double svd_size(const kt_group_work *w, int i) { return kt_group_singular_values(w)[i]; }
 
 const kt_reduction_kind KT_KERNEL(kt_reduction_svd) = {.least = true,
                                                        .open = kt_lapack_open,
                                                        .factor = factor_svd,
-                                                       .size = svd_size,
+                                                       .size = kt_singular_value_of,
                                                        .particular = svd_particular,
-                                                       .basis = svd_basis,
+                                                       .basis = kt_square_basis,
                                                        .solve = solve_by_svd,
                                                        .multipliers = svd_multipliers};
