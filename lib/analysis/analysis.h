@@ -7,6 +7,8 @@
 #include "kinetree/analysis.h"
 #include "model/model.h"
 
+#include <math.h>
+
 /* n: largest number of states, x: own ones among them; v, q: coordinates; f: numbers of a probe, which are differenced
  * (probe.c). */
 typedef struct kt_linearization_sizes {
@@ -141,6 +143,22 @@ kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_err
 
 /* Writes to l->floor the size of the terms to which the rounding error of each number of a probe is proportional. */
 void kt_probe_floor(kt_linearization *l);
+
+/* The largest component of x (nv) over its unit. */
+static inline double kt_largest_in_units(const kt_linearization *l, const double *x) {
+    double most = 0.0;
+    for (size_t i = 0; i < l->size.v; i++)
+        most = fmax(most, fabs(x[i]) / l->unit[i]);
+    return most;
+}
+
+/* y += factor matrix x, rows x n, column by column: most directions of a tree are unit vectors. */
+static inline void kt_add_columns(const double *matrix, size_t rows, size_t n, double factor, const double *x,
+                                  double *y) {
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < rows && x[k] != 0.0; i++)
+            y[i] += factor * matrix[k * rows + i] * x[k];
+}
 
 /* ---- difference.c ------------------------------------------------------------------------------------------------ */
 

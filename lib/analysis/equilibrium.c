@@ -11,7 +11,6 @@
  * saddles. At a stable equilibrium mu = 0 suffices, which is Newton's method. A step is accepted if the mean of the
  * forces at its two ends does work along it. D is diagonal, so that degrees of freedom without force or stiffness keep
  * their positions.
- * degrees of freedom without force or stiffness keep their positions.
  *
  * With mu = 0 for any H, and steps accepted if |g| falls, the same iteration finds equilibria nearby, stable or not.
  * It stalls where |g| has a minimum above zero, and at kinks, where a stop or a contact begins. Then other starts are
@@ -25,6 +24,7 @@
 #include "base/copy.h"
 #include "base/generic.h"
 #include "base/options.h"
+#include "base/where.h"
 #include "contact/open.h"
 #include "dynamics/dynamics.h"
 #include "linear/cholesky.h"
@@ -34,7 +34,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
@@ -255,13 +254,6 @@ static bool solve_equilibrium_step(const search *s, double stiff) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-static double size_in_units(const kt_linearization *l, const double *x) {
-    double most = 0.0;
-    for (size_t i = 0; i < l->size.v; i++)
-        most = fmax(most, fabs(x[i]) / l->unit[i]);
-    return most;
-}
-
 static double sum_of_squares(const kt_linearization *l, const double *x) {
     double sum = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
@@ -278,7 +270,7 @@ static double expand_step(const search *s) {
     for (size_t j = 0; j < (size_t)s->dofs; j++)
         for (size_t i = 0; i < nv; i++)
             l->direction[i] += l->free_velocity[j * nv + i] * l->step[j];
-    const double length = size_in_units(l, l->direction);
+    const double length = kt_largest_in_units(l, l->direction);
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
         for (int i = 0; i < kt_link_dofs(link); i++) {
@@ -364,20 +356,15 @@ static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
         } else if (loop->curve.type != KT_FUNCTION_NONE) {
             kt_curve_evaluate(&loop->curve, l->model->number, l->t, f);
         }
-        if (f[1] != 0.0 || f[2] != 0.0) {
-            char where[KT_WHERE_SIZE];
-            (void)snprintf(where, sizeof where, "loop '%s'", l->model->text + loop->name);
-            return kt_error_set(error, KT_ERROR_CONSTRAINT, where,
+        if (f[1] != 0.0 || f[2] != 0.0)
+            return kt_error_set(error, KT_ERROR_CONSTRAINT,
+                                kt_where_format("loop '%s'", l->model->text + loop->name).text,
                                 "it drives the mechanism at t = %g s, so there is no equilibrium; use a time without "
                                 "this motion, or a constant",
                                 l->t);
-        }
     }
     return KT_OK;
 }
-
-/* Whether the k-th degree of freedom of a link is a length. */
-static bool dof_is_length(const kt_link *link, int k) { return k < kt_link_lengths(link); }
 
 /* The name of the joint whose acceleration is largest over its unit, that acceleration, and its SI unit. */
 static const char *fastest_joint_of(const kt_linearization *l, const double *x, double *acceleration,
@@ -392,7 +379,7 @@ static const char *fastest_joint_of(const kt_linearization *l, const double *x, 
             if (fabs(x[link->v + k]) / l->unit[link->v + k] >= most) {
                 most = fabs(x[link->v + k]) / l->unit[link->v + k];
                 *acceleration = fabs(x[link->v + k]);
-                *unit = dof_is_length(link, k) ? "m/s^2" : "rad/s^2";
+                *unit = k < kt_link_lengths(link) ? "m/s^2" : "rad/s^2";
                 name = l->model->text + l->model->body[link->body].joint_name;
             }
     }
@@ -402,9 +389,7 @@ static const char *fastest_joint_of(const kt_linearization *l, const double *x, 
 static kt_status give_up(const search *s, int steps, bool gone, kt_error *error) {
     double acceleration;
     const char *unit, *name = fastest_joint_of(s->l, s->l->a0, &acceleration, &unit);
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.120s'", name);
-    return kt_error_set(error, KT_ERROR_STEP, where,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("joint '%.120s'", name).text,
                         gone ? "there is no equilibrium: this joint accelerates without bound, by %.3g %s after %d "
                                "steps; add a force that holds it, such as a spring"
                              : "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; try "
@@ -420,7 +405,7 @@ static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, 
     s->reach = REACH;
     for (int steps = 0; steps < most && path < RUNAWAY; steps++, found->steps++) {
         found->distance = length;
-        found->acceleration = size_in_units(l, l->a0);
+        found->acceleration = kt_largest_in_units(l, l->a0);
         if (found->acceleration == 0.0)
             return KT_OK;
         kt_status status = kt_independent_coordinates_choose(l, s->out, &system, error);

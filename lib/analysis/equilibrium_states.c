@@ -24,12 +24,13 @@
  */
 #include "analysis/analysis.h"
 #include "base/copy.h"
+#include "base/where.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
+#include "linear/cholesky.h"
 #include "linear/lapack.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 enum { STEPS_MOST = 100, SHORTER_MOST = 30, FOLLOWED_MOST = 400 };
@@ -49,35 +50,22 @@ typedef struct search {
     int dofs;
 } search;
 
+/* E' x for a column x of nv, into to. */
+static void reduce_to_independent(const search *s, const double *x, double *to) {
+    const kt_linearization *l = s->l;
+    for (int j = 0; j < s->dofs; j++)
+        to[j] = kt_dense_dot(l->free_velocity + (size_t)j * l->size.v, x, (int)l->size.v);
+}
+
 /* (E' f, rates) into to: the right-hand side at q0 and x0, where the accelerations are a0. */
 static kt_status write_residual(const search *s, double *to, kt_error *error) {
     kt_linearization *l = s->l;
     memcpy(l->tried_a, l->a0, l->size.v * sizeof *l->a0);
     const kt_status status = kt_probe_force(l, l->q0, l->tried_a, error);
-    for (int j = 0; j < s->dofs && status == KT_OK; j++) {
-        to[j] = 0.0;
-        for (size_t i = 0; i < l->size.v; i++)
-            to[j] += l->free_velocity[(size_t)j * l->size.v + i] * l->tried_a[i];
-    }
+    if (status == KT_OK)
+        reduce_to_independent(s, l->tried_a, to);
     kt_copy(to + s->dofs, l->x_rate, l->size.x * sizeof *to);
     return status;
-}
-
-/* out (rows) += matrix x. */
-static void add_matrix_product(const double *matrix, size_t rows, size_t n, const double *x, double *out) {
-    for (size_t k = 0; k < n; k++)
-        for (size_t i = 0; i < rows; i++)
-            out[i] += matrix[k * rows + i] * x[k];
-}
-
-/* E' x for a column x of nv, into to. */
-static void reduce_to_independent(const search *s, const double *x, double *to) {
-    const kt_linearization *l = s->l;
-    for (int j = 0; j < s->dofs; j++)
-        to[j] = 0.0;
-    for (int j = 0; j < s->dofs; j++)
-        for (size_t i = 0; i < l->size.v; i++)
-            to[j] += l->free_velocity[(size_t)j * l->size.v + i] * x[i];
 }
 
 /* l->step += (E' (M / d + D_v) v, F_v v). */
@@ -85,14 +73,14 @@ static void add_velocities(const search *s, const kt_linearized *w, double d) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     memset(l->tried_a, 0, nv * sizeof *l->tried_a);
-    add_matrix_product(w->mass, nv, nv, l->v0, l->tried_a);
+    kt_add_columns(w->mass, nv, nv, 1.0, l->v0, l->tried_a);
     for (size_t i = 0; i < nv; i++)
         l->tried_a[i] /= d;
-    add_matrix_product(w->d_v, nv, nv, l->v0, l->tried_a);
+    kt_add_columns(w->d_v, nv, nv, 1.0, l->v0, l->tried_a);
     reduce_to_independent(s, l->tried_a, l->force);
     for (int j = 0; j < s->dofs; j++)
         l->step[j] += l->force[j];
-    add_matrix_product(w->rate_v, l->size.x, nv, l->v0, l->step + s->dofs);
+    kt_add_columns(w->rate_v, l->size.x, nv, 1.0, l->v0, l->step + s->dofs);
 }
 
 /* A state that changes nothing, that nothing changes, and whose rate is 0 stays as it is: the place of a foothold. */
@@ -128,9 +116,9 @@ static kt_status write_search_matrix(const search *s, double d, kt_error *error)
         memset(to, 0, n * sizeof *to);
         if (j < (size_t)s->dofs) {
             memset(l->tried_a, 0, nv * sizeof *l->tried_a);
-            add_matrix_product(w.d_q, nv, nv, e, l->tried_a);
+            kt_add_columns(w.d_q, nv, nv, 1.0, e, l->tried_a);
             reduce_to_independent(s, l->tried_a, to);
-            add_matrix_product(w.rate_q, nx, nv, e, to + s->dofs);
+            kt_add_columns(w.rate_q, nx, nv, 1.0, e, to + s->dofs);
         } else {
             reduce_to_independent(s, w.force_x + (j - (size_t)s->dofs) * nv, to);
             kt_copy(to + s->dofs, w.rate_x + (j - (size_t)s->dofs) * nx, nx * sizeof *to);
@@ -170,11 +158,9 @@ static kt_status move_search(const search *s, double part, double d, kt_error *e
 }
 
 static kt_status reject_search(const search *s, const char *why, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "auxiliary state '%.60s', t = %.9g s",
-                   kt_own_state_name(s->l->model, (int)kt_auxiliary_state_varying(s->l->model)), s->t);
+    const char *name = kt_own_state_name(s->l->model, (int)kt_auxiliary_state_varying(s->l->model));
     return kt_error_set(
-        error, KT_ERROR_STEP, where,
+        error, KT_ERROR_STEP, kt_where_format("auxiliary state '%.60s', t = %.9g s", name, s->t).text,
         "no equilibrium of positions and auxiliary states was found: %s; start nearer to one, or let a run "
         "come to rest and go on from it",
         why);
@@ -295,7 +281,7 @@ kt_status kt_equilibrium_of_states(kt_linearization *l, const kt_equilibrium_opt
             status = follow_to_rest(&s, found, &length, error);
     }
     found->distance = length;
-    for (size_t i = 0; i < l->size.v && status == KT_OK; i++)
-        found->acceleration = fmax(found->acceleration, fabs(l->a0[i]) / l->unit[i]);
+    if (status == KT_OK)
+        found->acceleration = kt_largest_in_units(l, l->a0);
     return status;
 }

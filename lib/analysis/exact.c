@@ -41,24 +41,11 @@ bool kt_exact_is_possible(const kt_linearization *l) {
     return !l->differences;
 }
 
-/* y += matrix x, column by column: most directions of a tree are unit vectors. */
-static void add_columns_times(const double *matrix, size_t n, const double *x, double *y) {
-    for (size_t k = 0; k < n; k++) {
-        if (x[k] == 0.0)
-            continue;
-        for (size_t i = 0; i < n; i++)
-            y[i] += matrix[k * n + i] * x[k];
-    }
-}
-
-/* y += |matrix| |x| */
-static void add_product_of_sizes(const double *matrix, size_t n, const double *x, double *y) {
-    for (size_t k = 0; k < n; k++) {
-        if (x[k] == 0.0)
-            continue;
-        for (size_t i = 0; i < n; i++)
-            y[i] += fabs(matrix[k * n + i] * x[k]);
-    }
+/* y += |matrix| |x|, rows x n. */
+static void add_product_of_sizes(const double *matrix, size_t rows, size_t n, const double *x, double *y) {
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < rows && x[k] != 0.0; i++)
+            y[i] += fabs(matrix[k * rows + i] * x[k]);
 }
 
 /* ---- neighbouring states ----------------------------------------------------------------------------------------- */
@@ -93,29 +80,21 @@ static kt_status evaluate_linearization(kt_linearization *l, double side, kt_err
 static void write_derivative(kt_linearization *l, const double *dq, const double *dv, double *derivative) {
     const size_t nv = l->size.v;
     memset(derivative, 0, nv * sizeof *derivative);
-    add_columns_times(l->by_position, nv, dq, derivative);
+    kt_add_columns(l->by_position, nv, nv, 1.0, dq, derivative);
     if (dv)
-        add_columns_times(l->by_velocity, nv, dv, derivative);
+        kt_add_columns(l->by_velocity, nv, nv, 1.0, dv, derivative);
 }
 
 /* ---- errors ------------------------------------------------------------------------------------------------------ */
-
-/* The largest component of a direction over its unit. */
-static double direction_length(const kt_linearization *l, const double *x) {
-    double length = 0.0;
-    for (size_t i = 0; i < l->size.v && x; i++)
-        length = fmax(length, fabs(x[i]) / l->unit[i]);
-    return length;
-}
 
 /* T for a direction along which the probe has this derivative. */
 static void write_direction_terms(const kt_linearization *l, const double *dq, const double *dv,
                                   const double *derivative, double *term) {
     const size_t nv = l->size.v;
     const double *speed = l->floor + nv, *pull = l->floor + 2 * nv;
-    const double moved = direction_length(l, dq), changed = direction_length(l, dv);
+    const double moved = kt_largest_in_units(l, dq), changed = dv ? kt_largest_in_units(l, dv) : 0.0;
     memset(term, 0, nv * sizeof *term);
-    add_product_of_sizes(l->mass, nv, derivative, term);
+    add_product_of_sizes(l->mass, nv, nv, derivative, term);
     for (size_t k = 0; k < nv; k++) {
         const double inertia = l->mass[k * nv + k];
         term[k] += fmax(fabs(l->weight[k]), inertia * pull[k]) * moved + inertia * speed[k] * changed;
@@ -129,10 +108,10 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
     double *sum = l->behind;
     write_direction_terms(l, dq, dv, derivative, term);
     memset(sum, 0, nv * sizeof *sum);
-    add_product_of_sizes(l->by_force, nv, term, sum);
-    add_product_of_sizes(l->by_position, nv, dq, sum);
+    add_product_of_sizes(l->by_force, nv, nv, term, sum);
+    add_product_of_sizes(l->by_position, nv, nv, dq, sum);
     if (dv)
-        add_product_of_sizes(l->by_velocity, nv, dv, sum);
+        add_product_of_sizes(l->by_velocity, nv, nv, dv, sum);
     for (size_t i = 0; i < nv; i++)
         error[i] += ROUNDING * (sum[i] + fabs(derivative[i]));
     for (size_t i = 0; i < nv; i++)
@@ -154,24 +133,15 @@ static void write_exact_inputs(kt_linearization *l, bool is_second) {
     const size_t nv = l->size.v;
     for (size_t k = 0; k < l->size.inputs; k++) {
         const double *column = l->by_force + (size_t)l->input_coordinate[k] * nv;
-        double most = 0.0;
         if (!is_second) {
             memcpy(l->input_derivative + k * nv, column, nv * sizeof *column);
             continue;
         }
         average(column, nv, l->input_derivative + k * nv, l->input_derivative_error + k * nv);
-        for (size_t i = 0; i < nv; i++)
-            most = fmax(most, fabs(column[i]) / l->unit[i]);
+        const double most = kt_largest_in_units(l, column);
         for (size_t i = 0; i < nv; i++)
             l->input_derivative_error[k * nv + i] += ROUNDING * most * l->unit[i];
     }
-}
-
-/* y -= matrix x, rows x n; or with sizes y += |matrix| |x|. */
-static void subtract_rates(const double *matrix, size_t rows, size_t n, const double *x, bool sizes, double *y) {
-    for (size_t k = 0; k < n; k++)
-        for (size_t i = 0; i < rows && x[k] != 0.0; i++)
-            y[i] -= sizes ? -fabs(matrix[k * rows + i] * x[k]) : matrix[k * rows + i] * x[k];
 }
 
 /* Writes the rows of the rates of auxiliary states in a column, along (dq, dv) or of auxiliary state k. On the first
@@ -180,21 +150,24 @@ static void write_auxiliary_rates(kt_linearization *l, const double *dq, const d
                                   bool is_second) {
     const size_t x = l->size.x, nv = l->size.v, first = column * l->size.f + kt_probe_rates(l);
     double *derivative = l->derivative + first, *error = l->derivative_error + first;
-    double *to = is_second ? l->behind : derivative;
-    for (int sizes = 0; sizes < 1 + is_second; sizes++) {
-        double *sum = sizes ? l->behind : to;
-        memset(sum, 0, x * sizeof *sum);
-        if (dq)
-            subtract_rates(l->rate_q, x, nv, dq, sizes, sum);
-        if (dv)
-            subtract_rates(l->rate_v, x, nv, dv, sizes, sum);
-        for (size_t i = 0; i < x && !dq && !dv; i++)
-            sum[i] = sizes ? fabs(l->rate_x[k * x + i]) : -l->rate_x[k * x + i];
-        if (is_second && !sizes)
-            average(l->behind, x, derivative, error);
-        for (size_t i = 0; i < x && sizes; i++)
-            error[i] += ROUNDING * sum[i];
-    }
+    double *sum = is_second ? l->behind : derivative;
+    memset(sum, 0, x * sizeof *sum);
+    if (dq)
+        kt_add_columns(l->rate_q, x, nv, -1.0, dq, sum);
+    if (dv)
+        kt_add_columns(l->rate_v, x, nv, -1.0, dv, sum);
+    for (size_t i = 0; i < x && !dq && !dv; i++)
+        sum[i] = -l->rate_x[k * x + i];
+    if (!is_second)
+        return;
+    average(sum, x, derivative, error);
+    memset(sum, 0, x * sizeof *sum);
+    if (dq)
+        add_product_of_sizes(l->rate_q, x, nv, dq, sum);
+    if (dv)
+        add_product_of_sizes(l->rate_v, x, nv, dv, sum);
+    for (size_t i = 0; i < x; i++)
+        error[i] += ROUNDING * (dq || dv ? sum[i] : fabs(l->rate_x[k * x + i]));
 }
 
 /* Writes the rows of the accelerations in the column of auxiliary state k. */
@@ -254,15 +227,13 @@ static void write_force_derivative(kt_linearization *l, const double *d_q, const
                                    double *derivative, double *derivative_error) {
     const size_t nv = l->size.v;
     const double *pull = l->floor + 2 * nv;
-    double *to = is_second ? l->behind : derivative, moved;
+    double *to = is_second ? l->behind : derivative;
     memset(to, 0, nv * sizeof *to);
-    add_columns_times(d_q, nv, dq, to);
-    for (size_t i = 0; i < nv; i++)
-        to[i] = -to[i];
+    kt_add_columns(d_q, nv, nv, -1.0, dq, to);
     if (!is_second)
         return;
     average(l->behind, nv, derivative, derivative_error);
-    moved = direction_length(l, dq);
+    const double moved = kt_largest_in_units(l, dq);
     for (size_t i = 0; i < nv; i++)
         derivative_error[i] += ROUNDING * (fabs(derivative[i]) + pull[i] * moved);
 }

@@ -17,13 +17,13 @@
  */
 #include "analysis/analysis.h"
 
+#include "base/where.h"
 #include "constraint/dual_rows.h"
 #include "dynamics/dynamics.h"
 #include "reduction/kernel.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- elimination ------------------------------------------------------------------------------------------------- */
@@ -193,12 +193,12 @@ static void find_holonomic(kt_linearization *l) {
 
 static kt_status reject_singular_group(const kt_linearization *l, size_t g, kt_error *error) {
     const kt_loop_group group = kt_loop_group_at(l->model, (int)g);
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]),
-                   group.loop_count > 1 ? " and those that share its links" : "", l->t);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
-                        "in this singular position the equations of the loops depend on each other, and the mechanism "
-                        "can move on in more than one way, so there is no linearisation; use a neighbouring position");
+    const char *others = group.loop_count > 1 ? " and those that share its links" : "";
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR,
+        kt_where_format("loop '%.60s'%s, t = %.9g s", kt_loop_name(l->model, group.loops[0]), others, l->t).text,
+        "in this singular position the equations of the loops depend on each other, and the mechanism "
+        "can move on in more than one way, so there is no linearisation; use a neighbouring position");
 }
 
 /* Checks that all constraint groups have their usual ranks here. */

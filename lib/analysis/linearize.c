@@ -44,13 +44,10 @@
 kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, const double *dv, double scale,
                                          size_t column, kt_error *error) {
     const size_t nv = l->size.v;
-    double largest = 0.0;
-    for (size_t i = 0; i < nv; i++) {
-        l->direction[i] = dq ? dq[i] : 0.0;
-        l->direction[nv + i] = dv ? dv[i] : 0.0;
-        largest = fmax(largest, fmax(fabs(l->direction[i]), fabs(l->direction[nv + i])) / l->unit[i]);
-    }
+    kt_copy_or_clear(l->direction, dq, nv * sizeof *dq);
+    kt_copy_or_clear(l->direction + nv, dv, nv * sizeof *dv);
     kt_clear(l->direction + 2 * nv, l->size.x * sizeof *l->direction);
+    const double largest = fmax(kt_largest_in_units(l, l->direction), kt_largest_in_units(l, l->direction + nv));
     return kt_difference(l, FIRST * scale / largest, l->derivative + column * l->size.f,
                          l->derivative_error + column * l->size.f, error);
 }
@@ -188,6 +185,11 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
     return status;
 }
 
+static void fill_marker_jacobian(kt_linearization *l, size_t m) {
+    const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
+    kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
+}
+
 /* Computes the change of the marker velocities J(q) v along (dq, dv), J dv + B(v, dq). Here B(v, w) is (dJ along w) v.
  * The bracket [v, w] is w x v of the rotations. The kinematic queries yield
  *
@@ -196,23 +198,20 @@ static kt_status add_drifts(kt_linearization *l, const double *dq, double h, dou
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
                                        double *derivative, double *derivative_error, kt_error *error) {
     const size_t nv = l->size.v;
-    double length = 0.0;
+    const double length = kt_largest_in_units(l, dq);
     kt_status status = KT_OK;
     memset(derivative, 0, 3 * l->size.markers * sizeof *derivative);
     memset(derivative_error, 0, 3 * l->size.markers * sizeof *derivative_error);
     memset(l->direction, 0, nv * sizeof *l->direction);
     add_rotation_rate(l, dq, l->direction);
-    for (size_t i = 0; i < nv; i++) {
-        length = fmax(length, fabs(dq[i]) / l->unit[i]);
+    for (size_t i = 0; i < nv; i++)
         l->direction[i] = dv[i] + 0.5 * l->direction[i];
-    }
     for (int side = -1; side < 2 && length > 0.0 && speed > 0.0 && status == KT_OK; side += 2)
         status = add_drifts(l, dq, side * speed / length, derivative, derivative_error, error);
     if (status == KT_OK)
         status = kt_kinematics_update(l->model, l->data, l->q0, NULL, NULL, error);
     for (size_t m = 0; m < l->size.markers && status == KT_OK; m++) {
-        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
-        kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
+        fill_marker_jacobian(l, m);
         for (size_t i = 0; i < 3; i++)
             for (size_t k = 0; k < nv; k++) {
                 const double x = l->jacobian[6 * k + 3 + i] * l->direction[k];
@@ -223,6 +222,19 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
     for (size_t i = 0; i < 3 * l->size.markers; i++)
         derivative_error[i] *= 4.0 * DBL_EPSILON;
     return status;
+}
+
+/* Writes an input's column from the accelerations of all coordinates by it, and their errors. */
+static void write_input_column(const kt_system_arrays *out, const kt_linear_system *system, size_t input,
+                               const double *derivative, const double *derivative_error) {
+    double *b = out->input + input * (size_t)system->states,
+           *b_error = out->input_error + input * (size_t)system->states;
+    kt_clear(b, (size_t)system->states * sizeof *b);
+    kt_clear(b_error, (size_t)system->states * sizeof *b);
+    for (int i = 0; i < system->velocities; i++) {
+        b[system->positions + i] = derivative[out->velocity_coordinate[i]];
+        b_error[system->positions + i] = derivative_error[out->velocity_coordinate[i]];
+    }
 }
 
 /* Computes all derivatives along the states by exact derivatives; returns KT_ERROR_SINGULAR where they cannot be
@@ -246,12 +258,7 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
                                            l->derivative_error + j * f + 3 * nv, error);
     }
     for (size_t k = 0; k < l->size.inputs && status == KT_OK; k++)
-        for (size_t i = 0; i < n; i++) {
-            const bool is_velocity = i >= (size_t)system->positions && i < moving;
-            const size_t c = is_velocity ? (size_t)out->velocity_coordinate[i - (size_t)system->positions] : 0;
-            out->input[k * n + i] = is_velocity ? l->input_derivative[k * nv + c] : 0.0;
-            out->input_error[k * n + i] = is_velocity ? l->input_derivative_error[k * nv + c] : 0.0;
-        }
+        write_input_column(out, system, k, l->input_derivative + k * nv, l->input_derivative_error + k * nv);
     return status;
 }
 
@@ -318,8 +325,7 @@ static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays
 static void write_system_output(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, rows = 6 * l->size.markers;
     for (size_t m = 0; m < l->size.markers; m++) {
-        const kt_vec3 at = kt_marker_at(l->model, l->marker[m].body, l->marker[m].marker);
-        kt_point_jacobian(l->model, l->data, l->marker[m].body, at, l->jacobian);
+        fill_marker_jacobian(l, m);
         for (size_t j = 0; j < n; j++)
             for (size_t i = 0; i < 3; i++) {
                 double position = 0.0, size = 0.0;
@@ -361,24 +367,18 @@ static kt_status differentiate_input(kt_linearization *l, int coordinate, double
  * effect not to be lost in the rounding of the other terms. */
 static kt_status write_input(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                              size_t input, kt_error *error) {
-    const size_t n = (size_t)system->states, nv = l->size.v, positions = (size_t)system->positions;
-    double *b = out->input + input * n, *b_error = out->input_error + input * n, effect = 0.0, pull = 0.0;
+    const size_t nv = l->size.v;
     kt_status status = differentiate_input(l, l->input_coordinate[input], 1.0, error);
-    for (size_t i = 0; i < nv && status == KT_OK; i++) {
-        effect = fmax(effect, fabs(l->ahead[i]) / l->unit[i]);
-        pull = fmax(pull, l->floor[2 * nv + i] / l->unit[i]);
-    }
-    const double h = effect > 0.0 && pull > 0.0 ? pull / effect : 1.0;
-    if (status == KT_OK)
-        status = differentiate_input(l, l->input_coordinate[input], h, error);
     if (status != KT_OK)
         return status;
-    for (size_t i = 0; i < n; i++) {
-        const bool is_velocity = i >= positions && i < moving_of(system);
-        const int coordinate = is_velocity ? out->velocity_coordinate[i - positions] : 0;
-        b[i] = is_velocity ? l->ahead[coordinate] : 0.0;
-        b_error[i] = is_velocity ? 4.0 * DBL_EPSILON * (effect * l->unit[coordinate]) : 0.0;
-    }
+    const double effect = kt_largest_in_units(l, l->ahead), pull = kt_largest_in_units(l, l->floor + 2 * nv);
+    const double h = effect > 0.0 && pull > 0.0 ? pull / effect : 1.0;
+    status = differentiate_input(l, l->input_coordinate[input], h, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < nv; i++)
+        l->behind[i] = 4.0 * DBL_EPSILON * (effect * l->unit[i]);
+    write_input_column(out, system, input, l->ahead, l->behind);
     return KT_OK;
 }
 
@@ -397,20 +397,27 @@ static kt_status differentiate_numerically(kt_linearization *l, const kt_system_
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
+/* The largest entry of a matrix like `state`, less another one unless that is NULL, in units. */
+static double largest_entry_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
+                               const double *matrix, const double *other) {
+    const size_t n = (size_t)system->states;
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            const double unit = state_unit_of(l, out, system, j) / state_unit_of(l, out, system, i);
+            most = fmax(most, fabs(matrix[j * n + i] - (other ? other[j * n + i] : 0.0)) * unit);
+        }
+    return most;
+}
+
 static void describe_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system) {
     const size_t n = (size_t)system->states, positions = (size_t)system->positions, moving = moving_of(system);
-    double whole = 0.0, worst = 0.0;
-    for (size_t i = 0; i < n; i++) {
+    const double whole = largest_entry_of(l, out, system, out->state, NULL);
+    for (size_t i = 0; i < n; i++)
         out->rate[i] = i < positions ? l->v0[out->position_coordinate[i]]
                        : i < moving  ? l->a0[out->velocity_coordinate[i - positions]]
                                      : l->x_rate[i - moving];
-        for (size_t j = 0; j < n; j++) {
-            const double unit = state_unit_of(l, out, system, j) / state_unit_of(l, out, system, i);
-            whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
-            worst = fmax(worst, out->state_error[j * n + i] * unit);
-        }
-    }
-    system->error = whole > 0.0 ? worst / whole : 0.0;
+    system->error = whole > 0.0 ? largest_entry_of(l, out, system, out->state_error, NULL) / whole : 0.0;
 #define KT_SYSTEM_SHOW(type, name, count, meaning) system->name = out->name;
     KT_SYSTEM_FIELDS(KT_SYSTEM_SHOW)
 #undef KT_SYSTEM_SHOW
@@ -442,15 +449,8 @@ static kt_status fill_linear_system(kt_linearization *l, const kt_system_arrays 
  * largest entry, as describe_system() has them. */
 static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                       double error) {
-    const size_t n = (size_t)system->states;
-    double whole = 0.0, apart = 0.0;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) {
-            const double unit = state_unit_of(l, out, system, j) / state_unit_of(l, out, system, i);
-            whole = fmax(whole, fabs(out->state[j * n + i]) * unit);
-            apart = fmax(apart, fabs(out->state[j * n + i] - l->other_state[j * n + i]) * unit);
-        }
-    return apart > ERRORS_MOST * (error + system->error) * whole;
+    const double whole = largest_entry_of(l, out, system, out->state, NULL);
+    return largest_entry_of(l, out, system, out->state, l->other_state) > ERRORS_MOST * (error + system->error) * whole;
 }
 
 /* Whether the path that the state is on bends next to a singular position: its acceleration is not interpolated there.
@@ -502,11 +502,8 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
         status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->a0, error);
     if (status == KT_OK && l->size.x > 0)
         status = kt_own_state_rates(l->model, l->data, l->t, l->q0, l->v0, l->x_rate, error);
-    system->speed = system->acceleration = 0.0;
-    for (size_t i = 0; i < nv && status == KT_OK; i++) {
-        system->speed = fmax(system->speed, fabs(l->v0[i]) / l->unit[i]);
-        system->acceleration = fmax(system->acceleration, fabs(l->a0[i]) / l->unit[i]);
-    }
+    system->speed = status == KT_OK ? kt_largest_in_units(l, l->v0) : 0.0;
+    system->acceleration = status == KT_OK ? kt_largest_in_units(l, l->a0) : 0.0;
     return status;
 }
 

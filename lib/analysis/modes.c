@@ -83,18 +83,11 @@ static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n
         }
 }
 
-/* Returns whether the remaining entries of column k do not exceed their errors. */
-static bool is_column_zero(const kt_modes *m, size_t n, size_t k) {
+/* Returns whether the remaining entries of a column or row, from `first` on in steps of `stride`, do not exceed their
+ * errors. */
+static bool is_line_zero(const kt_modes *m, size_t n, size_t first, size_t stride) {
     for (size_t i = 0; i < n; i++)
-        if (!m->removed[i] && fabs(m->matrix[k * n + i]) > m->rounding[k * n + i])
-            return false;
-    return true;
-}
-
-/* Likewise of row k. */
-static bool is_row_zero(const kt_modes *m, size_t n, size_t k) {
-    for (size_t j = 0; j < n; j++)
-        if (!m->removed[j] && fabs(m->matrix[j * n + k]) > m->rounding[j * n + k])
+        if (!m->removed[i] && fabs(m->matrix[first + i * stride]) > m->rounding[first + i * stride])
             return false;
     return true;
 }
@@ -107,7 +100,7 @@ static void remove_rounding(kt_modes *m, size_t n) {
         for (size_t k = 0; k < n; k++) {
             if (m->removed[k])
                 continue;
-            const bool column = is_column_zero(m, n, k), row = !column && is_row_zero(m, n, k);
+            const bool column = is_line_zero(m, n, k * n, 1), row = !column && is_line_zero(m, n, k, n);
             for (size_t i = 0; i < n && (column || row); i++)
                 if (!m->removed[i])
                     m->matrix[column ? k * n + i : i * n + k] = 0.0;

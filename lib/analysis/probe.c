@@ -83,13 +83,11 @@ static void positions_floor(const kt_linearization *l, double *floor) {
 void kt_probe_floor(kt_linearization *l) {
     const size_t nv = l->size.v;
     const kt_vec3 gravity = kt_model_gravity(l->model);
-    double size = 0.0, speed = 0.0, pull = 0.0;
-    for (size_t i = 0; i < nv; i++) {
+    const double speed = kt_largest_in_units(l, l->v0);
+    double size = 0.0;
+    for (size_t i = 0; i < nv; i++)
         size = fmax(size, l->unit[i]);
-        speed = fmax(speed, fabs(l->v0[i]) / l->unit[i]);
-        pull = fmax(pull, fabs(l->a0[i]) / l->unit[i]);
-    }
-    pull = fmax(pull, fmax(speed * speed, kt_vec3_norm(gravity) / size));
+    const double pull = fmax(kt_largest_in_units(l, l->a0), fmax(speed * speed, kt_vec3_norm(gravity) / size));
     positions_floor(l, l->floor);
     for (size_t i = 0; i < nv; i++) {
         l->floor[nv + i] = speed * l->unit[i];
