@@ -18,6 +18,17 @@ int kt_checkpoints_of(const kt_rollout *rollout) {
     return rollout->checkpoints > 0 && rollout->checkpoints < rollout->steps ? rollout->checkpoints : rollout->steps;
 }
 
+kt_revolve kt_revolve_of(const kt_rollout *rollout, size_t numbers, double *state, double *here, int *index,
+                         bool *taken) {
+    return (kt_revolve){.steps = rollout->steps,
+                        .most = kt_checkpoints_of(rollout),
+                        .numbers = numbers,
+                        .state = state,
+                        .here = here,
+                        .index = index,
+                        .taken = taken};
+}
+
 /* beta(c, r), or any larger number once it reaches n. */
 static double beta(int c, int r, int n) {
     double product = 1.0;
@@ -48,14 +59,18 @@ kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_
         const double *last = r->state + (size_t)(r->kept - 1) * r->numbers;
         int k = r->index[r->kept - 1];
         if (k == target) {
-            status = reverse(user, target--, r->kept - 1, last, error);
             r->kept--;
+            status = reverse(user, target--, r->taken[r->kept] ? r->kept : -1, last, error);
             continue;
         }
         const int free = r->most - r->kept, end = free > 0 ? k + checkpoint_distance(target - k + 1, free + 1) : target;
         memcpy(r->here, last, r->numbers * sizeof *r->here);
-        for (; k < end && status == KT_OK; k++)
-            status = advance(user, k, r->here, error);
+        for (; k < end && status == KT_OK; k++) {
+            bool *taken = &r->taken[r->kept - 1];
+            const bool keeps = k == r->index[r->kept - 1] && !*taken;
+            status = advance(user, k, keeps ? r->kept - 1 : -1, r->here, error);
+            *taken = *taken || keeps;
+        }
         if (free > 0) {
             memcpy(r->state + (size_t)r->kept * r->numbers, r->here, r->numbers * sizeof *r->here);
             r->taken[r->kept] = false;

@@ -30,7 +30,6 @@ typedef struct rollout_work {
     void *user;
     double value;
     int reached; /* steps whose cost is in the value */
-    kt_revolve checkpoints;
     KT_ARENA_DECLARE(KT_ROLLOUT_FIELDS)
 } rollout_work;
 
@@ -63,15 +62,18 @@ static kt_step rollout_step_at(const rollout_work *w, int k, const double *state
                      .x = state + w->model->n.q + w->model->n.v};
 }
 
+kt_cost_point kt_rollout_point(const kt_model *model, const kt_rollout *r, int k, const double *y) {
+    return (kt_cost_point){.step = k,
+                           .t = r->t + k * r->h,
+                           .q = y,
+                           .v = y + model->n.q,
+                           .x = kt_has_auxiliary_states(model) ? y + model->n.q + model->n.v : NULL,
+                           .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * model->n.v : NULL};
+}
+
 static kt_status call_rollout_cost(rollout_work *w, int k, const double *state, double *value, double *by_state,
                                    double *by_tau, kt_error *error) {
-    const kt_rollout *r = w->rollout;
-    const kt_cost_point at = {.step = k,
-                              .t = r->t + k * r->h,
-                              .q = state,
-                              .v = state + w->model->n.q,
-                              .x = kt_has_auxiliary_states(w->model) ? state + w->model->n.q + w->model->n.v : NULL,
-                              .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * w->model->n.v : NULL};
+    const kt_cost_point at = kt_rollout_point(w->model, w->rollout, k, state);
     *value = 0.0;
     const int result = w->cost(&at, value, by_state, by_tau, w->user);
     if (result != 0)
@@ -82,10 +84,10 @@ static kt_status call_rollout_cost(rollout_work *w, int k, const double *state, 
 }
 
 /* Advances from the state at the start of step k to that of k + 1, in place. Counts the cost of step k at the first
- * pass. The last checkpoint receives the results of its own step. */
-static kt_status advance_rollout(void *user, int k, double *state, kt_error *error) {
+ * pass. */
+static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_error *error) {
     rollout_work *w = user;
-    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), last = (size_t)w->checkpoints.kept - 1;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), at = keep < 0 ? 0 : (size_t)keep;
     const kt_step step = rollout_step_at(w, k, state);
     kt_step_work s;
     kt_status status = KT_OK;
@@ -102,17 +104,14 @@ static kt_status advance_rollout(void *user, int k, double *state, kt_error *err
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status != KT_OK)
         return status;
-    if (k == w->index[last] && !w->taken[last]) {
-        kt_adjoint_keep(&s, w->slope + last * s.stages * kt_step_kept(w->model, step.method), w->next + last * N,
-                        &w->iterations[last]);
-        w->taken[last] = true;
-    }
+    if (keep >= 0)
+        kt_adjoint_keep(&s, w->slope + at * s.stages * kt_step_kept(w->model, step.method), w->next + at * N,
+                        &w->iterations[at]);
     memcpy(state, s.next, N * sizeof *state);
     return KT_OK;
 }
 
-/* Turns the gradient with respect to the state after step k into that before it, with the cost of step k. The argument
- * `kept` is the checkpoint of the step, or -1. */
+/* Turns the gradient with respect to the state after step k into that before it, with the cost of step k. */
 static kt_status reverse_rollout(void *user, int k, int kept, const double *state, kt_error *error) {
     rollout_work *w = user;
     const kt_model *model = w->model;
@@ -123,7 +122,7 @@ static kt_status reverse_rollout(void *user, int k, int kept, const double *stat
     kt_step_work s;
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
-    if (status == KT_OK && kept >= 0 && w->taken[at])
+    if (status == KT_OK && kept >= 0)
         status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * kt_step_kept(model, step.method),
                                    w->next + at * N, w->iterations[at], error);
     else if (status == KT_OK)
@@ -179,14 +178,8 @@ kt_status kt_rollout_gradient(const kt_model *model, kt_data *data, void *work, 
     if (kt_has_auxiliary_states(model))
         kt_copy(w.state + nq + n, rollout->x ? rollout->x : data->x, model->n.x * sizeof *v);
     memset(w.gradient, 0, changes * sizeof *w.gradient);
-    w.checkpoints = (kt_revolve){.steps = rollout->steps,
-                                 .most = kt_checkpoints_of(rollout),
-                                 .numbers = kt_state_numbers(model),
-                                 .state = w.state,
-                                 .here = w.here,
-                                 .index = w.index,
-                                 .taken = w.taken};
-    status = kt_revolve_run(&w.checkpoints, advance_rollout, reverse_rollout, &w, error);
+    kt_revolve checkpoints = kt_revolve_of(rollout, kt_state_numbers(model), w.state, w.here, w.index, w.taken);
+    status = kt_revolve_run(&checkpoints, advance_rollout, reverse_rollout, &w, error);
     if (status != KT_OK)
         return status;
     *value = w.value;

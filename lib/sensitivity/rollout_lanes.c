@@ -57,7 +57,6 @@ typedef struct lanes_work {
     kt_cost *cost;
     kt_lane_mask live; /* lanes that have been computed so far */
     int reached;       /* steps whose cost is in the values */
-    kt_revolve checkpoints;
     KT_ARENA_DECLARE(KT_ROLLOUT_LANE_FIELDS)
 } lanes_work;
 
@@ -189,7 +188,6 @@ static void keep_lane_states(lanes_work *w, size_t index) {
     for (size_t i = 0; i < w->n.s; i++)
         memcpy(w->kept + (index * w->n.s + i) * one, accelerations(w, i), one * sizeof *w->kept);
     memcpy(w->after + index * N, w->next, N * sizeof *w->next);
-    w->taken[index] = true;
 }
 
 static void recall(lanes_work *w, int k, size_t index, const double *state) {
@@ -208,25 +206,19 @@ static void recall(lanes_work *w, int k, size_t index, const double *state) {
 static double call_lane_cost(lanes_work *w, size_t lane, int k, const double *state, double *by) {
     const size_t n = w->n.n;
     kt_rollout_task *task = &w->tasks[lane];
-    const kt_rollout *r = &task->rollout;
     double value = 0.0;
     kt_lane_take(state, w->n.W, lane, w->n.N, w->one);
-    const kt_cost_point at = {.step = k,
-                              .t = r->t + k * r->h,
-                              .q = w->one,
-                              .v = w->one + w->n.nq,
-                              .tau = r->inputs && k < r->steps ? r->inputs + (size_t)k * n : NULL};
+    const kt_cost_point at = kt_rollout_point(w->model, &task->rollout, k, w->one);
     if (by)
         memset(by, 0, 3 * n * sizeof *by);
-    const int result = w->cost(&at, &value, by, by && k < r->steps ? by + 2 * n : NULL, task->user);
+    const int result = w->cost(&at, &value, by, by && k < task->rollout.steps ? by + 2 * n : NULL, task->user);
     if (result != 0 || !isfinite(value))
         fail_lane(w, lane);
     return value;
 }
 
-static kt_status advance_lanes(void *user, int k, double *state, kt_error *error) {
+static kt_status advance_lanes(void *user, int k, int keep, double *state, kt_error *error) {
     lanes_work *w = user;
-    const size_t last = (size_t)w->checkpoints.kept - 1;
     (void)error;
     if (k == w->reached) {
         for (size_t lane = 0; lane < w->used; lane++)
@@ -235,24 +227,13 @@ static kt_status advance_lanes(void *user, int k, double *state, kt_error *error
         w->reached++;
     }
     run_step(w, k, state);
-    if (k == w->index[last] && !w->taken[last])
-        keep_lane_states(w, last);
+    if (keep >= 0)
+        keep_lane_states(w, (size_t)keep);
     memcpy(state, w->next, w->n.W * w->n.N * sizeof *state);
     return status_of_lanes(w);
 }
 
 /* ---- adjoints ---------------------------------------------------------------------------------------------------- */
-
-/* k_i of step_adjoint.c */
-static void gather_lane_stage(lanes_work *w, size_t i) {
-    const size_t all = w->n.W * w->n.N;
-    for (size_t l = 0; l < all; l++)
-        w->by_slope[l] = w->method->b[i] * w->by_end[l];
-    for (size_t j = i + 1; j < w->n.s; j++)
-        kt_add_times(w->by_slope, kt_step_row(w->method, j)[i], w->by_stage + j * all, all);
-    for (size_t l = 0; l < all; l++)
-        w->by_slope[l] *= w->h[l % w->n.W];
-}
 
 /* Computes x_i, and adds the stage's part of the gradient by tau. */
 static void pull_lane_stage(lanes_work *w, size_t i) {
@@ -284,7 +265,9 @@ static void sweep_lanes(lanes_work *w, const double *state) {
     memcpy(w->by_start, w->by_end, all * sizeof *w->by_start);
     memset(w->by_force, 0, n * sizeof *w->by_force);
     for (size_t i = w->n.s; i-- > 0;) {
-        gather_lane_stage(w, i);
+        kt_adjoint_gather(w->method, i, w->n.s, all, w->by_end, w->by_stage, w->by_slope);
+        for (size_t l = 0; l < all; l++)
+            w->by_slope[l] *= w->h[l % W];
         pull_lane_stage(w, i);
         for (size_t l = 0; l < all; l++)
             w->by_start[l] += w->by_stage[i * all + l];
@@ -325,7 +308,7 @@ static void add_last_cost(lanes_work *w) {
 static kt_status reverse_lanes(void *user, int k, int kept, const double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;
-    if (kept >= 0 && w->taken[kept])
+    if (kept >= 0)
         recall(w, k, (size_t)kept, state);
     else
         run_step(w, k, state);
@@ -362,14 +345,8 @@ static kt_lane_mask run_lanes(lanes_work *w, const kt_model *model, kt_rollout_t
     }
     memset(w->by_next, 0, W * 2 * w->n.n * sizeof *w->by_next);
     memset(w->value, 0, W * sizeof *w->value);
-    w->checkpoints = (kt_revolve){.steps = r->steps,
-                                  .most = kt_checkpoints_of(r),
-                                  .numbers = W * w->n.N,
-                                  .state = w->state,
-                                  .here = w->here,
-                                  .index = w->index,
-                                  .taken = w->taken};
-    return kt_revolve_run(&w->checkpoints, advance_lanes, reverse_lanes, w, NULL) == KT_OK ? w->live : 0;
+    kt_revolve checkpoints = kt_revolve_of(r, W * w->n.N, w->state, w->here, w->index, w->taken);
+    return kt_revolve_run(&checkpoints, advance_lanes, reverse_lanes, w, NULL) == KT_OK ? w->live : 0;
 }
 
 /* The results of a lane. */

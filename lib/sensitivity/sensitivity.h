@@ -473,17 +473,26 @@ typedef struct kt_revolve {
     bool *taken;
 } kt_revolve;
 
-/* The callback `advance` goes from the state at the start of step k to that of step k + 1, in place. The callback
- * `reverse` is the adjoint of step k, which starts at the checkpoint `kept`, or at none (-1). */
-typedef kt_status kt_revolve_advance(void *user, int k, double *state, kt_error *error);
+/* The callback `advance` goes from the state at the start of step k to that of step k + 1, in place. It saves the
+ * results of the step with the checkpoint `keep`, unless that is -1. The callback `reverse` is the adjoint of step k,
+ * whose results are those with the checkpoint `kept`, or none (-1). */
+typedef kt_status kt_revolve_advance(void *user, int k, int keep, double *state, kt_error *error);
 typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *state, kt_error *error);
 
 /* Reverses all steps; the first checkpoint is at the start of the motion. */
 KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
                                     kt_error *error);
 
-/* The checkpoints of a rollout. */
+/* The checkpoints of a rollout; and the memory of its reversal, in arrays for as many checkpoints. */
 int kt_checkpoints_of(const kt_rollout *rollout);
+kt_revolve kt_revolve_of(const kt_rollout *rollout, size_t numbers, double *state, double *here, int *index,
+                         bool *taken);
+
+/* The point of a rollout's cost at the state y of step k. */
+kt_cost_point kt_rollout_point(const kt_model *model, const kt_rollout *rollout, int k, const double *y);
+/* Computes k_i / h (step_adjoint.c) of one state, or of lanes, which have `all` numbers. */
+void kt_adjoint_gather(const kt_method *method, size_t i, size_t stages, size_t all, const double *by_end,
+                       const double *by_stage, double *by_slope);
 
 /* kt_state_close after a step, which leaves loops as they are if it is `unprojected`. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,

@@ -62,14 +62,15 @@ static void join_state_blocks(double *matrix, size_t n, size_t m, const double *
     }
 }
 
-kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t block,
-                                   bool inputs, kt_error *error) {
+/* kt_step_differentiate_at, which also writes accelerations that are not known to `made` (differentiate_stage). */
+static kt_status differentiate_state_at(kt_step_work *w, double t, const double *y, const double *a, double *made,
+                                        size_t block, bool inputs, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), e = n + m;
     const kt_dynamic_state at = {t, y, y + model->n.q, w->step->tau, w->step->external};
     const kt_forward_matrices by = {w->by_q + block * e * e, w->by_v + block * e * e, inputs ? w->by_tau : NULL};
     if (!(KT_HAS_FORMULAS && m > 0))
-        return differentiate_stage(w, &at, NULL, a, &by, error);
+        return differentiate_stage(w, &at, made, a, &by, error);
     const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
                                          w->by_states + 3 * n * m};
     kt_auxiliary_states_put(model, w->data, y);
@@ -81,6 +82,11 @@ kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, c
         join_state_blocks(by.v, n, m, states.rate_v, states.force, states.rate_x);
     }
     return status;
+}
+
+kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t block,
+                                   bool inputs, kt_error *error) {
+    return differentiate_state_at(w, t, y, a, NULL, block, inputs, error);
 }
 
 void kt_slope_change(const kt_step_work *w, size_t block, const double *y, const double *dy, double *xi, double *out) {
@@ -112,16 +118,8 @@ void kt_slope_add(const kt_step_work *w, size_t block, const double *y, double f
 kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = kt_state_numbers(model);
-    const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q;
-    const kt_dynamic_state at = {kt_step_time(w->step, i), y, y + model->n.q, w->step->tau, w->step->external};
-    const bool has_states = KT_HAS_FORMULAS && kt_has_auxiliary_states(model);
-    if (a && (model->n.group || model->n.effect || has_states)) {
-        const kt_status status = kt_step_rates(w, at.t, y, a, error);
-        if (status != KT_OK)
-            return status;
-    }
-    if (has_states)
-        return kt_step_differentiate_at(w, at.t, y, known, 0, inputs, error);
-    return differentiate_stage(w, &at, a, known, &(kt_forward_matrices){w->by_q, w->by_v, inputs ? w->by_tau : NULL},
-                               error);
+    const double *y = w->stage + i * n, *known = w->slope + i * n + model->n.q, t = kt_step_time(w->step, i);
+    const bool finds = a && (model->n.group || model->n.effect || kt_has_auxiliary_states(model));
+    const kt_status status = finds ? kt_step_rates(w, t, y, a, error) : KT_OK;
+    return status == KT_OK ? differentiate_state_at(w, t, y, known, a, 0, inputs, error) : status;
 }

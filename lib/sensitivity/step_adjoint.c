@@ -73,16 +73,12 @@ kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, c
     return step_closes(w) ? kt_projection_begin(&w->projection, w->raw, w->raw + nq, error) : KT_OK;
 }
 
-/* Computes k_i. */
-static void gather_stage_adjoint(kt_step_work *w, size_t i) {
-    const kt_method *method = w->step->method;
-    const size_t N = w->model->n.q + w->model->n.v;
-    for (size_t l = 0; l < N; l++)
-        w->by_slope[l] = method->b[i] * w->by_end[l];
-    for (size_t j = i + 1; j < w->stages; j++)
-        kt_add_times(w->by_slope, kt_step_row(method, j)[i], w->by_stage + j * N, N);
-    for (size_t l = 0; l < N; l++)
-        w->by_slope[l] *= w->step->h;
+void kt_adjoint_gather(const kt_method *method, size_t i, size_t stages, size_t all, const double *by_end,
+                       const double *by_stage, double *by_slope) {
+    for (size_t l = 0; l < all; l++)
+        by_slope[l] = method->b[i] * by_end[l];
+    for (size_t j = i + 1; j < stages; j++)
+        kt_add_times(by_slope, kt_step_row(method, j)[i], by_stage + j * all, all);
 }
 
 /* Computes x_i, and adds the stage's part of the gradient by tau. */
@@ -140,7 +136,9 @@ kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error) {
         status = kt_coupled_adjoint(w, error);
     for (size_t i = w->stages; i-- > 0 && status == KT_OK;) {
         if (!w->coupled) {
-            gather_stage_adjoint(w, i);
+            kt_adjoint_gather(w->step->method, i, w->stages, N, w->by_end, w->by_stage, w->by_slope);
+            for (size_t l = 0; l < N; l++)
+                w->by_slope[l] *= w->step->h;
             status = pull_stage_adjoint(w, i, error);
         }
         for (size_t l = 0; l < N; l++)
