@@ -430,14 +430,16 @@ struct kt_simulation {
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
+/* An expression in members that a small library does not have, and its value there. */
+#if KT_HAS_EVENTS
+#define KT_OF_EVENTS(simulation, expression, otherwise) (expression)
+#else
+#define KT_OF_EVENTS(simulation, expression, otherwise) ((void)(simulation), (otherwise))
+#endif
+
 /* The depth to which an open hard contact may penetrate, m or rad. */
 static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->contact_margin;
-#else
-    (void)simulation;
-    return 0.0;
-#endif
+    return KT_OF_EVENTS(simulation, simulation->contact_margin, 0.0);
 }
 
 /* Notes that forces have jumped at the present time, so that reactions differ from those at the end of the last step.
@@ -453,29 +455,15 @@ static inline void kt_simulation_note_jump(kt_simulation *simulation) {
 #endif
 }
 static inline void kt_simulation_clear_jump(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    simulation->memory.jumped = false;
-#else
-    (void)simulation;
-#endif
+    (void)KT_OF_EVENTS(simulation, simulation->memory.jumped = false, 0);
 }
 static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->memory.jumped != 0;
-#else
-    (void)simulation;
-    return false;
-#endif
+    return KT_OF_EVENTS(simulation, simulation->memory.jumped != 0, false);
 }
 
 /* The number of hard contacts, which are the first events. */
 static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->contact_count;
-#else
-    (void)simulation;
-    return 0;
-#endif
+    return KT_OF_EVENTS(simulation, simulation->contact_count, 0);
 }
 
 /* The works in a state y; NaN if they are not computed. */
@@ -487,19 +475,10 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
     return work;
 }
 
-/* The first function returns the auxiliary states in a state y. The second one lets evaluations with the simulation's
- * data use those of y. */
-static inline double *kt_simulation_auxiliary_states_of(const kt_simulation *simulation, double *y) {
-    return y + simulation->size.nq + simulation->size.nv;
-}
+/* Lets evaluations with the simulation's data use the auxiliary states of y. */
 static inline void kt_simulation_use_states(const kt_simulation *simulation, const double *y) {
     if (KT_HAS_FORMULAS && simulation->size.x > 0)
         memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
-}
-
-static inline void kt_simulation_put_works(const kt_simulation *simulation, const kt_work *work, double *y) {
-    y[simulation->size.work] = work->dissipated;
-    y[simulation->size.work + 1] = work->supplied;
 }
 
 /* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,

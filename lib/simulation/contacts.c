@@ -69,6 +69,12 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
+/* No contact closes or ends at this instant. */
+static void clear_due_contacts(struct kt_contacts *c) {
+    for (int k = 0; k < c->n; k++)
+        c->item[k].meets = c->item[k].leaves = false;
+}
+
 /* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
  * resolved one: then it has the other side again. */
 static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
@@ -89,8 +95,7 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         c->holds = false;
         status = simulation->contact_calls->resolve(simulation, error);
     }
-    for (int k = 0; k < c->n; k++)
-        c->item[k].meets = c->item[k].leaves = false;
+    clear_due_contacts(c);
     c->rests = c->stops = c->holds = false;
     return status == KT_OK ? 0 : -1;
 }
@@ -149,15 +154,10 @@ static kt_status add_holds(kt_simulation *simulation, const double *y, double *l
 static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
-    const bool balanced = simulation->size.integrates_works, accounts = balanced || simulation->watches_works;
     const uint64_t set = kt_contacts_set(simulation);
-    kt_simulation_energy before = {0.0, 0.0}, after = {0.0, 0.0};
-    kt_status status = KT_OK;
+    kt_simulation_energy before, after = {0.0, 0.0};
     bool changed = false;
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    if (accounts)
-        status = kt_simulation_find_energy(simulation, from, &before, error);
+    kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
     if (status != KT_OK)
         return status;
     const kt_model *old = simulation->model;
@@ -168,19 +168,15 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
     status = kt_contacts_check_rates(simulation, t, simulation->y + simulation->size.nq, approach, status, error);
     if (status == KT_OK)
         status = add_holds(simulation, simulation->y, &lost, error);
-    if (status == KT_OK && accounts)
+    if (status == KT_OK && kt_simulation_accounts(simulation))
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
-    if (status == KT_OK && balanced) {
-        double *work = simulation->y + simulation->size.work;
-        const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
+    if (status == KT_OK) {
         const bool driven =
             c->all->driven || simulation->model->driven; /* a moving contact may be open again after a bounce */
-        work[0] += driven ? lost : fmax(-gain, 0.0);
-        work[1] += driven ? gain + lost : fmax(gain, 0.0);
+        kt_simulation_add_jump(simulation, after.kinetic + after.potential - before.kinetic - before.potential, lost,
+                               driven);
+        status = kt_simulation_land(simulation, simulation->y, &before, &after, error);
     }
-    if (status == KT_OK)
-        status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
-                                    after.kinetic + after.potential, error);
     if (status != KT_OK) {
         kt_simulation_take_model(simulation, old);
         return status;
@@ -320,8 +316,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     kt_error made = {0};
     if (kt_contacts_find_slow(simulation) < 0)
         return false;
-    for (int k = 0; k < c->n; k++)
-        c->item[k].meets = c->item[k].leaves = false;
+    clear_due_contacts(c);
     c->stops = true;
     const kt_status status = resolve_once(simulation, &made);
     c->stops = false;
@@ -357,8 +352,7 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
     while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
         kt_error made = {0};
-        for (int k = 0; k < c->n; k++)
-            c->item[k].meets = c->item[k].leaves = false;
+        clear_due_contacts(c);
         c->releases = now == RELEASE;
         c->jams = now > RELEASE && now < HOLD;
         c->holds = now >= HOLD;

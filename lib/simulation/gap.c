@@ -28,12 +28,12 @@
  * A step that went deeper in between is undone and repeated up to the time that was found. The last stage of the
  * repeated step sees the effect, and the error control does the rest.
  */
+#include "base/where.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 
 /* The most halvings of a step, and evaluations within it for one effect. If a path stays at a boundary for long, no
  * number of halvings decides. The remaining uncertainty is a contact of 1 / 4096 of the step. */
@@ -42,8 +42,7 @@ enum { HALVINGS = 12, EVALUATIONS = 64 };
 /* Depths below these parts of the path w h do not count: rounding in a step, the error of the state in a record. */
 static const double depth_of_rounding = 1e-9, depth_of_record = 1e-4;
 
-/* max(a, b); fmax of <math.h> is a call. */
-static double larger_double(double a, double b) { return a > b ? a : b; }
+/* min(a, b); fmin of <math.h> is a call. */
 static double smaller_double(double a, double b) { return a < b ? a : b; }
 
 typedef struct sample {
@@ -52,14 +51,14 @@ typedef struct sample {
 } sample;
 
 /* The larger depth of an effect at the ends of the step, from its distances there; 0 if it acts at neither end. */
-static double deepest(double begin, double end) { return larger_double(0.0, -smaller_double(begin, end)); }
+static double deepest(double begin, double end) { return kt_larger(0.0, -smaller_double(begin, end)); }
 
 /* The depth that counts as an unseen action, from the depth that the step has seen and a negligible depth. */
 static double boundary_of(double seen, double negligible) { return 2.0 * seen + negligible; }
 
 /* The larger of the speeds at both ends, squared. */
 static double speed_squared(const kt_gap *begin, const kt_gap *end) {
-    return larger_double(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
+    return kt_larger(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
 }
 
 /* One effect in one step. */
@@ -97,10 +96,10 @@ static double error_of_cubic(const search *s, const sample *a, const sample *m, 
     return s->turn * h > 1.0 ? HUGE_VAL : 2.0 * fabs(m->d - d) + 0.5 * h * fabs(m->rate - rate);
 }
 
-/* The gaps in the state y, written to `gaps`. swept: data hold the motion of links in y. */
-static void gaps_in(kt_simulation *simulation, const double *y, bool swept, kt_gap *gaps) {
+/* The gaps in the state y, written to `gaps`. */
+static void gaps_in(kt_simulation *simulation, const double *y, kt_gap *gaps) {
     kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_source, simulation->size.gap, y,
-                     y + simulation->size.nq, swept, gaps);
+                     y + simulation->size.nq, false, gaps);
 }
 
 /* The gaps at a time within the step, written to `gaps`. Returns false if the dense output is not available. */
@@ -109,7 +108,7 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
     if (kt_integrator_interpolate(simulation->integrator, t, simulation->y, &ignored) != KT_OK)
         return false;
     simulation->cached = KT_CACHED_NOTHING;
-    gaps_in(simulation, simulation->y, false, gaps);
+    gaps_in(simulation, simulation->y, gaps);
     return true;
 }
 
@@ -117,8 +116,8 @@ static bool evaluate_gaps(kt_simulation *simulation, double t, kt_gap *gaps) {
 static bool goes_deeper(search *s, sample a, sample b, const kt_gap *middle, int halvings) {
     kt_simulation *simulation = s->simulation;
     const double h = b.t - a.t, t = a.t + 0.5 * h;
-    const double speed = sqrt(larger_double(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
-    const double path = larger_double(h * speed, fabs(b.d - a.d));
+    const double speed = sqrt(kt_larger(kt_vec3_dot(a.u, a.u), kt_vec3_dot(b.u, b.u)));
+    const double path = kt_larger(h * speed, fabs(b.d - a.d));
     if (halvings == 0 || s->evaluations == 0 || is_out_of_reach(a.d, b.d, a.u, b.u, s->turn, path, h))
         return false;
     if (middle == NULL) {
@@ -245,7 +244,7 @@ static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, dou
     const kt_gap *begin = &simulation->gap_begin[k].gap, *end = &simulation->gap_end[k].gap;
     const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
     const double seen = deepest(begin->distance, end->distance), path = h * sqrt(speed_squared(begin, end));
-    const double boundary = boundary_of(seen, depth_of_rounding * path), turn = larger_double(begin->turn, end->turn);
+    const double boundary = boundary_of(seen, depth_of_rounding * path), turn = kt_larger(begin->turn, end->turn);
     const bool far = is_out_of_reach(begin->distance + boundary, end->distance + boundary, begin->velocity,
                                      end->velocity, turn, path, h);
     if (far && !simulation->lacks_end_stage)
@@ -305,22 +304,14 @@ bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit) {
 
 /* ---- of a record ------------------------------------------------------------------------------------------------- */
 
-/* "effect 'face' (contact)" */
-static void name_gap_effect(const kt_model *model, const kt_effect_record *effect, char *text, size_t size) {
-    if (effect->name)
-        snprintf(text, size, "effect '%.40s' (%s)", model->text + effect->name,
-                 kt_effect_type_name((kt_effect_type)effect->type));
-    else
-        snprintf(text, size, "effects[%d] (%s)", (int)effect->source,
-                 kt_effect_type_name((kt_effect_type)effect->type));
-}
-
 static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
-    char name[KT_WHERE_SIZE];
     const kt_effect_record *effect = simulation->gap_source[k].effect;
-    name_gap_effect(simulation->model, effect, name, sizeof name);
+    const char *type = kt_effect_type_name((kt_effect_type)effect->type);
+    const kt_where_text name =
+        effect->name ? kt_where_format("effect '%.40s' (%s)", simulation->model->text + effect->name, type)
+                     : kt_where_format("effects[%d] (%s)", (int)effect->source, type);
     return kt_error_set(
-        error, KT_ERROR_STEP, name,
+        error, KT_ERROR_STEP, name.text,
         "it acts at t = %.9g s, %.3g %s deep, and the step from %.9g to %.9g s has not seen it; take %s", t, depth,
         effect->ends > 0 ? "m" : "rad or m", kt_integrator_previous_time(simulation->integrator),
         kt_integrator_time(simulation->integrator),
@@ -335,14 +326,14 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     if (!(t0 < t && t < t1) || far)
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the evaluations below overwrite the data */
-    gaps_in(simulation, simulation->y, false, now);
+    gaps_in(simulation, simulation->y, now);
     bool acts = false;
     for (size_t k = 0; k < simulation->size.gap; k++)
         acts = acts || now[k].distance < 0.0;
     if (!acts)
         return KT_OK;
-    gaps_in(simulation, kt_integrator_previous_state(simulation->integrator), false, begin);
-    gaps_in(simulation, simulation->integrator->y, false, end);
+    gaps_in(simulation, kt_integrator_previous_state(simulation->integrator), begin);
+    gaps_in(simulation, simulation->integrator->y, end);
     for (size_t k = 0; k < simulation->size.gap; k++) {
         const double path = (t1 - t0) * sqrt(speed_squared(&begin[k], &end[k]));
         if (now[k].distance + boundary_of(deepest(begin[k].distance, end[k].distance), depth_of_record * path) < 0.0)

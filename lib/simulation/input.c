@@ -30,8 +30,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     if (!simulation->memory.pending)
         return KT_OK;
     if (inputs_differ(simulation)) {
-        if (KT_HAS_JACOBIAN && simulation->watches_works)
-            kt_simulation_complete_powers(simulation);
+        kt_simulation_complete_powers(simulation);
         simulation->memory.powers.count = 0;
         /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));

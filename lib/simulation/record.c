@@ -41,8 +41,10 @@ static kt_status read_dense_state(kt_simulation *simulation, double t, kt_error 
         kt_simulation_recall_breakpoints(simulation); /* after a checkpoint, the stages of the step are taken again */
     const bool refined = simulation->memory.refined && kt_simulation_works_at(simulation, t, &work);
     const kt_status status = kt_simulation_between(simulation, t, error);
-    if (refined)
-        kt_simulation_put_works(simulation, &work, simulation->y);
+    if (refined) {
+        simulation->y[simulation->size.work] = work.dissipated;
+        simulation->y[simulation->size.work + 1] = work.supplied;
+    }
     return status;
 }
 
@@ -193,9 +195,8 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
 
 kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *from,
                                         kt_recorder *recorder, void *user, kt_error *error) {
-    if (KT_HAS_JACOBIAN && status == KT_OK && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
     if (status == KT_OK) {
+        kt_simulation_complete_powers(simulation);
         if (KT_HAS_GAP && simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record->time, from);
         if (status == KT_OK && simulation->breakpoints.fixed)
@@ -419,8 +420,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
+    kt_simulation_complete_powers(simulation);
     if (KT_HAS_EVENTS && kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)

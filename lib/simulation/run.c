@@ -1,5 +1,6 @@
 /* The settings of a run: defaults, limits and names. */
 #include "integrator/integrator.h"
+#include "model/describe.h"
 #include "simulation/simulation.h"
 
 #include <assert.h>
@@ -169,32 +170,21 @@ unsigned kt_run_record(const kt_run *run, const kt_model *model) {
     return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY | constraint | states;
 }
 
-#define KT_RUN_CASE(id, name)                                                                                          \
-    case id:                                                                                                           \
-        return #name;
-
 const char *kt_metric_name(kt_metric metric) {
-    switch (metric) { KT_METRIC_LIST(KT_RUN_CASE) }
-    return NULL;
+    static const char *const names[] = {KT_METRIC_LIST(KT_LISTED_NAME)};
+    return (size_t)metric < sizeof names / sizeof *names ? names[metric] : NULL;
 }
 
 const char *kt_plan_name(kt_plan plan) {
-    switch (plan) {
-        KT_PLAN_LIST(KT_RUN_CASE)
-    case KT_PLAN_COUNT:
-        break;
-    }
-    return NULL;
+    static const char *const names[] = {KT_PLAN_LIST(KT_LISTED_NAME)};
+    return (unsigned)plan < KT_PLAN_COUNT ? names[plan] : NULL;
 }
 
 const char *kt_record_name(unsigned bit) {
-    switch (bit) {
-#define KT_RECORD_CASE(id, value, name)                                                                                \
-    case value:                                                                                                        \
+#define KT_RECORD_IF(id, value, name)                                                                                  \
+    if (bit == (value))                                                                                                \
         return #name;
-        KT_RECORD_LIST(KT_RECORD_CASE)
-#undef KT_RECORD_CASE
-    default:
-        return NULL;
-    }
+    KT_RECORD_LIST(KT_RECORD_IF)
+#undef KT_RECORD_IF
+    return NULL;
 }

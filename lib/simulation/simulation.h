@@ -29,12 +29,7 @@ KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error
 
 /* The operations on hard contacts; NULL: there are none. */
 static inline const kt_contact_calls *kt_contact_calls_of(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->contacts != NULL ? simulation->contact_calls : NULL;
-#else
-    (void)simulation;
-    return NULL;
-#endif
+    return KT_OF_EVENTS(simulation, simulation->contacts != NULL ? simulation->contact_calls : NULL, NULL);
 }
 
 /* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
@@ -56,10 +51,25 @@ KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const 
  * onto the loops dissipates (switch.c). Overwrites simulation->a. */
 KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                              kt_error *error);
-/* Commits a jump of the state to y, whose works are already written. Forgets the results of the motion before the jump.
- * The user model's state becomes `to`. The energies on both sides of the jump are `before` and `after`. */
-KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double before, double after,
-                                        kt_error *error);
+/* A jump of the state at the present time: a change, a switch, or an impact. It has three parts (step.c).
+ *
+ * kt_simulation_begin_jump computes the energy before it, if that is accounted for or `needed`.
+ *
+ * kt_simulation_add_jump adds to the works in y, if they are computed, a growth `gain` of the energy, while the energy
+ * `lost` is dissipated. driven: the difference is the supply of moving constraints. Otherwise a gain counts as
+ * supplied, and a loss as dissipated.
+ *
+ * kt_simulation_land commits the jump to y. Forgets the results of the motion before the jump. The user model's state
+ * becomes `to`. */
+KT_CHECKED kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
+                                              kt_error *error);
+void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven);
+KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
+                                        const kt_simulation_energy *after, kt_error *error);
+/* Whether the energies at a jump are needed: for a balance, or for works that are estimated. */
+static inline bool kt_simulation_accounts(const kt_simulation *simulation) {
+    return simulation->size.integrates_works || simulation->watches_works;
+}
 
 /* Writes the state at a time within the last step, with closed loops, to `y`. */
 KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error);
@@ -91,8 +101,12 @@ void kt_simulation_take_power(kt_simulation *simulation, const double *y, const 
 void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
 /* Notes the power at the end of a step. */
 void kt_simulation_end_powers(kt_simulation *simulation);
-/* Adds the powers of the present time if they are missing: before a record, and before new inputs. */
-void kt_simulation_complete_powers(kt_simulation *simulation);
+/* Adds the powers of the present time if they are missing: before a record, before new inputs, and before a jump. */
+void kt_simulation_add_missing_powers(kt_simulation *simulation);
+static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
+    if (KT_HAS_JACOBIAN && simulation->watches_works)
+        kt_simulation_add_missing_powers(simulation);
+}
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);
 
 /* Returns the callbacks for the integrator. */

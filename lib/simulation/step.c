@@ -330,12 +330,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
 }
 
 bool kt_simulation_is_stepped(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
-    return simulation->steps_over_contacts;
-#else
-    (void)simulation;
-    return false;
-#endif
+    return KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false);
 }
 
 /* Resolves hard contacts that touch in a state that has been set. */
@@ -428,14 +423,31 @@ static kt_status close_jump_state(kt_simulation *simulation, const double *q, co
     return status == KT_OK ? kt_simulation_import_state(simulation, t, to, to + nq, simulation->y, error) : status;
 }
 
-kt_status kt_simulation_land(kt_simulation *simulation, const double *to, double before, double after,
-                             kt_error *error) {
+kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
+                                   kt_error *error) {
+    *before = (kt_simulation_energy){0.0, 0.0};
+    kt_simulation_complete_powers(simulation);
+    return needed || kt_simulation_accounts(simulation)
+               ? kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), before, error)
+               : KT_OK;
+}
+
+void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven) {
+    double *work = simulation->y + simulation->size.work;
+    if (!simulation->size.integrates_works)
+        return;
+    work[0] += driven ? lost : fmax(-gain, 0.0);
+    work[1] += driven ? gain + lost : fmax(gain, 0.0);
+}
+
+kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
+                             const kt_simulation_energy *after, kt_error *error) {
     const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
         return status;   /* GCOVR_EXCL_LINE */
     memcpy(simulation->state, to, simulation->size.state * sizeof(double));
     simulation->memory.powers.count = 0;
-    simulation->memory.powers.sum[1].net += before - after;
+    simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
     simulation->gap_time = simulation->event_time = (double)NAN;
     simulation->memory.refined = false;
     if (simulation->size.panel > 0)
@@ -480,10 +492,9 @@ static kt_status exchange_parameters(const instant_change *change, kt_error *err
 }
 
 /* Moves to the changed state, from a state with the energy `before`. */
-static kt_status move_to_change(kt_simulation *simulation, const instant_change *change, kt_simulation_energy before,
-                                kt_error *error) {
+static kt_status move_to_change(kt_simulation *simulation, const instant_change *change,
+                                const kt_simulation_energy *before, kt_error *error) {
     kt_simulation_energy after = {0.0, 0.0};
-    const bool balanced = simulation->size.integrates_works;
     simulation->cached = KT_CACHED_NOTHING;
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
     const bool keeps_forces = kt_simulation_is_stepped(simulation) && change->q == NULL; /* those of the last step */
@@ -491,32 +502,27 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
         calls->open(simulation);
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
-        memcpy(kt_simulation_auxiliary_states_of(simulation, simulation->y), change->x,
+        memcpy(simulation->y + simulation->size.nq + simulation->size.nv, change->x,
                simulation->size.x * sizeof(double));
-    if (status == KT_OK && (balanced || simulation->watches_works))
+    if (status == KT_OK && kt_simulation_accounts(simulation))
         status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
     if (status != KT_OK)
         return status;
-    const double from = before.kinetic + before.potential, to = after.kinetic + after.potential;
-    if (balanced)
-        simulation->y[simulation->size.work + (to > from ? 1 : 0)] += fabs(to - from);
-    status =
-        kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, from, to, error);
+    kt_simulation_add_jump(simulation, after.kinetic + after.potential - (before->kinetic + before->potential), 0.0,
+                           false);
+    status = kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, before,
+                                &after, error);
     return status == KT_OK ? commit_contacts(simulation, error) : status;
 }
 
 static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
-    kt_simulation_energy before = {0.0, 0.0};
-    kt_status status = KT_OK;
+    kt_simulation_energy before;
     begin_change(simulation);
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    if (simulation->size.integrates_works || simulation->watches_works)
-        status = kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
     if (KT_HAS_EVENTS && status == KT_OK)
         status = exchange_parameters(change, error);
     if (status == KT_OK) {
-        status = move_to_change(simulation, change, before, error);
+        status = move_to_change(simulation, change, &before, error);
         if (KT_HAS_EVENTS && status != KT_OK)
             undo_parameters(change->model, change->parameters, change->count);
     }

@@ -74,11 +74,11 @@ kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, co
 }
 
 /* Writes the state and the works after the switch to y. */
-static kt_status close_switched_state(kt_simulation *simulation, kt_simulation_energy *before,
+static kt_status close_switched_state(kt_simulation *simulation, const kt_simulation_energy *before,
                                       kt_simulation_energy *after, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const double *from = kt_integrator_state(simulation->integrator), *v = from + simulation->size.nq;
-    double *y = simulation->y, *work = y + simulation->size.work, loss = 0.0;
+    double *y = simulation->y, loss = 0.0;
     bool changed = false;
     memcpy(y, from, simulation->size.n * sizeof(double));
     kt_status status = simulation->groups > 0 ? check_gap(simulation, t, y, error) : KT_OK;
@@ -88,13 +88,11 @@ static kt_status close_switched_state(kt_simulation *simulation, kt_simulation_e
         status = kt_simulation_find_energy(simulation, y, after, error);
     if (status == KT_OK)
         status = kt_simulation_find_loss(simulation, v, y, &loss, error);
-    if (status != KT_OK || !simulation->size.integrates_works)
+    if (status != KT_OK)
         return status;
     /* A loop that does not move supplies nothing: the remaining difference is rounding of the loss. */
-    const double gain = after->kinetic - before->kinetic, stored = after->potential - before->potential;
-    work[0] += simulation->model->driven ? loss : fmax(-gain, 0.0);
-    work[1] += simulation->model->driven ? gain + loss : fmax(gain, 0.0);
-    work[stored > 0.0 ? 1 : 0] += fabs(stored);
+    kt_simulation_add_jump(simulation, after->kinetic - before->kinetic, loss, simulation->model->driven);
+    kt_simulation_add_jump(simulation, after->potential - before->potential, 0.0, false);
     return KT_OK;
 }
 
@@ -116,17 +114,13 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
                             "the model has %d loops and effects that are switched (switching, in the description), and "
                             "the set 0x%llx has others",
                             kt_switch_count(from), (unsigned long long)set);
-    if (simulation->watches_works)
-        kt_simulation_complete_powers(simulation);
-    kt_status status =
-        kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), &before, error);
+    kt_status status = kt_simulation_begin_jump(simulation, true, &before, error);
     if (status != KT_OK)
         return status;
     kt_simulation_take_model(simulation, to);
     status = close_switched_state(simulation, &before, &after, error);
     if (status == KT_OK)
-        status = kt_simulation_land(simulation, simulation->y, before.kinetic + before.potential,
-                                    after.kinetic + after.potential, error);
+        status = kt_simulation_land(simulation, simulation->y, &before, &after, error);
     if (status != KT_OK) {
         kt_simulation_take_model(simulation, from);
         return status;

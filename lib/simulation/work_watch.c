@@ -54,7 +54,7 @@ void kt_simulation_end_powers(kt_simulation *simulation) {
         evaluate_work_watch(simulation, jumps ? simulation->breakpoints.before : t);
 }
 
-void kt_simulation_complete_powers(kt_simulation *simulation) {
+void kt_simulation_add_missing_powers(kt_simulation *simulation) {
     const kt_power_points *p = &simulation->memory.powers;
     const double t = kt_integrator_time(simulation->integrator);
     if (p->count > 0 && t > p->t[0])
