@@ -17,9 +17,7 @@
  * Slopes are not evaluated, but k_i = (Y_i - base) / (h gamma). f would magnify the small deviation of Y from a stiff
  * motion.
  *
- * Linear stability. Y_i = N_i / ((1 - gamma z)^(i-1)) with N_1 = 1, and R = Y_s:
- *
- *     N_i = (1 - gamma z)^(i-2) + z sum_{j<i} a_ij N_j (1 - gamma z)^(i-1-j)
+ * Linear stability: rational.c, with R = Y_s.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and IV.6.
  */
@@ -133,7 +131,9 @@ static kt_try_result correct_damped(kt_integrator *it, double t, double part, si
     return *done ? KT_TRY_PASSED : kt_newton_diverged(it, 0.5, result);
 }
 
-kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
+/* Decides how a step continues whose iteration did not converge: with a new Jacobian, then damped (KT_TRY_PASSED), or
+ * not. */
+static kt_try_result retry_dirk(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (kt_newton_retry(it, result) == KT_TRY_PASSED)
         return KT_TRY_PASSED;
@@ -141,6 +141,14 @@ kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result) {
         return result->result;
     w->damped = true;
     return result->result = KT_TRY_PASSED;
+}
+
+kt_try_result kt_dirk_try(kt_integrator *it, const kt_interval *in, kt_dirk_solver *solve, kt_try *result) {
+    while (solve(it, in, result) != KT_TRY_PASSED)
+        if (retry_dirk(it, result) != KT_TRY_PASSED)
+            return result->result;
+    memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
+    return KT_TRY_PASSED;
 }
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
@@ -191,11 +199,7 @@ kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *r
 }
 
 static kt_try_result dirk_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    while (kt_dirk_stages(it, in, result) != KT_TRY_PASSED)
-        if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
-            return result->result;
-    memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
-    return KT_TRY_PASSED;
+    return kt_dirk_try(it, in, kt_dirk_stages, result);
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
@@ -221,38 +225,10 @@ kt_try_result kt_dirk_interpolate(kt_integrator *it, double t, double *y_out, kt
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-typedef struct polynomial {
-    double c[KT_METHOD_STAGES_MAX + 1];
-} polynomial;
-
-/* p (1 - gamma z)^power */
-static polynomial multiply_power(polynomial p, double gamma, int power) {
-    for (int k = 0; k < power; k++)
-        for (int i = KT_METHOD_STAGES_MAX; i > 0; i--)
-            p.c[i] -= gamma * p.c[i - 1];
-    return p;
-}
-
 static kt_status dirk_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
-    polynomial n[KT_METHOD_STAGES_MAX] = {{{1.0}}};
-    const polynomial one = {{1.0}};
-    const double gamma = dirk_gamma_of(m);
-    const int s = m->stages;
     (void)stages;
     (void)error;
-    for (int i = 1; i < s; i++) {
-        n[i] = multiply_power(one, gamma, i - 1);
-        for (int j = 0; j < i; j++) {
-            const polynomial term = multiply_power(n[j], gamma, j > 0 ? i - 1 - j : i - 1);
-            for (int k = 0; k < KT_METHOD_STAGES_MAX; k++)
-                n[i].c[k + 1] += dirk_entry(m, i, j) * term.c[k];
-        }
-    }
-    out->poles = s - 1;
-    memcpy(out->coefficient, n[s - 1].c, sizeof out->coefficient);
-    memcpy(out->denominator, multiply_power(one, gamma, s - 1).c, sizeof out->denominator);
-    for (out->degree = s; out->degree > 0 && out->coefficient[out->degree] == 0.0;)
-        out->degree--;
+    kt_rational_stages(m, dirk_gamma_of(m), 1, m->stages, out);
     return KT_OK;
 }
 
@@ -260,12 +236,9 @@ static kt_status dirk_function(const kt_method *m, int stages, kt_stability *out
 
 const kt_method_family kt_family_dirk = {
     .name = "dirk",
-    .implicit = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_dirk,
     .init = kt_dirk_init,
-    .start = kt_newton_forget,
-    .prepare = kt_newton_prepare,
     .try_step = dirk_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,
@@ -274,6 +247,5 @@ const kt_method_family kt_family_dirk = {
     .interpolate = kt_dirk_interpolate,
     .stability = dirk_function,
     .value = kt_rational_value,
-    .real_limit = kt_rational_limit,
-    .imaginary_limit = kt_rational_limit,
+    KT_NEWTON_MEMBERS,
 };

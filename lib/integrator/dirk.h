@@ -16,9 +16,10 @@ static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; 
  * step. Y is left in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
 
-/* Decides how a step continues whose iteration did not converge: with a new Jacobian, then damped (KT_TRY_PASSED), or
- * not at all. */
-kt_try_result kt_dirk_retry(kt_integrator *it, kt_try *result);
+/* A try of a step: `solve` leaves y1 in the row of stages. If its iteration does not converge, the try continues with
+ * a new Jacobian, and then damped. */
+typedef kt_try_result kt_dirk_solver(kt_integrator *it, const kt_interval *interval, kt_try *result);
+kt_try_result kt_dirk_try(kt_integrator *it, const kt_interval *interval, kt_dirk_solver *solve, kt_try *result);
 
 /* The slope at the start of a step: that of the last step's solution, or f if there is none. */
 const double *kt_dirk_slope(const kt_integrator *it);

@@ -425,6 +425,8 @@ kt_complex kt_rational_value(const kt_stability *stability, kt_complex z);
 
 /* The limit on either axis of an A-stable method: none. */
 double kt_rational_limit(const kt_stability *stability);
+/* R of stages that are solved one after the other, from stage `first` on. The numerator has at most this degree. */
+void kt_rational_stages(const kt_method *m, double gamma, int first, int degree, kt_stability *out);
 
 /* Two steps are equal if they differ by no more than the rounding of times. Data that belong to a step's length then
  * serve for the next one. */
@@ -436,6 +438,9 @@ static inline bool kt_is_same_step(double h, double other) { return fabs(h - oth
  * there is none up to `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
+/* The farthest point along a direction (re, im) of size 1 up to which |R| exceeds 1 by no more than `rounding`. Points
+ * nearer to 0 than `least` count as that far out. */
+double kt_axis_limit(const kt_stability *s, double re, double im, double least, double rounding);
 
 /* A bound of all limits. No consistent polynomial of degree s keeps |R| at most 1 further than 2 s^2. A rational R of
  * an A-stable method has no limit on the left. If a mode grows, its poles lie within the bound. */

@@ -240,19 +240,9 @@ double kt_multistep_gain(const kt_stability *s, kt_complex z) {
 #define SEEN 0.0625
 #define ROUNDING 1e-13
 
-static bool multistep_inside_real(const void *problem, double x) {
-    return kt_multistep_gain(problem, (kt_complex){-x, 0.0}) <= 1.0 + ROUNDING;
-}
-
-static bool multistep_inside_imaginary(const void *problem, double y) {
-    return kt_multistep_gain(problem, (kt_complex){0.0, fmax(y, SEEN)}) <= 1.0 + ROUNDING;
-}
-
-double kt_multistep_real_limit(const kt_stability *s) {
-    return kt_first_exit(multistep_inside_real, s, kt_farthest_stable(s));
-}
+double kt_multistep_real_limit(const kt_stability *s) { return kt_axis_limit(s, -1.0, 0.0, 0.0, ROUNDING); }
 
 double kt_multistep_imaginary_limit(const kt_stability *s) {
-    const double limit = kt_first_exit(multistep_inside_imaginary, s, kt_farthest_stable(s));
+    const double limit = kt_axis_limit(s, 0.0, 1.0, SEEN, ROUNDING);
     return limit > 0.0 ? limit : 0.0;
 }

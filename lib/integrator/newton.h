@@ -139,4 +139,9 @@ double kt_newton_control(const kt_integrator *it, double h, double error);
 
 kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error *error);
 
+/* Members of a family of methods with Newton's equations. */
+#define KT_NEWTON_MEMBERS                                                                                              \
+    .implicit = true, .start = kt_newton_forget, .prepare = kt_newton_prepare, .real_limit = kt_rational_limit,        \
+    .imaginary_limit = kt_rational_limit
+
 #endif

@@ -344,12 +344,9 @@ static kt_status radau_function(const kt_method *method, int stages, kt_stabilit
 
 const kt_method_family kt_family_radau = {
     .name = "radau",
-    .implicit = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_radau,
     .init = radau_init,
-    .start = kt_newton_forget,
-    .prepare = kt_newton_prepare,
     .try_step = radau_try,
     .error = radau_error_norm,
     .error_at = radau_error_at,
@@ -359,6 +356,5 @@ const kt_method_family kt_family_radau = {
     .interpolate = radau_interpolate,
     .stability = radau_function,
     .value = kt_rational_value,
-    .real_limit = kt_rational_limit,
-    .imaginary_limit = kt_rational_limit,
+    KT_NEWTON_MEMBERS,
 };

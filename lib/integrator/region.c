@@ -47,3 +47,19 @@ double kt_first_exit(kt_is_inside *inside, const void *problem, double most) {
     }
     return low;
 }
+
+/* A direction from 0. */
+typedef struct axis {
+    const kt_stability *stability;
+    double re, im, least, rounding;
+} axis;
+
+static bool axis_is_inside(const void *problem, double x) {
+    const axis *a = problem;
+    x = fmax(x, a->least);
+    return kt_stability_gain(a->stability, (kt_complex){a->re * x, a->im * x}) <= 1.0 + a->rounding;
+}
+
+double kt_axis_limit(const kt_stability *s, double re, double im, double least, double rounding) {
+    return kt_first_exit(axis_is_inside, &(axis){s, re, im, least, rounding}, kt_farthest_stable(s));
+}

@@ -43,11 +43,8 @@
  * those of the published continuous output and are not evaluated. f would magnify the small deviation of y1 from a
  * stiff motion. The slope at the start is the last one of the step before.
  *
- * Linear stability. With B = alpha + gamma, lower triangular, Y = (1 - z B)^-1 1 has Y_i = N_i / (1 - gamma z)^i,
- *
- *     N_i = (1 - gamma z)^(i-1) + z sum_{j<i} B_ij N_j (1 - gamma z)^(i-1-j)
- *
- * and R = Y_8, since b is the last row of B. The numerator of R has degree 7, so that R goes to 0.
+ * Linear stability (rational.c): R = Y_8, since b is the last row of B = alpha + gamma. The numerator of R has degree
+ * 7, so that R goes to 0.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7.
  */
@@ -360,40 +357,10 @@ static kt_try_result rosenbrock_interpolate(kt_integrator *it, double t, double 
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
-typedef struct polynomial {
-    long double c[STAGES + 1];
-} polynomial;
-
-/* p (1 - gamma z)^power */
-static polynomial multiply_long_power(polynomial p, long double gamma, int power) {
-    for (int k = 0; k < power; k++)
-        for (int i = STAGES; i > 0; i--)
-            p.c[i] -= gamma * p.c[i - 1];
-    return p;
-}
-
 static kt_status rosenbrock_function(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
-    const polynomial one = {{1.0L}};
-    const long double gamma = (long double)rosenbrock_gamma_of(m);
-    polynomial n[STAGES];
     (void)stages;
     (void)error;
-    for (int i = 0; i < STAGES; i++) {
-        n[i] = multiply_long_power(one, gamma, i);
-        for (int j = 0; j < i; j++) {
-            const long double b = (long double)m->a[i * STAGES + j] + (long double)m->gamma[i * STAGES + j];
-            const polynomial term = multiply_long_power(n[j], gamma, i - 1 - j);
-            for (int k = 0; k < STAGES; k++)
-                n[i].c[k + 1] += b * term.c[k];
-        }
-    }
-    out->poles = STAGES;
-    out->degree = STAGES - 1;
-    const polynomial q = multiply_long_power(one, gamma, STAGES);
-    for (int k = 0; k <= STAGES; k++) {
-        out->coefficient[k] = k < STAGES ? (double)n[STAGES - 1].c[k] : 0.0;
-        out->denominator[k] = (double)q.c[k];
-    }
+    kt_rational_stages(m, rosenbrock_gamma_of(m), 0, STAGES - 1, out);
     return KT_OK;
 }
 
@@ -401,13 +368,10 @@ static kt_status rosenbrock_function(const kt_method *m, int stages, kt_stabilit
 
 const kt_method_family kt_family_rosenbrock = {
     .name = "rosenbrock",
-    .implicit = true,
     .exact = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_rosenbrock,
     .init = rosenbrock_init,
-    .start = kt_newton_forget,
-    .prepare = kt_newton_prepare,
     .try_step = rosenbrock_try,
     .error = rosenbrock_error_norm,
     .error_at = rosenbrock_error_at,
@@ -416,6 +380,5 @@ const kt_method_family kt_family_rosenbrock = {
     .interpolate = rosenbrock_interpolate,
     .stability = rosenbrock_function,
     .value = kt_rational_value,
-    .real_limit = kt_rational_limit,
-    .imaginary_limit = kt_rational_limit,
+    KT_NEWTON_MEMBERS,
 };

@@ -302,23 +302,11 @@ static kt_complex stabilised_value(const kt_stability *s, kt_complex z) {
     return s->copies > 1 ? extrapolated_value(s, z) : chebyshev_value(s, z);
 }
 
-static bool stabilised_inside_real(const void *problem, double x) {
-    const kt_complex z = {-x, 0.0};
-    return kt_stability_gain(problem, z) <= 1.0;
-}
-
-static double stabilised_real_limit(const kt_stability *s) {
-    return kt_first_exit(stabilised_inside_real, s, kt_farthest_stable(s));
-}
+static double stabilised_real_limit(const kt_stability *s) { return kt_axis_limit(s, -1.0, 0.0, 0.0, 0.0); }
 
 /* |R(iy)|^2 and 1 differ from the term in y^4 on. Growth becomes visible above rounding from y of about 1e-3 on. */
-static bool stabilised_inside_imaginary(const void *problem, double y) {
-    const kt_complex z = {0.0, y};
-    return kt_stability_gain(problem, z) <= 1.0 + 64.0 * DBL_EPSILON;
-}
-
 static double stabilised_imaginary_limit(const kt_stability *s) {
-    const double y = kt_first_exit(stabilised_inside_imaginary, s, kt_farthest_stable(s));
+    const double y = kt_axis_limit(s, 0.0, 1.0, 0.0, 64.0 * DBL_EPSILON);
     return y > 2e-3 ? y : 0.0;
 }
 

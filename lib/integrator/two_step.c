@@ -78,11 +78,7 @@ static kt_try_result two_step_try(kt_integrator *it, const kt_interval *in, kt_t
     const bool regular = step_is_regular(it, in->h);
     if (past_state_of(it)[HISTORY_GAMMA] != two_step_gamma_of(it, in->h))
         kt_newton_of(it)->factored = 0.0;
-    while ((regular ? solve_two_step(it, in, result) : kt_dirk_stages(it, in, result)) != KT_TRY_PASSED)
-        if (kt_dirk_retry(it, result) != KT_TRY_PASSED)
-            return result->result;
-    memcpy(it->trial, kt_newton_row(it, KT_DIRK_STAGE), it->sizes.n * sizeof *it->trial);
-    return KT_TRY_PASSED;
+    return kt_dirk_try(it, in, regular ? solve_two_step : kt_dirk_stages, result);
 }
 
 static void two_step_accept(kt_integrator *it) {
@@ -99,15 +95,12 @@ static void two_step_accept(kt_integrator *it) {
 
 const kt_method_family kt_family_two_step = {
     .name = "two-step",
-    .implicit = true,
     .open = true,
     .check_sizes = kt_multistep_check_sizes,
     .check_order = kt_multistep_check_order,
     .measure = measure_two_step,
     .init = kt_dirk_init,
-    .start = kt_newton_forget,
     .change = two_step_change,
-    .prepare = kt_newton_prepare,
     .try_step = two_step_try,
     .error = kt_no_error,
     .error_at = kt_no_error_at,
@@ -117,6 +110,5 @@ const kt_method_family kt_family_two_step = {
     .stability = kt_multistep_stability,
     .value = kt_multistep_value,
     .gain = kt_multistep_gain,
-    .real_limit = kt_rational_limit,
-    .imaginary_limit = kt_rational_limit,
+    KT_NEWTON_MEMBERS,
 };
