@@ -143,16 +143,20 @@ double kt_contacts_residual(const struct kt_contacts *c, int k, int component, c
     return sum;
 }
 
+/* The residual of row k, whose size is at least that of a change of the motion of size `most`. */
+static double residual_of_row(const struct kt_contacts *c, const double *W, int k, const double *x, const double *right,
+                              double most, double *size) {
+    const double residual = kt_contacts_residual(c, c->list[k], c->component[k], x, right, size);
+    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * most);
+    return residual;
+}
+
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size) {
-    const double rate = kt_contacts_residual(c, c->list[k], c->component[k], c->v, c->rate, size);
-    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->speed);
-    return rate;
+    return residual_of_row(c, W, k, c->v, c->rate, c->speed, size);
 }
 
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size) {
-    const double acceleration = kt_contacts_residual(c, c->list[k], c->component[k], c->a, c->drift, size);
-    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * c->change);
-    return acceleration;
+    return residual_of_row(c, W, k, c->a, c->drift, c->change, size);
 }
 
 /* ---- rest -------------------------------------------------------------------------------------------------------- */

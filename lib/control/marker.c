@@ -8,8 +8,17 @@ static const kt_marker_record *marker_record_of(const kt_model *model, int body,
     return &model->marker[model->body[body].marker + marker];
 }
 
-/* The columns of a 6 x nv matrix into the marker's axes. */
-static void turn_columns(const kt_model *model, const kt_marker_record *m, kt_twist_frame frame, double *matrix) {
+/* A 6 x nv matrix of a frame of a body. */
+typedef void frame_matrix(const kt_model *model, const kt_data *data, int body, kt_vec3 point, kt_twist_frame frame,
+                          double *matrix);
+
+/* Computes that of the marker's place, with its columns in the marker's axes. */
+static void compute_of_marker(frame_matrix *compute, const kt_model *model, const kt_data *data, int body, int marker,
+                              kt_twist_frame frame, double *matrix) {
+    const kt_marker_record *m = marker_record_of(model, body, marker);
+    if (!m || !kt_data_serve(model, data) || !matrix)
+        return;
+    compute(model, data, body, m->frame.position, frame, matrix);
     for (size_t k = 0; k < 2 * model->n.v && frame == KT_TWIST_BODY; k++) {
         double *part = matrix + 3 * k;
         const kt_vec3 y = kt_mat3_apply_transposed(m->frame.rotation, kt_vec3_make(part[0], part[1], part[2]));
@@ -25,11 +34,7 @@ kt_pose kt_marker_pose(const kt_model *model, const kt_data *data, int body, int
 
 void kt_marker_jacobian(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
                         double *jacobian) {
-    const kt_marker_record *m = marker_record_of(model, body, marker);
-    if (!m || !kt_data_serve(model, data) || !jacobian)
-        return;
-    kt_frame_jacobian(model, data, body, m->frame.position, frame, jacobian);
-    turn_columns(model, m, frame, jacobian);
+    compute_of_marker(kt_frame_jacobian, model, data, body, marker, frame, jacobian);
 }
 
 kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame) {
@@ -45,18 +50,10 @@ kt_twist kt_marker_bias(const kt_model *model, const kt_data *data, int body, in
 
 void kt_marker_jacobian_derivative(const kt_model *model, const kt_data *data, int body, int marker,
                                    kt_twist_frame frame, double *derivative) {
-    const kt_marker_record *m = marker_record_of(model, body, marker);
-    if (!m || !kt_data_serve(model, data) || !derivative)
-        return;
-    kt_frame_jacobian_derivative(model, data, body, m->frame.position, frame, derivative);
-    turn_columns(model, m, frame, derivative);
+    compute_of_marker(kt_frame_jacobian_derivative, model, data, body, marker, frame, derivative);
 }
 
 void kt_marker_twist_derivative(const kt_model *model, const kt_data *data, int body, int marker, kt_twist_frame frame,
                                 double *derivative) {
-    const kt_marker_record *m = marker_record_of(model, body, marker);
-    if (!m || !kt_data_serve(model, data) || !derivative)
-        return;
-    kt_frame_twist_derivative(model, data, body, m->frame.position, frame, derivative);
-    turn_columns(model, m, frame, derivative);
+    compute_of_marker(kt_frame_twist_derivative, model, data, body, marker, frame, derivative);
 }
