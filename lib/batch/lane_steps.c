@@ -1,10 +1,11 @@
 /* The computations around the stages of a step, for several states at once. They have the bits of the code for one
- * state. Sums of slopes, dense output and mean squares of errors are those of integrator/explicit.c, powers those of
+ * state: sums of slopes, dense output and mean squares of errors of integrator/explicit.c, powers of
  * integrator/control.c.
  */
 #include "batch/lanes.h"
 
 #include "algebra/real.h"
+#include "integrator/lane_parts.h"
 
 #include <float.h>
 
@@ -52,42 +53,19 @@ static kt_real1 whole_part_of(kt_real1 x) {
 }
 
 kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *exponents, double *out) {
-    const double ln2 = 0.693147180559945309417;
     const kt_condition bits = (kt_condition)(*(const kt_real1 *)(const void *)bases), biased = bits >> 52;
     const kt_real1 p = *(const kt_real1 *)(const void *)exponents;
     kt_real1 exponent = __builtin_convertvector(biased - 1022, kt_real1);
     kt_real1 m = (kt_real1)((bits & INT64_C(0x000fffffffffffff)) | INT64_C(0x3fe0000000000000));
-    const kt_condition low = m < 0.707106781186547524401;
+    const kt_condition low = m < KT_SQRT_HALF;
     m = kt_choose(low, m * 2.0, m);
     exponent = kt_choose(low, exponent - 1.0, exponent);
-    const kt_real1 z = (m - 1.0) / (m + 1.0), q = z * z;
-    kt_real1 log = kt_real1_splat(0.0);
-    for (int i = 13; i >= 1; i -= 2)
-        log = log * q + 1.0 / (double)i;
-    const kt_real1 u = p * (exponent + 2.0 / ln2 * z * log);
+    const kt_real1 u = p * kt_binary_logarithm(m, exponent);
     const kt_condition usual = (biased > 0) & (biased < 2047) & (kt_abs(u) < 1000.0);
-    const kt_real1 whole = whole_part_of(kt_choose(usual, u, kt_real1_splat(0.0)) + 0.5), w = (u - whole) * ln2;
-    kt_real1 power = kt_real1_splat(1.0);
-    for (int i = 10; i >= 1; i--)
-        power = 1.0 + power * w / (double)i;
+    const kt_real1 whole = whole_part_of(kt_choose(usual, u, kt_real1_splat(0.0)) + 0.5);
     const kt_condition two = (__builtin_convertvector(whole, kt_condition) + 1023) << 52;
-    *(kt_real1 *)(void *)out = power * (kt_real1)two;
+    *(kt_real1 *)(void *)out = kt_binary_power(u - whole) * (kt_real1)two;
     return kt_mask_of(usual);
-}
-
-/* Weights of slopes as write_stage_terms makes them; one that is zero adds nothing. */
-static void write_weights(const kt_method *m, size_t slots, size_t fresh, kt_real1 theta, kt_real1 *weight) {
-    const kt_real1 rest = 1.0 - theta, bubble = theta * theta * rest * rest;
-    for (size_t i = 0; i < slots; i++) {
-        kt_real1 d = kt_real1_splat(0.0);
-        for (int term = m->dense_terms - 1; term >= 0; term--)
-            d = m->dense_d[(size_t)term * slots + i] + (term % 2 == 0 ? theta : rest) * d;
-        weight[i] = bubble * d;
-        if (i == 0)
-            weight[i] += theta * rest * rest;
-        if (i == fresh)
-            weight[i] -= theta * theta * rest;
-    }
 }
 
 void KT_KERNEL(kt_lanes_interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k,
@@ -97,7 +75,7 @@ void KT_KERNEL(kt_lanes_interpolate)(double *out, const kt_lane_step *step, cons
                    *y1 = (const void *)step->y1;
     const size_t slots = (size_t)kt_method_slots(step->method), fresh = (size_t)kt_method_fresh(step->method);
     kt_real1 weight[KT_METHOD_STAGES_MAX + 1], *to = (void *)out;
-    write_weights(step->method, slots, fresh, theta, weight);
+    kt_dense_weights(step->method, slots, fresh, theta, weight);
     for (size_t i = 0; i < n; i++) {
         kt_real1 sum = kt_real1_splat(0.0);
         for (size_t j = 0; j < slots; j++)

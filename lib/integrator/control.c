@@ -4,31 +4,19 @@
  * II, 1996, section IV.2, for the PI control, after K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533.
  */
 #include "integrator/integrator.h"
+#include "integrator/lane_parts.h"
 
 #include <math.h>
 
-/* x = m 2^k with sqrt(1/2) <= m < sqrt(2): log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...), z = (m - 1) / (m + 1),
- * |z| < 0.172; terms to z^13 leave 7e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10 leave 3e-13. */
 double kt_control_power(double x, double p) {
-    const double ln2 = 0.693147180559945309417;
     int exponent;
     double m = frexp(x, &exponent);
-    if (m < 0.707106781186547524401) {
+    if (m < KT_SQRT_HALF) {
         m *= 2.0;
         exponent--;
     }
-    const double z = (m - 1.0) / (m + 1.0), q = z * z;
-    double log = 0.0;
-    for (int i = 13; i >= 1; i -= 2)
-        log = log * q + 1.0 / (double)i;
-    const double u = p * ((double)exponent + 2.0 / ln2 * z * log);
-
-    const double whole = floor(u + 0.5);
-    const double w = (u - whole) * ln2;
-    double power = 1.0;
-    for (int i = 10; i >= 1; i--)
-        power = 1.0 + power * w / (double)i;
-    return ldexp(power, (int)whole);
+    const double u = p * kt_binary_logarithm(m, (double)exponent), whole = floor(u + 0.5);
+    return ldexp(kt_binary_power(u - whole), (int)whole);
 }
 
 /* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero gives the largest factor. */

@@ -32,6 +32,7 @@
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2.
  */
 #include "integrator/integrator.h"
+#include "integrator/lane_parts.h"
 
 #include <float.h>
 #include <math.h>
@@ -220,35 +221,17 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     return KT_TRY_PASSED;
 }
 
-/* The nonzero weights of the slopes at theta; returns their number. */
-static size_t write_stage_terms(const kt_integrator *it, double theta, kt_stage_term *terms) {
-    const kt_method *m = it->table;
-    const double rest = 1.0 - theta, bubble = theta * theta * rest * rest;
-    size_t count = 0;
-    for (size_t i = 0; i < it->sizes.slots; i++) {
-        double d = 0.0;
-        for (int term = m->dense_terms - 1; term >= 0; term--) /* Horner: the factor in front of d_(term + 1) */
-            d = m->dense_d[(size_t)term * it->sizes.slots + i] + (term % 2 == 0 ? theta : rest) * d;
-        double weight = bubble * d;
-        if (i == 0)
-            weight += theta * rest * rest;
-        if (i == it->fresh)
-            weight -= theta * theta * rest;
-        if (weight != 0.0)
-            terms[count++] = (kt_stage_term){weight, i};
-    }
-    return count;
-}
-
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     if (need_slopes(it, result) != KT_TRY_PASSED)
         return result->result;
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
     const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;
-    kt_stage_term terms[KT_METHOD_STAGES_MAX];
-    const size_t count = write_stage_terms(it, theta, terms), n = it->sizes.n;
-    kt_combine(y_out, y0, it->memory.last_step, terms, count, it->k, n);
+    const size_t slots = it->sizes.slots, n = it->sizes.n;
+    kt_stage_term terms[KT_METHOD_STAGES_MAX + 1];
+    double weight[KT_METHOD_STAGES_MAX + 1];
+    kt_dense_weights(it->table, slots, it->fresh, theta, weight);
+    kt_combine(y_out, y0, it->memory.last_step, terms, kt_stage_terms(weight, slots, terms), it->k, n);
     for (size_t i = 0; i < n; i++)
         y_out[i] += part * (y1[i] - y0[i]);
     return KT_TRY_PASSED;
