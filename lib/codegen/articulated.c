@@ -13,8 +13,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 /* An articulated inertia with its bias wrench. */
 typedef struct code_articulated {
     kt_op6 j, m;
@@ -238,14 +236,10 @@ static void respond_body(kt_code_tree *tree, int i, code_body *all, kt_op *a) {
 
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
-    code_body *all = calloc((size_t)tree->link_count, sizeof *all);
-    kt_code_moving *moving = calloc((size_t)tree->link_count, sizeof *moving);
-    g->failed |= all == NULL || moving == NULL;
-    if (g->failed) {
-        free(all);
-        free(moving);
+    code_body *all = kt_graph_take(g, (size_t)tree->link_count, sizeof *all);
+    kt_code_moving *moving = kt_graph_take(g, (size_t)tree->link_count, sizeof *moving);
+    if (g->failed)
         return;
-    }
     kt_code_move_links(tree, false, moving);
     for (int i = 0; i < tree->link_count; i++)
         start_body(tree, i, &moving[i], &all[i]);
@@ -261,6 +255,4 @@ void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *gu
         respond_body(tree, i, all, a);
     }
     kt_graph_pass(g);
-    free(all);
-    free(moving);
 }

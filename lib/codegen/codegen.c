@@ -442,11 +442,6 @@ typedef struct code_made {
 } code_made;
 
 static void free_made(code_made *made) {
-    for (int k = 0; k < KT_CODE_FUNCTIONS; k++) {
-        free(made->f[k].out);
-        free(made->f[k].guard);
-    }
-    kt_code_tree_free(&made->tree);
     kt_graph_free(&made->graph);
     free(made);
 }
@@ -506,15 +501,14 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
         return reject_memory(error);
     made->functions = functions;
     kt_graph_init(&made->graph);
-    bool fine = kt_code_tree_read(&made->tree, model, &made->graph, constant);
-    if (fine) {
+    if (kt_code_tree_read(&made->tree, model, &made->graph, constant)) {
         kt_code_tree_place_origins(&made->tree);
         kt_code_tree_regroup(&made->tree);
     }
-    for (int k = 0; fine && k < KT_CODE_FUNCTIONS; k++)
+    for (int k = 0; k < KT_CODE_FUNCTIONS && !made->graph.failed; k++)
         if (functions & 1u << k && !kind_of(k)->is_text)
-            fine = kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
-    if (!fine || made->graph.failed) {
+            kt_code_make_function(&made->tree, k, kind_of(k)->is_apart, &made->f[k]);
+    if (made->graph.failed) {
         free_made(made);
         return reject_memory(error);
     }
@@ -553,21 +547,19 @@ static kt_status read_numbers_of_accelerations(const kt_model *model, double *nu
         return status;
     kt_graph graph;
     kt_code_tree tree;
-    kt_op *force = calloc(model->n.v + 1, sizeof *force);
     kt_graph_init(&graph);
-    bool fine = kt_code_tree_read(&tree, model, &graph, false) && force != NULL;
+    kt_op *force = kt_graph_take(&graph, model->n.v + 1, sizeof *force);
+    bool fine = kt_code_tree_read(&tree, model, &graph, false);
     if (fine && model->n.effect > 0)
         kt_code_effects(&tree, force);
     if (fine && kt_code_count_loop_rows(model) > 0)
-        fine = kt_code_read_loops(&tree);
-    fine = fine && !graph.failed;
+        (void)kt_code_read_loops(&tree);
+    fine = !graph.failed;
     if (fine)
         *count = tree.parameter_count;
     for (int i = 0; fine && i < tree.parameter_count && i < room; i++)
         numbers[i] = tree.parameter[i].value;
-    kt_code_tree_free(&tree);
     kt_graph_free(&graph);
-    free(force);
     return fine ? KT_OK : reject_memory(error);
 }
 

@@ -36,7 +36,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
 
 /* A change of the motion of a joint's link. */
 typedef struct composite_change {
@@ -290,16 +289,15 @@ static void derive_composites(const composite_tree *t, kt_op *by_q, kt_op *by_v)
 void kt_code_composite_derivatives(kt_code_tree *tree, kt_op *tau, kt_op *by_q, kt_op *by_v) {
     kt_graph *g = tree->graph;
     const size_t links = (size_t)tree->link_count, nv = tree->model->n.v;
-    composite_tree t = {tree, calloc(links, sizeof *t.moving), calloc(links, sizeof *t.body),
-                        calloc(links, sizeof *t.flow), calloc(nv + 1, sizeof *t.dof)};
-    kt_code_frame *frame = calloc(links, sizeof *frame);
-    g->failed |= t.moving == NULL || t.body == NULL || t.flow == NULL || t.dof == NULL || frame == NULL;
-    for (size_t k = 0; k < nv * nv && !g->failed; k++)
+    composite_tree t = {tree, kt_graph_take(g, links, sizeof *t.moving), kt_graph_take(g, links, sizeof *t.body),
+                        kt_graph_take(g, links, sizeof *t.flow), kt_graph_take(g, nv + 1, sizeof *t.dof)};
+    kt_code_frame *frame = kt_graph_take(g, links, sizeof *frame);
+    if (g->failed)
+        return;
+    for (size_t k = 0; k < nv * nv; k++)
         by_q[k] = by_v[k] = kt_op_number(g, 0.0);
-    if (!g->failed) {
-        kt_code_inverse_links(tree, true, t.moving, tau);
-        kt_code_compose_bodies(tree, frame, t.body);
-    }
+    kt_code_inverse_links(tree, true, t.moving, tau);
+    kt_code_compose_bodies(tree, frame, t.body);
     for (int i = 1; i < tree->link_count && !g->failed; i++) {
         kt_graph_section(g, "%s: C = [w] (tr(J) 1 - 2 J),  p = 2 w x h,  and the speed of its origin", t.body[i].name);
         start_flow(g, &tree->link[i], t.moving[i].omega, &t.flow[i]);
@@ -308,9 +306,4 @@ void kt_code_composite_derivatives(kt_code_tree *tree, kt_op *tau, kt_op *by_q, 
     }
     if (!g->failed)
         derive_composites(&t, by_q, by_v);
-    free(t.moving);
-    free(t.body);
-    free(t.flow);
-    free(t.dof);
-    free(frame);
 }

@@ -175,6 +175,7 @@ static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_dir
 
 /* Room of the chain rule: each has an entry for every node. */
 typedef struct code_chain {
+    kt_pool pool;
     int32_t count; /* of nodes before their derivatives */
     int32_t *uses;
     kt_op *slope;
@@ -182,16 +183,13 @@ typedef struct code_chain {
 
 static code_chain chain_make(kt_graph *g, const kt_op *out, int count) {
     const size_t room = (size_t)g->count + 1;
-    const code_chain chain = {g->count, calloc(room, sizeof *chain.uses), calloc(room, sizeof *chain.slope)};
+    code_chain chain = {.count = g->count};
+    chain.uses = kt_pool_take(&chain.pool, room, sizeof *chain.uses);
+    chain.slope = kt_pool_take(&chain.pool, room, sizeof *chain.slope);
     g->failed |= chain.uses == NULL || chain.slope == NULL;
     if (!g->failed)
         kt_graph_uses(g, out, count, chain.uses);
     return chain;
-}
-
-static void chain_free(const code_chain *chain) {
-    free(chain->uses);
-    free(chain->slope);
 }
 
 /* Makes the derivatives of some nodes along one direction. */
@@ -220,25 +218,24 @@ void kt_code_differentiate(kt_code_tree *tree, const kt_op *f, int count, kt_op 
                 apply_chain_rule(g, &chain, &d, f, count, out + (size_t)count * (size_t)(k * nv + link->v + i));
             }
         }
-    chain_free(&chain);
+    kt_pool_free(chain.pool.chunks);
+}
+
+/* The derivative of one node. */
+static kt_op differentiate_node(kt_graph *g, kt_op value, const code_direction *d) {
+    const code_chain chain = chain_make(g, &value, 1);
+    kt_op rate = kt_op_number(g, 0.0);
+    apply_chain_rule(g, &chain, d, &value, 1, &rate);
+    kt_pool_free(chain.pool.chunks);
+    return rate;
 }
 
 kt_op kt_code_rate_of_time(kt_graph *g, kt_op value) {
-    const code_direction time = {.link = NULL};
-    const code_chain chain = chain_make(g, &value, 1);
-    kt_op rate = kt_op_number(g, 0.0);
-    apply_chain_rule(g, &chain, &time, &value, 1, &rate);
-    chain_free(&chain);
-    return rate;
+    return differentiate_node(g, value, &(code_direction){.link = NULL});
 }
 
 kt_op kt_code_rate_of_position(kt_graph *g, kt_op value, const kt_link *link) {
-    const code_direction position = {link, KT_OP_POSITION, 0};
-    const code_chain chain = chain_make(g, &value, 1);
-    kt_op rate = kt_op_number(g, 0.0);
-    apply_chain_rule(g, &chain, &position, &value, 1, &rate);
-    chain_free(&chain);
-    return rate;
+    return differentiate_node(g, value, &(code_direction){link, KT_OP_POSITION, 0});
 }
 
 enum { FEW_COORDINATES = 24 }; /* of mechanisms whose derivatives are made in both ways */
@@ -252,8 +249,7 @@ void kt_code_inverse_derivatives(kt_code_tree *tree, size_t also, kt_op *out) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, count = 2 * nv * nv;
     const bool was_nameless = g->is_nameless;
-    kt_op *tau = calloc(nv + 1, sizeof *tau), *other = calloc(count + also + 1, sizeof *other);
-    g->failed |= tau == NULL || other == NULL;
+    kt_op *tau = kt_graph_take(g, nv + 1, sizeof *tau), *other = kt_graph_take(g, count + also + 1, sizeof *other);
     if (!g->failed)
         kt_code_composite_derivatives(tree, tau, out, out + nv * nv);
     if (!g->failed && nv <= FEW_COORDINATES) {
@@ -264,8 +260,6 @@ void kt_code_inverse_derivatives(kt_code_tree *tree, size_t also, kt_op *out) {
         if (!g->failed && count_operations(g, other, count + also) < count_operations(g, out, count + also))
             memcpy(out, other, count * sizeof *out);
     }
-    free(tau);
-    free(other);
 }
 
 /* out := -M^-1 out, for one column. */
@@ -311,20 +305,18 @@ static void solve_columns(kt_code_tree *tree, const kt_op *m, const kt_op *pivot
 void kt_code_forward_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, square = nv * nv;
-    kt_op *a = calloc(4 * nv + 1, sizeof *a);
-    g->failed |= a == NULL;
-    if (!g->failed) {
-        kt_op *const held = a + nv, *const room = a + 2 * nv, *const pivot = a + 3 * nv;
-        kt_code_forward_mass(tree, work, a, pivot, out + 2 * square, guard);
-        for (size_t k = 0; k < nv; k++)
-            held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
-        tree->acceleration = held;
-        g->is_nameless = true;
-        kt_code_inverse_derivatives(tree, square, out);
-        g->is_nameless = false;
-        tree->acceleration = NULL;
-        kt_graph_replace(g, out, (int)(2 * square), a);
-        solve_columns(tree, work, pivot, out, room);
-    }
-    free(a);
+    kt_op *a = kt_graph_take(g, 4 * nv + 1, sizeof *a);
+    if (g->failed)
+        return;
+    kt_op *const held = a + nv, *const room = a + 2 * nv, *const pivot = a + 3 * nv;
+    kt_code_forward_mass(tree, work, a, pivot, out + 2 * square, guard);
+    for (size_t k = 0; k < nv; k++)
+        held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
+    tree->acceleration = held;
+    g->is_nameless = true;
+    kt_code_inverse_derivatives(tree, square, out);
+    g->is_nameless = false;
+    tree->acceleration = NULL;
+    kt_graph_replace(g, out, (int)(2 * square), a);
+    solve_columns(tree, work, pivot, out, room);
 }

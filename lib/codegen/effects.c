@@ -10,7 +10,6 @@
 #include "kinetree/descriptor.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- which effects ----------------------------------------------------------------------------------------------- */
@@ -197,10 +196,9 @@ static void add_effect(code_effect *e, code_load *load, kt_op *tau) {
 
 static void make_code_effects(kt_code_tree *tree, kt_op *tau) {
     kt_graph *g = tree->graph;
-    code_load *load = calloc((size_t)tree->link_count, sizeof *load);
+    code_load *load = kt_graph_take(g, (size_t)tree->link_count, sizeof *load);
     kt_code_speed *speed = kt_code_speeds(tree);
     const kt_code_places place = kt_code_place_links(tree);
-    g->failed |= load == NULL;
     for (int i = 0; i < tree->link_count && !g->failed; i++)
         load[i].force = load[i].moment = kt_op3_zero(g);
     for (size_t i = 0; i < tree->model->n.v; i++)
@@ -211,17 +209,12 @@ static void make_code_effects(kt_code_tree *tree, kt_op *tau) {
     }
     if (!g->failed)
         pass_loads(tree, load, tau);
-    free(load);
-    free(speed);
-    free(place.turn);
-    free(place.position);
 }
 
 /* Makes the forces once, since their parameters exist once. Returns false if memory is insufficient. */
 static bool know_effects(kt_code_tree *tree) {
     if (tree->force == NULL) {
-        tree->force = calloc(tree->model->n.v, sizeof *tree->force);
-        tree->graph->failed |= tree->force == NULL;
+        tree->force = kt_graph_take(tree->graph, tree->model->n.v, sizeof *tree->force);
         if (tree->force != NULL)
             make_code_effects(tree, tree->force);
     }
@@ -247,7 +240,4 @@ void kt_code_states(kt_code_tree *tree, kt_op *rate) {
         kt_graph_section(tree->graph, "state %s: its rate", tree->model->text + record->name);
         rate[i] = kt_code_formula_value(&state, 0);
     }
-    free(speed);
-    free(place.turn);
-    free(place.position);
 }

@@ -4,7 +4,6 @@
 #include "codegen/loops.h"
 
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -51,30 +50,25 @@ static bool may_be_dense(const kt_code_tree *tree, kt_op *depth) {
 }
 
 /* Makes forward dynamics in all ways, and takes the fastest one. work: nv x nv. */
-static bool make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
+static void make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
+    kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
     kt_code_function other = *f;
-    other.out = calloc(3 * nv, sizeof *other.out);
-    other.guard = calloc(nv, sizeof *other.guard);
+    int least = INT_MAX;
+    other.out = kt_graph_take(g, 3 * nv, sizeof *other.out);
+    other.guard = kt_graph_take(g, nv, sizeof *other.guard);
     f->guard_count = other.guard_count = (int)nv;
-    const bool fine = other.out != NULL && other.guard != NULL;
-    if (fine) {
-        int least = INT_MAX;
-        if (may_be_dense(tree, work)) {
-            kt_code_forward_mass(tree, work, f->out, other.out, NULL, f->guard);
-            factor_function(tree->graph, f);
-            least = kt_graph_time(tree->graph, f->out, f->out_count);
-        }
-        for (int k = 0; k < (kt_code_is_planar(tree->model) ? 2 : 1); k++) {
-            tree->graph->scope++;
-            (k == 0 ? kt_code_forward_articulated : kt_code_forward_planar)(tree, other.out, other.guard);
-            factor_function(tree->graph, &other);
-            take_faster(tree->graph, nv, &other, &least, f);
-        }
+    if (!g->failed && may_be_dense(tree, work)) {
+        kt_code_forward_mass(tree, work, f->out, other.out, NULL, f->guard);
+        factor_function(g, f);
+        least = kt_graph_time(g, f->out, f->out_count);
     }
-    free(other.out);
-    free(other.guard);
-    return fine;
+    for (int k = 0; k < (kt_code_is_planar(tree->model) ? 2 : 1) && !g->failed; k++) {
+        g->scope++;
+        (k == 0 ? kt_code_forward_articulated : kt_code_forward_planar)(tree, other.out, other.guard);
+        factor_function(g, &other);
+        take_faster(g, nv, &other, &least, f);
+    }
 }
 
 /* Makes the nodes of a function that a model with loops has. Returns false if the function does not depend on loops. */
@@ -124,13 +118,14 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
     }
 }
 
-/* Makes the nodes of another function. Returns false if memory is insufficient. */
-static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+/* Makes the nodes of another function. */
+static void fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
     f->out_count = f->output[0] = (int)nv;
     switch (k) {
     case KT_CODEGEN_FORWARD_INDEX:
-        return make_forward(tree, work, f);
+        make_forward(tree, work, f);
+        break;
     case KT_CODEGEN_INVERSE_INDEX:
     case KT_CODEGEN_BIAS_INDEX:
         kt_code_inverse(tree, k == KT_CODEGEN_INVERSE_INDEX, f->out);
@@ -176,22 +171,21 @@ static bool fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_functi
         f->out_count = (int)(6 * markers);
         break;
     }
-    return true;
 }
 
 /* Makes the nodes of any function. That of all accelerations is forward dynamics with the forces of effects. */
-static bool fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+static void fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     const bool is_loaded = k == KT_CODEGEN_ACCELERATION_INDEX && tree->model->n.effect > 0;
     const int like = k == KT_CODEGEN_ACCELERATION_INDEX ? (int)KT_CODEGEN_FORWARD_INDEX : k;
     if (is_loaded) {
         kt_code_effects(tree, f->out);
         tree->load = tree->force;
     }
-    const bool fine = fill_with_loops(tree, like, work, f) || fill_function(tree, like, work, f);
+    if (!fill_with_loops(tree, like, work, f))
+        fill_function(tree, like, work, f);
     tree->load = NULL;
-    for (int i = 0; fine && i < f->guard_count; i++)
+    for (int i = 0; i < f->guard_count; i++)
         f->guard[i].is_near = k == KT_CODEGEN_ACCELERATION_INDEX;
-    return fine;
 }
 
 /* Whether a function is long, and its steps may become loops. Forces of effects have the motion of links, too, in other
@@ -205,35 +199,34 @@ static bool may_have_loops(const kt_code_tree *tree, int k, const kt_code_functi
 }
 
 /* Makes the nodes of a function again, such that equal links have equal operations. */
-static bool fill_for_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
+static void fill_for_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     kt_code_tree turned;
     kt_graph *g = tree->graph;
-    bool fine = kt_code_tree_turn(&turned, tree);
+    kt_code_tree_turn(&turned, tree);
+    if (g->failed)
+        return;
     g->keeps_signs = true;
     g->scope++;
-    fine = fine && fill_any(turned.is_uniform ? &turned : tree, k, work, f);
-    if (fine && !g->failed)
-        factor_function(g, f);
+    fill_any(turned.is_uniform ? &turned : tree, k, work, f);
+    factor_function(g, f);
     g->keeps_signs = false;
-    kt_code_tree_free_turned(&turned);
-    return fine;
 }
 
-bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
+void kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f) {
+    kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
     const size_t rows = (size_t)kt_code_count_loop_rows(tree->model);
     const size_t count = 3 * nv * nv + 6 * (nv + 1) * tree->model->n.marker + tree->model->n.x + rows * (nv + 2) + 2;
-    f->out = calloc(count + 2 * (nv + rows), sizeof *f->out);
-    f->guard = calloc(nv + rows, sizeof *f->guard);
+    f->out = kt_graph_take(g, count + 2 * (nv + rows), sizeof *f->out);
+    f->guard = kt_graph_take(g, nv + rows, sizeof *f->guard);
     f->writes_at_once = is_apart && k != KT_CODEGEN_FORWARD_DERIVATIVES_INDEX; /* which has guards */
-    kt_op *work = calloc(count, sizeof *work);
-    tree->graph->scope++;
-    bool fine = f->out != NULL && f->guard != NULL && work != NULL && fill_any(tree, k, work, f);
-    if (fine && !tree->graph->failed)
-        factor_function(tree->graph, f);
-    f->may_roll = fine && !tree->graph->failed && rows == 0 && may_have_loops(tree, k, f);
+    kt_op *work = kt_graph_take(g, count, sizeof *work);
+    if (g->failed)
+        return;
+    g->scope++;
+    fill_any(tree, k, work, f);
+    factor_function(g, f);
+    f->may_roll = !g->failed && rows == 0 && may_have_loops(tree, k, f);
     if (f->may_roll)
-        fine = fill_for_loops(tree, k, work, f);
-    free(work);
-    return fine && !tree->graph->failed;
+        fill_for_loops(tree, k, work, f);
 }

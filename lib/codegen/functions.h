@@ -14,8 +14,7 @@ enum {
     KT_CODE_FUNCTIONS
 };
 
-/* Makes the graph of a function that is no text. Returns false if memory is insufficient; the caller frees f->out and
- * f->guard in any case. is_apart: no output is an input. */
-bool kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f);
+/* Makes the graph of a function that is no text. is_apart: no output is an input. */
+void kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f);
 
 #endif

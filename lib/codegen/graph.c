@@ -18,12 +18,17 @@ void kt_graph_init(kt_graph *g) {
 }
 
 void kt_graph_free(kt_graph *g) {
-    for (int32_t i = 0; i < g->section_count; i++)
-        free(g->section[i].text);
+    kt_pool_free(g->pool.chunks);
     free(g->section);
     free(g->table);
     free(g->node);
     *g = (kt_graph){.failed = true};
+}
+
+void *kt_graph_take(kt_graph *g, size_t count, size_t size) {
+    void *piece = g->failed ? NULL : kt_pool_take(&g->pool, count, size);
+    g->failed |= piece == NULL;
+    return piece;
 }
 
 /* Makes room for one more of an array of `size` bytes each; NULL: there is no memory. */
@@ -45,12 +50,11 @@ void kt_graph_section(kt_graph *g, const char *format, ...) {
     va_end(arguments);
     kt_op_section *larger =
         g->failed ? NULL : grow_array(g->section, g->section_count, &g->section_room, sizeof *g->section);
-    char *copy = length >= 0 ? strdup(text) : NULL;
+    char *copy = length >= 0 ? kt_pool_text(&g->pool, text, strlen(text)) : NULL;
     if (larger != NULL)
         g->section = larger;
     if (larger == NULL || copy == NULL) {
         g->failed = true;
-        free(copy);
         return;
     }
     g->section[g->section_count++] = (kt_op_section){copy, g->pass, g->step};
@@ -380,8 +384,9 @@ typedef kt_op graph_rewrite(kt_graph *g, kt_op i, const graph_pass *pass);
 /* Rewrites all nodes of a function that the outputs need, operands first. Blocks and names stay. */
 static void rewrite_nodes(kt_graph *g, kt_op *out, int count, graph_rewrite *rewrite, const kt_op *value) {
     const int32_t before = g->count, section_count = g->section_count;
-    int32_t *uses = malloc((size_t)(before + 1) * sizeof *uses);
-    kt_op *moved = malloc((size_t)(before + 1) * sizeof *moved);
+    kt_pool room = {.chunks = NULL};
+    int32_t *uses = kt_pool_take(&room, (size_t)before + 1, sizeof *uses);
+    kt_op *moved = kt_pool_take(&room, (size_t)before + 1, sizeof *moved);
     const graph_pass pass = {.uses = uses, .moved = moved, .value = value};
     g->failed |= uses == NULL || moved == NULL;
     if (!g->failed)
@@ -399,8 +404,7 @@ static void rewrite_nodes(kt_graph *g, kt_op *out, int count, graph_rewrite *rew
     g->section_count = section_count;
     for (int i = 0; i < count && !g->failed; i++)
         out[i] = moved[out[i]];
-    free(uses);
-    free(moved);
+    kt_pool_free(room.chunks);
 }
 
 /* The sum or difference of two products with a common factor becomes one product. */

@@ -10,10 +10,13 @@
  * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share them, and they are
  * computed once, by NAME_prepare. Nodes of KT_OP_OF_STATE belong to one function (`scope`).
  *
- * If memory is insufficient, `failed` is set, and all results are without meaning.
+ * If memory is insufficient, `failed` is set, and all results are without meaning. All arrays of nodes that a function
+ * is made of are in the graph's pool, and live as long as the graph.
  */
 #ifndef KT_CODEGEN_GRAPH_H
 #define KT_CODEGEN_GRAPH_H
+
+#include "base/pool.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -93,6 +96,7 @@ typedef struct kt_op_section {
 } kt_op_section;
 
 typedef struct kt_graph {
+    kt_pool pool;
     kt_op_node *node;
     int32_t count, room;
     int32_t *table; /* first nodes of chains; a power of two */
@@ -108,6 +112,10 @@ typedef struct kt_graph {
 /* Begins an empty graph; kt_graph_free releases its memory. */
 void kt_graph_init(kt_graph *g);
 void kt_graph_free(kt_graph *g);
+
+/* Takes `count` pieces of `size` bytes, zeroed, which the graph releases. Returns NULL, and sets `failed`, if memory is
+ * insufficient; and NULL if it was before. */
+void *kt_graph_take(kt_graph *g, size_t count, size_t size);
 
 /* Begins a block: its nodes are printed behind this comment. */
 void kt_graph_section(kt_graph *g, const char *format, ...) __attribute__((format(printf, 2, 3)));

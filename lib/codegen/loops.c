@@ -25,7 +25,6 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- which loops ------------------------------------------------------------------------------------------------- */
@@ -179,9 +178,8 @@ bool kt_code_read_loops(kt_code_tree *tree) {
     const kt_model *model = tree->model;
     if (tree->loop != NULL || tree->graph->failed)
         return !tree->graph->failed;
-    tree->loop = calloc(model->n.loop + 1, sizeof *tree->loop);
-    tree->coefficient = calloc(model->n.term + 1, sizeof *tree->coefficient);
-    tree->graph->failed |= tree->loop == NULL || tree->coefficient == NULL;
+    tree->loop = kt_graph_take(tree->graph, model->n.loop + 1, sizeof *tree->loop);
+    tree->coefficient = kt_graph_take(tree->graph, model->n.term + 1, sizeof *tree->coefficient);
     kt_graph_section(tree->graph, "numbers of loops");
     tree->loop_length =
         kt_code_number(tree, NULL, "loop_length", "what residuals of loops are relative to, m", model->length);
@@ -271,8 +269,7 @@ static kt_op *make_loop_columns(const kt_code_closing *c) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const kt_loop_record *r = c->record;
-    kt_op *column = calloc(6 * tree->model->n.v, sizeof *column);
-    g->failed |= column == NULL;
+    kt_op *column = kt_graph_take(g, 6 * tree->model->n.v, sizeof *column);
     for (size_t i = 0; i < 6 * tree->model->n.v && !g->failed; i++)
         column[i] = kt_op_number(g, 0.0);
     for (int k = 0; k < 2 && !g->failed; k++)
@@ -311,10 +308,8 @@ static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
         follow_loop_path(c, k);
     kt_graph_section(g, "%s: A, from the velocities that unit rates give to the second point", c->number->name);
     c->column = make_loop_columns(c);
-    if (g->failed) {
-        free(c->column);
+    if (g->failed)
         return;
-    }
     kt_graph_section(g, "%s: u = v_2 - v_1,  a_2 - a_1 - 2 w_1 x u  of the second point", c->number->name);
     for (int k = 0; k < 2 && c->moves; k++)
         move_point(c, k, &velocity[k], &linear[k]);
@@ -326,7 +321,6 @@ static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
     }
     c->d = kt_op3_subtract(g, c->point[1], c->point[0]);
     kt_code_add_end_rows(c, rows);
-    free(c->column);
 }
 
 /* Adds the formula F of a coupling: phi += F,  A_k += F_k,  right -= F_kl v_k v_l. */
@@ -395,18 +389,6 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
 
 /* ---- all loops --------------------------------------------------------------------------------------------------- */
 
-void kt_code_free_loop_rows(kt_code_loop_rows *rows) {
-    free(rows->loop);
-    free(rows->a);
-    free(rows->phi);
-    free(rows->scaled);
-    free(rows->rate);
-    free(rows->right);
-    free(rows->is_closed);
-    free(rows->block);
-    free(rows->size);
-}
-
 /* The angular velocity of the ancestor, in its own axes. */
 static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
     kt_op3 omega = kt_op3_zero(tree->graph);
@@ -415,7 +397,6 @@ static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
     tree->graph->is_nameless = false;
     if (all != NULL)
         omega = all[ancestor].omega;
-    free(all);
     return omega;
 }
 
@@ -454,23 +435,18 @@ static void add_code_loop(kt_code_tree *tree, int index, const kt_code_places *p
 }
 
 void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *rows) {
-    const size_t count = (size_t)kt_code_count_loop_rows(tree->model) + 1, links = (size_t)tree->link_count;
+    const size_t count = (size_t)kt_code_count_loop_rows(tree->model) + 1;
     kt_graph *g = tree->graph;
-    *rows = (kt_code_loop_rows){.loop = calloc(count, sizeof *rows->loop),
-                                .a = calloc(count * (tree->model->n.v + 1), sizeof *rows->a),
-                                .phi = calloc(count, sizeof *rows->phi),
-                                .scaled = calloc(count, sizeof *rows->scaled),
-                                .rate = calloc(count, sizeof *rows->rate),
-                                .right = calloc(count, sizeof *rows->right),
-                                .is_closed = calloc(count, sizeof *rows->is_closed),
-                                .block = calloc(count, sizeof *rows->block),
-                                .size = calloc(count * (tree->model->n.v + 1), sizeof *rows->size)};
-    const kt_code_places place = {calloc(links, sizeof *place.turn), calloc(links, sizeof *place.position)};
-    g->failed |= rows->loop == NULL || rows->a == NULL || rows->phi == NULL || rows->scaled == NULL ||
-                 rows->is_closed == NULL || rows->block == NULL || rows->size == NULL || rows->rate == NULL ||
-                 rows->right == NULL || place.turn == NULL || place.position == NULL;
+    *rows = (kt_code_loop_rows){.loop = kt_graph_take(g, count, sizeof *rows->loop),
+                                .a = kt_graph_take(g, count * (tree->model->n.v + 1), sizeof *rows->a),
+                                .phi = kt_graph_take(g, count, sizeof *rows->phi),
+                                .scaled = kt_graph_take(g, count, sizeof *rows->scaled),
+                                .rate = kt_graph_take(g, count, sizeof *rows->rate),
+                                .right = kt_graph_take(g, count, sizeof *rows->right),
+                                .is_closed = kt_graph_take(g, count, sizeof *rows->is_closed),
+                                .block = kt_graph_take(g, count, sizeof *rows->block),
+                                .size = kt_graph_take(g, count * (tree->model->n.v + 1), sizeof *rows->size)};
+    const kt_code_places place = kt_code_no_places(tree);
     for (int i = 0; i < (int)tree->model->n.loop && kt_code_read_loops(tree); i++)
         add_code_loop(tree, i, &place, moves, rows);
-    free(place.turn);
-    free(place.position);
 }

@@ -44,9 +44,8 @@ int kt_code_count_closed_rows(const kt_model *model);
 /* Reads the numbers of all loops once, since their parameters exist once. Returns false if memory is insufficient. */
 bool kt_code_read_loops(kt_code_tree *tree);
 
-/* Makes all equations; the caller frees them in any case. `moves`: the right-hand sides, too. */
+/* Makes all equations. `moves`: the right-hand sides, too. */
 void kt_code_make_loop_rows(kt_code_tree *tree, bool moves, kt_code_loop_rows *rows);
-void kt_code_free_loop_rows(kt_code_loop_rows *rows);
 
 /* Adds all that the equations of loops fold to a hash. */
 void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h);

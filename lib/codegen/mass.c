@@ -6,8 +6,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 /* A wrench on a link, in the axes of the link. */
 typedef struct code_wrench {
     kt_op3 n, f;
@@ -202,10 +200,9 @@ static void fill_row(kt_code_tree *tree, const kt_op *motion, const code_column 
 static void fill_chain(kt_code_tree *tree, const kt_code_frame *frame, const kt_code_link *body, code_column *column,
                        kt_op *mass) {
     kt_graph *g = tree->graph;
-    const size_t count = (size_t)tree->link_count, nv = tree->model->n.v;
-    const kt_code_places at = {calloc(count, sizeof *at.turn), calloc(count, sizeof *at.position)};
-    kt_op *motion = calloc(6 * nv + 6, sizeof *motion);
-    g->failed |= at.turn == NULL || at.position == NULL || motion == NULL;
+    const size_t nv = tree->model->n.v;
+    const kt_code_places at = kt_code_no_places(tree);
+    kt_op *motion = kt_graph_take(g, 6 * nv + 6, sizeof *motion);
     if (!g->failed)
         place_chain(tree, frame, &at);
     kt_graph_pass(g);
@@ -223,18 +220,14 @@ static void fill_chain(kt_code_tree *tree, const kt_code_frame *frame, const kt_
     }
     for (int v = 0; v < (int)nv && !g->failed; v++)
         fill_row(tree, motion, column, v, mass);
-    free(at.turn);
-    free(at.position);
-    free(motion);
 }
 
 void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
-    kt_code_frame *frame = calloc((size_t)tree->link_count, sizeof *frame);
-    kt_code_link *body = calloc((size_t)tree->link_count, sizeof *body);
-    code_column *column = calloc((size_t)nv + 1, sizeof *column);
-    g->failed |= frame == NULL || body == NULL || column == NULL;
+    kt_code_frame *frame = kt_graph_take(g, (size_t)tree->link_count, sizeof *frame);
+    kt_code_link *body = kt_graph_take(g, (size_t)tree->link_count, sizeof *body);
+    code_column *column = kt_graph_take(g, (size_t)nv + 1, sizeof *column);
     for (int i = 0; i < nv * nv; i++)
         mass[i] = kt_op_number(g, 0.0);
     if (!g->failed)
@@ -244,7 +237,4 @@ void kt_code_mass(kt_code_tree *tree, kt_op *mass) {
     else if (!g->failed)
         fill_tree(tree, frame, body, column, mass);
     kt_graph_pass(g);
-    free(frame);
-    free(body);
-    free(column);
 }

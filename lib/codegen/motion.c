@@ -1,8 +1,6 @@
 /* Energy, markers and their Jacobians, as nodes. */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 /* ---- energy ------------------------------------------------------------------------------------------------------ */
 
 static void speed_link(kt_code_tree *tree, int i, kt_code_speed *all) {
@@ -38,11 +36,9 @@ static kt_op twice_energy(kt_code_tree *tree, int i, const kt_code_speed *s) {
 
 kt_code_speed *kt_code_speeds(kt_code_tree *tree) {
     kt_graph *g = tree->graph;
-    kt_code_speed *all = calloc((size_t)tree->link_count, sizeof *all);
-    if (all == NULL) {
-        g->failed = true;
+    kt_code_speed *all = kt_graph_take(g, (size_t)tree->link_count, sizeof *all);
+    if (all == NULL)
         return NULL;
-    }
     all[0].omega = all[0].linear = kt_op3_zero(g);
     for (int i = 1; i < tree->link_count; i++)
         speed_link(tree, i, all);
@@ -74,7 +70,6 @@ void kt_code_energy(kt_code_tree *tree, kt_op energy[2]) {
     }
     kt_graph_section(g, "potential energy: - g . h");
     energy[1] = kt_op_negate(g, kt_op3_dot(g, tree->gravity, all[0].moment));
-    free(all);
 }
 
 /* ---- markers ----------------------------------------------------------------------------------------------------- */
@@ -91,12 +86,17 @@ kt_op33 kt_code_turn_of_frame(kt_graph *g, const kt_code_frame *f) {
     return out;
 }
 
+kt_code_places kt_code_no_places(kt_code_tree *tree) {
+    kt_code_places to;
+    to.turn = kt_graph_take(tree->graph, (size_t)tree->link_count, sizeof *to.turn);
+    to.position = kt_graph_take(tree->graph, (size_t)tree->link_count, sizeof *to.position);
+    return to;
+}
+
 kt_code_places kt_code_place_links(kt_code_tree *tree) {
     static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kt_graph *g = tree->graph;
-    const size_t count = (size_t)tree->link_count;
-    const kt_code_places to = {calloc(count, sizeof *to.turn), calloc(count, sizeof *to.position)};
-    g->failed |= to.turn == NULL || to.position == NULL;
+    const kt_code_places to = kt_code_no_places(tree);
     for (int i = 0; i < tree->link_count && !g->failed; i++) {
         const int up = tree->link[i].parent;
         kt_graph_section(g, "%s: rotation and position of link %d in the world", i > 0 ? tree->link[i].name : "ground",
@@ -134,9 +134,6 @@ void kt_code_markers(kt_code_tree *tree, kt_op *out) {
                 out[3 * (count + index) + x] = velocity.x[x];
             }
         }
-    free(all);
-    free(at.turn);
-    free(at.position);
 }
 
 /* ---- Jacobians --------------------------------------------------------------------------------------------------- */
@@ -205,6 +202,4 @@ void kt_code_jacobians(kt_code_tree *tree, kt_op *out) {
             for (int i = link; i > 0; i = tree->link[i].parent)
                 kt_code_fill_jacobian(tree, &at, i, point, out + size * (size_t)(model->body[b].marker + k));
         }
-    free(at.turn);
-    free(at.position);
 }

@@ -25,7 +25,6 @@
 #include "codegen/loops.h"
 #include "kinetree/loop.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* Equations that are being solved. */
@@ -130,14 +129,13 @@ static void solve_loop_matrix(const code_solve *c, kt_op *b, kt_op *x) {
         kt_code_solve_lower(c->tree, c->m, c->inverse, x);
 }
 
-/* Factors all matrices. The caller frees c->y. Returns false if memory is insufficient. */
+/* Factors all matrices. Returns false if memory is insufficient. */
 static bool factor_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *m,
                                   const kt_op *inverse, code_solve *c, kt_code_guard *guard) {
     const size_t nv = tree->model->n.v, count = (size_t)rows->count;
-    kt_op *memory = calloc(2 * count * nv + count * count + 1, sizeof *memory);
+    kt_op *memory = kt_graph_take(tree->graph, 2 * count * nv + count * count + 1, sizeof *memory);
     *c = (code_solve){.tree = tree, .rows = rows, .m = m, .inverse = inverse, .y = memory};
-    tree->graph->failed |= memory == NULL;
-    if (tree->graph->failed)
+    if (memory == NULL)
         return false;
     c->scaled = memory + count * nv;
     c->s = memory + 2 * count * nv;
@@ -154,7 +152,6 @@ static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *ro
     kt_graph_section(tree->graph, "lambda, and what the forces of the loops add");
     if (fine)
         solve_loop_matrix(&c, b, x);
-    free(c.y);
 }
 
 /* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. It
@@ -173,11 +170,10 @@ static void load_driven_joints(kt_code_tree *tree, kt_op *mass) {
     }
 }
 
-/* Factors the mass matrix. Returns 1 / D, which the caller frees; NULL if memory is insufficient. */
+/* Factors the mass matrix. Returns 1 / D; NULL if memory is insufficient. */
 static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *guard) {
     const size_t nv = tree->model->n.v;
-    kt_op *inverse = calloc(nv + 1, sizeof *inverse);
-    tree->graph->failed |= inverse == NULL;
+    kt_op *inverse = kt_graph_take(tree->graph, nv + 1, sizeof *inverse);
     if (inverse == NULL)
         return NULL;
     kt_code_mass(tree, work);
@@ -195,13 +191,7 @@ typedef struct code_closed {
     code_solve solve;
 } code_closed;
 
-static void free_closed(code_closed *c) {
-    kt_code_free_loop_rows(&c->rows);
-    free(c->inverse);
-    free(c->solve.y);
-}
-
-/* a, then lambda behind it: room for both. free_closed may follow in any case. */
+/* a, then lambda behind it: room for both. */
 static void solve_closed_tree(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed *c, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const int nv = (int)tree->model->n.v;
@@ -221,7 +211,6 @@ static void solve_closed_tree(kt_code_tree *tree, kt_op *work, kt_op *a, code_cl
 void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
     code_closed c;
     solve_closed_tree(tree, work, a, &c, guard);
-    free_closed(&c);
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
@@ -242,11 +231,9 @@ static void make_held_residuals(kt_graph *g, size_t nv, const kt_code_loop_rows 
 static void differentiate_closed(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *value, kt_op *change) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, all = nv + (size_t)rows->count;
-    kt_op *held = calloc(2 * all + 2 * nv * nv + 1, sizeof *held);
-    if (held == NULL) {
-        g->failed = true;
+    kt_op *held = kt_graph_take(g, 2 * all + 2 * nv * nv + 1, sizeof *held);
+    if (held == NULL)
         return;
-    }
     kt_op *const f = held + all, *const own = held + 2 * all;
     for (size_t k = 0; k < all && !g->failed; k++)
         held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
@@ -264,7 +251,6 @@ static void differentiate_closed(kt_code_tree *tree, const kt_code_loop_rows *ro
             change[c * all + k] = kt_op_add(g, own[c * nv + k], change[c * all + k]);
     if (!g->failed)
         kt_graph_replace(g, change, (int)(2 * nv * all), value);
-    free(held);
 }
 
 /* One column of da/dq, da/dv or da/dtau; k counts those of all three. change: df/dq and df/dv. */
@@ -290,19 +276,15 @@ void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *ou
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v, all = nv + (size_t)kt_code_count_loop_rows(tree->model);
     code_closed c = {.inverse = NULL};
-    kt_op *value = calloc(3 * all + 2 * nv * all + 1, sizeof *value); /* a and lambda, and room */
-    if (value == NULL) {
-        g->failed = true;
+    kt_op *value = kt_graph_take(g, 3 * all + 2 * nv * all + 1, sizeof *value); /* a and lambda, and room */
+    if (value == NULL)
         return;
-    }
     kt_op *b = value + 2 * all, *change = value + 3 * all;
     solve_closed_tree(tree, work, value, &c, guard);
     if (!g->failed)
         differentiate_closed(tree, &c.rows, value, change);
     for (int k = 0; k < 3 * (int)nv && !g->failed; k++)
         solve_loop_derivative(&c.solve, k, change, b, out + (size_t)k * nv);
-    free_closed(&c);
-    free(value);
 }
 
 /* ---- projections ------------------------------------------------------------------------------------------------- */
@@ -348,8 +330,6 @@ int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code
             rows.phi[r] = kt_op_negate(g, rows.phi[r]);
         solve_loop_equations(tree, &rows, inverse != NULL ? work : NULL, inverse, rows.phi, out, guard + before);
     }
-    kt_code_free_loop_rows(&rows);
-    free(inverse);
     return before + kt_code_count_closed_rows(tree->model);
 }
 
@@ -375,8 +355,6 @@ void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_c
         for (int k = 0; k < nv; k++)
             out[k] = kt_op_add(g, kt_op_input(g, KT_OP_RATE, k), out[k]);
     }
-    kt_code_free_loop_rows(&rows);
-    free(inverse);
 }
 
 /* ---- changes of projections -------------------------------------------------------------------------------------- */
@@ -395,8 +373,7 @@ typedef struct code_projecting {
 static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
-    kt_op *weight = calloc(nv + 1, sizeof *weight);
-    g->failed |= weight == NULL;
+    kt_op *weight = kt_graph_take(g, nv + 1, sizeof *weight);
     if (weight == NULL)
         return;
     tree->acceleration = held;
@@ -407,7 +384,6 @@ static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) 
     tree->is_at_rest = g->is_nameless = false;
     for (size_t k = 0; k < nv; k++)
         f[k] = kt_op_subtract(g, f[k], weight[k]);
-    free(weight);
 }
 
 /* f = (W x - A' lambda, A x - b) with held x and lambda. */
@@ -450,8 +426,7 @@ static void solve_projection(code_projecting *p) {
 static void differentiate_projection(code_projecting *p, int columns, kt_op *out) {
     kt_graph *g = p->tree->graph;
     const int nv = (int)p->tree->model->n.v, all = nv + p->rows.count, first = p->moves ? nv : 0;
-    kt_op *memory = calloc((size_t)(3 * all + 2 * nv * all) + 1, sizeof *memory);
-    g->failed |= memory == NULL;
+    kt_op *memory = kt_graph_take(g, (size_t)(3 * all + 2 * nv * all) + 1, sizeof *memory);
     if (memory == NULL)
         return;
     kt_op *held = memory, *f = memory + all, *b = memory + 2 * all, *change = memory + 3 * all;
@@ -466,7 +441,6 @@ static void differentiate_projection(code_projecting *p, int columns, kt_op *out
         if (k >= first)
             column[k - first] = kt_op_add(g, column[k - first], kt_op_number(g, 1.0));
     }
-    free(memory);
 }
 
 /* Makes the changes of a projection. Returns the number of guards. */
@@ -479,17 +453,12 @@ static int make_projection_changes(kt_code_tree *tree, bool moves, bool has_mass
     if (!moves && !tree->graph->failed)
         keep_closed_rows(&p.rows, (size_t)nv);
     const int count = p.rows.count;
-    p.value = calloc((size_t)(nv + count) + 1, sizeof *p.value);
-    tree->graph->failed |= p.value == NULL;
+    p.value = kt_graph_take(tree->graph, (size_t)(nv + count) + 1, sizeof *p.value);
     if (!tree->graph->failed &&
         factor_loop_equations(tree, &p.rows, has_mass ? work : NULL, p.inverse, &p.solve, guard + before)) {
         solve_projection(&p);
         differentiate_projection(&p, moves ? 2 * nv : nv, out);
     }
-    kt_code_free_loop_rows(&p.rows);
-    free(p.inverse);
-    free(p.value);
-    free(p.solve.y);
     return before + count;
 }
 
@@ -512,5 +481,4 @@ void kt_code_loop_equations(kt_code_tree *tree, kt_op *out) {
         for (size_t k = 0; k < nv; k++)
             out[count * (k + 1) + r] = rows.a[r * nv + k];
     }
-    kt_code_free_loop_rows(&rows);
 }

@@ -13,7 +13,6 @@
  */
 #include "codegen/tree.h"
 
-#include <stdlib.h>
 
 enum {
     CHAIN_LEAST = 16, /* links: a loop over fewer ones fills few vectors */
@@ -168,14 +167,14 @@ static bool are_like_links(const kt_graph *g, const kt_code_link *a, const kt_co
            are_like_numbers(g, a->armature, b->armature, kt_link_dofs(a->link));
 }
 
-bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree) {
+void kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree) {
     const int count = tree->link_count;
     *turned = *tree;
-    turned->link = malloc((size_t)count * sizeof *turned->link);
-    turned->record = malloc((size_t)count * sizeof *turned->record);
+    turned->link = kt_graph_take(tree->graph, (size_t)count, sizeof *turned->link);
+    turned->record = kt_graph_take(tree->graph, (size_t)count, sizeof *turned->record);
     turned->is_uniform = count > CHAIN_LEAST;
-    if (turned->link == NULL || turned->record == NULL)
-        return false;
+    if (tree->graph->failed)
+        return;
     turned->link[0] = tree->link[0];
     for (int i = 1; i < count; i++) {
         turn_code_link(tree->graph, &tree->link[i], &tree->link[tree->link[i].parent], &turned->record[i],
@@ -184,10 +183,4 @@ bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree) {
         if (i > FIRST_LIKE && i < count - 1)
             turned->is_uniform &= are_like_links(tree->graph, &turned->link[FIRST_LIKE], &turned->link[i]);
     }
-    return true;
-}
-
-void kt_code_tree_free_turned(kt_code_tree *turned) {
-    free(turned->link);
-    free(turned->record);
 }

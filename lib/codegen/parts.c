@@ -9,7 +9,6 @@
  */
 #include "codegen/parts.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -55,12 +54,10 @@ static int list_roots(const kt_code_function *f, kt_op *root) {
 }
 
 bool kt_code_count_uses(kt_code_printer *p, const kt_code_function *f) {
-    kt_op *root = malloc((size_t)(f->out_count + 2 * f->guard_count + 1) * sizeof *root);
-    if (root == NULL)
-        return false;
-    kt_graph_uses(p->graph, root, list_roots(f, root), p->uses);
-    free(root);
-    return true;
+    kt_op *root = kt_pool_take(&p->pool, (size_t)(f->out_count + 2 * f->guard_count), sizeof *root);
+    if (root != NULL)
+        kt_graph_uses(p->graph, root, list_roots(f, root), p->uses);
+    return root != NULL;
 }
 
 /* Finds which nodes are statements. */
@@ -218,10 +215,10 @@ static bool prepare_loops(kt_code_printer *p) {
     for (int k = 0; k < p->roll.plan_count; k++) {
         kt_code_loop_plan *l = &p->roll.plan[k];
         const size_t more = (size_t)l->count * (size_t)l->prepared_count;
-        kt_op *larger = realloc(p->list, (p->list_room + more + 1) * sizeof *larger);
+        kt_op *larger = kt_pool_take(&p->pool, p->list_room + more, sizeof *larger);
         if (larger == NULL)
             return false;
-        p->list = larger;
+        p->list = memcpy(larger, p->list, p->list_room * sizeof *larger);
         p->list_room += more;
         l->prepared = p->prepared_count;
         for (int s = 0; s < l->slot_count; s++)
@@ -352,9 +349,11 @@ static void number_parts(kt_code_printer *p) {
  * nodes. Returns false if memory is insufficient. */
 static bool place_numbers(kt_code_printer *p) {
     const size_t count = (size_t)p->graph->count + 1;
-    int32_t *held = malloc(((size_t)p->part_count + 1) * sizeof *held); /* by numbers whose last reader is part k */
-    int32_t *next = malloc(count * sizeof *next);                       /* of these numbers */
-    int32_t *unused = malloc(count * sizeof *unused), unused_count = 0, part = 0;
+    kt_pool room = {.chunks = NULL};
+    /* by numbers whose last reader is part k, and the next one of these */
+    int32_t *held = kt_pool_take(&room, (size_t)p->part_count + 1, sizeof *held);
+    int32_t *next = kt_pool_take(&room, count, sizeof *next);
+    int32_t *unused = kt_pool_take(&room, count, sizeof *unused), unused_count = 0, part = 0;
     const bool fine = held != NULL && next != NULL && unused != NULL;
     for (int k = 0; fine && k <= p->part_count; k++)
         held[k] = -1;
@@ -369,9 +368,7 @@ static bool place_numbers(kt_code_printer *p) {
         next[i] = held[last];
         held[last] = i;
     }
-    free(held);
-    free(next);
-    free(unused);
+    kt_pool_free(room.chunks);
     return fine;
 }
 

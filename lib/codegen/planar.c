@@ -17,8 +17,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 typedef struct kt_op2 {
     kt_op x[2];
 } kt_op2;
@@ -246,12 +244,8 @@ static void respond_flat(kt_code_tree *tree, int i, const code_flat *p, code_fla
 
 void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard) {
     const kt_model *model = tree->model;
-    code_flat *all = calloc((size_t)tree->link_count, sizeof *all);
-    if (all == NULL) {
-        tree->graph->failed = true;
-        return;
-    }
-    for (size_t k = 0; k < model->n.plane; k++) {
+    code_flat *all = kt_graph_take(tree->graph, (size_t)tree->link_count, sizeof *all);
+    for (size_t k = 0; k < model->n.plane && all != NULL; k++) {
         const kt_plane *plane = &model->plane[k];
         all[0] = ground_of_plane(tree, plane);
         kt_graph_pass(tree->graph);
@@ -271,5 +265,4 @@ void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard) 
         }
         kt_graph_pass(tree->graph);
     }
-    free(all);
 }

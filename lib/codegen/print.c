@@ -6,29 +6,20 @@
 #include "document/number.h"
 #include "kinetree/loop.h"
 
-#include <stdlib.h>
-
 /* The place of an operand: left or right in a sum, or in a product. */
 typedef enum code_place { CODE_SUM, CODE_SUM_RIGHT, CODE_PRODUCT, CODE_PRODUCT_RIGHT } code_place;
 
 bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *file) {
     const size_t count = (size_t)tree->graph->count + 1;
     *p = (kt_code_printer){.tree = tree, .graph = tree->graph, .file = file};
-    p->uses = malloc(count * sizeof *p->uses);
-    p->user = malloc(count * sizeof *p->user);
-    p->width = malloc(count * sizeof *p->width);
-    p->temporary = malloc(count * sizeof *p->temporary);
-    p->prepared = malloc(count * sizeof *p->prepared);
-    p->list = malloc(count * sizeof *p->list);
-    p->part = malloc(count * sizeof *p->part);
-    p->place = malloc(count * sizeof *p->place);
-    p->needs = malloc(count * sizeof *p->needs);
-    p->loop_of_part = malloc(count * sizeof *p->loop_of_part);
-    p->slot = calloc(count, sizeof *p->slot);
+    int32_t **const array[] = {&p->uses, &p->user, &p->width, &p->temporary, &p->prepared,
+                               &p->list, &p->part, &p->place, &p->needs,     &p->loop_of_part};
+    for (size_t k = 0; k < sizeof array / sizeof *array; k++)
+        if ((*array[k] = kt_pool_take(&p->pool, count, sizeof **array[k])) == NULL)
+            return false;
+    p->slot = kt_pool_take(&p->pool, count, sizeof *p->slot);
     p->list_room = count;
-    if (p->part == NULL || p->place == NULL || p->needs == NULL || p->loop_of_part == NULL || p->slot == NULL ||
-        p->uses == NULL || p->user == NULL || p->width == NULL || p->temporary == NULL || p->prepared == NULL ||
-        p->list == NULL || tree->graph->failed)
+    if (p->slot == NULL || tree->graph->failed)
         return false;
     for (size_t i = 0; i < count; i++)
         p->prepared[i] = -1;
@@ -36,17 +27,7 @@ bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *fi
 }
 
 void kt_code_printer_free(kt_code_printer *p) {
-    free(p->uses);
-    free(p->user);
-    free(p->width);
-    free(p->temporary);
-    free(p->prepared);
-    free(p->list);
-    free(p->part);
-    free(p->place);
-    free(p->needs);
-    free(p->loop_of_part);
-    free(p->slot);
+    kt_pool_free(p->pool.chunks);
     kt_code_roll_free(&p->roll);
 }
 

@@ -26,6 +26,7 @@ typedef struct kt_code_arrays {
 typedef struct kt_code_printer {
     const kt_code_tree *tree;
     const kt_graph *graph;
+    kt_pool pool; /* of the arrays, but for those of `roll` */
     FILE *file;
     int origin;         /* of the nodes that are statements */
     int32_t *uses;      /* of each node, in the function that is printed */

@@ -8,8 +8,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
-
 kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index) {
     const bool is_node = array == KT_OP_GIVEN && tree->acceleration != NULL;
     if (array == KT_OP_RATE && tree->is_at_rest)
@@ -180,8 +178,7 @@ static void move_tree(kt_code_tree *tree, bool has_acceleration, kt_code_moving 
 /* The same for a chain: all that no link waits for is a pass of its own, whose loop a compiler turns into vectors. */
 static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
-    kt_op3 *u_r = calloc((size_t)tree->link_count, sizeof *u_r);
-    g->failed |= u_r == NULL;
+    kt_op3 *u_r = kt_graph_take(g, (size_t)tree->link_count, sizeof *u_r);
     kt_graph_pass(g);
     for (int i = 1; i < tree->link_count && !g->failed; i++) {
         kt_graph_step(g);
@@ -213,7 +210,6 @@ static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving
         kt_graph_section(g, "%s: f += m a,  n += h x a", tree->link[i].name);
         load_code_shift(tree, i, &all[i]);
     }
-    free(u_r);
 }
 
 void kt_code_move_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
@@ -253,9 +249,7 @@ void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_mo
 }
 
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau) {
-    kt_code_moving *all = calloc((size_t)tree->link_count, sizeof *all);
-    tree->graph->failed |= all == NULL;
+    kt_code_moving *all = kt_graph_take(tree->graph, (size_t)tree->link_count, sizeof *all);
     if (all != NULL)
         kt_code_inverse_links(tree, has_acceleration, all, tau);
-    free(all);
 }

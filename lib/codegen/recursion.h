@@ -72,16 +72,19 @@ typedef struct kt_code_speed {
     kt_op mass;
 } kt_code_speed;
 
-/* The velocities of all links; the caller frees them. NULL if memory is insufficient. */
+/* The velocities of all links; NULL if memory is insufficient. */
 kt_code_speed *kt_code_speeds(kt_code_tree *tree);
 
-/* Rotations and positions of all links in the world; the caller frees both. */
+/* Rotations and positions of all links in the world. */
 typedef struct kt_code_places {
     kt_op33 *turn;
     kt_op3 *position;
 } kt_code_places;
 
 kt_code_places kt_code_place_links(kt_code_tree *tree);
+
+/* Room for places in other axes. */
+kt_code_places kt_code_no_places(kt_code_tree *tree);
 
 /* The rotation from a link's axes to those of its parent. */
 kt_op33 kt_code_turn_of_frame(kt_graph *g, const kt_code_frame *f);

@@ -19,7 +19,6 @@
  */
 #include "codegen/roll.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -34,30 +33,23 @@ typedef struct roll_step {
 } roll_step;
 
 void kt_code_roll_free(kt_code_roll *r) {
-    for (int i = 0; i < r->plan_count; i++) {
-        for (int k = 0; k < r->plan[i].slot_count; k++)
-            free(r->plan[i].slot[k].cell);
-        free(r->plan[i].slot);
-        free(r->plan[i].column);
-        free(r->plan[i].is_written);
-    }
-    free(r->order);
-    free(r->at);
-    free(r->loop);
-    free(r->plan);
-    free(r->copy);
+    for (int i = 0; i < r->plan_count; i++)
+        kt_pool_free(r->plan[i].pool.chunks);
+    kt_pool_free(r->pool.chunks);
     *r = (kt_code_roll){.failed = true};
 }
 
-/* Makes room for one more. */
-static bool grow_roll(kt_code_roll *r, void **array, int32_t count, int32_t *room, size_t size) {
+/* Makes room for one more, in a pool. */
+static bool grow_roll(kt_code_roll *r, kt_pool *pool, void **array, int32_t count, int32_t *room, size_t size) {
     if (count < *room)
         return true;
     const int32_t more = *room > 0 ? 2 * *room : 16;
-    void *larger = realloc(*array, (size_t)more * size);
+    void *larger = kt_pool_take(pool, (size_t)more, size);
     r->failed |= larger == NULL;
     if (larger == NULL)
         return false;
+    if (count > 0)
+        memcpy(larger, *array, (size_t)count * size);
     *array = larger;
     *room = more;
     return true;
@@ -184,7 +176,7 @@ static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
             c->reader = copy.reader;
         return;
     }
-    if (grow_roll(r, (void **)&r->copy, r->copy_count, &r->copy_room, sizeof *r->copy))
+    if (grow_roll(r, &r->pool, (void **)&r->copy, r->copy_count, &r->copy_room, sizeof *r->copy))
         r->copy[r->copy_count++] = copy;
 }
 
@@ -275,12 +267,10 @@ static bool add_slot(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *cell) {
     for (int k = 0; k < l->slot_count; k++)
         if (l->slot[k].cell[1] == cell[1])
             return memcmp(l->slot[k].cell, cell, (size_t)l->count * sizeof *cell) == 0;
-    kt_op *copy = malloc((size_t)l->count * sizeof *copy);
+    kt_op *copy = kt_pool_take(&l->pool, (size_t)l->count, sizeof *copy);
     r->failed |= copy == NULL;
-    if (copy == NULL || !grow_roll(r, (void **)&l->slot, l->slot_count, &l->slot_room, sizeof *l->slot)) {
-        free(copy);
+    if (copy == NULL || !grow_roll(r, &l->pool, (void **)&l->slot, l->slot_count, &l->slot_room, sizeof *l->slot))
         return false;
-    }
     memcpy(copy, cell, (size_t)l->count * sizeof *cell);
     l->slot[l->slot_count++] = (kt_code_slot){.cell = copy};
     return true;
@@ -359,26 +349,17 @@ static bool read_guards(kt_code_roll *r, kt_code_loop_plan *l, const kt_code_gua
     return true;
 }
 
-static void drop_plan(kt_code_roll *r) {
-    kt_code_loop_plan *l = &r->plan[--r->plan_count];
-    for (int k = 0; k < l->slot_count; k++)
-        free(l->slot[k].cell);
-    free(l->slot);
-    free(l->column);
-    free(l->is_written);
-}
-
 /* Makes a loop of equal steps if their operands follow rules. */
 static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t size, int32_t count,
                       const kt_code_guard *guard, int guard_count) {
-    if (count < 2 || !grow_roll(r, (void **)&r->plan, r->plan_count, &r->plan_room, sizeof *r->plan))
+    if (count < 2 || !grow_roll(r, &r->pool, (void **)&r->plan, r->plan_count, &r->plan_room, sizeof *r->plan))
         return false;
     const int32_t own = r->plan_count;
     kt_code_loop_plan *l = &r->plan[r->plan_count++];
-    kt_op *cell = malloc((size_t)count * sizeof *cell);
     *l = (kt_code_loop_plan){.start = start, .size = size, .count = count, .last_row = count - 1};
-    l->column = malloc((size_t)size * sizeof *l->column);
-    l->is_written = calloc((size_t)size, sizeof *l->is_written);
+    kt_op *cell = kt_pool_take(&l->pool, (size_t)count, sizeof *cell);
+    l->column = kt_pool_take(&l->pool, (size_t)size, sizeof *l->column);
+    l->is_written = kt_pool_take(&l->pool, (size_t)size, sizeof *l->is_written);
     r->failed |= cell == NULL || l->column == NULL || l->is_written == NULL;
     bool fine = !r->failed;
     for (int local = 0; fine && local < size; local++) {
@@ -391,9 +372,8 @@ static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t
         l->recurs |= l->slot[k].kind == KT_SLOT_CARRIED;
     }
     l->is_wide = !l->recurs || count >= KT_ROLL_WIDE;
-    free(cell);
     if (!fine) {
-        drop_plan(r);
+        kt_pool_free(r->plan[--r->plan_count].pool.chunks);
         return false;
     }
     for (int32_t at = start; at < start + size * count; at++)
@@ -451,10 +431,11 @@ static void roll_steps(const roll_search *s, int begin, int end) {
 bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
                        int guard_count, bool may_roll) {
     const size_t room = (size_t)g->count + 1;
-    *r = (kt_code_roll){.order = malloc(room * sizeof *r->order),
-                        .at = malloc(room * sizeof *r->at),
-                        .loop = malloc(room * sizeof *r->loop)};
-    roll_step *step = malloc(room * sizeof *step);
+    *r = (kt_code_roll){.failed = false};
+    r->order = kt_pool_take(&r->pool, room, sizeof *r->order);
+    r->at = kt_pool_take(&r->pool, room, sizeof *r->at);
+    r->loop = kt_pool_take(&r->pool, room, sizeof *r->loop);
+    roll_step *step = kt_pool_take(&r->pool, room, sizeof *step);
     r->failed = r->order == NULL || r->at == NULL || r->loop == NULL || step == NULL;
     for (kt_op i = 0; i < g->count && !r->failed; i++) {
         const bool is_computed = uses[i] > 0 && g->node[i].kind >= KT_OP_ADD && g->node[i].origin == KT_OP_OF_STATE;
@@ -471,7 +452,6 @@ bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, 
         if (step[begin].pass >= 0)
             roll_steps(&search, begin, end);
     }
-    free(step);
     if (!r->failed)
         return true;
     kt_code_roll_free(r);

@@ -26,6 +26,7 @@ typedef struct kt_code_slot {
  * below and beyond are copies of other nodes, where a loop reads them in the same way. */
 typedef struct kt_code_loop_plan {
     int32_t start, size, count; /* place of the first node in `order`; nodes of an iteration; iterations */
+    kt_pool pool;               /* of the arrays below */
     kt_code_slot *slot;
     int32_t slot_count, slot_room;
     int32_t *column;  /* of each node of an iteration; -1: none */
@@ -46,6 +47,7 @@ typedef struct kt_code_copy {
 } kt_code_copy;
 
 typedef struct kt_code_roll {
+    kt_pool pool;
     kt_op *order; /* the nodes that the function computes */
     int32_t order_count;
     int32_t *at;   /* of each node: its place in `order`; -1: it is not computed */

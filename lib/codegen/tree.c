@@ -13,7 +13,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- parameters -------------------------------------------------------------------------------------------------- */
@@ -23,11 +22,11 @@ kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix,
         return kt_op_number(tree->graph, value);
     if (tree->parameter_count == tree->parameter_room) {
         const int32_t room = tree->parameter_room > 0 ? 2 * tree->parameter_room : 64;
-        kt_code_parameter *larger = realloc(tree->parameter, (size_t)room * sizeof *larger);
-        if (larger == NULL) {
-            tree->graph->failed = true;
+        kt_code_parameter *larger = kt_graph_take(tree->graph, (size_t)room, sizeof *larger);
+        if (larger == NULL)
             return 0;
-        }
+        if (tree->parameter_count > 0)
+            memcpy(larger, tree->parameter, (size_t)tree->parameter_count * sizeof *larger);
         tree->parameter = larger;
         tree->parameter_room = room;
     }
@@ -209,11 +208,9 @@ kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const cha
 static void size_code_links(kt_code_tree *tree) {
     kt_graph *g = tree->graph;
     const size_t count = (size_t)tree->link_count;
-    kt_op *sum = malloc(3 * count * sizeof *sum); /* mass, trace, shift */
-    if (sum == NULL) {
-        g->failed = true;
+    kt_op *sum = kt_graph_take(g, 3 * count, sizeof *sum); /* mass, trace, shift */
+    if (sum == NULL)
         return;
-    }
     for (size_t i = 0; i < 3 * count; i++)
         sum[i] = kt_op_number(g, 0.0);
     for (int i = tree->link_count - 1; i > 0; i--) {
@@ -232,7 +229,6 @@ static void size_code_links(kt_code_tree *tree) {
         up[1] = kt_op_add(g, up[1], own[1]);
         up[2] = kt_op_add(g, up[2], kt_op_add(g, own[2], step));
     }
-    free(sum);
 }
 
 /* Finds the coordinate before each one on the way to the ground. */
@@ -251,14 +247,13 @@ static void chain_coordinates(kt_code_tree *tree) {
 bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *graph, bool constant) {
     const size_t bodies = model->n.body, links = model->n.link;
     *tree = (kt_code_tree){.model = model, .graph = graph, .constant = constant, .link_count = (int)links};
-    tree->link = calloc(links, sizeof *tree->link);
-    tree->body_rotation = calloc(bodies, sizeof *tree->body_rotation);
-    tree->body_position = calloc(bodies, sizeof *tree->body_position);
-    tree->body_name = calloc(bodies, sizeof *tree->body_name);
-    tree->before = calloc(model->n.v + 1, sizeof *tree->before);
-    tree->marker = calloc(model->n.marker + 1, sizeof *tree->marker);
-    if (tree->link == NULL || tree->body_rotation == NULL || tree->body_position == NULL || tree->body_name == NULL ||
-        tree->before == NULL || tree->marker == NULL || graph->failed)
+    tree->link = kt_graph_take(graph, links, sizeof *tree->link);
+    tree->body_rotation = kt_graph_take(graph, bodies, sizeof *tree->body_rotation);
+    tree->body_position = kt_graph_take(graph, bodies, sizeof *tree->body_position);
+    tree->body_name = kt_graph_take(graph, bodies, sizeof *tree->body_name);
+    tree->before = kt_graph_take(graph, model->n.v + 1, sizeof *tree->before);
+    tree->marker = kt_graph_take(graph, model->n.marker + 1, sizeof *tree->marker);
+    if (graph->failed)
         return false;
     name_code_bodies(tree);
     for (size_t i = 0; i < model->n.marker; i++)
@@ -282,19 +277,6 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
     chain_coordinates(tree);
     size_code_links(tree);
     return !graph->failed;
-}
-
-void kt_code_tree_free(kt_code_tree *tree) {
-    free(tree->link);
-    free(tree->parameter);
-    free(tree->body_rotation);
-    free(tree->body_position);
-    free(tree->body_name);
-    free(tree->before);
-    free(tree->marker);
-    free(tree->force);
-    free(tree->loop);
-    free(tree->coefficient);
 }
 
 /* ---- base parameters --------------------------------------------------------------------------------------------- */

@@ -70,9 +70,8 @@ typedef struct kt_code_tree {
     kt_op loop_length;               /* what residuals in m are relative to */
 } kt_code_tree;
 
-/* Reads a model. Returns false if memory is insufficient; kt_code_tree_free releases the tree in any case. */
+/* Reads a model. Returns false if memory is insufficient. */
 bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *graph, bool constant);
-void kt_code_tree_free(kt_code_tree *tree);
 
 /* Moves the origins of links along the axes of their joints. */
 void kt_code_tree_place_origins(kt_code_tree *tree);
@@ -82,10 +81,8 @@ void kt_code_tree_regroup(kt_code_tree *tree);
 
 /* Makes a copy of a long chain whose links have the axes of their joints as third axes, by cyclic permutations. Sets
  * is_uniform if its links are then alike, apart from the first and the last ones: their numbers differ, but not their
- * zeros. All but the links is shared with the original, which must live longer. Returns false if memory is
- * insufficient; kt_code_tree_free_turned releases the copy in any case. */
-bool kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree);
-void kt_code_tree_free_turned(kt_code_tree *turned);
+ * zeros. All but the links is shared with the original. */
+void kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree);
 
 /* Adds a rigid body at the position r: mass m, first moment h and inertia J about the body's origin. */
 void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const kt_op6 *j, kt_op3 r);

@@ -1,8 +1,6 @@
 /* The variables of formulas, as nodes. */
 #include "codegen/effect.h"
 
-#include <stdlib.h>
-
 code_line kt_code_line_of(const code_effect *e) {
     kt_graph *g = e->tree->graph;
     code_line line = {.d = kt_op3_subtract(g, e->end[1].point, e->end[0].point)};
@@ -39,17 +37,13 @@ static kt_op marker_variable(const code_effect *e, const kt_variable_record *x) 
 /* The forces that balance gravity: those of inverse dynamics at rest. */
 static kt_op gravity_variable(const code_effect *e, int v) {
     kt_code_tree *tree = e->tree;
-    kt_op *tau = calloc(tree->model->n.v, sizeof *tau);
-    kt_op found = 0;
-    tree->graph->failed |= tau == NULL;
-    if (tau != NULL) {
-        tree->is_at_rest = tree->graph->is_nameless = true;
-        kt_code_inverse(tree, false, tau);
-        tree->is_at_rest = tree->graph->is_nameless = false;
-        found = tau[v];
-    }
-    free(tau);
-    return found;
+    kt_op *tau = kt_graph_take(tree->graph, tree->model->n.v, sizeof *tau);
+    if (tau == NULL)
+        return 0;
+    tree->is_at_rest = tree->graph->is_nameless = true;
+    kt_code_inverse(tree, false, tau);
+    tree->is_at_rest = tree->graph->is_nameless = false;
+    return tau[v];
 }
 
 kt_op kt_code_variable(const code_effect *e, const kt_variable_record *x) {
