@@ -116,14 +116,14 @@ static void eliminate_dof(kt_code_tree *tree, const kt_code_link *l, int d, int 
 /* The degrees of freedom of one kind, the last one first. */
 static void eliminate_kind(kt_code_tree *tree, int i, bool turns, code_body *b, kt_code_guard *guard) {
     const kt_code_link *l = &tree->link[i];
-    const int lengths = kt_link_lengths(l->link);
-    const int count = kt_link_dofs(l->link), first = turns ? lengths : 0, end = turns ? count : lengths;
     const kt_op size = turns ? l->size : l->carried;
     const kt_op6 before = turns ? b->own.j : b->own.m;
-    for (int d = end - 1; d >= first; d--) {
-        const int k = end - first > 1 ? d - first : l->link->axis;
-        const kt_op all = end - first > 1 ? kt_op_add(tree->graph, size, kt_op6_at(&before, k, k)) : size;
-        eliminate_dof(tree, l, d, k, turns, all, b, guard);
+    for (int d = kt_link_dofs(l->link) - 1; d >= 0; d--) {
+        const kt_code_dof dof = kt_code_dof_of(l->link, d);
+        if (dof.turns != turns)
+            continue;
+        const kt_op all = dof.is_of_three ? kt_op_add(tree->graph, size, kt_op6_at(&before, dof.k, dof.k)) : size;
+        eliminate_dof(tree, l, d, dof.k, turns, all, b, guard);
     }
 }
 
@@ -168,8 +168,7 @@ static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_gu
     code_articulated *x = &all[i].own, *p = &all[l->parent].own;
     kt_graph_section(g, "%s: U = A s,  D = s . U + armature,  A -= U U' / D,  wrench += U y / D", l->name);
     eliminate_kind(tree, i, true, &all[i], guard);
-    const bool translates = kt_code_motion(l) == KT_MOTION_PRISMATIC || kt_code_motion(l) == KT_MOTION_FREE;
-    if (!translates && l->parent == 0)
+    if (kt_link_lengths(l->link) == 0 && l->parent == 0)
         return;
     kt_graph_section(g, "%s: the same in the axes of the parent, about its origin", l->name);
     rotate_articulated(g, frame, true, x);
@@ -193,11 +192,12 @@ static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body 
                          kt_op *a) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
-    const int lengths = kt_link_lengths(l->link);
-    const int count = kt_link_dofs(l->link), first = turns ? lengths : 0, end = turns ? count : lengths;
-    for (int d = first; d < end; d++) {
+    for (int d = 0; d < kt_link_dofs(l->link); d++) {
         const code_pivot *pivot = &b->pivot[d];
-        const int k = end - first > 1 ? d - first : l->link->axis;
+        const kt_code_dof dof = kt_code_dof_of(l->link, d);
+        const int k = dof.k;
+        if (dof.turns != turns)
+            continue;
         kt_op3 n = pivot->n, f = pivot->f;
         kt_op *own = turns ? &alpha->x[k] : &linear->x[k];
         kt_op *coefficient = turns ? &n.x[k] : &f.x[k];

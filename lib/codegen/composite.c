@@ -36,7 +36,6 @@
  */
 #include "codegen/recursion.h"
 
-
 /* A change of the motion of a joint's link. */
 typedef struct composite_change {
     kt_op3 omega, u, linear;
@@ -151,17 +150,16 @@ static void change_motion(const composite_tree *t, int i) {
     kt_graph *g = t->tree->graph;
     const kt_code_link *l = &t->body[i];
     const kt_code_moving *own = &t->moving[i], before = motion_before(t, i);
-    const int lengths = kt_link_lengths(l->link), count = kt_link_dofs(l->link);
-    const bool has_quaternion = kt_motion_facts_of(kt_code_motion(l)).quaternions > 0;
-    for (int d = 0; d < count; d++) {
+    for (int d = 0; d < kt_link_dofs(l->link); d++) {
         composite_dof *dof = &t->dof[l->link->v + d];
-        const bool slides = has_quaternion ? d < lengths : kt_code_motion(l) == KT_MOTION_PRISMATIC;
+        const kt_code_dof which = kt_code_dof_of(l->link, d);
+        const bool has_quaternion = which.is_of_three;
         kt_op3 unit = kt_op3_zero(g);
-        unit.x[!has_quaternion ? l->link->axis : slides ? d : d - lengths] = kt_op_number(g, 1.0);
-        dof->turn = slides ? kt_op3_zero(g) : unit;
-        dof->shift = slides && has_quaternion ? kt_code_from_rest(g, &own->frame, unit)
-                     : slides                 ? unit
-                                              : kt_op3_scale(g, l->pitch, unit);
+        unit.x[which.k] = kt_op_number(g, 1.0);
+        dof->turn = which.turns ? unit : kt_op3_zero(g);
+        dof->shift = which.turns      ? kt_op3_scale(g, l->pitch, unit)
+                     : has_quaternion ? kt_code_from_rest(g, &own->frame, unit)
+                                      : unit;
         const kt_op3 moved = kt_op33_apply(g, &before.u, dof->shift);
         const kt_op3 twice = kt_op3_scale(g, kt_op_number(g, 2.0), before.omega);
         dof->by_q.omega = kt_op3_cross(g, before.omega, dof->turn);

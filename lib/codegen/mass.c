@@ -65,10 +65,8 @@ static void begin_columns(kt_code_tree *tree, const kt_code_frame *frame, int i,
     const size_t nv = tree->model->n.v;
     const int v = l->link->v, lengths = kt_link_lengths(l->link), count = kt_link_dofs(l->link);
     const bool has_quaternion = kt_motion_facts_of(kt_code_motion(l)).quaternions > 0;
-    for (int k = lengths; k < count && has_quaternion; k++)
-        column[v + k] = (code_column){unit_wrench(g, l, body, k - lengths), i, false};
-    for (int k = 0; k < count && !has_quaternion; k++)
-        column[v + k] = (code_column){unit_wrench(g, l, body, l->link->axis), i, false};
+    for (int k = has_quaternion ? lengths : 0; k < count; k++)
+        column[v + k] = (code_column){unit_wrench(g, l, body, kt_code_dof_of(l->link, k).k), i, false};
     for (int k = has_quaternion ? lengths : 0; k < count; k++)
         fill_entries(tree, frame, &column[v + k], v + k, mass);
     const kt_op3 moment = has_quaternion ? kt_code_to_rest(g, &frame[i], body->moment) : body->moment;

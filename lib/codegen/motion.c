@@ -161,27 +161,12 @@ void kt_code_fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, 
     const kt_code_link *l = &tree->link[i];
     const kt_op33 *own = &at->turn[i], *parent = &at->turn[l->parent];
     const kt_op3 zero = kt_op3_zero(g), arm = kt_op3_subtract(g, point, at->position[i]);
-    const int lengths = kt_link_lengths(l->link);
-    kt_op *column = jacobian + 6 * (size_t)l->link->v;
-    kt_op3 axis;
-    switch (kt_code_motion(l)) {
-    case KT_MOTION_REVOLUTE:
-    case KT_MOTION_SCREW:
-        axis = world_axis(g, parent, l, l->link->axis);
-        set_column(g, axis, kt_op3_scale(g, l->pitch, axis), arm, column);
-        break;
-    case KT_MOTION_PRISMATIC:
-        set_column(g, zero, world_axis(g, parent, l, l->link->axis), arm, column);
-        break;
-    case KT_MOTION_SPHERICAL:
-    case KT_MOTION_FREE:
-        for (int k = 0; k < lengths; k++)
-            set_column(g, zero, world_axis(g, parent, l, k), arm, column + 6 * k);
-        for (int k = 0; k < 3; k++)
-            set_column(g, world_axis(g, own, NULL, k), zero, arm, column + 6 * (lengths + k));
-        break;
-    case KT_MOTION_NONE:
-        break;
+    for (int d = 0; d < kt_link_dofs(l->link); d++) {
+        const kt_code_dof dof = kt_code_dof_of(l->link, d);
+        const bool is_own = dof.turns && dof.is_of_three;
+        const kt_op3 axis = world_axis(g, is_own ? own : parent, is_own ? NULL : l, dof.k);
+        kt_op *column = jacobian + 6 * (size_t)(l->link->v + d);
+        set_column(g, dof.turns ? axis : zero, dof.turns ? kt_op3_scale(g, l->pitch, axis) : axis, arm, column);
     }
 }
 

@@ -13,7 +13,6 @@
  */
 #include "codegen/tree.h"
 
-
 enum {
     CHAIN_LEAST = 16, /* links: a loop over fewer ones fills few vectors */
     FIRST_LIKE = 3    /* link; those before have more zeros */

@@ -23,29 +23,13 @@ kt_op kt_code_given_force(const kt_code_tree *tree, int index) {
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear) {
     const kt_code_link *l = &tree->link[link];
     kt_graph *g = tree->graph;
-    const kt_op first = kt_code_rate(tree, array, l->link->v);
     *angular = *linear = kt_op3_zero(g);
-    switch (kt_code_motion(l)) {
-    case KT_MOTION_REVOLUTE:
-        angular->x[l->link->axis] = first;
-        break;
-    case KT_MOTION_PRISMATIC:
-        linear->x[l->link->axis] = first;
-        break;
-    case KT_MOTION_SCREW:
-        angular->x[l->link->axis] = first;
-        linear->x[l->link->axis] = kt_op_multiply(g, l->pitch, first);
-        break;
-    case KT_MOTION_SPHERICAL:
-    case KT_MOTION_FREE:
-        for (int k = 0; k < 3; k++) {
-            angular->x[k] = kt_code_rate(tree, array, l->link->v + kt_link_lengths(l->link) + k);
-            if (kt_link_lengths(l->link) > 0)
-                linear->x[k] = kt_code_rate(tree, array, l->link->v + k);
-        }
-        break;
-    case KT_MOTION_NONE:
-        break;
+    for (int d = 0; d < kt_link_dofs(l->link); d++) {
+        const kt_code_dof dof = kt_code_dof_of(l->link, d);
+        const kt_op rate = kt_code_rate(tree, array, l->link->v + d);
+        (dof.turns ? angular : linear)->x[dof.k] = rate;
+        if (kt_code_motion(l) == KT_MOTION_SCREW)
+            linear->x[dof.k] = kt_op_multiply(g, l->pitch, rate);
     }
 }
 
@@ -53,26 +37,10 @@ void kt_code_project(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op
     kt_graph *g = tree->graph;
     const kt_link *link = f->link->link;
     const kt_op3 at_rest = kt_code_to_rest(g, f, force);
-    switch ((kt_motion)link->motion) {
-    case KT_MOTION_REVOLUTE:
-        tau[0] = n.x[link->axis];
-        break;
-    case KT_MOTION_PRISMATIC:
-        tau[0] = force.x[link->axis];
-        break;
-    case KT_MOTION_SCREW:
-        tau[0] = kt_op_add(g, n.x[link->axis], kt_op_multiply(g, f->link->pitch, force.x[link->axis]));
-        break;
-    case KT_MOTION_SPHERICAL:
-    case KT_MOTION_FREE:
-        for (int k = 0; k < 3; k++) {
-            tau[kt_link_lengths(link) + k] = n.x[k];
-            if (kt_link_lengths(link) > 0)
-                tau[k] = at_rest.x[k];
-        }
-        break;
-    case KT_MOTION_NONE:
-        break;
+    for (int d = 0; d < kt_link_dofs(link); d++) {
+        const kt_code_dof dof = kt_code_dof_of(link, d);
+        tau[d] =
+            !dof.turns ? at_rest.x[dof.k] : kt_op_add(g, n.x[dof.k], kt_op_multiply(g, f->link->pitch, force.x[dof.k]));
     }
 }
 

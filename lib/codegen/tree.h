@@ -133,6 +133,19 @@ kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const cha
 /* A rotation, without its rounding errors near 0 and 1. */
 kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated);
 
+/* Degree of freedom d of a link: a rotation about axis k of the link, or a translation along its axis k at rest. A screw
+ * is a rotation with a pitch, which is 0 for all others. */
+typedef struct kt_code_dof {
+    bool turns, is_of_three; /* of_three: with a quaternion, one for each axis */
+    int k;
+} kt_code_dof;
+
+static inline kt_code_dof kt_code_dof_of(const kt_link *link, int d) {
+    const int lengths = kt_link_lengths(link);
+    const bool turns = d >= lengths, is_of_three = kt_motion_facts_of((kt_motion)link->motion).quaternions > 0;
+    return (kt_code_dof){turns, is_of_three, !is_of_three ? link->axis : turns ? d - lengths : d};
+}
+
 static inline kt_motion kt_code_motion(const kt_code_link *l) { return (kt_motion)l->link->motion; }
 
 #endif
