@@ -384,7 +384,7 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
         FILE *memory = open_memstream(&signature[i], &length);
         if (memory != NULL)
             print_signature(memory, tree, name, KT_CODEGEN_PROJECT_INDEX + i, false);
-        fine &= memory != NULL && fclose(memory) == 0;
+        fine &= memory != NULL && fclose(memory) == 0 && signature[i] != NULL;
     }
     (void)snprintf(take, sizeof take, "const %s_model *model, ", name);
     const kt_code_names called = {.name = name,
@@ -415,7 +415,7 @@ static kt_status print_files(const kt_code_tree *tree, const char *name, unsigne
             print_body(&p, name, k, &f[k]);
         }
     fine = fine && print_steps(memory, tree, name, functions);
-    fine = memory != NULL && fclose(memory) == 0 && fine && !p.failed;
+    fine = memory != NULL && fclose(memory) == 0 && text != NULL && fine && !p.failed;
     p.file = source;
     if (fine) {
         print_source(&p, name, text, has_angles, has_math);
