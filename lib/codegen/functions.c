@@ -53,6 +53,7 @@ static bool may_be_dense(const kt_code_tree *tree, kt_op *depth) {
 static void make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
+    f->out_count = (int)nv;
     kt_code_function other = *f;
     int least = INT_MAX;
     other.out = kt_graph_take(g, 3 * nv, sizeof *other.out);
@@ -81,35 +82,31 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
     switch (k) {
     case KT_CODEGEN_FORWARD_INDEX:
         kt_code_forward_loops(tree, work, f->out, f->guard);
-        f->out_count = (int)nv;
         return true;
     case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
         kt_code_forward_loop_derivatives(tree, work, f->out, f->guard);
         f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
-        f->out_count = (int)(3 * nv * nv);
         return true;
     case KT_CODE_CLOSE:
     case KT_CODE_SETTLE:
         f->output[1] = kt_code_count_closed_rows(tree->model);
-        f->out_count = (int)nv + f->output[1];
         if (k == KT_CODE_CLOSE)
             f->guard_count = kt_code_close_positions(tree, work, f->out, f->guard);
         else
             kt_code_settle_velocities(tree, work, f->out, f->guard);
         return true;
     case KT_CODE_CLOSE_CHANGES:
-        f->output[0] = f->out_count = (int)(nv * nv);
+        f->output[0] = (int)(nv * nv);
         f->guard_count = kt_code_close_changes(tree, work, f->out, f->guard);
         return true;
     case KT_CODE_SETTLE_CHANGES:
-        f->output[0] = f->out_count = (int)(2 * nv * nv);
+        f->output[0] = (int)(2 * nv * nv);
         kt_code_settle_changes(tree, work, f->out, f->guard);
         return true;
     case KT_CODEGEN_LOOPS_INDEX:
         kt_code_loop_equations(tree, f->out);
         f->output[0] = f->output[2] = (int)rows;
         f->output[1] = (int)(rows * nv);
-        f->out_count = (int)(rows * (nv + 2));
         f->guard_count = 0;
         return true;
     default:
@@ -121,7 +118,7 @@ static bool fill_with_loops(kt_code_tree *tree, int k, kt_op *work, kt_code_func
 /* Makes the nodes of another function. */
 static void fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     const size_t nv = tree->model->n.v, markers = tree->model->n.marker;
-    f->out_count = f->output[0] = (int)nv;
+    f->output[0] = (int)nv;
     switch (k) {
     case KT_CODEGEN_FORWARD_INDEX:
         make_forward(tree, work, f);
@@ -132,43 +129,39 @@ static void fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_functi
         break;
     case KT_CODEGEN_MASS_INDEX:
         kt_code_mass(tree, f->out);
-        f->out_count = f->output[0] = (int)(nv * nv);
+        f->output[0] = (int)(nv * nv);
         break;
     case KT_CODEGEN_EFFECTS_INDEX:
         kt_code_effects(tree, f->out);
         break;
     case KT_CODEGEN_STATES_INDEX:
         kt_code_states(tree, f->out);
-        f->out_count = f->output[0] = (int)tree->model->n.x;
+        f->output[0] = (int)tree->model->n.x;
         break;
     case KT_CODEGEN_ENERGY_INDEX:
         kt_code_energy(tree, f->out);
-        f->out_count = f->output[0] = 2;
+        f->output[0] = 2;
         break;
     case KT_CODEGEN_JACOBIANS_INDEX:
         kt_code_jacobians(tree, f->out);
-        f->out_count = f->output[0] = (int)(6 * nv * markers);
+        f->output[0] = (int)(6 * nv * markers);
         break;
     case KT_CODEGEN_INVERSE_DERIVATIVES_INDEX:
         kt_code_inverse_derivatives(tree, 0, f->out);
         f->output[0] = f->output[1] = (int)(nv * nv);
-        f->out_count = (int)(2 * nv * nv);
         break;
     case KT_CODEGEN_EFFECT_DERIVATIVES_INDEX:
         kt_code_effect_derivatives(tree, f->out);
         f->output[0] = f->output[1] = (int)(nv * nv);
-        f->out_count = (int)(2 * nv * nv);
         break;
     case KT_CODEGEN_FORWARD_DERIVATIVES_INDEX:
         kt_code_forward_derivatives(tree, work, f->out, f->guard);
         f->guard_count = (int)nv;
         f->output[0] = f->output[1] = f->output[2] = (int)(nv * nv);
-        f->out_count = (int)(3 * nv * nv);
         break;
     default:
         kt_code_markers(tree, f->out);
         f->output[0] = f->output[1] = (int)(3 * markers);
-        f->out_count = (int)(6 * markers);
         break;
     }
 }
@@ -184,6 +177,7 @@ static void fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f
     if (!fill_with_loops(tree, like, work, f))
         fill_function(tree, like, work, f);
     tree->load = NULL;
+    f->out_count = f->output[0] + f->output[1] + f->output[2];
     for (int i = 0; i < f->guard_count; i++)
         f->guard[i].is_near = k == KT_CODEGEN_ACCELERATION_INDEX;
 }
