@@ -7,17 +7,6 @@ static int cylindrical_elements(const kt_joint *joint, kt_element *out) {
     return 2;
 }
 
-static void measure_cylindrical(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
-                                double *v, double *a) {
-    kt_measure_revolute(axes, motion, near[0], q, v, a);
-    kt_measure_prismatic(axes->triad.z, motion, q + 1, v + 1, a + 1);
-}
-
-static kt_wrench cylindrical_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
-    (void)pose;
-    return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z), .force = kt_vec3_scale(tau[1], axes->triad.z)};
-}
-
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of rotation and translation"), .needed = false},
     KT_JOINT_FRAME_KEYS,
@@ -42,6 +31,4 @@ const kt_joint_kind kt_joint_cylindrical = {
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_LENGTH},
     .elements = cylindrical_elements,
-    .loop = KT_LOOP_CYLINDRICAL,
-    .measure = measure_cylindrical,
-    .wrench = cylindrical_wrench};
+    .loop = KT_LOOP_CYLINDRICAL};

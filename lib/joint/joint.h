@@ -35,16 +35,24 @@ typedef struct kt_joint_kind {
     int (*elements)(const kt_joint *joint, kt_element *elements);
     /* The loop type that leaves the same motion free, for the absolute formulation; KT_LOOP_TYPE_COUNT: no equation. */
     kt_loop_type loop;
-    /* Computes the coordinates of a body that moves as the joint allows, and their first and second rates. If several
-     * numbers describe the same rotation, those nearest to `near` (nq) are taken. NULL if there are no coordinates. */
+    /* kt_joint_measure and kt_joint_wrench of the type. NULL: its coordinates are turns about the axis, lengths along it
+     * and translations across it. */
     void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a);
-    /* Returns a wrench on the body (about its origin), and opposite on its parent, in the axes of the joint frame. Its
-     * power is tau . v in every motion that the joint allows. */
     kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
 } kt_joint_kind;
 
 KT_INNER extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
+
+/* Computes the coordinates of a body that moves as the joint allows, and their first and second rates. If several
+ * numbers describe the same rotation, those nearest to `near` (nq) are taken. */
+KT_INNER void kt_joint_measure(kt_joint_type type, const kt_joint_axes *axes, const kt_joint_motion *motion,
+                               const double *near, double *q, double *v, double *a);
+
+/* Returns a wrench on the body (about its origin), and opposite on its parent, in the axes of the joint frame. Its
+ * power is tau . v in every motion that the joint allows. */
+KT_INNER kt_wrench kt_joint_wrench(kt_joint_type type, const kt_joint_axes *axes, const kt_pose *pose,
+                                   const double *tau);
 
 /* The axes of a joint; without meaning for a type that has none. */
 KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
@@ -111,20 +119,6 @@ static inline void kt_joint_store(double *x, kt_vec3 u) {
 
 static inline kt_vec3 kt_joint_load(const double *x) { return kt_vec3_make(x[0], x[1], x[2]); }
 static inline kt_quat kt_joint_load_quaternion(const double *p) { return kt_quat_make(p[0], p[1], p[2], p[3]); }
-
-/* Rotation about the axis and translation along an axis: parts of several joints. */
-static inline void kt_measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, double near, double *q,
-                                       double *v, double *a) {
-    *q = kt_measured_angle(&axes->triad, &motion->pose.rotation, near);
-    *v = kt_vec3_dot(axes->triad.z, motion->velocity.angular);
-    *a = kt_vec3_dot(axes->triad.z, motion->acceleration.angular);
-}
-
-static inline void kt_measure_prismatic(kt_vec3 along, const kt_joint_motion *motion, double *q, double *v, double *a) {
-    *q = kt_vec3_dot(along, motion->pose.position);
-    *v = kt_vec3_dot(along, motion->velocity.linear);
-    *a = kt_vec3_dot(along, motion->acceleration.linear);
-}
 
 /* As a simulation does after a step: if a quaternion in q is no unit to four roundings, all are made so. Returns false,
  * with q unchanged, if one is zero or not finite. */

@@ -9,20 +9,6 @@ static int planar_elements(const kt_joint *joint, kt_element *out) {
     return 3;
 }
 
-static void measure_planar(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
-                           double *v, double *a) {
-    kt_measure_prismatic(axes->triad.x, motion, q, v, a);
-    kt_measure_prismatic(axes->triad.y, motion, q + 1, v + 1, a + 1);
-    kt_measure_revolute(axes, motion, near[2], q + 2, v + 2, a + 2);
-}
-
-static kt_wrench planar_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
-    const kt_mat3 *e = &axes->triad;
-    (void)pose;
-    return (kt_wrench){.moment = kt_vec3_scale(tau[2], e->z),
-                       .force = kt_vec3_add(kt_vec3_scale(tau[0], e->x), kt_vec3_scale(tau[1], e->y))};
-}
-
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("the normal of the plane"), .needed = false},
     KT_JOINT_FRAME_KEYS,
@@ -49,6 +35,4 @@ const kt_joint_kind kt_joint_planar = {
         },
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_ANGLE},
     .elements = planar_elements,
-    .loop = KT_LOOP_PLANAR,
-    .measure = measure_planar,
-    .wrench = planar_wrench};
+    .loop = KT_LOOP_PLANAR};

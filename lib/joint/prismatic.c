@@ -6,17 +6,6 @@ static int prismatic_elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure_prismatic(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
-                              double *v, double *a) {
-    (void)near;
-    kt_measure_prismatic(axes->triad.z, motion, q, v, a);
-}
-
-static kt_wrench prismatic_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
-    (void)pose;
-    return (kt_wrench){.force = kt_vec3_scale(tau[0], axes->triad.z)};
-}
-
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the translation"), .needed = false},
     KT_JOINT_FRAME_KEYS,
@@ -40,6 +29,4 @@ const kt_joint_kind kt_joint_prismatic = {
         },
     .coordinate = {KT_COORDINATE_LENGTH},
     .elements = prismatic_elements,
-    .loop = KT_LOOP_PRISMATIC,
-    .measure = measure_prismatic,
-    .wrench = prismatic_wrench};
+    .loop = KT_LOOP_PRISMATIC};

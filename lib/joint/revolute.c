@@ -6,16 +6,6 @@ static int revolute_elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure_revolute(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
-                             double *v, double *a) {
-    kt_measure_revolute(axes, motion, near[0], q, v, a);
-}
-
-static kt_wrench revolute_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
-    (void)pose;
-    return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
-}
-
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the rotation"), .needed = false},
     KT_JOINT_FRAME_KEYS,
@@ -37,6 +27,4 @@ const kt_joint_kind kt_joint_revolute = {
         },
     .coordinate = {KT_COORDINATE_ANGLE},
     .elements = revolute_elements,
-    .loop = KT_LOOP_REVOLUTE,
-    .measure = measure_revolute,
-    .wrench = revolute_wrench};
+    .loop = KT_LOOP_REVOLUTE};

@@ -7,16 +7,6 @@ static int screw_elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
-static void measure_screw(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
-                          double *v, double *a) {
-    kt_measure_revolute(axes, motion, near[0], q, v, a);
-}
-
-static kt_wrench screw_wrench(const kt_joint_axes *axes, const kt_pose *pose, const double *tau) {
-    (void)pose;
-    return (kt_wrench){.moment = kt_vec3_scale(tau[0], axes->triad.z)};
-}
-
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the screw"), .needed = false},
     {"joint.pitch", KT_KEY_NUMBER, KT_JOINT_AT(pitch), "m/rad", KT_WORDS("advance along the axis for each radian"),
@@ -42,6 +32,4 @@ const kt_joint_kind kt_joint_screw = {
         },
     .coordinate = {KT_COORDINATE_TURNS},
     .elements = screw_elements,
-    .loop = KT_LOOP_SCREW,
-    .measure = measure_screw,
-    .wrench = screw_wrench};
+    .loop = KT_LOOP_SCREW};

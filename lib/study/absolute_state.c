@@ -127,14 +127,13 @@ static kt_joint_motion relative_motion(const motion *p, const motion *c, const k
 /* Computes the coordinates of one joint; q and v hold those of `ago` seconds earlier. */
 static void measure_absolute_state(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m, double ago,
                                    double *q, double *v, double *a) {
-    const kt_joint_kind *kind = kt_joint_kinds[at.type];
     double near[KT_JOINT_NQ_MAX], rate[KT_JOINT_NV_MAX], second[KT_JOINT_NV_MAX];
     memcpy(near, q + at.q, (size_t)at.nq * sizeof *near);
-    kind->measure(&j->axes, m, near, q + at.q, rate, second);
+    kt_joint_measure(at.type, &j->axes, m, near, q + at.q, rate, second);
     if (at.nq == at.nv) { /* plain numbers: this predicted change gives the number of whole turns */
         for (int k = 0; k < at.nq; k++)
             near[k] += 0.5 * ago * (v[at.v + k] + rate[k]);
-        kind->measure(&j->axes, m, near, q + at.q, rate, second);
+        kt_joint_measure(at.type, &j->axes, m, near, q + at.q, rate, second);
     }
     memcpy(v + at.v, rate, (size_t)at.nv * sizeof *v);
     if (a)
@@ -168,7 +167,7 @@ static kt_wrench joint_wrench(const kt_model *absolute, const kt_absolute_joint 
                               const double *free_q) {
     const kt_pose joint = kt_pose_compose(absolute_pose_of(absolute, j->parent, free_q), j->frame);
     const kt_pose relative = kt_pose_compose(kt_pose_invert(joint), absolute_pose_of(absolute, j->body, free_q));
-    kt_wrench w = kt_joint_kinds[j->type]->wrench(&j->axes, &relative, tau);
+    kt_wrench w = kt_joint_wrench((kt_joint_type)j->type, &j->axes, &relative, tau);
     w.moment = kt_mat3_apply(joint.rotation, w.moment);
     w.force = kt_mat3_apply(joint.rotation, w.force);
     return w;
