@@ -1,7 +1,6 @@
 /* Rules for functions of time in a description. */
-#include "base/aligned.h"
-#include "base/arena.h"
 #include "model/check.h"
+#include "model/formula.h"
 #include "model/function_formula.h"
 
 #include <math.h>
@@ -96,20 +95,11 @@ static bool check_bump(kt_checker *checker, const char *field, const kt_function
 }
 
 static bool check_expression(kt_checker *checker, const char *field, const kt_function *f) {
-    const kt_expression *expression = NULL;
-    kt_error error = {0};
-    if (f->text == NULL) {
-        kt_checker_fault(checker, field, -1, "%s has no formula; give it as text", field);
-        return false;
-    }
-    const size_t size = kt_expression_size(f->text);
-    void *memory = kt_arena_allocate(size, "reading a formula", &error);
-    const bool fine = memory != NULL && kt_formula_of_time(f->text, memory, size, &expression, NULL, &error) == KT_OK;
-    if (!fine)
-        kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
-                         kt_name_quote(f->text).text);
-    kt_aligned_release(memory);
-    return fine;
+    const kt_symbols time = kt_time_symbols();
+    if (f->text != NULL)
+        return kt_checker_text(checker, field, f->text, &time);
+    kt_checker_fault(checker, field, -1, "%s has no formula; give it as text", field);
+    return false;
 }
 
 static bool check_any(kt_checker *checker, const char *field, const kt_function *function, int depth);

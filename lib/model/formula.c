@@ -125,8 +125,7 @@ kt_symbols kt_coupling_symbols(kt_coupling_names *names) {
     return (kt_symbols){.find = find_term, .list = list_term, .user = names};
 }
 
-/* A text that cannot be read with these symbols is reported. */
-static bool check_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols) {
+bool kt_checker_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols) {
     const kt_expression *expression = NULL;
     kt_error error = {0};
     const size_t size = kt_expression_size(text);
@@ -151,7 +150,7 @@ void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *
     if (loop->term_count > KT_FORMULA_VARIABLE_MAX)
         kt_checker_fault(checker, field, -1, "%s: the coupling has %d joints; with a formula at most %d", field,
                          loop->term_count, KT_FORMULA_VARIABLE_MAX);
-    else if (check_text(checker, field, loop->formula, &symbols) && loop->side != KT_SIDE_NONE)
+    else if (kt_checker_text(checker, field, loop->formula, &symbols) && loop->side != KT_SIDE_NONE)
         kt_checker_fault(checker, "side", -1, "a coupling with a formula holds; it bounds no side");
 }
 
@@ -177,7 +176,7 @@ bool kt_checker_gravity(kt_checker *checker, const char *field, int sub, const k
 
 bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names) {
     const kt_symbols symbols = kt_formula_symbols(names);
-    if (!check_text(checker, field, text, &symbols))
+    if (!kt_checker_text(checker, field, text, &symbols))
         return false;
     if (names->full)
         kt_checker_fault(checker, field, -1, "%s: the formulas use more than %d variables; make two %s of it", field,

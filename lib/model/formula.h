@@ -58,6 +58,9 @@ int kt_law_of_state(const kt_description *description, const char *state, int af
 /* Checks the law of an effect. */
 void kt_checker_law(kt_checker *checker, const kt_effect *effect);
 
+/* Whether a text can be read as a formula with these symbols. Reports a fault if not. */
+bool kt_checker_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols);
+
 /* Whether a formula can be read with these names, and has no variables that formulas cannot have. Reports a fault if
  * not. */
 bool kt_checker_formula(kt_checker *checker, const char *field, const char *text, kt_formula_names *names);
