@@ -16,11 +16,11 @@
  * once, at the initial positions. The velocities move all joints; the joint forces are zero in the first comparison,
  * and not in the second.
  */
+#include "base/pool.h"
 #include "compile/compile.h"
 #include "reduction/kernel.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* The largest accepted error of the equations for each link of the group, relative to their largest term. Errors for
  * each link were measured:
@@ -81,14 +81,14 @@ static bool has_delassus(const kt_model *model) {
 kt_status kt_delassus_check_accuracy(kt_model *model, kt_error *error) {
     kt_data *data = NULL;
     kt_status status = has_delassus(model) ? kt_data_create(model, &data, error) : KT_OK;
-    double *numbers = data ? malloc(3 * model->n.v * sizeof *numbers) : NULL;
-    bool *inexact = data ? calloc(model->n.group, sizeof *inexact) : NULL;
+    kt_pool pool = {.chunks = NULL};
+    double *numbers = data ? kt_pool_take(&pool, 3 * model->n.v, sizeof *numbers) : NULL;
+    bool *inexact = data ? kt_pool_take(&pool, model->n.group, sizeof *inexact) : NULL;
     if (data && (!numbers || !inexact))
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     if (numbers && inexact)
         measure_delassus_accuracy(model, data, numbers, numbers + model->n.v, numbers + 2 * model->n.v, inexact);
-    free(inexact);
-    free(numbers);
+    kt_pool_free(pool.chunks);
     kt_data_free(data);
     return status;
 }

@@ -8,12 +8,12 @@
  * mechanism moves. If effects act on a link without inertia, its motion follows from the balance of their forces
  * (massless.c). Such a link is given armature, and the tree is judged again.
  */
+#include "base/pool.h"
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { VARIANTS = 4 }; /* positions that are tried: the initial one, and generic ones */
@@ -62,6 +62,7 @@ static void leave_loops(const kt_model *m, const kt_description *d, unsigned cha
 
 /* Working arrays. */
 typedef struct trial {
+    kt_pool pool;
     kt_data *data;
     double *q;
     unsigned char *verdict; /* of links, at one position */
@@ -70,11 +71,13 @@ typedef struct trial {
 } trial;
 
 static kt_status begin_trial(trial *t, const kt_model *m, kt_error *error) {
-    *t = (trial){.q = malloc((m->n.q + 1) * sizeof *t->q), .verdict = malloc(m->n.link)};
-    t->moves = calloc(2 * m->n.link + m->n.body, sizeof *t->moves);
+    *t = (trial){.data = NULL};
+    t->q = kt_pool_take(&t->pool, m->n.q, sizeof *t->q);
+    t->verdict = kt_pool_take(&t->pool, m->n.link, sizeof *t->verdict);
+    t->moves = kt_pool_take(&t->pool, 2 * m->n.link, sizeof *t->moves);
     t->still = t->moves ? t->moves + m->n.link : NULL;
-    t->faulty = t->moves ? t->still + m->n.link : NULL;
-    if (t->q && t->verdict && t->moves)
+    t->faulty = kt_pool_take(&t->pool, m->n.body, sizeof *t->faulty);
+    if (t->q && t->verdict && t->moves && t->faulty)
         return kt_data_create(m, &t->data, error);
     (void)kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     return KT_ERROR_MEMORY;
@@ -82,9 +85,7 @@ static kt_status begin_trial(trial *t, const kt_model *m, kt_error *error) {
 
 static void end_trial(trial *t) {
     kt_data_free(t->data);
-    free(t->moves);
-    free(t->verdict);
-    free(t->q);
+    kt_pool_free(t->pool.chunks);
 }
 
 /* Judges the tree at all positions. */

@@ -16,6 +16,7 @@
  * with pivots on the diagonal: along the first columns of N B dampers resist, along the others none does
  * (mechanism/quasi_static.c).
  */
+#include "base/pool.h"
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
@@ -24,7 +25,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #if KT_HAS_QUASI_STATICS
@@ -78,6 +78,7 @@ void kt_massless_mark(kt_model *tree, size_t link) {
 enum { VARIANTS = 4 }; /* positions at which motions are compared */
 
 typedef struct finder {
+    kt_pool pool;
     kt_model *model;
     kt_data *data;
     double *q, *v, *a, *motion; /* nq, nv, nv, nv */
@@ -260,8 +261,9 @@ static void combine_motions(const finder *f) {
 
 static kt_status begin_finder(finder *f, kt_model *m, kt_error *error) {
     const size_t n = m->n.massless;
-    *f = (finder){
-        .model = m, .q = calloc(m->n.q + 3 * m->n.v + n * n, sizeof *f->q), .used = calloc(n, sizeof *f->used)};
+    *f = (finder){.model = m};
+    f->q = kt_pool_take(&f->pool, m->n.q + 3 * m->n.v + n * n, sizeof *f->q);
+    f->used = kt_pool_take(&f->pool, n, sizeof *f->used);
     if (!f->q || !f->used)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     f->v = f->q + m->n.q;
@@ -298,8 +300,7 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
             status = reject_massless_joint(model, 0, "no spring or damper holds it", error);
     }
     kt_data_free(f.data);
-    free(f.used);
-    free(f.q);
+    kt_pool_free(f.pool.chunks);
     return status;
 }
 

@@ -1,10 +1,9 @@
 /* Measures the lengths of springs that start unstretched, in the assembled initial state. If the loops do not close,
  * the given state is used; a simulation reports that. */
+#include "base/pool.h"
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "mechanism/evaluate.h"
-
-#include <stdlib.h>
 
 static void measure_mechanism(kt_model *m, const kt_description *description, const kt_pose *poses) {
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
@@ -24,8 +23,9 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
     if (!any)
         return KT_OK;
     kt_data *data = NULL;
-    double *state = malloc((model->n.q + model->n.v + 1) * sizeof *state);
-    kt_pose *poses = malloc(model->n.link * sizeof *poses);
+    kt_pool pool = {.chunks = NULL};
+    double *state = kt_pool_take(&pool, model->n.q + model->n.v, sizeof *state);
+    kt_pose *poses = kt_pool_take(&pool, model->n.link, sizeof *poses);
     kt_status status = state && poses ? kt_data_create(model, &data, error)
                                       : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     if (status == KT_OK) {
@@ -35,7 +35,6 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
         measure_mechanism(model, description, poses);
     }
     kt_data_free(data);
-    free(poses);
-    free(state);
+    kt_pool_free(pool.chunks);
     return status;
 }

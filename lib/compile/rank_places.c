@@ -11,12 +11,12 @@
  *
  * If the group has other loops, these are closed with the places held. If that fails, the places follow, and the loops
  * are closed once more. */
+#include "base/pool.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
 #include "compile/rank_samples.h"
 #include "loop/loop.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #if KT_HAS_SWITCHES
@@ -113,8 +113,11 @@ kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples 
     const size_t flats = KT_HAS_PLANE && model->n.planar ? model->n.loop * sizeof *model->planar_loop : 0;
     if (!model->settable || !mark_places(model, data, found->placed))
         return KT_OK;
-    place_samples kept = {
-        .loop = malloc(loops), .flat = malloc(flats + 1), .pose = malloc(model->n.link * sizeof(kt_pose))};
+    kt_pool pool = {.chunks = NULL};
+    place_samples kept;
+    kept.loop = kt_pool_take(&pool, loops, 1);
+    kept.flat = kt_pool_take(&pool, flats, 1);
+    kept.pose = kt_pool_take(&pool, model->n.link, sizeof *kept.pose);
     const bool all = kept.loop != NULL && kept.flat != NULL && kept.pose != NULL;
     if (all) {
         memcpy(kept.loop, model->loop, loops);
@@ -125,9 +128,7 @@ kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples 
         if (flats > 0)
             memcpy(model->planar_loop, kept.flat, flats);
     }
-    free(kept.pose);
-    free(kept.flat);
-    free(kept.loop);
+    kt_pool_free(pool.chunks);
     return all ? KT_OK : KT_ERROR_MEMORY;
 }
 

@@ -16,13 +16,13 @@
 
 #include "base/aligned.h"
 #include "base/copy.h"
+#include "base/pool.h"
 #include "contact/hard.h"
 #include "contact/open.h"
 #include "contact/slip.h"
 #include "effect/effect.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Hard stops and contacts (contact/hard.c) are off in all models. Friction that sticks has two switches: that of its
@@ -44,6 +44,7 @@ int kt_switches_count(const kt_description *d) {
 }
 
 typedef struct compilation {
+    kt_pool pool;
     kt_description description; /* with the arrays below */
     const kt_hard_loop *hard;   /* of each loop, or NULL */
     kt_loop *loops;
@@ -170,10 +171,10 @@ static kt_status begin_compilation(compilation *c, const kt_description *d, cons
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
     const int count = kt_switches_count(d);
     c->description = *d;
-    c->loops = malloc((loops + 1) * sizeof *c->loops);
-    c->effects = malloc((effects + 1) * sizeof *c->effects);
-    c->item = malloc(((size_t)count + 1) * sizeof *c->item);
-    c->loop_switch = malloc((loops + 3 * effects + 1) * sizeof *c->loop_switch);
+    c->loops = kt_pool_take(&c->pool, loops, sizeof *c->loops);
+    c->effects = kt_pool_take(&c->pool, effects, sizeof *c->effects);
+    c->item = kt_pool_take(&c->pool, (size_t)count, sizeof *c->item);
+    c->loop_switch = kt_pool_take(&c->pool, loops + 3 * effects, sizeof *c->loop_switch);
     if (!c->loops || !c->effects || !c->item || !c->loop_switch)
         return kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
     for (size_t i = 0; i < loops + 2 * effects; i++)
@@ -193,18 +194,14 @@ static kt_status begin_compilation(compilation *c, const kt_description *d, cons
         status = mask_contacts(c, options, error);
     if (status != KT_OK)
         return status;
-    c->model = calloc((size_t)kt_switches_models(&c->switches), sizeof(kt_model *));
+    c->model = kt_pool_take(&c->pool, (size_t)kt_switches_models(&c->switches), sizeof(kt_model *));
     return c->model ? KT_OK : kt_error_set(error, KT_ERROR_MEMORY, "", "out of memory");
 }
 
 static void end_compilation(compilation *c) {
     for (uint64_t k = 0; c->model && k < kt_switches_models(&c->switches); k++)
         kt_model_free(c->model[k]);
-    free(c->model);
-    free(c->loop_switch);
-    free(c->item);
-    free(c->effects);
-    free(c->loops);
+    kt_pool_free(c->pool.chunks);
 }
 
 static const char *switch_name_of(const compilation *c, int k) {
