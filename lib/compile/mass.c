@@ -66,6 +66,12 @@ static const kt_key polygon_keys[] = {
      KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
 };
 
+/* A scene with a body of that shape, and joints with which it moves. */
+#define EXAMPLE_BODY(name, joint, shape)                                                                               \
+    KT_WORDS("bodies:\n  - name: " name "\n    joint: " joint "\n    mass: 2\n    shape: " shape "\n")
+#define SWINGS "{type: revolute, axis: y, position: 30 deg}"
+#define TUMBLES "{type: free, velocity: {angular: [1, 2, 3]}}"
+
 /* KT_SHAPE_NONE has no name in scene files, and no descriptor. */
 static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_POINT] =
@@ -73,11 +79,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .name = "point",
             .help = KT_WORDS("a point mass"),
             .formula = KT_WORDS("I = 0"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: bob\n"
-                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: point, at: [0, 0, -1]}\n"),
+            .example = EXAMPLE_BODY("bob", SWINGS, "{type: point, at: [0, 0, -1]}"),
             .keys = point_keys,
             .key_count = 1,
         },
@@ -86,11 +88,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .name = "rod",
             .help = KT_WORDS("a rod between two points"),
             .formula = KT_WORDS("that of the cylinder from one end to the other"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: rod\n"
-                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: rod, to: [0, 0, -1]}\n"),
+            .example = EXAMPLE_BODY("rod", SWINGS, "{type: rod, to: [0, 0, -1]}"),
             .keys = rod_keys,
             .key_count = 3,
         },
@@ -99,11 +97,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .name = "box",
             .help = KT_WORDS("a box with edges along its axes"),
             .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: solid\n"
-                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: box, size: [0.1, 0.2, 0.3]}\n"),
+            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: box, size: [0.1, 0.2, 0.3]}"),
             .keys = box_keys,
             .key_count = 3,
         },
@@ -112,11 +106,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .name = "sphere",
             .help = KT_WORDS("a ball"),
             .formula = KT_WORDS("I = 2/5 m r^2"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: solid\n"
-                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: sphere, radius: 0.2}\n"),
+            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: sphere, radius: 0.2}"),
             .keys = sphere_keys,
             .key_count = 3,
         },
@@ -125,11 +115,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .name = "cylinder",
             .help = KT_WORDS("a cylinder about its axis"),
             .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: solid\n"
-                                "    joint: {type: free, velocity: {angular: [1, 2, 3]}}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: cylinder, radius: 0.1, length: 0.5, axis: x}\n"),
+            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: cylinder, radius: 0.1, length: 0.5, axis: x}"),
             .keys = cylinder_keys,
             .key_count = 5,
         },
@@ -139,12 +125,9 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
             .help = KT_WORDS("a plate of any outline"),
             .formula = KT_WORDS("I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
                                 "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: bracket\n"
-                                "    joint: {type: revolute, axis: y, position: 30 deg}\n"
-                                "    mass: 2\n"
-                                "    shape: {type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], "
-                                "[0, 0.8]], thickness: 0.05}\n"),
+            .example = EXAMPLE_BODY("bracket", SWINGS,
+                                    "{type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], [0, "
+                                    "0.8]], thickness: 0.05}"),
             .keys = polygon_keys,
             .key_count = 4,
         },
