@@ -70,7 +70,7 @@ static void order_bodies(build *b) {
 }
 
 static int body_elements_of(const kt_body *body, kt_element *elements) {
-    return kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
+    return kt_joint_elements(&body->joint, elements);
 }
 
 static void count_all(const build *b, kt_counts *n) {

@@ -49,9 +49,7 @@ static kt_mat3 joint_rotation(const kt_joint *joint) {
     return kt_rotation_evaluate(&joint->rotation, &r, &ignored) == KT_OK ? r : kt_mat3_identity();
 }
 
-static int joint_elements_of(const kt_joint *joint, kt_element *elements) {
-    return kt_joint_kinds[joint->type]->elements(joint, elements);
-}
+static int joint_elements_of(const kt_joint *joint, kt_element *elements) { return kt_joint_elements(joint, elements); }
 
 /* ---- normals ----------------------------------------------------------------------------------------------------- */
 

@@ -34,6 +34,21 @@ kt_joint_axes kt_joint_axes_of(const kt_joint *joint) {
     return axes;
 }
 
+int kt_joint_elements(const kt_joint *joint, kt_element *elements) {
+    static const kt_motion motion[] = {[KT_COORDINATE_ANGLE] = KT_MOTION_REVOLUTE,
+                                       [KT_COORDINATE_TURNS] = KT_MOTION_SCREW,
+                                       [KT_COORDINATE_LENGTH] = KT_MOTION_PRISMATIC};
+    const kt_joint_kind *kind = kt_joint_kinds[joint->type];
+    const int count = kt_joint_sizes[joint->type].nv;
+    if (kind->elements != NULL)
+        return kind->elements(joint, elements);
+    for (int k = 0; k < count; k++) {
+        elements[k] = kt_element_about(motion[kind->coordinate[k]], joint->axis);
+        elements[k].pitch = elements[k].motion == KT_MOTION_SCREW ? joint->pitch : 0.0;
+    }
+    return count;
+}
+
 /* The axis of a coordinate of kind->coordinate, and whether it is a rotation about it. Translations are along the first
  * axes of the triad. */
 static kt_vec3 coordinate_axis(const kt_joint_kind *kind, const kt_joint_axes *axes, int k, bool *turns) {

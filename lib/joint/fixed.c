@@ -1,12 +1,6 @@
 /* Fixed: no degree of freedom; the body is on the link of its parent. */
 #include "joint/joint.h"
 
-static int fixed_elements(const kt_joint *joint, kt_element *out) {
-    (void)joint;
-    (void)out;
-    return 0;
-}
-
 static const kt_key keys[] = {KT_JOINT_FRAME_KEYS};
 
 const kt_joint_kind kt_joint_fixed = {
@@ -22,5 +16,4 @@ const kt_joint_kind kt_joint_fixed = {
                 "  - {name: tool, parent: arm, joint: {type: fixed, at: [0.5, 0, 0]}, mass: 0.2, shape: {type: sphere, "
                 "radius: 0.05}}\n"),
         },
-    .elements = fixed_elements,
     .loop = KT_LOOP_WELD};

@@ -26,12 +26,8 @@ static kt_wrench free_wrench(const kt_joint_axes *axes, const kt_pose *pose, con
 }
 
 static const kt_key keys[] = {
-    KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "",
-     KT_WORDS("{position: p, orientation: a rotation, as the quaternion q}"), .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "",
-     KT_WORDS("{linear: p' in the joint frame, angular: w in the body frame}"), .needed = false},
-    KT_JOINT_ARMATURE_KEY("kg, kg m^2"),
+    KT_JOINT_COORDINATE_KEYS("{position: p, orientation: a rotation, as the quaternion q}",
+                             "{linear: p' in the joint frame, angular: w in the body frame}", "kg, kg m^2"),
 };
 
 const kt_joint_kind kt_joint_free = {

@@ -31,7 +31,7 @@ typedef struct kt_joint_kind {
     unsigned char coordinate[KT_JOINT_NV_MAX]; /* kt_coordinate_kind of each velocity coordinate */
     /* Reports the faults that the ranges of the keys do not cover; NULL: none. */
     void (*check)(kt_checker *checker, const kt_joint *joint);
-    /* Writes up to KT_ELEMENT_MAX elements and returns their number. */
+    /* kt_joint_elements of the type. NULL: one for each coordinate, all about or along the axis. */
     int (*elements)(const kt_joint *joint, kt_element *elements);
     /* The loop type that leaves the same motion free, for the absolute formulation; KT_LOOP_TYPE_COUNT: no equation. */
     kt_loop_type loop;
@@ -43,6 +43,9 @@ typedef struct kt_joint_kind {
 } kt_joint_kind;
 
 KT_INNER extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
+
+/* Writes up to KT_ELEMENT_MAX elements and returns their number. */
+KT_INNER int kt_joint_elements(const kt_joint *joint, kt_element *elements);
 
 /* Computes the coordinates of a body that moves as the joint allows, and their first and second rates. If several
  * numbers describe the same rotation, those nearest to `near` (nq) are taken. */
@@ -79,6 +82,21 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
             KT_WORDS("a, rotor inertia reflected to each degree of freedom"), .range = KT_RANGE_NOT_NEGATIVE,          \
                                                                               .needed = false                          \
     }
+
+/* The keys that end the list of a joint with coordinates. The texts describe positions and velocities. */
+#define KT_JOINT_COORDINATE_KEYS(position_words, velocity_words, armature_unit)                                        \
+    KT_JOINT_FRAME_KEYS,                                                                                               \
+        {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS(position_words), .needed = false},     \
+        {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS(velocity_words), .needed = false},     \
+        KT_JOINT_ARMATURE_KEY(armature_unit)
+
+/* The example of a joint: a box that it moves. */
+#define KT_EXAMPLE_JOINT(joint)                                                                                        \
+    KT_WORDS("bodies:\n"                                                                                               \
+             "  - name: box\n"                                                                                         \
+             "    joint: " joint "\n"                                                                                  \
+             "    mass: 1\n"                                                                                           \
+             "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n")
 
 /* The index of the quaternion among the positions of a joint; -1 if it has none. */
 static inline int kt_joint_quaternion(kt_joint_type type) {

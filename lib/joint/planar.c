@@ -11,11 +11,7 @@ static int planar_elements(const kt_joint *joint, kt_element *out) {
 
 static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("the normal of the plane"), .needed = false},
-    KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "",
-     KT_WORDS("[q1, q2, q3], along e1, along e2, and the angle"), .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("their rates"), .needed = false},
-    KT_JOINT_ARMATURE_KEY("[kg, kg, kg m^2]"),
+    KT_JOINT_COORDINATE_KEYS("[q1, q2, q3], along e1, along e2, and the angle", "their rates", "[kg, kg, kg m^2]"),
 };
 
 const kt_joint_kind kt_joint_planar = {
@@ -26,11 +22,7 @@ const kt_joint_kind kt_joint_planar = {
             .formula = KT_WORDS(
                 "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
                 "z;  y, z for x;  z, x for y"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: box\n"
-                                "    joint: {type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}\n"
-                                "    mass: 1\n"
-                                "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"),
+            .example = KT_EXAMPLE_JOINT("{type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}"),
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_ANGLE},

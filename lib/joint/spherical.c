@@ -22,12 +22,7 @@ static kt_wrench spherical_wrench(const kt_joint_axes *axes, const kt_pose *pose
 }
 
 static const kt_key keys[] = {
-    KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS("a rotation, as the quaternion q"),
-     .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("w, angular velocity in the body frame"),
-     .needed = false},
-    KT_JOINT_ARMATURE_KEY("kg m^2"),
+    KT_JOINT_COORDINATE_KEYS("a rotation, as the quaternion q", "w, angular velocity in the body frame", "kg m^2"),
 };
 
 const kt_joint_kind kt_joint_spherical = {

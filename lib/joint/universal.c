@@ -66,10 +66,7 @@ static const kt_key keys[] = {
     {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the first rotation"), .needed = false},
     {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", KT_WORDS("of the second rotation, carried along by the first"),
      "the axis after 'axis'", .needed = false},
-    KT_JOINT_FRAME_KEYS,
-    {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS("[q1, q2], the angles"), .needed = false},
-    {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS("their rates"), .needed = false},
-    KT_JOINT_ARMATURE_KEY("kg m^2"),
+    KT_JOINT_COORDINATE_KEYS("[q1, q2], the angles", "their rates", "kg m^2"),
 };
 
 const kt_joint_kind kt_joint_universal = {

@@ -140,7 +140,7 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     kt_element elements[KT_ELEMENT_MAX];
     kt_body *counter;
     kt_loop *tie;
-    (void)kt_joint_kinds[body->joint.type]->elements(&body->joint, elements);
+    (void)kt_joint_elements(&body->joint, elements);
     const bool slides = kt_motion_facts_of(elements[0].motion).lengths > 0;
     const char *name = name_absolute_part(w, body->name, position_part);
     j->counter = add_absolute_body(w, name, &counter);

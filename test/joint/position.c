@@ -73,7 +73,7 @@ KT_TEST(coordinates_of_a_joint_type_are_those_of_its_motions) {
         kt_element element[KT_ELEMENT_MAX];
         int nq = 0, nv = 0, alike = 0;
         joint.type = (kt_joint_type)type;
-        const int count = kt_joint_kinds[type]->elements(&joint, element);
+        const int count = kt_joint_elements(&joint, element);
         for (int i = 0; i < count; i++) {
             const kt_motion_facts motion = kt_motion_facts_of(element[i].motion);
             for (int k = 0; k < motion.velocities; k++)
