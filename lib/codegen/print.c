@@ -31,7 +31,8 @@ void kt_code_printer_free(kt_code_printer *p) {
     kt_code_roll_free(&p->roll);
 }
 
-void kt_code_print_number(FILE *file, double value) {
+/* Prints a number as C reads it back. */
+static void print_code_number(FILE *file, double value) {
     char text[KT_NUMBER_SIZE];
     kt_number_format(text, value);
     if (value == (double)(long)value && value > -1e6 && value < 1e6)
@@ -61,7 +62,7 @@ static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
     if (n->kind == KT_OP_CONSTANT) {
         const bool bracket = n->value < 0.0 && place != CODE_SUM;
         fputs(bracket ? "(" : "", p->file);
-        kt_code_print_number(p->file, n->value);
+        print_code_number(p->file, n->value);
         fputs(bracket ? ")" : "", p->file);
     } else if (n->kind == KT_OP_INPUT) {
         print_input(p, n);
@@ -416,25 +417,22 @@ static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, 
     }
 }
 
-bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
+/* Whether a function has a node of this kind; of inputs, one of an array. */
+static bool has_node(kt_code_printer *p, const kt_code_function *f, kt_op_kind kind, kt_op_array array) {
     p->failed |= !kt_code_count_uses(p, f);
-    if (p->failed)
-        return false;
-    for (kt_op i = 0; i < p->graph->count; i++)
-        if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_INPUT && p->graph->node[i].a == (int32_t)array)
+    for (kt_op i = 0; i < p->graph->count && !p->failed; i++) {
+        const kt_op_node *n = &p->graph->node[i];
+        if (p->uses[i] > 0 && n->kind == kind && (kind != KT_OP_INPUT || n->a == (int32_t)array))
             return true;
+    }
     return false;
 }
 
-bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) {
-    p->failed |= !kt_code_count_uses(p, f);
-    if (p->failed)
-        return false;
-    for (kt_op i = 0; i < p->graph->count; i++)
-        if (p->uses[i] > 0 && p->graph->node[i].kind == KT_OP_CALL)
-            return true;
-    return false;
+bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array) {
+    return has_node(p, f, KT_OP_INPUT, array);
 }
+
+bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) { return has_node(p, f, KT_OP_CALL, KT_OP_POSITION); }
 
 /* Finds the statements and parts of a function. Returns false, and notes it, if memory is insufficient. */
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {

@@ -63,9 +63,6 @@ void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const
 /* Prints the statements that compute all prepared numbers; call it after all functions. */
 void kt_code_print_prepared(kt_code_printer *p);
 
-/* Prints a number as C reads it back. */
-void kt_code_print_number(FILE *file, double value);
-
 /* Whether a function reads an array. */
 bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array array);
 

@@ -88,8 +88,8 @@ static void shift_link(kt_code_tree *tree, int i, kt_op3 u_r, kt_code_moving *al
     kt_op3_name(g, m->linear, "a", i);
 }
 
-/* Uses differences of the entries of J, and the entries of U. */
-kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_moving *m) {
+/* J al + w x J w, with differences of the entries of J, and the entries of U. */
+static kt_op3 spin_moment_of(kt_graph *g, const kt_code_link *l, const kt_code_moving *m) {
     const kt_op *jj = l->inertia.x, *ww = m->square;
     kt_op3 out;
     for (int i = 0; i < 3; i++) {
@@ -109,7 +109,7 @@ kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_mov
 /* The wrench that link i takes, without the moment of its acceleration. */
 static void load_code_link(kt_code_tree *tree, int i, kt_code_moving *m) {
     m->force = kt_op33_apply(tree->graph, &m->u, tree->link[i].moment);
-    m->moment = kt_code_spin_moment(tree->graph, &tree->link[i], m);
+    m->moment = spin_moment_of(tree->graph, &tree->link[i], m);
 }
 
 /* Adds the wrench of the acceleration of its origin. */

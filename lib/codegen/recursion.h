@@ -16,8 +16,6 @@ typedef struct kt_code_moving {
 
 /* Computes `square` and `u` from omega and alpha. */
 void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m);
-/* J al + w x J w */
-kt_op3 kt_code_spin_moment(kt_graph *g, const kt_code_link *l, const kt_code_moving *m);
 
 /* The motion of all links, with the accelerations KT_OP_GIVEN or none, and the wrench that each takes alone. The ground
  * accelerates against gravity. */

@@ -143,10 +143,6 @@ static inline bool kt_effect_is_hard(const kt_effect *effect) {
 /* Checks whether the effect is hard or elastic, and rejects the numbers of the other kind. `what` is its name in
  * messages. */
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
-/* Whether the effect is a hard contact with friction. */
-static inline bool kt_effect_rubs(const kt_effect *effect) {
-    return effect->type == KT_EFFECT_CONTACT && kt_effect_is_hard(effect) && effect->friction > 0.0;
-}
 /* Whether a contact is that of a disc's rim, not of a sphere. */
 static inline bool kt_effect_has_axle(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT &&
