@@ -133,10 +133,10 @@ kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const cha
 /* A rotation, without its rounding errors near 0 and 1. */
 kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated);
 
-/* Degree of freedom d of a link: a rotation about axis k of the link, or a translation along its axis k at rest. A screw
- * is a rotation with a pitch, which is 0 for all others. */
+/* Degree of freedom d of a link: a rotation about axis k of the link, or a translation along its axis k at rest. A
+ * screw is a rotation with a pitch, which is 0 for all others. */
 typedef struct kt_code_dof {
-    bool turns, is_of_three; /* of_three: with a quaternion, one for each axis */
+    bool turns, is_of_three; /* of_three: there is one for each axis */
     int k;
 } kt_code_dof;
 

@@ -35,8 +35,8 @@ typedef struct kt_joint_kind {
     int (*elements)(const kt_joint *joint, kt_element *elements);
     /* The loop type that leaves the same motion free, for the absolute formulation; KT_LOOP_TYPE_COUNT: no equation. */
     kt_loop_type loop;
-    /* kt_joint_measure and kt_joint_wrench of the type. NULL: its coordinates are turns about the axis, lengths along it
-     * and translations across it. */
+    /* kt_joint_measure and kt_joint_wrench of the type. NULL: its coordinates are turns about the axis, lengths along
+     * it and translations across it. */
     void (*measure)(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q, double *v,
                     double *a);
     kt_wrench (*wrench)(const kt_joint_axes *axes, const kt_pose *pose, const double *tau);
