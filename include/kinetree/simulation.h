@@ -468,6 +468,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  *   KT_RECORD_MULTIPLIER requests multipliers alone.
  *   The option `kinematics` requests positions and velocities of points. With one of the first two bits it also
  *     requests their accelerations. Queries such as kt_point_position read them from record->data.
+ * Where the speed of a drive jumps, accelerations and all that needs them are those behind the jump.
  * Ownership: the simulation owns all that the record points to. It is valid until the next call with a simulation that
  * is not const.
  * Errors: as for a step; *record is then unchanged.
@@ -495,7 +496,8 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * which would overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
-/* The largest change of a velocity in the loops by the projection after a step, since the start. Fixed steps that
+/* The largest change of a velocity in the loops by the projection after a step, or where the speed of a drive jumps,
+ * since the start. Fixed steps that
  * resolve the motion keep this change far below the velocities themselves. A change of a tenth of the velocities or
  * more has one of three causes.
  *   The steps are much too long.

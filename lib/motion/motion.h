@@ -141,7 +141,7 @@ typedef struct kt_breakpoints {
     kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
     double from, next;       /* there is none between these times */
     bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
-    bool strikes;            /* at `next`: a velocity or a position that a loop prescribes jumps */
+    bool strikes, struck;    /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
     double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
     double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_breakpoints;
@@ -486,6 +486,15 @@ static inline void kt_simulation_use_states(const kt_simulation *simulation, con
 static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
     const kt_breakpoints *c = &simulation->breakpoints;
     return t == c->end ? c->before : t == c->begin ? c->after : t;
+}
+
+/* The time for which the loops of a state at t are closed: next to a jump of what they prescribe, that of the step's
+ * side. */
+static inline double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
+    const kt_breakpoints *c = &simulation->breakpoints;
+    if (c->strikes && t > c->before && t <= c->end)
+        return c->before;
+    return c->struck && t >= c->begin && t < c->after ? c->after : t;
 }
 
 #endif

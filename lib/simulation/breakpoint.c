@@ -63,7 +63,7 @@ static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, c
     const kt_breakpoint next = seek_breakpoint(simulation, curve, t, first->time);
     meet_breakpoint(first, t, next.time, next.order <= order);
     first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
-    first->strikes = first->strikes || (next.order <= speed && next.time == first->time);
+    first->strikes = first->strikes || (next.order <= speed && next.time == first->time && first->time < HUGE_VAL);
 }
 
 /* The functions of time of a model: of loops, effects, formulas and masses. */
@@ -209,6 +209,7 @@ static breakpoint enter_piece(kt_simulation *simulation, double t) {
                           .jumps = next.jumps,
                           .cut = next.cut,
                           .strikes = next.strikes,
+                          .struck = at.strikes,
                           .begin = at.jumps ? t : (double)NAN,
                           .after = last + aside(simulation, last),
                           .end = (double)NAN};
@@ -234,26 +235,20 @@ void kt_simulation_recall_breakpoints(kt_simulation *simulation) {
         end_at_breakpoint(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }
 
-kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error) {
+bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes) {
     const kt_breakpoints *c = &simulation->breakpoints;
     const double t = kt_integrator_time(simulation->integrator);
     kt_simulation_recall_breakpoints(simulation);
     if (c->from <= t && t < c->next - margin_at(c->next))
-        return KT_OK;
+        return false;
 #if KT_HAS_EVENTS
     simulation->memory.breakpoints += t >= c->next - margin_at(c->next);
 #endif
     const breakpoint at = enter_piece(simulation, t);
     if (KT_HAS_FORMULAS)
         simulation->memory.cut += c->cut;
-    if (!at.jumps)
-        return KT_OK;
-    simulation->memory.powers.count = 0;
-    kt_simulation_note_jump(simulation);
-    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    const kt_status status =
-        at.strikes && simulation->closes_loops ? kt_simulation_strike(simulation, t, error) : KT_OK;
-    return status == KT_OK ? kt_integrator_jump(simulation->integrator, simulation->y, error) : status;
+    *strikes = at.strikes;
+    return at.jumps;
 }
 
 bool kt_simulation_has_inner_stage(const kt_method *method) {

@@ -61,5 +61,7 @@ kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *e
         simulation->cause.code = KT_OK;
         status = KT_OK;
     }
-    return status == KT_OK ? kt_simulation_project(simulation, t, simulation->y, &changed, error) : status;
+    if (status != KT_OK)
+        return status;
+    return kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), simulation->y, &changed, error);
 }

@@ -237,8 +237,7 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
-/* Stores the correction of the engine's own projection at t. */
-static void note_correction(kt_simulation *simulation, double t) {
+void kt_simulation_note_correction(kt_simulation *simulation, double t) {
     const kt_data *data = simulation->data;
     kt_corrections *corrections = &simulation->memory.corrections;
     if (!simulation->closes_loops || simulation->projection != NULL)
@@ -257,24 +256,15 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     const kt_data *data = simulation->data;
     const bool engine = simulation->projection == NULL;
-    const double inside = simulation->breakpoints.strikes ? kt_simulation_time_inside(simulation, t) : t;
-    const kt_status status = kt_simulation_project(simulation, inside, y, changed, &simulation->cause);
+    const kt_status status =
+        kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), y, changed, &simulation->cause);
     simulation->ahead = true;
     if (status != KT_OK)
         return kt_simulation_is_recoverable(status) && !(engine && data->dead) ? 1 : -1;
     if (simulation->closes_loops && engine)
         simulation->cached = KT_CACHED_POSES;
-    note_correction(simulation, t);
+    kt_simulation_note_correction(simulation, t);
     return 0;
-}
-
-kt_status kt_simulation_strike(kt_simulation *simulation, double t, kt_error *error) {
-    bool changed;
-    const kt_status status =
-        kt_simulation_project(simulation, simulation->breakpoints.after, simulation->y, &changed, error);
-    if (status == KT_OK)
-        note_correction(simulation, t);
-    return status;
 }
 
 /* Errors of accelerations next to a singular position. They are uncertain by passage.acceleration. If both ways to

@@ -121,7 +121,8 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
         record->estimate = kt_simulation_work_estimate(simulation, t);
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
-        status = kt_loop_residual(simulation->model, simulation->data, t, q, v, &record->constraint, error);
+        status = kt_loop_residual(simulation->model, simulation->data, kt_simulation_closing_time(simulation, t), q, v,
+                                  &record->constraint, error);
         simulation->cached = simulation->groups > 0 ? KT_CACHED_POSES : simulation->cached;
     }
     return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;

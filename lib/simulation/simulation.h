@@ -51,15 +51,15 @@ KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const 
  * onto the loops dissipates (switch.c). Overwrites simulation->a. */
 KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                              kt_error *error);
-/* A jump of the state at the present time: a change, a switch, or an impact. It has three parts (step.c).
+/* A jump of the state at the present time: a change, a switch, or an impact. It has three parts (jump.c).
  *
  * kt_simulation_begin_jump computes the energy before it, if that is accounted for or `needed`.
  *
- * kt_simulation_add_jump adds to the works in y, if they are computed, a growth `gain` of the energy, while the energy
- * `lost` is dissipated. driven: the difference is the supply of moving constraints. Otherwise a gain counts as
- * supplied, and a loss as dissipated.
+ * kt_simulation_add_jump adds the jump to the works in y, if they are computed. The energy grows by `gain`. If
+ * `driven`, `lost` is dissipated, and moving constraints supply the rest. Otherwise a gain counts as supplied, and a
+ * loss as dissipated.
  *
- * kt_simulation_land commits the jump to y. Forgets the results of the motion before the jump. The user model's state
+ * kt_simulation_land makes y the state, and forgets the results of the motion before the jump. The user model's state
  * becomes `to`. */
 KT_CHECKED kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
                                               kt_error *error);
@@ -131,8 +131,8 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
-/* Moves y of the simulation, the state at the time t, to the velocities of drives just after t, at which they jump. */
-KT_CHECKED kt_status kt_simulation_strike(kt_simulation *simulation, double t, kt_error *error);
+/* Stores the correction of the engine's own projection at t. */
+void kt_simulation_note_correction(kt_simulation *simulation, double t);
 
 /* The next four functions serve simulations with a transformation (user_model.c). Only the third one may be called
  * without a transformation.
@@ -179,8 +179,12 @@ KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double dur
 
 /* Ends steps at breakpoints. The first function comes before a step, or before the slope at the present time is
  * requested. At a breakpoint with a jump of the accelerations, it forgets the slopes of earlier steps and the last
- * step's interpolant. The second function reduces *t_limit to the next breakpoint if that comes first. */
+ * step's interpolant. If the speed of a drive jumps, velocities jump with it (jump.c). The second function, a part of
+ * the first one, finds the next breakpoint if the present time is beyond the last one. It returns whether the
+ * accelerations jump at the present time, and in *strikes whether the speed of a drive does. The third function reduces
+ * *t_limit to the next breakpoint if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error);
+bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
 
 /* Whether the method has a stage between the ends of its steps. */

@@ -388,22 +388,6 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     return end_change(simulation, set_closed_state(simulation, t, q, v, error));
 }
 
-kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
-                                    kt_error *error) {
-    const kt_model *model = simulation->model;
-    const double *v = y + simulation->size.nq, t = kt_integrator_time(simulation->integrator);
-    simulation->cached = KT_CACHED_NOTHING;
-    kt_simulation_use_states(simulation, y);
-    kt_status status = kt_simulation_date_masses(simulation, t, error);
-    if (status == KT_OK)
-        status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
-    if (status == KT_OK)
-        *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
-                                         .potential = kt_potential_energy(model, simulation->data) +
-                                                      kt_effect_energy(model, simulation->data, t, y, v)};
-    return status;
-}
-
 /* Writes the final state of a jump to y, with closed loops. */
 static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
@@ -421,39 +405,6 @@ static kt_status close_jump_state(kt_simulation *simulation, const double *q, co
         return kt_simulation_project(simulation, t, simulation->y, &changed, error);
     status = kt_state_project(simulation->user_model, simulation->user_data, t, to, to + nq, &changed, error);
     return status == KT_OK ? kt_simulation_import_state(simulation, t, to, to + nq, simulation->y, error) : status;
-}
-
-kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
-                                   kt_error *error) {
-    *before = (kt_simulation_energy){0.0, 0.0};
-    kt_simulation_complete_powers(simulation);
-    return needed || kt_simulation_accounts(simulation)
-               ? kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), before, error)
-               : KT_OK;
-}
-
-void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven) {
-    double *work = simulation->y + simulation->size.work;
-    if (!simulation->size.integrates_works)
-        return;
-    work[0] += driven ? lost : fmax(-gain, 0.0);
-    work[1] += driven ? gain + lost : fmax(gain, 0.0);
-}
-
-kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
-                             const kt_simulation_energy *after, kt_error *error) {
-    const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
-    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
-        return status;   /* GCOVR_EXCL_LINE */
-    memcpy(simulation->state, to, simulation->size.state * sizeof(double));
-    simulation->memory.powers.count = 0;
-    simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
-    simulation->gap_time = simulation->event_time = (double)NAN;
-    simulation->memory.refined = false;
-    if (simulation->size.panel > 0)
-        simulation->panel->known = false;
-    kt_simulation_forget_breakpoints(simulation);
-    return KT_OK;
 }
 
 /* The values that change at an instant; NULL: no change. */

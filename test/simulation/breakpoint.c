@@ -284,12 +284,12 @@ KT_TEST(method_keeps_its_error_where_a_drive_begins_and_ends) {
 
 /* ---- a drive whose speed jumps ----------------------------------------------------------------------------------- */
 
-/* The load's speed in the trolley: 0 until the trolley halts at 2 s, then that of x = sin(2 u) / 2, u = t - 2. */
+/* The load's speed in the trolley: 0 until the trolley halts at 2 s, then that of x = sin(2 u) / 2, u = t - 2. The
+ * record at 2 s has one of both. */
 static int compare_speed(const kt_record *record, void *user) {
     kt_worst *error = user;
-    if (fabs(record->time - 2.0) > 1e-9)
-        kt_worst_near(error, record->v[1], record->time < 2.0 ? 0.0 : cos(2.0 * (record->time - 2.0)), 2e-8, "%g s",
-                      record->time);
+    const bool is_before = record->time < 2.0 - 1e-9 || (record->time < 2.0 + 1e-9 && fabs(record->v[1]) < 0.5);
+    kt_worst_near(error, record->v[1], is_before ? 0.0 : cos(2.0 * (record->time - 2.0)), 2e-8, "%g s", record->time);
     return 0;
 }
 
@@ -322,6 +322,27 @@ KT_TEST(load_swings_on_where_the_speed_of_a_drive_jumps) {
         kt_check_worst(&error);
         kt_model_free(model);
     }
+}
+
+/* The drive takes the kinetic energy of the trolley, 1 kg (1 m/s)^2 / 2, when it halts. The load keeps its own. */
+KT_TEST(drive_supplies_the_change_of_energy_where_its_speed_jumps) {
+    static const double rows[] = {0.0, 0.0, 2.0, 2.0};
+    static const char *const methods[] = {"dopri5", "radau5", "dop853"};
+    towed t;
+    kt_model_free(make_towed(&t));
+    t.loop.function = kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR);
+    kt_model *model = kt_scene_compile(&t.description);
+    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof *methods; m++) {
+        kt_error error = {0};
+        kt_simulation *simulation = kt_scene_start(model, methods[m], 0.0, KT_RECORD_BALANCE);
+        const double start = kt_scene_balance(simulation);
+        kt_note("%s", methods[m]);
+        (void)kt_fine("runs", kt_simulation_advance(simulation, 4.0, &error), &error);
+        kt_check_near("balance, J", kt_scene_balance(simulation), start, 1e-8);
+        kt_check_near("supplied, J", kt_simulation_work(simulation).supplied, -0.5, 1e-8);
+        kt_simulation_free(simulation);
+    }
+    kt_model_free(model);
 }
 
 /* ---- checkpoints, ticks ------------------------------------------------------------------------------------------ */

@@ -46,14 +46,6 @@ const char *kt_energy_not_watched(const kt_outcome *outcome) {
                : "except for growth, since the rest would cost more than 2 % here; record 'balance' to watch it";
 }
 
-/* Returns whether adaptive steps have met a jump of the speed of a drive. The projection makes the jump. Otherwise it
- * changes velocities by rounding and by the errors of steps. */
-static bool speed_has_jumped(const kt_outcome *outcome) {
-    return kt_is_driven(&outcome->scene->description) &&
-           kt_simulation_counts_get(outcome->simulation).crossings.near == 0 &&
-           kt_simulation_velocity_correction(outcome->simulation).share > fmax(1e-3, 10.0 * outcome->run->relative);
-}
-
 /* Writes the remedy for an error of the energy. The error of a method of order p is proportional to h^p. Therefore h is
  * reduced by the p-th root of the reduction of the error. Errors of 0.1 and more are outside of this asymptotic
  * range. */
@@ -79,11 +71,6 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
                  "Positions closer than rounding decide the motion next to a singular position of the loops: a smaller "
                  "tolerance does not help%s",
                  also);
-    else if (speed_has_jumped(outcome))
-        snprintf(text, size,
-                 "The speed of a drive jumps at t = %.6g s, and the balance lacks the work of its impulse: give the "
-                 "motion a continuous speed, for no tolerance helps%s",
-                 kt_simulation_velocity_correction(outcome->simulation).time, also);
     else if (in_proportion)
         snprintf(text, size, "Take a tolerance below %.2g%s", run->relative * shorter, also);
     else

@@ -1,0 +1,95 @@
+/* Jumps of the state: the energies before and after, their share in the works, and the commit (simulation.h). */
+#include "simulation/simulation.h"
+
+#include <math.h>
+#include <string.h>
+
+kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
+                                    kt_error *error) {
+    const kt_model *model = simulation->model;
+    const double *v = y + simulation->size.nq, t = kt_integrator_time(simulation->integrator);
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
+    kt_status status = kt_simulation_date_masses(simulation, t, error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(model, simulation->data, y, v, NULL, error);
+    if (status == KT_OK)
+        *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
+                                         .potential = kt_potential_energy(model, simulation->data) +
+                                                      kt_effect_energy(model, simulation->data, t, y, v)};
+    return status;
+}
+
+kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
+                                   kt_error *error) {
+    *before = (kt_simulation_energy){0.0, 0.0};
+    kt_simulation_complete_powers(simulation);
+    return needed || kt_simulation_accounts(simulation)
+               ? kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), before, error)
+               : KT_OK;
+}
+
+void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven) {
+    double *work = simulation->y + simulation->size.work;
+    if (!simulation->size.integrates_works)
+        return;
+    work[0] += driven ? lost : gain > 0.0 ? 0.0 : -gain; /* both are NaN if the energy is */
+    work[1] += driven ? gain + lost : gain < 0.0 ? 0.0 : gain;
+}
+
+/* Forgets values of gaps and events, and works along the last step: they are those before the jump. */
+static void forget_motion(kt_simulation *simulation) {
+    simulation->gap_time = simulation->event_time = (double)NAN;
+    simulation->memory.refined = false;
+    if (simulation->size.panel > 0)
+        simulation->panel->known = false;
+}
+
+kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
+                             const kt_simulation_energy *after, kt_error *error) {
+    const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
+    if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
+        return status;   /* GCOVR_EXCL_LINE */
+    memcpy(simulation->state, to, simulation->size.state * sizeof(double));
+    simulation->memory.powers.count = 0;
+    simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
+    forget_motion(simulation);
+    kt_simulation_forget_breakpoints(simulation);
+    return KT_OK;
+}
+
+/* Moves y of the simulation, the state at the time t, to the velocities of drives just after t, at which they jump. The
+ * drives supply the change of the energy. */
+static kt_status strike_drives(kt_simulation *simulation, double t, kt_error *error) {
+    kt_simulation_energy before, after = {0.0, 0.0};
+    bool changed;
+    kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
+    if (status == KT_OK)
+        status = kt_simulation_project(simulation, simulation->breakpoints.after, simulation->y, &changed, error);
+    if (status == KT_OK && kt_simulation_accounts(simulation))
+        status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (status != KT_OK)
+        return status;
+    const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
+    kt_simulation_note_correction(simulation, t);
+    kt_simulation_add_jump(simulation, gain, 0.0, true);
+    simulation->memory.powers.sum[1].net -= gain;
+    forget_motion(simulation);
+    return KT_OK;
+}
+
+kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error) {
+    const double t = kt_integrator_time(simulation->integrator);
+    bool strikes;
+    if (!kt_simulation_pass_piece(simulation, &strikes))
+        return KT_OK;
+    simulation->memory.powers.count = 0;
+    kt_simulation_note_jump(simulation);
+    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    const kt_status status = strikes && simulation->closes_loops ? strike_drives(simulation, t, error) : KT_OK;
+    if (status != KT_OK) {
+        kt_simulation_forget_breakpoints(simulation); /* the next call tries again */
+        return status;
+    }
+    return kt_integrator_jump(simulation->integrator, simulation->y, error);
+}
