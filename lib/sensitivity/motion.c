@@ -150,12 +150,6 @@ static kt_status begin_motion(motion *m, kt_simulation *simulation, void *work, 
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-/* The time of the slopes at t. At a breakpoint at either end of a step, slopes are evaluated inside of the step. */
-static double time_inside(const kt_simulation *simulation, double t) {
-    const kt_breakpoints *c = &simulation->breakpoints;
-    return !c->any ? t : t == c->end ? c->before : t == c->begin ? c->after : t;
-}
-
 /* change = A change. B is added to the columns of joint forces. */
 static void multiply_changes(motion *m) {
     for (size_t j = 0; j < m->columns; j++) {
@@ -171,8 +165,10 @@ static void multiply_changes(motion *m) {
 /* Adds the step that the simulation has taken from (t0, start). */
 static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
-    const double from = time_inside(simulation, t0);
-    const double to = time_inside(simulation, kt_integrator_time(simulation->integrator));
+    const bool any = simulation->breakpoints.any; /* slopes are evaluated inside of the step */
+    const double t1 = kt_integrator_time(simulation->integrator);
+    const double from = any ? kt_simulation_time_inside(simulation, t0) : t0;
+    const double to = any ? kt_simulation_time_inside(simulation, t1) : t1;
     const kt_step step = {.method = method_of(simulation),
                           .t = from,
                           .h = to - from,
@@ -338,6 +334,16 @@ static outcome outcome_of(const kt_simulation *simulation) {
     return end;
 }
 
+/* Adds the difference of a neighbour's state y from m->after, times a factor. */
+static void add_difference(motion *m, double factor, const double *y, double *to) {
+    for (size_t j = 0; j < m->n; j++)
+        m->sum[j] = factor * (y[j] - m->after[j]);
+    kt_tangent_drop(m->simulation->model, m->after, m->sum, m->along);
+    kt_copy(m->along + m->nv, m->sum + m->nq, (m->N - m->nv) * sizeof *to);
+    for (size_t j = 0; j < m->N; j++)
+        to[j] += m->along[j];
+}
+
 /* Computes R_x d + R_t dt, the difference of the states after the event along a direction, to `to` (N). */
 static kt_status difference_state(motion *m, size_t k, const direction *d, const outcome *end, double *to,
                                   kt_error *error) {
@@ -362,13 +368,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
                 "neighbouring motions come out of it with other contacts closed, and there is no derivative", error);
-        const double *y = kt_integrator_state(simulation->integrator);
-        for (size_t j = 0; j < m->n; j++)
-            m->sum[j] = weight[i] / s * (y[j] - m->after[j]);
-        kt_tangent_drop(simulation->model, m->after, m->sum, m->along);
-        kt_copy(m->along + m->nv, m->sum + m->nq, (m->N - m->nv) * sizeof *to);
-        for (size_t j = 0; j < m->N; j++)
-            to[j] += m->along[j];
+        add_difference(m, weight[i] / s, kt_integrator_state(simulation->integrator), to);
     }
     return KT_OK;
 }
@@ -442,6 +442,33 @@ static kt_status pass_events(motion *m, kt_error *error) {
     return status == KT_OK ? simulation->watch->fire(simulation, NULL, NULL, error) : status;
 }
 
+/* ---- drives whose speed jumps ------------------------------------------------------------------------------------ */
+
+/* The step that was taken began with a projection of m->start, to velocities of drives behind a jump (jump.c). Moves
+ * m->start and the columns to the state behind it. */
+static kt_status pass_strike(motion *m, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    kt_copy(m->before, m->start, m->n * sizeof *m->before);
+    kt_copy(m->after, kt_integrator_previous_state(simulation->integrator), m->n * sizeof *m->after);
+    memset(m->moved, 0, m->N * m->columns * sizeof *m->moved);
+    kt_status status = KT_OK;
+    for (size_t j = 0; j < m->columns; j++) {
+        const direction d = {m->change + j * m->N, -1, 0.0};
+        const double s = direction_distance_of(m, &d);
+        for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
+            bool changed;
+            (void)make_neighbour(m, &d, offset[i] * s);
+            status = kt_simulation_project(simulation, simulation->breakpoints.after, m->y, &changed, error);
+            if (status == KT_OK)
+                add_difference(m, weight[i] / s, m->y, m->moved + j * m->N);
+        }
+    }
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_copy(m->start, m->after, m->n * sizeof *m->start);
+    kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
+    return status;
+}
+
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
 static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
@@ -449,6 +476,8 @@ static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     kt_copy(m->start, kt_integrator_state(simulation->integrator), m->n * sizeof *m->start);
     kt_status status = kt_simulation_take_step(simulation, t_end, error);
+    if (status == KT_OK && simulation->breakpoints.struck && simulation->breakpoints.begin == t)
+        status = pass_strike(m, error);
     if (status == KT_OK && kt_integrator_time(simulation->integrator) > t)
         status = add_taken_step(m, t, error);
     return status == KT_OK && simulation->memory.fires ? pass_events(m, error) : status;

@@ -483,7 +483,7 @@ typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *
 KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,
                                     kt_error *error);
 
-/* The checkpoints of a rollout; and the memory of its reversal, in arrays for as many checkpoints. */
+/* The checkpoints of a rollout, and the arrays of its reversal. */
 int kt_checkpoints_of(const kt_rollout *rollout);
 kt_revolve kt_revolve_of(const kt_rollout *rollout, size_t numbers, double *state, double *here, int *index,
                          bool *taken);

@@ -508,6 +508,50 @@ KT_TEST(events_without_derivatives_are_told) {
     motion_free(&m);
 }
 
+/* A pendulum on a trolley that moves at 1 m/s and halts. The derivatives pass through the impulse of the drive, which
+ * depends on the pendulum's angle. The trolley's own columns are prescribed. */
+KT_TEST(derivatives_through_a_halt_of_a_drive_agree_with_differences) {
+    static const double rows[] = {0.0, 0.0, 0.5, 0.5}, weight[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+    static const char *const methods[] = {"dopri5", "dop853", "radau5"};
+    const double at[4] = {-2e-3, -1e-3, 1e-3, 2e-3};
+    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_loop drive = kt_loop_default();
+    kt_description d = kt_description_default();
+    bodies[0].name = "trolley", bodies[1].name = "load", bodies[1].parent = "trolley";
+    bodies[0].joint.type = KT_JOINT_PRISMATIC, bodies[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    bodies[1].joint.type = KT_JOINT_REVOLUTE;
+    bodies[0].mass = 2.0, bodies[1].mass = 1.0;
+    bodies[1].com = kt_vec3_make(0.0, -1.0, 0.0);
+    bodies[1].joint.position[0] = 0.4;
+    drive.name = "drive", drive.type = KT_LOOP_MOTION, drive.joint = "trolley";
+    drive.function = kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR);
+    d.gravity = kt_vec3_make(0.0, -g, 0.0);
+    d.bodies = bodies, d.body_count = 2;
+    d.loops = &drive, d.loop_count = 1;
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+        motion m;
+        kt_error error = {0};
+        kt_worst worst = kt_worst_make(methods[i]);
+        const bool fine =
+            motion_make(&m, &d, methods[i], 0.0) && kt_tree_fine("derives", derive(&m, 1.0, &error), &error);
+        for (size_t j = 1; fine && j < 4; j += 2) {
+            double change[4] = {0.0};
+            for (int k = 0; k < 4; k++) {
+                double q[MOST + 1], v[MOST];
+                run_beside(&m, 1.0, j, at[k], q, v);
+                for (size_t row = 0; row < 2; row++) {
+                    change[row] += weight[k] / 1e-3 * q[row];
+                    change[2 + row] += weight[k] / 1e-3 * v[row];
+                }
+            }
+            for (size_t row = 0; row < 4; row++)
+                kt_worst_near(&worst, m.A[4 * j + row], change[row], 1e-10, "row %d by %d", (int)row, (int)j);
+        }
+        kt_check_worst(&worst);
+        motion_free(&m);
+    }
+}
+
 /* The motion keeps its bits, and so do A and B in garbage. */
 KT_TEST(motion_with_derivatives_has_the_bits_of_one_without) {
     kt_body ball;
