@@ -20,12 +20,14 @@
  * stage is predicted better without J, the step uses J = 0.
  *
  * f_t. The caller may declare that f does not depend on time (kt_newton.autonomous), or may compute f_t
- * (kt_newton.time_derivative). Otherwise it is a difference within the step, with delta = h / 1024:
+ * (kt_newton.time_derivative). Otherwise it is a difference within the step. delta is h / 1024, or eight roundings of
+ * t0 if these are longer:
  *
  *     f_t = (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta)
  *
  * The error of the difference is delta^2 f_ttt / 3, which contributes 1e-7 h^4 f_ttt to a step. The rounding of f
- * contributes 5e-13 h f. If t0 + delta rounds to t0, the term h^2 f_t is below the rounding of y, and f_t is left out.
+ * contributes 5e-13 h f. A step of less than 16 roundings of the time has no room for the difference, and f_t is left
+ * out.
  *
  * Hidden residuals. A stiff force may vanish within the step, as that of a contact that opens. The inverse of 1 / (h
  * gamma) - J then leaves nothing of the change in U, and so in the estimate. But the stages 6 to 8 are all at the end
@@ -120,14 +122,13 @@ static kt_try_result find_slope_time_derivative(kt_integrator *it, const kt_inte
     if (known <= 0)
         return known == 0 ? scale_slope(it, in->h, result) : kt_try_called(result, known, "the slope in time", in->t);
     memset(slope, 0, n * sizeof *slope);
-    const bool is_rounding = in->t + in->h / 1024.0 == in->t;
-    for (int k = 1; k <= 2 && !is_rounding; k++) {
-        const double t = in->t + (double)k / 1024.0 * in->h, weight = k == 1 ? 2048.0 : -512.0;
-        const double part = in->h / (t - in->t) * (double)k / 1024.0; /* corrects delta for rounding */
+    const double delta = fmax(in->h / 1024.0, 8.0 * DBL_EPSILON * fabs(in->t));
+    for (int k = 1; k <= 2 && 2.0 * delta <= in->h; k++) {
+        const double t = in->t + (double)k * delta, part = (k == 1 ? 2.0 : -1.0) * (in->h / (t - in->t));
         if (kt_evaluate(it, t, in->y, SLOT_STAGE, result) != KT_TRY_PASSED)
             return result->result;
         for (size_t l = 0; l < n; l++)
-            slope[l] += weight * part * (next[l] - f[l]);
+            slope[l] += part * (next[l] - f[l]);
     }
     return KT_TRY_PASSED;
 }
