@@ -114,7 +114,7 @@ void kt_graph_init(kt_graph *g);
 void kt_graph_free(kt_graph *g);
 
 /* Takes `count` pieces of `size` bytes, zeroed, which the graph releases. Returns NULL, and sets `failed`, if memory is
- * insufficient; and NULL if it was before. */
+ * insufficient. After a failure, all calls return NULL. */
 void *kt_graph_take(kt_graph *g, size_t count, size_t size);
 
 /* Begins a block: its nodes are printed behind this comment. */

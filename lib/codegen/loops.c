@@ -22,7 +22,6 @@
 #include "constraint/formula_row.h"
 #include "kinetree/loop.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>

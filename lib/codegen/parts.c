@@ -212,14 +212,17 @@ static void read_across_loops(kt_code_printer *p, const kt_code_function *f) {
 
 /* Makes room for the prepared numbers of loops, one for each iteration. */
 static bool prepare_loops(kt_code_printer *p) {
+    size_t more = 0;
+    for (int k = 0; k < p->roll.plan_count; k++)
+        more += (size_t)p->roll.plan[k].count * (size_t)p->roll.plan[k].prepared_count;
+    kt_op *larger = more > 0 ? kt_pool_take(&p->pool, p->list_room + more, sizeof *larger) : p->list;
+    if (larger == NULL)
+        return false;
+    if (more > 0)
+        p->list = memcpy(larger, p->list, p->list_room * sizeof *larger);
+    p->list_room += more;
     for (int k = 0; k < p->roll.plan_count; k++) {
         kt_code_loop_plan *l = &p->roll.plan[k];
-        const size_t more = (size_t)l->count * (size_t)l->prepared_count;
-        kt_op *larger = kt_pool_take(&p->pool, p->list_room + more, sizeof *larger);
-        if (larger == NULL)
-            return false;
-        p->list = memcpy(larger, p->list, p->list_room * sizeof *larger);
-        p->list_room += more;
         l->prepared = p->prepared_count;
         for (int s = 0; s < l->slot_count; s++)
             for (int i = 0; i < l->count && l->slot[s].kind == KT_SLOT_PREPARED; i++) {
@@ -228,7 +231,7 @@ static bool prepare_loops(kt_code_printer *p) {
                 if (p->prepared[l->slot[s].cell[i]] < 0)
                     p->prepared[l->slot[s].cell[i]] = to;
             }
-        p->prepared_count += (int)more;
+        p->prepared_count += l->count * l->prepared_count;
     }
     return true;
 }

@@ -417,7 +417,7 @@ static void print_loop(kt_code_printer *p, const kt_code_function *f, int loop, 
     }
 }
 
-/* Whether a function has a node of this kind; of inputs, one of an array. */
+/* Whether a function has a node of this kind. For inputs, the node must read this array. */
 static bool has_node(kt_code_printer *p, const kt_code_function *f, kt_op_kind kind, kt_op_array array) {
     p->failed |= !kt_code_count_uses(p, f);
     for (kt_op i = 0; i < p->graph->count && !p->failed; i++) {
