@@ -137,6 +137,9 @@ int kt_reject_method(const char *where, const char *name);
 kt_model_options kt_compile_options(const kt_scene *scene);
 kt_variant kt_own_variant(const kt_scene *scene);
 
+/* Returns the initial state as given in the scene, q followed by v. The caller frees it. NULL: not enough memory. */
+double *kt_given_state(const kt_model *model);
+
 /* Compiles a scene with these options, and prints the errors. */
 int kt_compile_scene(const kt_scene *scene, kt_model **model);
 

@@ -269,7 +269,7 @@ KT_TEST(columns_of_varied_values_have_names_of_their_own) {
     kt_ran ran = kt_shell("$K accuracy u.yaml --vary uncertainty=1,2 --vary why=1 --goal 1e-3 --budget 0.1 --out -");
     kt_check_equal_int("exit status", ran.code, 0);
     kt_check_contains("those of a study", ran.out,
-                      "run,parameters.uncertainty,why,status,uncertainty,evaluations.0.001,");
+                      "run,parameters.uncertainty,parameters.why,status,uncertainty,evaluations.0.001,");
     ran =
         kt_shell("$K sweep u.yaml --vary uncertainty=1,2 --vary why=1 --columns position.a --functionals end --out -");
     kt_check_contains("those of a run", ran.out,

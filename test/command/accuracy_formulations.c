@@ -1,7 +1,6 @@
 /* kinetree accuracy --formulations: every way to keep loops closed in one study, with the errors of each. */
 #include "shell.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
  * values that `check` finds. */
 #include "shell.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

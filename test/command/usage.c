@@ -224,6 +224,9 @@ KT_TEST(lists_name_each_thing_once_and_options_are_no_values) {
         {"accuracy: --integrators names 'rk4' twice", "accuracy p.yaml --integrators rk4,rk4"},
         {"export: --functions names 'mass' twice", "export --c p.yaml --functions mass,mass --out p.c"},
         {"plot: --columns names 'time' twice", "plot p.csv --columns time,time"},
+        {"export: --functions: a name is missing next to a comma of 'mass,'",
+         "export --c p.yaml --functions mass, --out p.c"},
+        {"run: --record: a name is missing", "run p.yaml --record position,,energy"},
         {"sweep: --columns: the list is empty", "sweep p.yaml --vary gravity[1]=-9,-10 --columns="},
         {"plot: --marks must be followed by its SUMMARY, and '--out' is an option; --marks=--out takes it as it is",
          "plot p.csv --marks --out p.svg"},
@@ -233,6 +236,7 @@ KT_TEST(lists_name_each_thing_once_and_options_are_no_values) {
     kt_write_file("p.yaml", pendulum);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         kt_expect(1, table[i].words, "$K %s", table[i].line);
+    kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --markers '' --out /dev/null"); /* none */
     kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --out=--quiet && test -s ./--quiet");
     kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --out --else && test -s ./--else");
 }
@@ -246,6 +250,7 @@ KT_TEST(options_without_an_effect_are_rejected) {
         {"--size has nothing to act on: --plot FILE goes with it", "run p.yaml --size 800x600"},
         {"--boxes has nothing to act on: --view FILE.html or --glb", "run p.yaml --boxes"},
         {"--checkpoint-interval has nothing to act on", "run p.yaml --checkpoint-interval 3"},
+        {"--view and --glb would not show the time before the checkpoint", "view p.yaml --resume p.state --out p.html"},
         {"--dark has nothing to act on: --plot FILE goes with it", "modes p.yaml --dark"},
         {"--dark has nothing to act on: --plot FILE goes with it", "stability p.yaml --dark"},
         {"--samples takes a whole number above zero, not '0'", "stability p.yaml --samples 0"},

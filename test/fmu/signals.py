@@ -357,7 +357,7 @@ def check_names(folder):
                                  (scene, "nothing", "inputs can be cart, arm, tip, hold.target, push.torque"),
                                  (scene, "law", "has no function of time; its joint can have a force as an input: tip"),
                                  (scene, "drive.rate", "no function of time of the scene"), (scene, "", "inputs can be"),
-                                 (scene, "tip,tip", "names the input 'tip' twice; remove one"), (scene, "push,push.torque", "names the input 'push.torque' twice"),
+                                 (scene, "tip,tip", "--input names 'tip' twice; remove one"), (scene, "push,push.torque", "names the input 'push.torque' twice"),
                                  (thrust, "engine", "the body loses it, too"), (thrust, "rod", "has no function of time")):
         status, _, errors = run(COMMAND, "export", "--fmu", path, "--input", name, "--out", folder / "names.fmu")
         wrong += [] if status == 1 and expected in errors else [f"{name}: status {status}, {errors}"]

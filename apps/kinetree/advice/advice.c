@@ -5,7 +5,6 @@
 
 #include "kinetree/descriptor.h"
 #include "kinetree/study.h"
-#include "scene/start.h"
 
 #include <math.h>
 #include <stdio.h>

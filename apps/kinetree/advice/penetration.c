@@ -5,7 +5,6 @@
 
 #include "kinetree/descriptor.h"
 #include "picture/picture.h"
-#include "scene/start.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,6 +1,5 @@
 /* Assemblies of changed scenes, which show what closes their loops. */
 #include "advice/advice.h"
-#include "scene/start.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,8 +2,6 @@
 #include "draw/paper.h"
 #include "picture/solid.h"
 
-#include <math.h>
-
 /* The solid of a body with its middle farthest along a direction, among the given ones; -1: the body has none. Implied
  * rods and balls are left out. */
 static int outermost_solid(const kt_sheet *sheet, int body, kt_vec3 direction) {

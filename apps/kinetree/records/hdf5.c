@@ -7,7 +7,6 @@
 #include "records/keep.h"
 
 #include <hdf5.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -199,21 +199,34 @@ int kt_output_end(kt_output *output, kt_output_fate fate) {
     return failed;
 }
 
-kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
-                         const void *what, kt_error *error) {
+/* kt_output_fill. *is_said: the error has been printed. */
+static kt_status fill_output(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
+                             const void *what, bool *is_said, kt_error *error) {
     kt_output output;
-    errno = 0;
-    if (kt_output_start(&output, path) >= 0)
+    *is_said = kt_output_start(&output, path) >= 0;
+    if (*is_said)
         return kt_reject_memory(error);
+    errno = 0;
     FILE *file = is_stream(path) ? stdout : fopen(kt_output_path(&output), "w");
     kt_status status = file != NULL ? write(file, what, error) : KT_OK;
-    const bool fine = file != NULL && fflush(file) == 0,
-               is_closed = file == NULL || file == stdout || fclose(file) == 0;
-    if (!(fine && is_closed) && status == KT_OK)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(errno != 0 ? errno : EIO));
-    if (kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
-        status = kt_error_set(error, KT_ERROR_FILE, NULL, "it could not be renamed");
+    bool fine = file != NULL && fflush(file) == 0 && !ferror(file);
+    int reason = errno;
+    if (file != NULL && file != stdout && fclose(file) != 0 && fine) {
+        fine = false;
+        reason = errno;
+    }
+    if (!fine && status == KT_OK)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "%s", strerror(reason != 0 ? reason : EIO));
+    *is_said = kt_output_end(&output, status == KT_OK ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0;
+    if (*is_said)
+        status = kt_error_set(error, KT_ERROR_FILE, NULL, "the complete file could not be renamed");
     return status;
+}
+
+kt_status kt_output_fill(const char *path, kt_status (*write)(FILE *file, const void *what, kt_error *error),
+                         const void *what, kt_error *error) {
+    bool is_said;
+    return fill_output(path, write, what, &is_said, error);
 }
 
 /* A function that leaves its errors in the stream. */
@@ -232,8 +245,9 @@ static kt_status write_plain(FILE *file, const void *what, kt_error *error) {
 int kt_output_write(const char *path, void (*write)(FILE *file, const void *what), const void *what) {
     const plain_writer writer = {write, what};
     kt_error error = {0};
-    const kt_status status = kt_output_fill(path, write_plain, &writer, &error);
-    if (status != KT_OK && status != KT_ERROR_MEMORY)
+    bool is_said;
+    const kt_status status = fill_output(path, write_plain, &writer, &is_said, &error);
+    if (status != KT_OK && !is_said)
         kt_say("%s cannot be written: %s", is_stream(path) ? "standard output" : path, error.message);
     return status == KT_OK ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }

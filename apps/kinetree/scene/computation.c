@@ -1,5 +1,8 @@
-/* Converts the settings of a scene's `simulate` section for its computation to options of the libraries. */
+/* Converts the settings of a scene's `simulate` section for its computation to options of the libraries, and returns
+ * the state that a scene gives. */
 #include "command.h"
+
+#include <stdlib.h>
 
 kt_model_options kt_compile_options(const kt_scene *scene) {
     kt_model_options options = kt_model_options_default();
@@ -19,4 +22,11 @@ kt_variant kt_own_variant(const kt_scene *scene) {
     variant.model = kt_compile_options(scene);
     variant.formulation = scene->formulation;
     return variant;
+}
+
+double *kt_given_state(const kt_model *model) {
+    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
+    if (state != NULL)
+        kt_model_initial(model, state, state + kt_model_nq(model));
+    return state;
 }

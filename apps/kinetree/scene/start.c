@@ -76,13 +76,6 @@ static kt_initial_change *list_initial_changes(const kt_model *model, const doub
     return changes;
 }
 
-double *kt_given_state(const kt_model *model) {
-    double *state = calloc((size_t)(kt_model_nq(model) + kt_model_nv(model)) + 1, sizeof *state);
-    if (state != NULL)
-        kt_model_initial(model, state, state + kt_model_nq(model));
-    return state;
-}
-
 /* Prints the changed joints that `hold` could fix. */
 static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
     const char *before = "; 'initial: {hold: [JOINT]}' would keep ";

@@ -5,9 +5,6 @@
 #include "command.h"
 #include "text/json.h"
 
-/* Returns the initial state as given in the scene, q followed by v. The caller frees it. NULL: not enough memory. */
-double *kt_given_state(const kt_model *model);
-
 /* Assembles the initial state into q, v, and reports which of the given values changed. After a failure, reports the
  * remaining residuals and changes that would close the loops. Returns KT_EXIT_DONE or an exit code. */
 int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *data, double *q, double *v);

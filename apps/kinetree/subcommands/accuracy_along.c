@@ -6,13 +6,14 @@
 #include "sweep/sweep.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The columns of the lines besides the values; those of each goal follow. */
-static const char *const columns[] = {"run", "status", "uncertainty", NULL};
+/* The columns of the lines besides the values, of which the first COLUMNS are written; those of each goal follow. The
+ * others are those of sweeps: a parameter has the same column in both. */
+static const char *const columns[] = {"run",         "status",       "uncertainty",  "time",       "steps",
+                                      "evaluations", "energy.error", KT_SWEEP_LANES, KT_SWEEP_WHY, NULL};
 enum { COLUMNS = 3 };
 
 struct kt_accuracy_along {
@@ -27,7 +28,9 @@ struct kt_accuracy_along {
 /* Ends a line, and writes it. */
 static void put_line(FILE *file, kt_bytes *line) {
     kt_bytes_print(line, "\n");
-    if (!line->is_short)
+    if (line->is_short)
+        kt_say("accuracy: a line is left out: there is not enough memory");
+    else
         (void)fputs(line->text, file);
     free(line->text);
 }

@@ -25,7 +25,7 @@ static const kt_option options[] = {
     {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
     {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU, for other simulation tools", NULL},
     {"fmi", KT_OPTION_CHOICE, AT(version), "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"},
-    {"input", KT_OPTION_NAMES, AT(inputs), "LIST", "take forces in joints and functions of time as inputs of an FMU",
+    {"input", KT_OPTION_ANY_NAMES, AT(inputs), "LIST", "take joint forces and functions of time as inputs of an FMU",
      NULL},
     {"sources", KT_OPTION_FLAG, AT(sources), NULL, "add the source of the binary to an FMU", NULL},
     {"functions", KT_OPTION_NAMES, AT(functions), "LIST",

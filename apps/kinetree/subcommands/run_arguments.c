@@ -41,7 +41,8 @@ static const kt_option options[] = {
      "compute accelerations by generated C, which the system's compiler compiles; compiled files are kept", NULL},
     {"interval", KT_OPTION_POSITIVE, KT_AT(interval), "S", "record every S seconds; default: about 1000 records", NULL},
     {"record", KT_OPTION_NAMES, KT_AT(record), "A,B", record_help, NULL},
-    {"markers", KT_OPTION_NAMES, KT_AT(markers), "B.M,...", "record the world positions of these markers, too", NULL},
+    {"markers", KT_OPTION_ANY_NAMES, KT_AT(markers), "B.M,...", "record the world positions of these markers, too",
+     NULL},
     {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
      "write the records here, as CSV, or as HDF5 (FILE.h5); '-': standard output; default: NAME.csv", NULL},
     {"summary", KT_OPTION_TEXT, KT_AT(summary), "FILE",
@@ -193,6 +194,8 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
     if (code >= 0)
         return code;
     take_page(usage, arguments);
+    if (arguments->resume != NULL && arguments->view != NULL) /* `view --out` */
+        return kt_misuse("%s: %s", usage->command, not_with_time);
     int to_stdout = (arguments->out != NULL && strcmp(arguments->out, "-") == 0) +
                     (arguments->summary != NULL && strcmp(arguments->summary, "-") == 0);
     if (to_stdout > 1)

@@ -6,7 +6,6 @@
 #include "text/list.h"
 
 #include <errno.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -152,11 +151,13 @@ static int read_choice_option(const kt_usage *usage, const kt_option *option, co
                      kt_ask(&nearest, "").text);
 }
 
-/* Rejects an empty list, and one in which a name occurs twice: its column, for example, would be written twice. */
+/* Rejects a list in which a name occurs twice: its column, for example, would be written twice. */
 static int read_names_option(const kt_usage *usage, const kt_option *option, const char *text, const char **member) {
     kt_word word, before;
-    if (*text == '\0')
+    if (*text == '\0' && option->type == KT_OPTION_NAMES)
         return kt_misuse("%s: --%s: the list is empty", usage->command, option->name);
+    if (*text == ',' || strstr(text, ",,") != NULL || (*text != '\0' && text[strlen(text) - 1] == ','))
+        return kt_misuse("%s: --%s: a name is missing next to a comma of '%s'", usage->command, option->name, text);
     for (const char *rest = text; kt_word_next(&rest, &word);)
         for (const char *other = text; kt_word_next(&other, &before) && before.text < word.text;)
             if (before.length == word.length && memcmp(before.text, word.text, word.length) == 0)
@@ -187,6 +188,7 @@ static int read_option_value(const kt_usage *usage, const kt_option *option, con
         *(const char **)member = text;
         return -1;
     case KT_OPTION_NAMES:
+    case KT_OPTION_ANY_NAMES:
         return read_names_option(usage, option, text, member);
     case KT_OPTION_NUMBER:
         return read_real(option, text, member) ? -1 : say_wrong_value(usage, option, text, "a number");

@@ -7,16 +7,17 @@
 
 /* The argument of an option, and the type of the struct member that it fills. */
 typedef enum kt_option_type {
-    KT_OPTION_FLAG,     /* nothing; bool */
-    KT_OPTION_TEXT,     /* any text; const char * */
-    KT_OPTION_NAMES,    /* names with commas between, at least one, each once; const char * */
-    KT_OPTION_NUMBER,   /* a finite number; double */
-    KT_OPTION_POSITIVE, /* a number above zero; double */
-    KT_OPTION_ANGLE,    /* a finite number, in degrees if followed by "deg"; double, rad */
-    KT_OPTION_COUNT,    /* a whole number, zero or more; long */
-    KT_OPTION_SEVERAL,  /* a whole number above zero; long */
-    KT_OPTION_SETTING,  /* PATH=VALUE, any number of times; kt_settings */
-    KT_OPTION_CHOICE,   /* one of the words of `choices`; int, its index among them */
+    KT_OPTION_FLAG,      /* nothing; bool */
+    KT_OPTION_TEXT,      /* any text; const char * */
+    KT_OPTION_NAMES,     /* names with commas between, at least one, each once; const char * */
+    KT_OPTION_ANY_NAMES, /* the same, or none */
+    KT_OPTION_NUMBER,    /* a finite number; double */
+    KT_OPTION_POSITIVE,  /* a number above zero; double */
+    KT_OPTION_ANGLE,     /* a finite number, in degrees if followed by "deg"; double, rad */
+    KT_OPTION_COUNT,     /* a whole number, zero or more; long */
+    KT_OPTION_SEVERAL,   /* a whole number above zero; long */
+    KT_OPTION_SETTING,   /* PATH=VALUE, any number of times; kt_settings */
+    KT_OPTION_CHOICE,    /* one of the words of `choices`; int, its index among them */
 } kt_option_type;
 
 /* Values that replace those of the scene: kt_scene_options. */
