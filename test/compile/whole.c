@@ -160,5 +160,5 @@ KT_TEST(without_memory_nothing_of_the_whole_is_told) {
         kt_check_text("told", t.text, "");
         kt_check_equal_int("released", kt_interpose_frees(), allocations - 1);
     }
-    kt_check_above("allocations made to fail", tried, 7.0);
+    kt_check_above("allocations made to fail", tried, 5.0); /* a step of set-up takes its arrays as one */
 }

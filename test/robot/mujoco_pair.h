@@ -26,10 +26,10 @@ static inline bool load_mujoco_pair(mujoco_pair *p, const char *path, const kt_r
     if (kt_robot_read(path, options, &p->scene, NULL, NULL, &error) != KT_OK ||
         kt_model_compile(&p->scene.description, NULL, &p->model, &error) != KT_OK ||
         kt_data_create(p->model, &p->data, &error) != KT_OK)
-        return kt_check_text(error.where, error.message, "");
+        return kt_note("%s: %s", error.where, error.message), kt_check_true("it is read and compiled", false);
     p->m = mj_loadXML(path, NULL, said, sizeof said);
     if (p->m == NULL)
-        return kt_check_text("MuJoCo", said, "");
+        return kt_note("%s", said), kt_check_true("MuJoCo reads it", false);
     p->d = mj_makeData(p->m);
     return true;
 }

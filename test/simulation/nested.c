@@ -3,7 +3,6 @@
 
 #include "kinetree/sensitivity.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 typedef kt_status mover(kt_simulation *simulation, kt_error *error);
@@ -105,12 +104,14 @@ static kt_simulation *make(kt_model **model, const kt_event *event) {
 
 /* The motion is that without these calls, and later calls are accepted again. */
 KT_TEST(callbacks_cannot_move_their_simulation_in_time) {
-    kt_model *model[2];
+    kt_model *model[3] = {NULL};
     kt_error error = {0};
     nest n = {.who = "a recorder"};
     n.simulation = make(&model[0], NULL);
-    if (n.simulation == NULL)
+    if (n.simulation == NULL) {
+        kt_model_free(model[0]);
         return;
+    }
     (void)kt_fine("run", kt_simulation_run(n.simulation, move_at_record, &n, &error), &error);
     kt_check_equal_int("records", n.count, 5);
     (void)kt_fine("starts again", starts(n.simulation, &error), &error);
@@ -120,7 +121,7 @@ KT_TEST(callbacks_cannot_move_their_simulation_in_time) {
     const kt_event event = {.name = "half", .function = clock_of, .action = move_at_event, .user = &n},
                    idle = {.name = "half", .function = clock_of};
     kt_simulation *alone = make(&model[1], &idle);
-    n.simulation = make(&model[1], &event);
+    n.simulation = make(&model[2], &event);
     if (n.simulation != NULL && alone != NULL) {
         (void)kt_fine("advance", kt_simulation_advance(n.simulation, 1.0, &error), &error);
         (void)kt_fine("alone", kt_simulation_advance(alone, 1.0, &error), &error);
@@ -132,4 +133,5 @@ KT_TEST(callbacks_cannot_move_their_simulation_in_time) {
     kt_simulation_free(alone);
     kt_model_free(model[0]);
     kt_model_free(model[1]);
+    kt_model_free(model[2]);
 }
