@@ -8,7 +8,6 @@
 
 #include "base/sum.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>

@@ -8,7 +8,6 @@
 #include "kinetree/batch.h"
 #include "kinetree/scene.h"
 
-#include <math.h>
 #include <stdio.h>
 
 typedef struct pair {

@@ -3,7 +3,6 @@
 #include "mujoco_twin.h"
 #include "peer_scene.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

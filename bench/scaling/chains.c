@@ -12,7 +12,6 @@
 
 #include "kinetree/dynamics.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 enum { SIZES_MAX = 5, TREE = 0, LOOPS, PROJECTION, ASSEMBLY, TASKS };

@@ -12,7 +12,6 @@
 #include "model/parameter_key.h"
 #include "model/switching.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

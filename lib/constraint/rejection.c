@@ -1,5 +1,5 @@
 /* Finds the caller's own loop that rejects a state. Its equations are computed once more there, with a callback that
- * notes the first number that the loop's own callback returns: differences also call that one in states nearby. */
+ * notes the first number that the loop's own callback returns. Differences call it in neighbouring states, too. */
 #include "constraint/rejection.h"
 
 #include "constraint/spatial_rows.h"

@@ -19,8 +19,6 @@
 #include "model/switching.h"
 #include "reduction/kernel.h"
 
-#include <math.h>
-
 /* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. Rates up to this number do not part. */
 static const double touching = 1e-9, parting = 1e-9;
 

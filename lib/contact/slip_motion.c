@@ -3,8 +3,6 @@
 #include "dynamics/motion.h"
 #include "reduction/kernel.h"
 
-#include <math.h>
-
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
 static const double directed = 1e-11, aligned = 0.9;
 

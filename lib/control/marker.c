@@ -12,7 +12,7 @@ static const kt_marker_record *marker_record_of(const kt_model *model, int body,
 typedef void frame_matrix(const kt_model *model, const kt_data *data, int body, kt_vec3 point, kt_twist_frame frame,
                           double *matrix);
 
-/* Computes that of the marker's place, with its columns in the marker's axes. */
+/* Computes the Jacobian of the marker's place, with its columns in the marker's axes. */
 static void compute_of_marker(frame_matrix *compute, const kt_model *model, const kt_data *data, int body, int marker,
                               kt_twist_frame frame, double *matrix) {
     const kt_marker_record *m = marker_record_of(model, body, marker);

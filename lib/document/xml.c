@@ -2,7 +2,6 @@
 #include "document/xml.h"
 
 #include <expat.h>
-#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>

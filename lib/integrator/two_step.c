@@ -15,7 +15,6 @@
 #include "integrator/dirk.h"
 #include "integrator/multistep.h"
 
-#include <math.h>
 #include <string.h>
 
 /* The history after that of diagonally implicit methods: the length of the last step (0: none) and gamma of the factors

@@ -8,7 +8,6 @@
 #define KT_COLUMN_SHIFT kt_motion_shift
 #include "reduction/front_constants.h"
 
-#include <math.h>
 #include <string.h>
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */

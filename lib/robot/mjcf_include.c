@@ -4,7 +4,6 @@
  * are counted. This limits the memory that a small file can claim. */
 #include "robot/mjcf.h"
 
-#include <math.h>
 #include <string.h>
 
 /* ---- elements ---------------------------------------------------------------------------------------------------- */

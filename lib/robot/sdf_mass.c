@@ -6,7 +6,6 @@
  */
 #include "robot/sdf.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

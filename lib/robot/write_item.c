@@ -2,7 +2,6 @@
 #include "robot/print.h"
 #include "robot/write.h"
 
-#include <math.h>
 #include <string.h>
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */

@@ -15,7 +15,6 @@
 #include "robot/write.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* The name of a link or a joint, or of step 1, 2 ... of a joint: BODY, BODY__1, BODY__2. */

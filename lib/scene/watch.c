@@ -15,7 +15,6 @@
 #include "simulation/renew.h"
 #include "simulation/response.h"
 
-#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -31,7 +31,6 @@
 #include "mechanism/evaluate.h"
 #include "sensitivity/sensitivity.h"
 
-#include <math.h>
 #include <string.h>
 
 #define REACH 0x1p-9

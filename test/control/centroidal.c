@@ -2,7 +2,6 @@
  * derivative against differences. */
 #include "along.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { TREES = 60, ROWS = 6 };

@@ -4,7 +4,6 @@
 
 #include "model/model.h"
 
-#include <math.h>
 #include <stdio.h>
 
 static int32_t depth_of(const kt_model *m, int32_t link) {

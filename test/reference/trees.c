@@ -4,8 +4,6 @@
  */
 #include "scene.h"
 
-#include <math.h>
-
 #define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
 
 /* ---- free flight ------------------------------------------------------------------------------------------------- */

@@ -1,7 +1,6 @@
 /* Functions of time as formulas, sums, products and bumps: the description has exactly the functions of the scene. */
 #include "kinetree/scene.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

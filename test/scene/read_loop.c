@@ -1,6 +1,5 @@
 /* Every key of loops, the initial state, effects and functions, and its result in the scene. The library rejects these
  * sections until its engine supports them; the tables that read them are complete. */
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

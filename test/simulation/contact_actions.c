@@ -4,7 +4,6 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

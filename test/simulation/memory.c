@@ -7,7 +7,6 @@
 #include "model/model.h"
 #include "simulation/simulation.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
