@@ -204,6 +204,10 @@ int kt_fmu_find_inputs(const kt_scene *scene, const char *list, kt_fmu_inputs *i
     inputs->items = calloc((size_t)count + 1, sizeof *inputs->items);
     if (inputs->items == NULL)
         return kt_say_no_memory(NULL);
+    if (list != NULL && *list == '\0') { /* which inputs are there? */
+        report_unknown_input(&scene->description, list);
+        return KT_EXIT_USAGE;
+    }
     while (kt_list_next(&list, word, sizeof word)) {
         kt_fmu_input input;
         if (!find_input(&scene->description, word, &input))
