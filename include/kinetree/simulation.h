@@ -496,10 +496,9 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * which would overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
-/* The largest change of a velocity in the loops by the projection after a step, or where the speed of a drive jumps,
- * since the start. Fixed steps that
- * resolve the motion keep this change far below the velocities themselves. A change of a tenth of the velocities or
- * more has one of three causes.
+/* The largest change of a velocity in the loops by a projection since the start. Projections follow a step, and a jump
+ * of the speed of a drive. Fixed steps that resolve the motion keep this change far below the velocities themselves. A
+ * change of a tenth of the velocities or more has one of three causes.
  *   The steps are much too long.
  *   A step has jumped over a dead point of the drives, at which no velocities satisfy the equations.
  *   The speed of a drive jumps. */

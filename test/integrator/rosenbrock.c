@@ -8,6 +8,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { S = KT_ROSENBROCK_STAGES };
@@ -311,6 +312,28 @@ KT_TEST(a_step_of_a_few_roundings_needs_no_slope_in_time) {
         kt_check_near("y", kt_integrator_state(it)[0], sin(end), DBL_EPSILON);
         integrator_free(it);
     }
+}
+
+/* y' = lambda (y - sin s) + cos s with s = t - 2^30, whose solution is sin s. */
+static int late_rhs(double t, const double *y, double *dydt, void *user) {
+    const double s = t - ldexp(1.0, 30), lambda = *(const double *)user;
+    dydt[0] = lambda * (y[0] - sin(s)) + cos(s);
+    return 0;
+}
+
+/* Times are multiples of 2^-22 s, and a step has 256 of them. The bound is the change of the solution in half of such a
+ * time. Without the slope in time, the error is 5e-7. */
+KT_TEST(steps_of_many_roundings_have_a_slope_in_time) {
+    const double start = ldexp(1.0, 30), h = ldexp(1.0, -14);
+    kt_error error;
+    kt_integrator_options options = fixed_step(h);
+    double lambda = -1e4;
+    const kt_integrator_callbacks callbacks = {late_rhs, NULL, &lambda};
+    kt_integrator *it = integrator_make(rodas(), 1, &options);
+    is_ok("start", kt_integrator_start(it, start, (double[]){0.0}, &callbacks, &error), &error);
+    integrate_to(it, start + 1024.0 * h);
+    kt_check_near("y", kt_integrator_state(it)[0], sin(1024.0 * h), ldexp(1.0, -23));
+    integrator_free(it);
 }
 
 /* A step takes eight evaluations, and two more for the slope in time. With the slope the order is 5. For a linear

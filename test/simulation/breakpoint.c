@@ -324,6 +324,49 @@ KT_TEST(load_swings_on_where_the_speed_of_a_drive_jumps) {
     }
 }
 
+/* A caller's projection of the trolley, whose halt moves the load's momentum. It fails once behind the halt. */
+static int halt_once(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
+    int *failures = user;
+    const double speed = at->t < 2.0 ? 1.0 : 0.0;
+    (void)error;
+    if (at->t > 2.0 && *failures == 0) {
+        ++*failures;
+        return -7;
+    }
+    q[0] = fmin(at->t, 2.0);
+    v[1] += v[0] - speed;
+    v[0] = speed;
+    *changed = true;
+    return 0;
+}
+
+/* The call fails at the halt. The next one tries the jump again. */
+KT_TEST(jump_of_a_drive_that_fails_is_tried_again) {
+    static const double rows[] = {0.0, 0.0, 2.0, 2.0};
+    towed t;
+    int failures = 0;
+    kt_error error = {0};
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_run run = kt_run_default();
+    kt_model_free(make_towed(&t));
+    t.loop.function = kt_function_table(rows, 4, KT_INTERPOLATION_LINEAR);
+    kt_model *model = kt_scene_compile(&t.description);
+    options.projection = halt_once;
+    options.user = &failures;
+    run.integrator = "dop853";
+    run.relative = run.absolute = 1e-10;
+    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    if (simulation == NULL)
+        return;
+    kt_check_equal_int("fails", kt_simulation_advance(simulation, 4.0, &error), KT_ERROR_CALLBACK);
+    kt_check_near("time", kt_simulation_time(simulation), 2.0, 1e-12);
+    (void)kt_fine("goes on", kt_simulation_advance(simulation, 4.0, &error), &error);
+    kt_check_near("trolley, m/s", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
+    kt_check_near("load, m/s", kt_simulation_velocities(simulation)[1], cos(4.0), 1e-7);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
 /* The drive takes the kinetic energy of the trolley, 1 kg (1 m/s)^2 / 2, when it halts. The load keeps its own. */
 KT_TEST(drive_supplies_the_change_of_energy_where_its_speed_jumps) {
     static const double rows[] = {0.0, 0.0, 2.0, 2.0};
