@@ -54,7 +54,7 @@ static int list_roots(const kt_code_function *f, kt_op *root) {
 }
 
 bool kt_code_count_uses(kt_code_printer *p, const kt_code_function *f) {
-    kt_op *root = kt_pool_take(&p->pool, (size_t)(f->out_count + 2 * f->guard_count), sizeof *root);
+    kt_op *root = kt_pool_take(&p->pool, (size_t)f->out_count + 2 * (size_t)f->guard_count, sizeof *root);
     if (root != NULL)
         kt_graph_uses(p->graph, root, list_roots(f, root), p->uses);
     return root != NULL;
