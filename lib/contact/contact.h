@@ -147,6 +147,7 @@ struct kt_contacts {
     bool holds_slow;      /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;           /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;           /* this contact */
+    bool strikes;         /* speeds of drives jump: contacts that are closed do not bounce */
     bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_event_watch watch; /* the event handler, extended for slip that reverses */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */

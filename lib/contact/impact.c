@@ -24,6 +24,10 @@
  * even one contact suffices (Kane 1984). Then all e are halved until the energy does not grow, which e = 0 guarantees.
  * These impacts are counted.
  *
+ * The speed of a drive may jump. This is the limit of a fast ramp, in which contacts that are closed stay closed while
+ * their reactions press. So they have e = 0, and the rates of their gaps before the jump are zero. With the rates
+ * before and behind the ramp, all impulses dissipate -p . (u- + u+) / 2, which is the work of friction.
+ *
  * Source: C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7,
  * 1995.
  */
@@ -87,6 +91,12 @@ static bool solve_impact(kt_simulation *simulation, const double *W, kt_impact_p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
+/* Whether the contact of row i was closed before drives struck. */
+static bool is_struck(const kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    return c->strikes && i < c->meeting && kt_contact_is_closed(simulation->model, &c->item[c->list[i]]);
+}
+
 /* Whether a contact closes that may bounce, in any island. */
 static bool any_bounces(const kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
@@ -95,7 +105,7 @@ static bool any_bounces(const kt_simulation *simulation) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++) {
             const kt_loop_record *loop = kt_contact_loop(simulation, i);
-            any = any || (loop->restitution > 0.0 && c->u[i] < -loop->rest_velocity);
+            any = any || (loop->restitution > 0.0 && c->u[i] < -loop->rest_velocity && !is_struck(simulation, i));
         }
     }
     return any;
@@ -120,7 +130,7 @@ static bool begin_impact(kt_simulation *simulation, const double *W, const doubl
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
         const double rate = loop->poisson ? kt_contacts_own(c, W, i) * compression->p[i] : -u[i];
-        e[i] = rate > loop->rest_velocity ? loop->restitution : 0.0;
+        e[i] = rate > loop->rest_velocity && !is_struck(simulation, i) ? loop->restitution : 0.0;
         if (limits && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
             e[i] = 0.0;
     }
@@ -141,15 +151,26 @@ static void begin_expansion(const kt_simulation *simulation, const double *u, co
     }
 }
 
+/* The rate of a row before the impact, or before drives struck. u: the rates between. */
+static double rate_before(const kt_simulation *simulation, const double *u, int line) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
+    double size;
+    if (!c->strikes || is_struck(simulation, line))
+        return c->strikes ? 0.0 : u[line];
+    return kt_contacts_residual(c, c->list[line], c->component[line], v, c->rate, &size);
+}
+
 /* Adds the impulses of compression to the phase, and returns the energy that both phases dissipate. *size: the sum of
  * the terms' magnitudes. */
-static double loss_of(const double *u, const kt_impact_phase *compression, kt_impact_phase *phase, double *size) {
+static double loss_of(const kt_simulation *simulation, const double *u, const kt_impact_phase *compression,
+                      kt_impact_phase *phase, double *size) {
     double lost = 0.0;
     *size = 0.0;
     for (int j = 0; j < phase->rows; j++) {
         const int line = phase->line[j];
         phase->p[line] += compression->p[line];
-        lost -= 0.5 * phase->p[line] * (u[line] + phase->u[line]);
+        lost -= 0.5 * phase->p[line] * (rate_before(simulation, u, line) + phase->u[line]);
         *size += 0.5 * fabs(phase->p[line] * u[line]);
     }
     return lost;
@@ -166,8 +187,8 @@ static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) 
     for (int halving = 0; found; halving++) {
         begin_expansion(simulation, u, e, c->compression, c->phase);
         found = solve_impact(simulation, W, c->phase);
-        *lost = found ? loss_of(u, c->compression, c->phase, &size) : 0.0;
-        if (!found || !(*lost < -1e-12 * size) || halving > HALVINGS)
+        *lost = found ? loss_of(simulation, u, c->compression, c->phase, &size) : 0.0;
+        if (!found || c->strikes || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;
         simulation->memory.contacts.reduced += halving == 0;
         for (int i = 0; i < c->meeting; i++)
@@ -182,7 +203,7 @@ static void apply_impulses(kt_simulation *simulation) {
     const kt_impact_phase *phase = c->phase;
     for (int i = 0; i < c->meeting; i++)
         simulation->memory.contacts.impacts +=
-            phase->p[i] > 0.0 && c->u[i] < -kt_contact_loop(simulation, i)->rest_velocity;
+            phase->p[i] > 0.0 && c->u[i] < -kt_contact_loop(simulation, i)->rest_velocity && !is_struck(simulation, i);
     for (int j = 0; j < phase->rows; j++) {
         const int line = phase->line[j];
         c->u[line] = phase->u[line];

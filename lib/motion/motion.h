@@ -142,6 +142,7 @@ typedef struct kt_breakpoints {
     double from, next;       /* there is none between these times */
     bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
     bool strikes, struck;    /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
+    bool passing;            /* jumps of the state at `from` are a part of passing it: nothing is searched anew */
     double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
     double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_breakpoints;
@@ -318,6 +319,8 @@ typedef struct kt_contact_calls {
     const kt_model *(*resting)(kt_simulation *simulation);
     /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
     kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
+    /* Likewise, where the speeds of drives jump. NULL: contacts take the jump in the next step. */
+    kt_status (*strike)(kt_simulation *simulation, kt_error *error);
     /* Comes after data have been initialised for another model. */
     void (*follow)(kt_simulation *simulation);
     /* Checks the multipliers of a record. Errors: a closed contact pulls, or sticking friction of a joint is beyond its

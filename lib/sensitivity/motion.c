@@ -30,6 +30,7 @@
 #include "model/switching.h"
 #include "sensitivity/sensitivity.h"
 #include "simulation/simulation.h"
+#include "simulation/step_parts.h"
 
 #include <math.h>
 
@@ -296,12 +297,12 @@ static kt_status find_state_rate(motion *m, double t, const double *y, double *r
     return KT_OK;
 }
 
-/* Moves the simulation to a neighbour, with closed loops, and applies the events there. */
-static kt_status move_and_fire(motion *m, double t, kt_error *error) {
+/* Moves the simulation to a neighbour, whose loops are closed at the time `closing`. */
+static kt_status move_to_neighbour(motion *m, double t, double closing, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     bool changed = false;
-    kt_status status = kt_simulation_project(simulation, t, m->y, &changed, error);
+    kt_status status = kt_simulation_project(simulation, closing, m->y, &changed, error);
     if (status == KT_OK)
         status = kt_integrator_start(simulation->integrator, t, m->y, &callbacks, error);
     if (status != KT_OK)
@@ -310,7 +311,7 @@ static kt_status move_and_fire(motion *m, double t, kt_error *error) {
     simulation->event_time = (double)NAN;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_forget_breakpoints(simulation);
-    return simulation->watch->fire(simulation, NULL, NULL, error);
+    return KT_OK;
 }
 
 /* The outcome of an event, which must be equal for its neighbours. */
@@ -319,6 +320,10 @@ typedef struct outcome {
     uint64_t impacts;
     int touching;
 } outcome;
+
+static bool is_same_outcome(const outcome *a, const outcome *b) {
+    return a->set == b->set && a->loops == b->loops && a->impacts == b->impacts && a->touching == b->touching;
+}
 
 static outcome outcome_of(const kt_simulation *simulation) {
     const kt_model *model = simulation->model;
@@ -352,8 +357,11 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
     memset(to, 0, m->N * sizeof *to);
     for (int i = 0; i < POINTS && s > 0.0; i++) {
         kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
+        const double t = make_neighbour(m, d, offset[i] * s);
         if (status == KT_OK)
-            status = move_and_fire(m, make_neighbour(m, d, offset[i] * s), error);
+            status = move_to_neighbour(m, t, t, error);
+        if (status == KT_OK)
+            status = simulation->watch->fire(simulation, NULL, NULL, error);
         if (status == KT_ERROR_CONSTRAINT)
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
@@ -363,8 +371,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
         if (status != KT_OK)
             return status;
         const outcome its = outcome_of(simulation);
-        if (its.set != end->set || its.loops != end->loops || its.impacts != end->impacts ||
-            its.touching != end->touching)
+        if (!is_same_outcome(&its, end))
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
                 "neighbouring motions come out of it with other contacts closed, and there is no derivative", error);
@@ -444,29 +451,46 @@ static kt_status pass_events(motion *m, kt_error *error) {
 
 /* ---- drives whose speed jumps ------------------------------------------------------------------------------------ */
 
-/* The step that was taken began with a projection of m->start, to velocities of drives behind a jump (jump.c). Moves
- * m->start and the columns to the state behind it. */
+/* Returns to the checkpoint, and lets drives jump there, from a neighbour or from the motion itself (d: NULL). */
+static kt_status strike_neighbour(motion *m, const direction *d, double s, kt_error *error) {
+    kt_simulation *simulation = m->simulation;
+    double unlimited = HUGE_VAL;
+    kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
+    if (status == KT_OK && d != NULL) {
+        kt_simulation_recall_breakpoints(simulation);
+        const double t = make_neighbour(m, d, s);
+        status = move_to_neighbour(m, t, kt_simulation_closing_time(simulation, t), error);
+    }
+    return status == KT_OK ? kt_simulation_begin_step(simulation, &unlimited, error) : status;
+}
+
+/* The step that was taken began with a jump of m->start, the state of the checkpoint (jump.c). Moves the columns to the
+ * state behind the jump, and the simulation back to the checkpoint. */
 static kt_status pass_strike(motion *m, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     kt_copy(m->before, m->start, m->n * sizeof *m->before);
-    kt_copy(m->after, kt_integrator_previous_state(simulation->integrator), m->n * sizeof *m->after);
+    kt_status status = strike_neighbour(m, NULL, 0.0, error);
+    const outcome end = outcome_of(simulation);
+    kt_copy(m->after, kt_integrator_state(simulation->integrator), m->n * sizeof *m->after);
     memset(m->moved, 0, m->N * m->columns * sizeof *m->moved);
-    kt_status status = KT_OK;
     for (size_t j = 0; j < m->columns; j++) {
         const direction d = {m->change + j * m->N, -1, 0.0};
         const double s = direction_distance_of(m, &d);
         for (int i = 0; status == KT_OK && i < POINTS && s > 0.0; i++) {
-            bool changed;
-            (void)make_neighbour(m, &d, offset[i] * s);
-            status = kt_simulation_project(simulation, simulation->breakpoints.after, m->y, &changed, error);
+            status = strike_neighbour(m, &d, offset[i] * s, error);
+            const outcome its = outcome_of(simulation);
+            if (status == KT_OK && !is_same_outcome(&its, &end))
+                return kt_error_set(error, KT_ERROR_SINGULAR,
+                                    kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
+                                    "the speed of a drive jumps, and neighbouring motions have other contacts closed "
+                                    "behind the jump; there is no derivative");
             if (status == KT_OK)
-                add_difference(m, weight[i] / s, m->y, m->moved + j * m->N);
+                add_difference(m, weight[i] / s, kt_integrator_state(simulation->integrator), m->moved + j * m->N);
         }
     }
-    simulation->cached = KT_CACHED_NOTHING;
     kt_copy(m->start, m->after, m->n * sizeof *m->start);
     kt_copy(m->change, m->moved, m->N * m->columns * sizeof *m->change);
-    return status;
+    return status == KT_OK ? kt_simulation_restore(simulation, m->checkpoint, error) : status;
 }
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
@@ -475,9 +499,14 @@ static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const double t = kt_integrator_time(simulation->integrator);
     kt_copy(m->start, kt_integrator_state(simulation->integrator), m->n * sizeof *m->start);
+    if (simulation->breakpoints.any)
+        kt_simulation_save(simulation, m->checkpoint);
     kt_status status = kt_simulation_take_step(simulation, t_end, error);
-    if (status == KT_OK && simulation->breakpoints.struck && simulation->breakpoints.begin == t)
+    if (status == KT_OK && simulation->breakpoints.struck && simulation->breakpoints.begin == t) {
         status = pass_strike(m, error);
+        if (status == KT_OK)
+            status = kt_simulation_take_step(simulation, t_end, error);
+    }
     if (status == KT_OK && kt_integrator_time(simulation->integrator) > t)
         status = add_taken_step(m, t, error);
     return status == KT_OK && simulation->memory.fires ? pass_events(m, error) : status;

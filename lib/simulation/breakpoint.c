@@ -183,6 +183,8 @@ static double aside(const kt_simulation *simulation, double t) {
 
 void kt_simulation_forget_breakpoints(kt_simulation *simulation) {
     kt_breakpoints *c = &simulation->breakpoints;
+    if (c->passing)
+        return;
     c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
 }
 

@@ -13,6 +13,9 @@
  *
  *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
  *
+ * The speed of a drive may jump. Velocities first jump with all contacts open. The two steps follow, in which contacts
+ * that were closed do not bounce (contact/impact.c).
+ *
  * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
  * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. It has no
  * impulse. At rest
@@ -269,6 +272,21 @@ static kt_status solve_contacts(kt_simulation *simulation, double t, double *los
     return status;
 }
 
+/* Moves c->v to the velocities just after t, at which speeds of drives jump. No contact reacts yet. */
+static kt_status strike_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    double *y = simulation->y;
+    bool changed;
+    memcpy(y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof *y);
+    kt_simulation_take_model(simulation, kt_model_switched(model, model->set & ~c->mask));
+    const kt_status status = kt_simulation_project(simulation, t, y, &changed, error);
+    kt_simulation_note_correction(simulation, t);
+    kt_simulation_take_model(simulation, model);
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof *y);
+    return status;
+}
+
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_breakpoints(simulation);
@@ -279,15 +297,20 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_simulation_clear_jump(simulation);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
-    kt_status status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
+    kt_status status = c->strikes ? strike_open(simulation, t, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
     if (status == KT_OK)
         status = kt_contacts_find_touching(simulation, t, error);
     const bool any = status == KT_OK && kt_contacts_total(c) > 0;
     if (status == KT_OK && !any)
         store_changes(simulation);
-    if (!any)
+    if (!any && !c->strikes)
         return status;
-    status = solve_contacts(simulation, t, &lost, &approach, error);
+    if (any)
+        status = solve_contacts(simulation, t, &lost, &approach, error);
+    else
+        kt_contacts_let_slip(c);
     if (status == KT_OK)
         status = commit_jump_of_contacts(simulation, lost, approach, error);
     if (status != KT_OK)
@@ -382,6 +405,13 @@ static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
+    simulation->contacts->strikes = true;
+    const kt_status status = resolve_contacts(simulation, error);
+    simulation->contacts->strikes = false;
+    return status;
+}
+
 static bool rest(kt_simulation *simulation, size_t k) {
     struct kt_contacts *c = simulation->contacts;
     const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
@@ -406,6 +436,7 @@ static const kt_contact_calls calls = {.rest = rest,
                                        .model = kt_contacts_open_model,
                                        .resting = find_resting_model,
                                        .resolve = resolve_contacts,
+                                       .strike = strike_contacts,
                                        .follow = kt_contacts_put_directions,
                                        .check = kt_contacts_check_record,
                                        .keep = kt_simulation_keep,

@@ -58,9 +58,24 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const 
     return KT_OK;
 }
 
+/* Likewise, with hard contacts, which may open or slip. A failure changes nothing. */
+static kt_status strike_with_contacts(kt_simulation *simulation, const kt_contact_calls *calls, kt_error *error) {
+    calls->keep(simulation);
+    simulation->breakpoints.passing = true;
+    const kt_status status = calls->strike(simulation, error);
+    simulation->breakpoints.passing = false;
+    if (status != KT_OK)
+        calls->undo(simulation);
+    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    return status;
+}
+
 /* Moves y of the simulation, the state at the time t, to the velocities of drives just after t, at which they jump. The
  * drives supply the change of the energy. */
 static kt_status strike_drives(kt_simulation *simulation, double t, kt_error *error) {
+    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
+    if (calls != NULL && calls->strike != NULL)
+        return strike_with_contacts(simulation, calls, error);
     kt_simulation_energy before, after = {0.0, 0.0};
     bool changed;
     kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);

@@ -1,0 +1,286 @@
+/* Drives whose speeds jump while hard contacts are closed, sticking friction and slack ropes among them. A drive pushes
+ * what rests on it, and cannot pull it. The oracles are closed forms. */
+#include "kinetree/joint.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "check.h"
+#include "touch.h"
+
+enum { ROWS = 6, RUNS = 200 };
+
+/* A table that is driven along an axis, and a block of 2 kg on it, which slides on massless guides along x and z. */
+typedef struct struck_scene {
+    touch_scene s;
+    kt_loop drive;
+} struck_scene;
+
+static void set_drive(struck_scene *b, kt_loop_type type) {
+    b->drive = kt_loop_default();
+    b->drive.name = "drive";
+    b->drive.type = type;
+    b->drive.joint = type == KT_LOOP_MOTION ? "table" : NULL;
+    b->s.description.loops = &b->drive;
+    b->s.description.loop_count = 1;
+}
+
+static void make_struck(struck_scene *b, kt_vec3 axis, double friction, double restitution) {
+    static const char *const names[] = {"body", "table", "guide"};
+    touch_scene_make(&b->s, KT_JOINT_PRISMATIC);
+    for (int i = 0; i < 3; i++) {
+        kt_body *body = &b->s.body[i];
+        body->name = names[i];
+        body->joint.type = KT_JOINT_PRISMATIC;
+        body->joint.axis = i == 1 ? axis : kt_vec3_make(i == 2, 0.0, i == 0);
+    }
+    b->s.body[0].parent = "guide";
+    b->s.body[1].mass = 1.0;
+    b->s.description.body_count = 3;
+    touch_scene_add(&b->s, kt_vec3_make(0.0, 0.0, 0.0), 0.0, friction, restitution)->between[1].body = "table";
+    set_drive(b, KT_LOOP_MOTION);
+}
+
+/* The coordinate of a body. */
+static size_t place_of(const kt_model *model, const char *body) {
+    return (size_t)kt_body_coordinates(model, kt_body_find(model, body)).v;
+}
+
+/* ---- along gravity ----------------------------------------------------------------------------------------------- */
+
+/* A ball on a plate whose speed jumps at each row. It lands without a bounce. */
+typedef struct thrown {
+    double z, v;
+    bool closed;
+    int throws;
+} thrown;
+
+static void throw_on(thrown *b, double plate, double speed, double time) {
+    b->throws += b->closed && speed < b->v;
+    b->closed = b->closed && speed >= b->v;
+    while (!b->closed && time > 0.0) { /* the gap is c + b s - g s^2 / 2 */
+        const double c = b->z - plate, rate = b->v - speed;
+        const double s = fmin((rate + sqrt(rate * rate + 2.0 * g * fmax(c, 0.0))) / g, time);
+        b->closed = s < time;
+        b->z += b->v * s - 0.5 * g * s * s;
+        b->v -= g * s;
+        plate += speed * s;
+        time -= s;
+    }
+    if (b->closed)
+        *b = (thrown){plate + speed * time, speed, true, b->throws};
+}
+
+KT_TEST(ball_leaves_a_plate_that_slows_down_at_once) {
+    kt_random random = kt_random_of_test();
+    kt_worst place = kt_worst_make("height, m");
+    int throws = 0, others = 0;
+    for (int run = 0; run < RUNS; run++) {
+        struck_scene b;
+        double rows[2 * ROWS] = {0.0};
+        thrown ball = {.closed = true};
+        make_struck(&b, kt_vec3_make(0.0, 0.0, 1.0), 0.0, 0.0);
+        for (int i = 1; i < ROWS; i++) {
+            const double time = i == 1 ? 0.5 : kt_random_uniform(&random, 0.1, 0.5);
+            const double speed = i == 1 ? 0.0 : kt_random_uniform(&random, -3.0, 3.0);
+            throw_on(&ball, rows[2 * i - 1], speed, time);
+            rows[2 * i] = rows[2 * i - 2] + time;
+            rows[2 * i + 1] = rows[2 * i - 1] + speed * time;
+        }
+        b.drive.function = kt_function_table(rows, 2 * ROWS, KT_INTERPOLATION_LINEAR);
+        kt_model *model = kt_scene_compile(&b.s.description);
+        kt_simulation *simulation = touch_start(model, run % 2 ? "dopri5" : "radau5", 0.0);
+        kt_error error = {0};
+        if (simulation != NULL &&
+            kt_fine("runs", kt_simulation_advance(simulation, rows[2 * ROWS - 2], &error), &error)) {
+            const size_t z = place_of(model, "body");
+            kt_worst_near(&place, kt_simulation_positions(simulation)[z], ball.z, 1e-10, "run %d", run);
+            throws += ball.throws;
+            others += ball.throws != (int)kt_simulation_contacts(simulation).openings;
+        }
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+    kt_check_worst(&place);
+    kt_check_above("throws in all", throws, RUNS / 2.0);
+    kt_check_equal_int("runs with another number of openings", others, 0);
+}
+
+/* A hoist lifts a load of 1 kg at 1 m/s and halts. The rope is slack for 2 (1 m/s) / g. */
+KT_TEST(rope_of_a_hoist_that_halts_goes_slack) {
+    static const double rows[] = {0.0, 5.0, 1.0, 4.0, 9.0, 4.0};
+    kt_lone lone;
+    kt_loop rope = kt_loop_default();
+    kt_error error = {0};
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    lone.body.joint.axis = kt_vec3_make(0.0, 0.0, -1.0);
+    lone.body.joint.position[0] = 5.0;
+    lone.body.joint.velocity[0] = -1.0;
+    rope.name = "rope";
+    rope.type = KT_LOOP_DISTANCE;
+    rope.slack = true;
+    rope.between[1].body = lone.body.name;
+    rope.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
+    lone.description.gravity = kt_vec3_make(0.0, 0.0, -g);
+    lone.description.loops = &rope;
+    lone.description.loop_count = 1;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+    const double s = 0.15;
+    if (simulation != NULL && kt_fine("flies", kt_simulation_advance(simulation, 1.0 + s, &error), &error)) {
+        kt_check_near("height, m", -kt_simulation_positions(simulation)[0], -4.0 + s - 0.5 * g * s * s, 1e-11);
+        (void)kt_fine("hangs", kt_simulation_advance(simulation, 1.0 + 2.0 / g + 0.01, &error), &error);
+        kt_check_near("height, m", -kt_simulation_positions(simulation)[0], -4.0, 1e-11);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* ---- across gravity ---------------------------------------------------------------------------------------------- */
+
+/* The table moves along x at 1 m/s and halts. Friction brakes the block with mu g, since no impulse presses it. */
+KT_TEST(block_slides_on_over_a_table_that_halts) {
+    static const double rows[] = {0.0, 0.0, 1.0, 1.0, 9.0, 1.0};
+    const double mu = 0.3, stop = 1.0 / (mu * g);
+    struck_scene b;
+    kt_error error = {0};
+    make_struck(&b, kt_vec3_make(1.0, 0.0, 0.0), mu, 0.0);
+    b.s.body[2].joint.velocity[0] = 1.0;
+    b.drive.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
+    kt_model *model = kt_scene_compile(&b.s.description);
+    kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+    if (simulation == NULL)
+        return;
+    const size_t x = place_of(model, "guide");
+    (void)kt_fine("slides", kt_simulation_advance(simulation, 1.0 + 0.5 * stop, &error), &error);
+    kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[x], 0.5, 1e-10);
+    (void)kt_fine("rests", kt_simulation_advance(simulation, 1.0 + 2.0 * stop, &error), &error);
+    kt_check_near("place, m", kt_simulation_positions(simulation)[x], 1.0 + 0.5 * stop, 1e-10);
+    kt_check_near("dissipated by friction, J", kt_simulation_work(simulation).dissipated, 1.0, 1e-9);
+    kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
+
+/* The table starts at 1 m/s, at an angle to its normal. The impulse of the contact is p = m cos(angle) across it, and
+ * along it that of friction, up to mu p: the block sticks, or gets mu cos(angle). It does not bounce, whatever its
+ * restitution. Friction dissipates the mean of its slip before and behind the jump, times its impulse. */
+KT_TEST(block_is_pushed_within_the_cone_of_friction) {
+    static const double rows[] = {0.0, 0.0, 1.0, 0.0, 9.0, 8.0}, mu = 0.5, mass = 2.0;
+    static const double angles[] = {0.0, 0.2, 0.46, 0.47, 1.0, 1.5}, restitutions[] = {0.0, 0.7};
+    for (int k = 0; k < 12; k++) {
+        const double angle = angles[k / 2], c = cos(angle), s = sin(angle), slides = fmin(s, mu * c);
+        struck_scene b;
+        kt_error error = {0};
+        make_struck(&b, kt_vec3_make(s, 0.0, c), mu, restitutions[k % 2]);
+        b.s.effect[0].poisson = k / 2 == 1;
+        b.drive.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
+        kt_model *model = kt_scene_compile(&b.s.description);
+        kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+        if (simulation == NULL)
+            continue;
+        const double start = kt_scene_balance(simulation), behind = 1e-9;
+        kt_note("%g rad, restitution %g", angle, restitutions[k % 2]);
+        (void)kt_fine("starts", kt_simulation_advance(simulation, 1.0 + behind, &error), &error);
+        kt_check_near("up, m/s", kt_simulation_velocities(simulation)[place_of(model, "body")], c, 1e-12);
+        kt_check_near("along, m/s", kt_simulation_velocities(simulation)[place_of(model, "guide")],
+                      slides + (slides < s ? mu * g * behind : 0.0), 1e-12);
+        kt_check_near("dissipated, J", kt_simulation_work(simulation).dissipated,
+                      mass * (s - slides) * (0.5 * slides + mu * g * behind), 1e-12);
+        kt_check_near("balance, J", kt_scene_balance(simulation), start, 1e-12);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
+        kt_simulation_free(simulation);
+        kt_model_free(model);
+    }
+}
+
+/* A box on three feet and a table that starts in any direction, up, down or along. A ramp of its speed within 1e-7 s is
+ * an event search and forces only, without any jump. */
+KT_TEST(box_moves_as_in_a_fast_ramp) {
+    static const double ramp = 1e-7;
+    static const kt_term term = {.joint = "table", .coefficient = 1.0};
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("velocities, m/s or rad/s");
+    int opened = 0;
+    for (int run = 0; run < RUNS / 4; run++) {
+        const double speed = kt_random_uniform(&random, -1.5, 1.5), end = 1.02;
+        const double place[] = {0.0, 0.0, 1.0, 0.0, 2.0, speed},
+                     rate[] = {0.0, 0.0, 1.0, 0.0, 1.0 + ramp, speed, 3.0, speed};
+        double v[2][7] = {{0.0}};
+        struck_scene b;
+        touch_scene_box(&b.s, 3, 0.3 * kt_random_int(&random, 0, 4), 0.0);
+        b.s.body[1].name = "table";
+        b.s.body[1].mass = 1.0;
+        b.s.body[1].joint.type = KT_JOINT_PRISMATIC;
+        kt_random_direction(&random, 3, &b.s.body[1].joint.axis.x);
+        b.s.description.body_count = 2;
+        for (int k = 0; k < 3; k++) {
+            b.s.effect[k].between[1].body = "table";
+            b.s.effect[k].restitution = 0.5 * (run % 2);
+        }
+        for (int k = 0; k < 2; k++) {
+            kt_error error = {0};
+            set_drive(&b, k == 0 ? KT_LOOP_MOTION : KT_LOOP_RATES);
+            b.drive.terms = &term;
+            b.drive.term_count = k;
+            b.drive.function = kt_function_table(k == 0 ? place : rate, k == 0 ? 6 : 8, KT_INTERPOLATION_LINEAR);
+            kt_model *model = kt_scene_compile(&b.s.description);
+            kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+            if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, end, &error), &error)) {
+                memcpy(v[k], kt_simulation_velocities(simulation), sizeof v[k]);
+                opened += k == 0 && kt_simulation_contacts(simulation).openings > 0;
+            }
+            kt_simulation_free(simulation);
+            kt_model_free(model);
+        }
+        for (int i = 0; i < 7; i++)
+            kt_worst_near(&worst, v[0][i], v[1][i], 1e-5, "run %d, velocity %d", run, i);
+    }
+    kt_check_worst(&worst);
+    kt_check_above("runs that open contacts", opened, RUNS / 16.0);
+    kt_check_below("runs that open contacts", opened, RUNS / 5.0);
+}
+
+/* A crate sticks on a truck by friction of its joint, 2 N. The truck moves at 1 m/s and halts. */
+KT_TEST(crate_slips_on_a_truck_that_halts) {
+    static const double rows[] = {0.0, 0.0, 1.0, 1.0, 9.0, 1.0};
+    kt_body body[2] = {kt_body_default(), kt_body_default()};
+    kt_loop drive = kt_loop_default();
+    kt_effect rub = kt_effect_default();
+    kt_description description = kt_description_default();
+    kt_error error = {0};
+    for (int i = 0; i < 2; i++) {
+        body[i].name = i == 0 ? "truck" : "crate";
+        body[i].parent = i == 0 ? NULL : "truck";
+        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+        body[i].mass = 1.0;
+    }
+    drive.name = "drive";
+    drive.type = KT_LOOP_MOTION;
+    drive.joint = "truck";
+    drive.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
+    rub.name = "rub";
+    rub.type = KT_EFFECT_JOINT_FRICTION;
+    rub.joint = "crate";
+    rub.coulomb = 2.0;
+    rub.stick = true;
+    description.bodies = body;
+    description.body_count = 2;
+    description.loops = &drive;
+    description.loop_count = 1;
+    description.effects = &rub;
+    description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&description);
+    kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+    if (simulation != NULL && kt_fine("slips", kt_simulation_advance(simulation, 1.25, &error), &error)) {
+        kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[1], 0.5, 1e-10);
+        (void)kt_fine("rests", kt_simulation_advance(simulation, 3.0, &error), &error);
+        kt_check_near("place, m", kt_simulation_positions(simulation)[1], 0.25, 1e-10);
+    }
+    kt_simulation_free(simulation);
+    kt_model_free(model);
+}
