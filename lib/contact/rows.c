@@ -368,22 +368,32 @@ static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const d
     return status;
 }
 
+/* The part of its friction that contact friction k uses; -1: it does not stick, or the contact does not press. */
+static double part_in_use(const struct kt_contacts *c, const kt_model *model, int k) {
+    if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]))
+        return -1.0;
+    const int row = kt_contact_row(model, &c->item[k]);
+    const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
+    const double most = kt_contact_coefficient(model, &c->item[k]) * normal;
+    return most > 0.0 ? kt_hypot(c->reaction[row], c->reaction[row + 1]) / most : -1.0;
+}
+
 /* Changes the units of tangential forces to those of other shares, as in linear/coulomb.h. Returns the largest part of
- * friction in use. */
+ * friction in use. A load far beyond all friction would shrink all units together, until its directions seem dependent,
+ * and vanish. Parts then count relative to the largest one. */
 static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
+    static const double far = 1.5;
     double largest = 0.0;
+    for (int k = c->sides; k < c->n; k++)
+        largest = fmax(largest, part_in_use(c, model, k));
+    const double whole = largest > far ? largest : 1.0;
     for (int k = c->sides; k < c->n; k++) {
-        if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]))
+        const double part = part_in_use(c, model, k);
+        if (part < 0.0)
             continue;
         const int row = kt_contact_row(model, &c->item[k]);
-        const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
-        const double most = kt_contact_coefficient(model, &c->item[k]) * normal;
-        if (!(most > 0.0))
-            continue;
-        const double part = kt_hypot(c->reaction[row], c->reaction[row + 1]) / most;
-        unit[row] *= kt_coulomb_unit_factor(part);
+        unit[row] *= kt_coulomb_unit_factor(part / whole);
         unit[row + 1] = unit[row];
-        largest = fmax(largest, part);
     }
     return largest;
 }
