@@ -51,43 +51,6 @@ static void write_row_rates(const kt_loop_end end[2], const kt_loop_row *rows, i
         c[r] = kt_derivative_of(kt_dot(rows[r].moment, omega) + kt_dot(rows[r].force, velocity));
 }
 
-/* Evaluates, along degree of freedom k, the derivative of b'' - A a (e), and the wrenches on the ends as dual
- * numbers. */
-static void evaluate_dual_rows(const kt_support *w, const kt_loop_record *loop, int32_t k, kt_direction along,
-                               const double *lambda, double *e, kt_end_wrench wrench[2]) {
-    kt_loop_row rows[KT_LOOP_ROW_MAX];
-    kt_loop_end end[2];
-    const int count = evaluate_rows(w, loop, k, along, end, rows);
-    write_accelerations(end, rows, count, e);
-    for (int r = 0; r < count; r++)
-        e[r] = -e[r];
-    sum_wrenches(end, rows, count, lambda, wrench);
-}
-
-void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v) {
-    const kt_model *model = x->model;
-    const size_t n = model->n.v, p = model->n.row;
-    memset(e_q, 0, n * p * sizeof *e_q);
-    memset(e_v, 0, n * p * sizeof *e_v);
-    for (size_t l = 0; l < model->n.loop; l++) {
-        const kt_loop_record *loop = &model->loop[l];
-        const size_t row = (size_t)loop->equation;
-        kt_support w = {.x = x};
-        kt_end_wrench wrench[2];
-        if (kt_has_formula_row(loop))
-            kt_formula_row_matrices(x, loop, lambda, true, d_q, e_q, e_v);
-        if (loop->term_count) /* a relation: A is constant else, and b'' a function of time; or off */
-            continue;
-        kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
-        for (int32_t k = 0; k < w.count; k++) {
-            const size_t j = (size_t)x->dof[k].v;
-            evaluate_dual_rows(&w, loop, k, KT_BY_POSITION, lambda + row, e_q + j * p + row, wrench);
-            kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * n);
-            evaluate_dual_rows(&w, loop, k, KT_BY_RATE, lambda + row, e_v + j * p + row, wrench);
-        }
-    }
-}
-
 /* Writes the derivative of A v - b' along degree of freedom k to c. */
 static void evaluate_rates(const kt_support *w, const kt_loop_record *loop, int32_t k, double *c) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
@@ -182,9 +145,18 @@ void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loo
     }
 }
 
-void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, double *d_q, double *c_q) {
+/* The derivatives of b'' - A a. */
+static void write_slack(const kt_loop_end end[2], const kt_loop_row *rows, int count, double *e) {
+    write_accelerations(end, rows, count, e);
+    for (int r = 0; r < count; r++)
+        e[r] = -e[r];
+}
+
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving, double *d_q,
+                           double *by_q, double *by_v) {
     const kt_model *model = at->model;
     const kt_loop_record *loop = &model->loop[index];
+    const size_t row = (size_t)loop->equation;
     kt_support w = {.x = at};
     kt_support_find(&w, loop->ancestor, 2, loop->link, loop->frame);
     for (int32_t k = 0; k < w.count; k++) {
@@ -192,10 +164,14 @@ void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_loop_end end[2];
         kt_end_wrench wrench[2];
-        const int count = evaluate_rows(&w, loop, k, KT_BY_POSITION, end, rows);
-        write_row_rates(end, rows, count, c_q + j * model->n.row + (size_t)loop->equation);
-        sum_wrenches(end, rows, count, lambda + loop->equation, wrench);
+        int count = evaluate_rows(&w, loop, k, KT_BY_POSITION, end, rows);
+        (moving ? write_slack : write_row_rates)(end, rows, count, by_q + j * model->n.row + row);
+        sum_wrenches(end, rows, count, lambda + row, wrench);
         kt_support_subtract(&w, k, KT_BY_POSITION, wrench, d_q + j * model->n.v);
+        if (!moving)
+            continue;
+        count = evaluate_rows(&w, loop, k, KT_BY_RATE, end, rows);
+        write_slack(end, rows, count, by_v + j * model->n.row + row);
     }
 }
 /* NOLINTEND(readability-non-const-parameter) */

@@ -1,4 +1,4 @@
-/* Derivatives of loops by dual numbers: their part of kt_acceleration_derivatives and of linearisations. */
+/* The motion along which loops and effects are differentiated, and rates of loops by dual numbers. */
 #ifndef KT_CONSTRAINT_DUAL_ROWS_H
 #define KT_CONSTRAINT_DUAL_ROWS_H
 
@@ -23,10 +23,6 @@ typedef struct kt_dual_motion {
     kt_support_dof *dof; /* nv */
     int32_t *chain;      /* links */
 } kt_dual_motion;
-
-/* Differentiates loops, with the multipliers lambda of all equations. Subtracts d(A' lambda)/dq from d_q (nv x nv).
- * Writes the derivatives of b'' - A a with respect to q and v (equations x nv). */
-void kt_dual_loops(const kt_dual_motion *x, const double *lambda, double *d_q, double *e_q, double *e_v);
 
 /* Writes the derivative of A v - b' with respect to q (equations x nv) to c_q. */
 void kt_dual_loop_rates(const kt_dual_motion *x, double *c_q);

@@ -24,8 +24,8 @@ static inline const kt_expression *kt_loop_formula(const kt_model *model, const 
 void kt_formula_row_evaluate(const kt_model *model, const kt_loop_record *loop, const double *q, const double *v,
                              kt_formula_row *row);
 
-/* Adds one loop's part of kt_loop_gradient, of kt_loop_linearize if `moving`, and otherwise of kt_loop_matrices, where
- * d_q may be NULL. Requires at->q. O(terms^2 * length of the formula). */
+/* Adds one loop's part of kt_loop_gradient, and of kt_loop_matrices, where d_q may be NULL. Requires at->q.
+ * O(terms^2 * length of the formula). */
 void kt_formula_row_gradient(const kt_dual_motion *at, const kt_loop_record *loop, const kt_loop_sum *sum, double *by_q,
                              double *by_v);
 void kt_formula_row_matrices(const kt_dual_motion *at, const kt_loop_record *loop, const double *lambda, bool moving,

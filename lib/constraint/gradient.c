@@ -27,35 +27,22 @@ void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *
     }
 }
 
-void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, double *d_q, double *c_q) {
+void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, bool moving, double *d_q, double *by_q,
+                      double *by_v) {
     const kt_model *model = at->model;
     const bool in_space = kt_loop_gradient_reads_space(model);
-    memset(c_q, 0, model->n.row * model->n.v * sizeof *c_q);
+    const size_t bytes = model->n.row * model->n.v * sizeof *by_q;
+    memset(by_q, 0, bytes);
+    if (moving)
+        memset(by_v, 0, bytes);
     for (size_t i = 0; i < model->n.loop; i++) {
         if (kt_has_formula_row(&model->loop[i]))
-            kt_formula_row_matrices(at, &model->loop[i], lambda, false, d_q, c_q, NULL);
+            kt_formula_row_matrices(at, &model->loop[i], lambda, moving, d_q, by_q, by_v);
         if (model->loop[i].term_count)
             continue;
         if (!in_space)
-            KT_BY_ISA(model->isa, , kt_planar_loop_matrices, (at, (int32_t)i, lambda, false, d_q, c_q, NULL));
+            KT_BY_ISA(model->isa, , kt_planar_loop_matrices, (at, (int32_t)i, lambda, moving, d_q, by_q, by_v));
         else
-            kt_dual_loop_matrices(at, (int32_t)i, lambda, d_q, c_q);
-    }
-}
-
-void kt_loop_linearize(const kt_dual_motion *at, const double *lambda, double *d_q, double *e_q, double *e_v) {
-    const kt_model *model = at->model;
-    const size_t bytes = model->n.row * model->n.v * sizeof *e_q;
-    if (kt_loop_gradient_reads_space(model)) {
-        kt_dual_loops(at, lambda, d_q, e_q, e_v);
-        return;
-    }
-    memset(e_q, 0, bytes);
-    memset(e_v, 0, bytes);
-    for (size_t i = 0; i < model->n.loop; i++) {
-        if (kt_has_formula_row(&model->loop[i]))
-            kt_formula_row_matrices(at, &model->loop[i], lambda, true, d_q, e_q, e_v);
-        if (!model->loop[i].term_count)
-            KT_BY_ISA(model->isa, , kt_planar_loop_matrices, (at, (int32_t)i, lambda, true, d_q, e_q, e_v));
+            kt_dual_loop_matrices(at, (int32_t)i, lambda, moving, d_q, by_q, by_v);
     }
 }

@@ -20,14 +20,13 @@ bool kt_loop_gradient_reads_space(const kt_model *model);
  * accelerations are those of the sum. */
 void kt_loop_gradient(const kt_dual_motion *at, const kt_loop_sum *sum, double *by_q, double *by_v);
 
-/* Computes matrices along the velocities z of the motion `at`. Subtracts d(J' lambda)/dq from d_q (nv x nv), and writes
- * d(J z)/dq (equations x nv) to c_q. */
-void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, double *d_q, double *c_q);
+/* Computes matrices of the motion `at`, with the multipliers lambda of all equations. Subtracts d(J' lambda)/dq from
+ * d_q (nv x nv). If `moving`, writes the derivatives of b'' - J a by q and v to by_q and by_v (equations x nv).
+ * Otherwise writes d(J v)/dq to by_q; by_v may be NULL. */
+void kt_loop_matrices(const kt_dual_motion *at, const double *lambda, bool moving, double *d_q, double *by_q,
+                      double *by_v);
 
-/* The same of a motion with accelerations: kt_dual_loops, or by the planar loops' own forms. */
-void kt_loop_linearize(const kt_dual_motion *at, const double *lambda, double *d_q, double *e_q, double *e_v);
-
-/* The sum of one loop in a plane; and its matrices, those of kt_loop_linearize if `moving`, otherwise c_q as by_q. */
+/* The sum and the matrices of one loop in a plane. */
 #define KT_LOOP_GRADIENT_DECLARE(isa)                                                                                  \
     void kt_planar_loop_gradient_##isa(const kt_model *model, const kt_data *data, int32_t index,                      \
                                        const kt_loop_sum *sum, double *by_q, double *by_v);                            \
@@ -38,6 +37,7 @@ KT_EACH_ISA(KT_LOOP_GRADIENT_DECLARE)
 
 /* The sum and the matrices of one loop by dual numbers; links' poses are in data->motion. */
 void kt_dual_loop_gradient(const kt_dual_motion *at, int32_t index, const kt_loop_sum *sum, double *by_q, double *by_v);
-void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, double *d_q, double *c_q);
+void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving, double *d_q,
+                           double *by_q, double *by_v);
 
 #endif

@@ -121,7 +121,7 @@ static kt_status fill_loop_stiffness(kt_linearized *w, const kt_dynamic_state *a
         return status;
     const kt_dual_motion motion = {
         .model = w->model, .data = w->data, .t = w->t, .q = q, .v = v, .a = w->a, .dof = w->dof, .chain = w->chain};
-    kt_loop_linearize(&motion, w->lambda, w->d_q, w->e_q, w->e_v);
+    kt_loop_matrices(&motion, w->lambda, true, w->d_q, w->e_q, w->e_v);
     if (w->dense)
         reduce_mass(w);
     return KT_OK;

@@ -170,7 +170,7 @@ static kt_status differentiate_projected(kt_projection_work *w, const double *q,
                                .a = w->model->zero,
                                .dof = w->dof,
                                .chain = w->chain};
-    kt_loop_matrices(&at, w->lambda, w->force, w->equation);
+    kt_loop_matrices(&at, w->lambda, false, w->force, w->equation, NULL);
     for (size_t i = 0; i < n * n; i++)
         w->force[i] = -w->force[i];
     for (size_t i = 0; i < n * w->p && !v; i++)

@@ -8,7 +8,7 @@
  */
 #include "tangle.h"
 
-#include "constraint/gradient.h"
+#include "constraint/formula_row.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -104,7 +104,14 @@ static bool derive(const motion *m, bool dual, derivatives *d) {
                                .dof = dof,
                                .chain = chain};
     memset(d, 0, sizeof *d);
-    (dual ? kt_dual_loops : kt_loop_linearize)(&at, m->lambda, d->force, d->slack_q, d->slack_v);
+    if (!dual)
+        kt_loop_matrices(&at, m->lambda, true, d->force, d->slack_q, d->slack_v);
+    for (size_t i = 0; i < model->n.loop && dual; i++) {
+        if (kt_has_formula_row(&model->loop[i]))
+            kt_formula_row_matrices(&at, &model->loop[i], m->lambda, true, d->force, d->slack_q, d->slack_v);
+        if (!model->loop[i].term_count)
+            kt_dual_loop_matrices(&at, (int32_t)i, m->lambda, true, d->force, d->slack_q, d->slack_v);
+    }
     return true;
 }
 
