@@ -9,34 +9,12 @@
 #endif
 
 #include "constraint/loop_wrenches.h"
-#include "constraint/spatial_rows.h"
-#include "reduction/front.h"
+#include "reduction/driver_parts.h"
 #include "reduction/groups.h"
 #include "reduction/half_columns.h"
 #include "reduction/kernel.h"
-#include "reduction/links.h"
 #include "reduction/planar_group.h"
 #include "reduction/spatial_group.h"
-
-/* The links 1 to end - 1 are treated as spatial ones. */
-KT_INLINE size_t spatial_end(const kt_model *model) { return KT_PLANAR ? model->n.spatial : model->n.link; }
-
-KT_INLINE void set_pose(const kt_model *model, kt_data *data, const double *q) {
-    if (KT_PLANAR)
-        KT_KERNEL(kt_planar_links_pose)(model, data, q);
-    const size_t end = spatial_end(model);
-    if (end > 1)
-        KT_KERNEL(kt_spatial_links_pose)(model, data, q, end);
-}
-
-KT_INLINE void set_motion(const kt_model *model, kt_data *data, const double *q, const double *v,
-                          const kt_wrench *external) {
-    if (KT_PLANAR)
-        KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
-    const size_t end = spatial_end(model);
-    if (end > 1)
-        KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
-}
 
 /* Completes the motion of links whose poses and velocities are there (kt_data.posed). */
 KT_INLINE void complete_motion(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
@@ -54,14 +32,7 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
         kt_rows_fill_one(model, data, g, q, t);
         return;
     }
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    const bool in_plane = KT_PLANAR && kt_group_is_planar(model, &model->group[g]);
-    if (kt_group_has_fronts(&model->group[g]))
-        KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, q, v, t);
-    else if (in_plane)
-        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
-    else
-        kt_rows_fill(model, data, g, moving, q, v, t);
+    kt_group_fill(model, data, g, KT_PLANAR, moving, q, v, t);
 }
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
@@ -71,10 +42,10 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
  * contacts and stops are solved by half_columns.h. */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
-    const size_t end = spatial_end(model);
+    const size_t end = kt_spatial_end(model, KT_PLANAR);
     size_t failed = 0;
     if (KT_PLANAR || !data->posed)
-        set_motion(model, data, at->q, at->v, at->external);
+        kt_links_motion(model, data, KT_PLANAR, at->q, at->v, at->external);
     else
         complete_motion(model, data, at);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -103,7 +74,7 @@ KT_INLINE size_t forward(const kt_model *model, kt_data *data, const kt_dynamic_
 KT_INLINE bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                          const bool *held, kt_violation *violation) {
     *violation = kt_violation_none;
-    set_pose(model, data, q);
+    kt_links_pose(model, data, KT_PLANAR, q);
     for (size_t g = 0; g < model->n.group; g++) {
         fill_group(model, data, g, false, q, v, t);
         KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
@@ -113,9 +84,9 @@ KT_INLINE bool residuals(const kt_model *model, kt_data *data, double t, const d
 
 KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     if (KT_PLANAR) {
-        set_motion(model, data, q, v, NULL);
+        kt_links_motion(model, data, KT_PLANAR, q, v, NULL);
     } else {
-        set_pose(model, data, q);
+        kt_links_pose(model, data, KT_PLANAR, q);
         KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
     }
     for (size_t g = 0; g < model->n.group; g++)
@@ -135,26 +106,10 @@ KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool 
     return fine;
 }
 
-/* Minimises dv' M dv / 2 - force' dv with A dv = right. These are the equations of motion at rest without gravity, with
- * dv for the accelerations. */
-KT_INLINE bool try_step_of_mass(const kt_model *model, kt_data *data, const double *force, double *step) {
-    const size_t end = spatial_end(model);
-    if (KT_PLANAR)
-        KT_KERNEL(kt_planar_links_move)(model, data, model->zero);
-    if (end > 1) {
-        KT_KERNEL(kt_spatial_links_move)(model, data, model->zero, end);
-        KT_KERNEL(kt_spatial_links_clear)(model, data, end);
-        data->motion[0].linear = kt_v4_splat(0.0);
-        if (KT_KERNEL(kt_spatial_links_accelerate)(model, data, force, end, model->has_delassus, step))
-            return false;
-    }
-    return !KT_PLANAR || KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, force, true, step) == 0;
-}
-
 KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
         return KT_KERNEL(kt_groups_least_step)(model, data, step);
-    while (!try_step_of_mass(model, data, force, step))
+    while (!kt_links_step_of_mass(model, data, KT_PLANAR, model->zero, force, step))
         if (!KT_KERNEL(kt_groups_refactor)(model, data))
             return false;
     return true;

@@ -3,7 +3,7 @@
 #include "reduction/groups.h"
 
 #include "reduction/delassus.h"
-#include "reduction/front.h"
+#include "reduction/driver_parts.h"
 #include "reduction/front4.h"
 #include "reduction/half_columns.h"
 #include "reduction/spatial_group.h"
@@ -67,14 +67,7 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
 
 void KT_KERNEL(kt_group_violate_velocities)(const kt_model *model, kt_data *data, size_t g, const double *v,
                                             kt_violation *violation) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (kt_group_has_fronts(group)) {
-        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-        kt_group_violation(&w, w.multiplier, violation);
-    } else {
-        kt_group_velocity_residuals(model, group, &w, v, violation);
-    }
+    kt_group_add_violation(model, data, g, v, violation);
 }
 
 void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,

@@ -2,27 +2,11 @@
 #include "reduction/lane_groups.h"
 
 #include "base/copy.h"
-#include "constraint/planar_rows.h"
-#include "constraint/spatial_rows.h"
 #include "reduction/delassus.h"
-#include "reduction/links.h"
+#include "reduction/driver_parts.h"
 #include "reduction/method.h"
 
 static bool has_planar(const kt_model *model) { return model->sweep != KT_SWEEP_SPATIAL; }
-
-/* The links 1 to end - 1 are treated as spatial ones. */
-static size_t spatial_end(const kt_model *model) { return has_planar(model) ? model->n.spatial : model->n.link; }
-
-static void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_lanes_at *at) {
-    const bool in_plane = has_planar(model) && kt_group_is_planar(model, &model->group[g]);
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (kt_group_has_fronts(&model->group[g]))
-        KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, at->q, at->v, at->t);
-    else if (in_plane)
-        kt_planar_rows_fill(model, data, g, &w, moving, at->q, at->v, at->t);
-    else
-        kt_rows_fill(model, data, g, moving, at->q, at->v, at->t);
-}
 
 /* As kt_group_prepare: near a singular position the last direction is less than usual. */
 static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
@@ -37,30 +21,14 @@ static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g,
                     : full;
 }
 
-/* Adds the violation of a group's velocities, and stores it in `right`. */
-static void add_velocity_violation(const kt_model *model, kt_data *data, size_t g, const kt_real1 *v,
-                                   kt_violation *violation) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!kt_group_has_fronts(group)) {
-        kt_group_velocity_residuals(model, group, &w, v, violation);
-        return;
-    }
-    KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    kt_group_violation(&w, w.multiplier, violation);
-}
-
 void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
-    const size_t end = spatial_end(model);
+    const size_t end = kt_spatial_end(model, has_planar(model));
     data->sound = kt_condition_true();
-    if (has_planar(model))
-        KT_KERNEL(kt_planar_links_motion)(model, data, at->q, at->v, at->external);
-    if (end > 1)
-        KT_KERNEL(kt_spatial_links_motion)(model, data, at->q, at->v, at->external, end);
+    kt_links_motion(model, data, has_planar(model), at->q, at->v, at->external);
     for (size_t g = 0; g < model->n.group; g++) {
         if (model->group[g].form == KT_FORM_PIN)
             continue;
-        fill_group(model, data, g, true, at);
+        kt_group_fill(model, data, g, has_planar(model), true, at->q, at->v, at->t);
         data->sound &= factor_group(model, data, g, KT_ROWS_ALL);
     }
     if (end > 1)
@@ -71,17 +39,13 @@ void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const
 
 kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_lanes_at *at,
                                             kt_violation *violation) {
-    const size_t end = spatial_end(model);
     *violation = (kt_violation){.speed = kt_real1_splat(KT_SPEED_LEAST)};
-    if (has_planar(model))
-        KT_KERNEL(kt_planar_links_pose)(model, data, at->q);
-    if (end > 1)
-        KT_KERNEL(kt_spatial_links_pose)(model, data, at->q, end);
+    kt_links_pose(model, data, has_planar(model), at->q);
     for (size_t g = 0; g < model->n.group; g++) {
-        fill_group(model, data, g, false, at);
+        kt_group_fill(model, data, g, has_planar(model), false, at->q, at->v, at->t);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_group_position_residuals(&w, violation);
-        add_velocity_violation(model, data, g, at->v, violation);
+        kt_group_add_violation(model, data, g, at->v, violation);
     }
     return kt_is_finite1(violation->position + violation->velocity);
 }
@@ -91,7 +55,7 @@ void KT_KERNEL(kt_groups_velocity_violation)(const kt_model *model, kt_data *dat
     violation->velocity = violation->slip = kt_real1_splat(0.0);
     violation->speed = kt_real1_splat(KT_SPEED_LEAST);
     for (size_t g = 0; g < model->n.group; g++)
-        add_velocity_violation(model, data, g, v, violation);
+        kt_group_add_violation(model, data, g, v, violation);
 }
 
 kt_condition KT_KERNEL(kt_groups_prepare)(const kt_model *model, kt_data *data, kt_rows rows) {
@@ -129,20 +93,9 @@ static void least_in_coordinates(const kt_model *model, kt_data *data) {
 
 kt_condition KT_KERNEL(kt_groups_step)(const kt_model *model, kt_data *data, kt_metric metric) {
     data->sound = kt_condition_true();
-    if (metric != KT_METRIC_MASS) {
+    if (metric != KT_METRIC_MASS)
         least_in_coordinates(model, data);
-        return data->sound;
-    }
-    const size_t end = spatial_end(model);
-    if (has_planar(model))
-        KT_KERNEL(kt_planar_links_move)(model, data, data->rest);
-    if (end > 1) {
-        KT_KERNEL(kt_spatial_links_move)(model, data, data->rest, end);
-        KT_KERNEL(kt_spatial_links_clear)(model, data, end);
-        data->motion[0].linear = kt_zero3();
-        (void)KT_KERNEL(kt_spatial_links_accelerate)(model, data, data->rest, end, model->has_delassus, data->delta);
-    }
-    if (has_planar(model))
-        (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, data->rest, true, data->delta);
+    else
+        (void)kt_links_step_of_mass(model, data, has_planar(model), data->rest, data->rest, data->delta);
     return data->sound;
 }
