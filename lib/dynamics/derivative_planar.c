@@ -15,7 +15,7 @@
  * rnea_gradient_planar.c for the sum over i. Signs of joints about -n multiply both.
  */
 #include "dynamics/derivative.h"
-#include "dynamics/planar_external.h"
+#include "dynamics/sweep_planar.h"
 
 /* Sums over a link and all links that it carries, and its origin relative to that of the link before. */
 typedef struct carried {

@@ -12,7 +12,7 @@
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w.
  */
-#include "dynamics/planar_external.h"
+#include "dynamics/aba_planar.h"
 #include "dynamics/rnea_gradient.h"
 
 size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,

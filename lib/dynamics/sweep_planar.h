@@ -105,26 +105,39 @@ KT_OPERATOR kt_real1 kt_external_along(kt_const3 axis, const kt_external3 *x) {
     return axis.x * x->x + axis.y * x->y + axis.z * x->z;
 }
 
-/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links.
- * Components out of the plane are left out. */
+/* An external wrench on a body. Components out of the plane are left out, because they move nothing. */
+typedef struct kt_planar_external_wrench {
+    size_t link;       /* planar index */
+    kt_real2 x, force; /* the body's origin relative to that of its link */
+    kt_real1 moment;   /* about n through the body's origin */
+} kt_planar_external_wrench;
+
+/* The wrench on a body that is on a planar link. */
+KT_INLINE kt_planar_external_wrench kt_planar_external_of(const kt_model *model, const kt_planar_motion *motion,
+                                                          const kt_body_record *body, const kt_external *external) {
+    const size_t k = (size_t)body->link - model->n.spatial + 1;
+    const kt_planar_rest *rest = &model->planar_rest[k];
+    const kt_const_mat3 *basis = &model->plane[rest->plane].basis;
+    const kt_real3 axes[3] = {kt_splat3(rest->axes[0]), kt_splat3(rest->axes[1]), kt_splat3(rest->axes[2])};
+    const kt_real3 arm = kt_apply3(axes, kt_const_from3(body->in_link.position));
+    return (kt_planar_external_wrench){
+        .link = k,
+        .x = kt_planar_sum(kt_load2(motion[k].rotation), KT_PART3(arm, 0), KT_PART3(arm, 1)),
+        .force = kt_make2(kt_external_along(basis->x, &external->force), kt_external_along(basis->y, &external->force)),
+        .moment = kt_external_along(basis->z, &external->moment)};
+}
+
+/* Subtracts wrenches on bodies (world axes, about the body frames' origins) from the wrenches of their links. */
 KT_INLINE void kt_planar_external(const kt_model *model, kt_planar_motion *motion, const kt_external *external) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];
         if ((size_t)body->link < model->n.spatial)
             continue;
-        const size_t k = (size_t)body->link - model->n.spatial + 1;
-        const kt_planar_rest *rest = &model->planar_rest[k];
-        const kt_const_mat3 *basis = &model->plane[rest->plane].basis;
-        kt_planar_motion *m = &motion[k];
-        const kt_real3 axes[3] = {kt_splat3(rest->axes[0]), kt_splat3(rest->axes[1]), kt_splat3(rest->axes[2])};
-        const kt_real3 arm = kt_apply3(axes, kt_const_from3(body->in_link.position));
-        const kt_real1 fx = kt_external_along(basis->x, &external[b].force);
-        const kt_real1 fy = kt_external_along(basis->y, &external[b].force);
-        kt_real1 r[2];
-        kt_store2(r, kt_planar_sum(kt_load2(m->rotation), KT_PART3(arm, 0), KT_PART3(arm, 1)));
-        m->moment -= kt_external_along(basis->z, &external[b].moment) + (r[0] * fy - r[1] * fx);
-        m->force[0] -= fx;
-        m->force[1] -= fy;
+        const kt_planar_external_wrench l = kt_planar_external_of(model, motion, body, &external[b]);
+        kt_planar_motion *m = &motion[l.link];
+        m->moment -= l.moment + kt_cross2(l.x, l.force);
+        m->force[0] -= KT_PART2(l.force, 0);
+        m->force[1] -= KT_PART2(l.force, 1);
     }
 }
 
