@@ -358,4 +358,31 @@ KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *dat
     }
 }
 
+/* ---- all planes -------------------------------------------------------------------------------------------------- */
+
+/* The first forward pass of all planes, with external wrenches (NULL: none). */
+KT_INLINE void kt_planar_articulated_motions(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                             const kt_external *external) {
+    kt_planar_gather(model, data, q);
+    for (size_t p = 0; p < model->n.plane; p++)
+        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
+    if (external)
+        kt_planar_external(model, data->planar, external);
+}
+
+/* The passes that follow, of trees. Returns a link without inertia along its degree of freedom, or 0. gravity: NULL for
+ * that of the planes. */
+KT_INLINE size_t kt_planar_articulated_solve(const kt_model *model, kt_data *data, const kt_real1 *tau,
+                                             kt_planar_eliminate *eliminate, const kt_const1 *gravity, kt_real1 *a) {
+    for (size_t p = 0; p < model->n.plane; p++) {
+        const kt_plane *plane = &model->plane[p];
+        const size_t failed = kt_planar_articulated_backward(model, data, plane, tau, eliminate, data);
+        if (failed)
+            return model->n.spatial + failed - 1;
+        kt_planar_articulated_forward(model, data, plane, gravity ? gravity : plane->gravity, kt_planar_respond_joint,
+                                      a, NULL);
+    }
+    return 0;
+}
+
 #endif

@@ -18,19 +18,9 @@
 size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
                                     const kt_real1 *tau, kt_real1 *x) {
     const kt_const1 still[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
-    kt_planar_gather(model, data, q);
-    for (size_t p = 0; p < model->n.plane; p++) {
-        const kt_plane *plane = &model->plane[p];
-        kt_planar_articulated_motion(model, data, plane, q, zero);
-        const size_t failed =
-            model->has_armature
-                ? kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_armature, data)
-                : kt_planar_articulated_backward(model, data, plane, tau, kt_planar_eliminate_joint, data);
-        if (failed)
-            return model->n.spatial + failed - 1;
-        kt_planar_articulated_forward(model, data, plane, still, kt_planar_respond_joint, x, NULL);
-    }
-    return 0;
+    kt_planar_articulated_motions(model, data, q, zero, NULL);
+    return model->has_armature ? kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, still, x)
+                               : kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_joint, still, x);
 }
 
 /* The link's own sums. */

@@ -39,11 +39,7 @@ void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const
 
 void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                        const kt_external *external) {
-    kt_planar_gather(model, data, q);
-    for (size_t p = 0; p < model->n.plane; p++)
-        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
-    if (external)
-        kt_planar_external(model, data->planar, external);
+    kt_planar_articulated_motions(model, data, q, v, external);
 }
 
 KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group,
