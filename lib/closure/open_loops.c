@@ -1,6 +1,7 @@
 /* The loops that a message names as open, the worst first, and their gaps. If equations contradict each other, the
  * message names the gaps of least squares, in which all of them have a part. */
 #include "closure/open_loops.h"
+#include "base/where.h"
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
 
@@ -97,7 +98,7 @@ void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data) {
 kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
                               kt_error *error) {
     enum { NAMED = 4, NAME_MOST = 40 };
-    char text[NAMED * (NAME_MOST + 80)] = "", where[KT_WHERE_SIZE];
+    char text[NAMED * (NAME_MOST + 80)] = "";
     size_t used = 0;
     double relative = (double)INFINITY, most = 0.0;
     int worst = -1;
@@ -121,9 +122,8 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
                         : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
         used += length > 0 ? (size_t)length : 0;
     }
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
-    return kt_error_set(error, KT_ERROR_CONSTRAINT, where, "%s: %s%s%s", what, text, moving ? " (m/s or rad/s)" : "",
-                        others ? " and others" : "");
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text, "%s: %s%s%s", what, text,
+                        moving ? " (m/s or rad/s)" : "", others ? " and others" : "");
 }
 
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,

@@ -1,8 +1,6 @@
 /* The terms of M^-1 for a model's instruction set. */
 #include "dynamics/aba_inverse.h"
 
-#include <stdio.h>
-
 KT_ARENA_ARRAYS(place_arrays, kt_inverse_terms, KT_INVERSE_FIELDS, const kt_counts *n)
 
 size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n) {
@@ -18,14 +16,7 @@ kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double 
         return status;
     size_t failed;
     KT_BY_ISA(model->isa, failed =, kt_inverse_compute, (model, data, q, model->zero, terms));
-    if (!failed)
-        return KT_OK;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'",
-                   model->text + model->body[model->link[failed].body].joint_name);
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, where,
-        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
+    return failed ? kt_link_reject_inertia(model, failed, error) : KT_OK;
 }
 
 void kt_inverse_apply(const kt_model *model, const kt_inverse_terms *terms, double *x) {

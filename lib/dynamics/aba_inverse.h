@@ -52,6 +52,9 @@ KT_EACH_KERNEL(KT_INVERSE_DECLARE)
 /* Places the arrays of the terms of a model with these counts in memory (NULL: none); returns the bytes. */
 size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts *n);
 
+/* Returns the error that a link's joint moves no inertia, in forward dynamics, too (dynamics.c). */
+kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *error);
+
 /* The kernels of the model's instruction set. Errors: KT_ERROR_SINGULAR names the joint; those of kt_input_check. */
 KT_CHECKED kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms,
                                         kt_error *error);

@@ -1,10 +1,11 @@
 /* The calls of dynamics.h. They call the kernels of the model's instruction set and sweep, replace missing inputs by
  * zeros, and write results only when these are complete. */
 #include "kinetree/dynamics.h"
+#include "base/where.h"
+#include "dynamics/aba_inverse.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
-#include <stdio.h>
 #include <string.h>
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
@@ -50,16 +51,20 @@ kt_status kt_commit(const kt_model *model, const kt_input *input, const double *
     size_t i = 0;
     while (i < n - 1 && isfinite(from[i]))
         i++;
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", body_of_velocity(model, i));
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, kt_where_format("joint '%.100s'", body_of_velocity(model, i)).text,
                         "its %s is %g; look for a position, velocity, force or torque that is not finite or is huge",
                         what, from[i]);
 }
 
-static void name_joint(const kt_model *model, size_t link, char where[KT_WHERE_SIZE]) {
-    const kt_body_record *body = &model->body[model->link[link].body];
-    (void)snprintf(where, KT_WHERE_SIZE, "joint '%.100s'", model->text + body->joint_name);
+/* The joint of a link. */
+static kt_where_text name_joint(const kt_model *model, size_t link) {
+    return kt_where_format("joint '%.100s'", model->text + model->body[model->link[link].body].joint_name);
+}
+
+kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *error) {
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, name_joint(model, link).text,
+        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
 }
 
 kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
@@ -70,13 +75,7 @@ kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic
     if (!failed)
         return kt_commit(model, &input, data->scratch, a, "acceleration", error);
     const kt_status status = kt_input_check(model, &input, error);
-    if (status != KT_OK)
-        return status;
-    char where[KT_WHERE_SIZE];
-    name_joint(model, failed, where);
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, where,
-        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
+    return status != KT_OK ? status : kt_link_reject_inertia(model, failed, error);
 }
 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
@@ -115,12 +114,9 @@ kt_status kt_dynamics_mass_lower(const kt_model *model, kt_data *data, const dou
     if (status != KT_OK)
         return status;
     const size_t failed = model->kernels->mass(model, data, q, mass);
-    if (failed) {
-        char where[KT_WHERE_SIZE];
-        name_joint(model, failed, where);
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    if (failed)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, name_joint(model, failed).text,
                             "the inertia that it carries overflows: look for a position that is huge");
-    }
     return KT_OK;
 }
 
@@ -175,9 +171,7 @@ kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q,
             data->state = kt_state_hash(model, q, v);
         return KT_OK;
     }
-    char where[KT_WHERE_SIZE];
-    name_joint(model, failed, where);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, name_joint(model, failed).text,
                         "its motion overflows: look for a position, velocity or acceleration that is huge");
 }
 

@@ -1,8 +1,7 @@
 /* Checks of inputs: numbers that are not finite, and quaternions of zeros. */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
-
-#include <stdio.h>
 
 static double wrench_excess_of(const kt_wrench *w) {
     return (w->moment.x - w->moment.x) + (w->moment.y - w->moment.y) + (w->moment.z - w->moment.z) +
@@ -18,16 +17,21 @@ bool kt_wrenches_are_finite(const kt_model *model, const kt_wrench *external) {
     return sum == 0.0;
 }
 
+/* A body's joint. */
+static kt_where_text name_joint_at_fault(const kt_model *model, size_t body) {
+    return kt_where_format("joint '%.100s'", kt_joint_name(model, (int)body));
+}
+
 static kt_status reject_numbers(const kt_model *model, size_t body, const char *what, const double *x, int count,
                                 kt_error *error) {
-    char where[KT_WHERE_SIZE];
     int k = 0;
     while (k + 1 < count && isfinite(x[k]))
         k++;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, (int)body));
+    const kt_where_text where = name_joint_at_fault(model, body);
     if (count == 1)
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s is %g; give a finite number", what, x[k]);
-    return kt_error_set(error, KT_ERROR_NOT_FINITE, where, "its %s[%d] is %g; give a finite number", what, k, x[k]);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its %s is %g; give a finite number", what, x[k]);
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its %s[%d] is %g; give a finite number", what, k,
+                        x[k]);
 }
 
 static bool quaternion_is_zero(const kt_body_record *b, const double *q) {
@@ -39,11 +43,9 @@ static bool quaternion_is_zero(const kt_body_record *b, const double *q) {
 }
 
 static kt_status check_input_quaternion(const kt_model *model, size_t body, const double *q, kt_error *error) {
-    char where[KT_WHERE_SIZE];
     if (!quaternion_is_zero(&model->body[body], q))
         return KT_OK;
-    (void)snprintf(where, sizeof where, "joint '%.100s'", kt_joint_name(model, (int)body));
-    return kt_error_set(error, KT_ERROR_ARGUMENT, where,
+    return kt_error_set(error, KT_ERROR_ARGUMENT, name_joint_at_fault(model, body).text,
                         "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
 }
 
@@ -61,12 +63,10 @@ static kt_status blame_input(const kt_model *model, const kt_input *in, kt_error
         const kt_status status = check_input_quaternion(model, i, in->q, error);
         if (status != KT_OK)
             return status;
-        if (in->external && !input_wrench_is_finite(&in->external[i])) {
-            char where[KT_WHERE_SIZE];
-            (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(model, (int)i));
-            return kt_error_set(error, KT_ERROR_NOT_FINITE, where,
+        if (in->external && !input_wrench_is_finite(&in->external[i]))
+            return kt_error_set(error, KT_ERROR_NOT_FINITE,
+                                kt_where_format("body '%.100s'", kt_body_name(model, (int)i)).text,
                                 "the external wrench on it is not finite; give finite numbers");
-        }
     }
     return KT_OK;
 }
@@ -80,10 +80,10 @@ kt_status kt_input_check(const kt_model *model, const kt_input *in, kt_error *er
 }
 
 kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *in, kt_error *error) {
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "t = %.9g s", t);
     const kt_status status = kt_input_check(model, in, error);
-    return status != KT_OK ? status : kt_error_set(error, KT_ERROR_NOT_FINITE, where, "a position or velocity is huge");
+    return status != KT_OK ? status
+                           : kt_error_set(error, KT_ERROR_NOT_FINITE, kt_where_format("t = %.9g s", t).text,
+                                          "a position or velocity is huge");
 }
 
 kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *error) {

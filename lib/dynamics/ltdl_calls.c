@@ -1,8 +1,7 @@
 /* Factors of a mass matrix: memory, the calls of dynamics.h, and the order of velocity coordinates. */
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/ltdl.h"
-
-#include <stdio.h>
 
 static const kt_factor_kernels *factor_kernels_of(const kt_model *model) {
     KT_BY_ISA(model->isa, return &, kt_factor_kernels, );
@@ -107,9 +106,8 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
     if (factor->is_factored)
         return KT_OK;
     const int body = kt_body_of_velocity(model, model->link_v[failed]);
-    char where[KT_WHERE_SIZE];
-    (void)snprintf(where, sizeof where, "joint '%.100s'", model->text + model->body[body].joint_name);
-    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+    return kt_error_set(error, KT_ERROR_SINGULAR,
+                        kt_where_format("joint '%.100s'", model->text + model->body[body].joint_name).text,
                         "the mass matrix is not positive definite: its pivot there is %g", factor->diagonal[failed]);
 }
 

@@ -22,11 +22,11 @@
  */
 #include "algebra/parts.h"
 #include "base/copy.h"
+#include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/without_masses.h"
 #include "kinetree/dynamics.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #if KT_HAS_VARIABLE_MASS
@@ -103,12 +103,11 @@ static kt_status check_masses(const kt_model *model, double t, double part, kt_e
         const kt_mass_record *r = &model->varying[k];
         const content c = content_at(model, r, t, 0);
         const double all = c.inertia.xx + c.inertia.yy + c.inertia.zz + c.inertia.xy + c.inertia.xz + c.inertia.yz;
-        char where[KT_WHERE_SIZE];
         if (c.mass > part * model->body[r->body].mass && isfinite(c.mass) && isfinite(all))
             continue;
-        (void)snprintf(where, sizeof where, "body '%.100s', t = %.9g s", kt_body_name(model, r->body), t);
         return kt_error_set(
-            error, KT_ERROR_SINGULAR, where,
+            error, KT_ERROR_SINGULAR,
+            kt_where_format("body '%.100s', t = %.9g s", kt_body_name(model, r->body), t).text,
             "its mass is %g kg there; a mass must stay above 0, and inertias finite: let its function end above 0",
             c.mass);
     }
