@@ -186,23 +186,10 @@ static kt_lane_mask lanes_energy(const kt_model *model, void *work, const double
 }
 
 static void lanes_rate(const kt_model *model, void *work, const double *q, const double *v, double *out) {
-    const kt_real1 *qs = (const void *)q, *vs = (const void *)v;
-    kt_real1 *rates = (void *)out;
-    if (model->n.q == model->n.v) {
-        kt_copy(rates, vs, model->n.v * sizeof *rates);
-        return;
-    }
-    model = lane_model_of(model, work);
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = 0; k < motion.plain; k++)
-            rates[link->q + k] = vs[link->v + k];
-        if (motion.quaternions)
-            kt_turn_store(rates + link->q + motion.plain,
-                          kt_turn_times(kt_turn_load(qs + link->q + motion.plain), kt_real1_splat(0.5),
-                                        vs + link->v + motion.plain));
-    }
+    if (model->n.q == model->n.v)
+        kt_copy(out, v, model->n.v * sizeof(kt_real1));
+    else
+        kt_turns_rate(lane_model_of(model, work), (const void *)q, (const void *)v, (void *)out);
 }
 
 static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {

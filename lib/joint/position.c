@@ -25,37 +25,17 @@ static void add_rotation(const double *p, const double *d, double *out) {
                                                              kt_quat_from_euler_vector(kt_joint_load(d)))));
 }
 
-/* The coordinates of a body's joint. */
-typedef struct part {
-    int q, v, plain; /* first position, first velocity, plain numbers of either */
-    bool turns;      /* a quaternion follows the plain positions, three velocities the plain velocities */
-} part;
-
-static part position_part_of(const kt_body_record *body) {
-    const kt_joint_size *size = &kt_joint_sizes[body->type];
-    const bool turns = size->nq > size->nv;
-    return (part){.q = body->q, .v = body->v, .plain = turns ? size->nq - 4 : size->nq, .turns = turns};
-}
-
 void kt_position_rate(const kt_model *model, const double *q, const double *v, double *qdot) {
     if (!model || !q || !v || !qdot)
         return;
-    for (size_t i = model->n.body - 1; i > 0; i--) {
-        const part p = position_part_of(&model->body[i]);
-        const double *turn = q + p.q + p.plain, *spin = v + p.v + p.plain;
-        if (p.turns)
-            store_quaternion(qdot + p.q + p.plain,
-                             kt_quat_rate_body(kt_joint_load_quaternion(turn), kt_joint_load(spin)));
-        for (int k = p.plain - 1; k >= 0; k--)
-            qdot[p.q + k] = v[p.v + k];
-    }
+    kt_turns_rate(model, q, v, qdot);
 }
 
 void kt_position_add(const kt_model *model, const double *q, const double *dv, double *out) {
     if (!model || !q || !dv || !out)
         return;
     for (size_t i = model->n.body - 1; i > 0; i--) {
-        const part p = position_part_of(&model->body[i]);
+        const kt_position_part p = kt_position_part_of(&model->body[i]);
         if (p.turns)
             add_rotation(q + p.q + p.plain, dv + p.v + p.plain, out + p.q + p.plain);
         for (int k = p.plain - 1; k >= 0; k--)
@@ -85,7 +65,7 @@ void kt_position_subtract(const kt_model *model, const double *end, const double
     if (!model || !end || !q || !dv)
         return;
     for (size_t i = 1; i < model->n.body; i++) {
-        const part p = position_part_of(&model->body[i]);
+        const kt_position_part p = kt_position_part_of(&model->body[i]);
         for (int k = 0; k < p.plain; k++)
             dv[p.v + k] = end[p.q + k] - q[p.q + k];
         if (!p.turns)

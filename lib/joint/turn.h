@@ -1,6 +1,6 @@
 /* Quaternions among positions, of one state and, with KT_LANES, of several states at once (algebra/real3.h). Their
- * norms become 1, and gradients by positions become gradients by rotations xi in the body frame, or the reverse. A
- * quaternion p changes by dp = p o (0, xi) / 2 (sensitivity/tangent.c). */
+ * rates follow from velocities, and their norms become 1. Gradients by positions become gradients by rotations xi in
+ * the body frame, or the reverse. A quaternion p changes by dp = p o (0, xi) / 2 (sensitivity/tangent.c). */
 #ifndef KT_JOINT_TURN_H
 #define KT_JOINT_TURN_H
 
@@ -53,6 +53,30 @@ KT_INLINE void kt_turn_lift(kt_turn p, kt_turn y, kt_real1 out[3]) {
     out[0] = 0.5 * x.x;
     out[1] = 0.5 * x.y;
     out[2] = 0.5 * x.z;
+}
+
+/* The coordinates of a body's joint. */
+typedef struct kt_position_part {
+    int q, v, plain; /* first position, first velocity, plain numbers of either */
+    bool turns;      /* a quaternion follows the plain positions, three velocities the plain velocities */
+} kt_position_part;
+
+static inline kt_position_part kt_position_part_of(const kt_body_record *body) {
+    const kt_joint_size *size = &kt_joint_sizes[body->type];
+    const bool turns = size->nq > size->nv;
+    return (kt_position_part){.q = body->q, .v = body->v, .plain = turns ? size->nq - 4 : size->nq, .turns = turns};
+}
+
+/* The rates of positions: velocities, and p (0, w) / 2. The result may be an input (position.c). */
+KT_INLINE void kt_turns_rate(const kt_model *model, const kt_real1 *q, const kt_real1 *v, kt_real1 *out) {
+    for (size_t i = model->n.body - 1; i > 0; i--) {
+        const kt_position_part p = kt_position_part_of(&model->body[i]);
+        const int turn = p.q + p.plain;
+        if (p.turns)
+            kt_turn_store(out + turn, kt_turn_times(kt_turn_load(q + turn), kt_real1_splat(0.5), v + p.v + p.plain));
+        for (int k = p.plain - 1; k >= 0; k--)
+            out[p.q + k] = v[p.v + k];
+    }
 }
 
 KT_INLINE kt_condition kt_turn_is_off(kt_real1 square) { return kt_not(kt_abs1(square - 1.0) <= 4.0 * DBL_EPSILON); }
