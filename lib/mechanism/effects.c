@@ -123,6 +123,34 @@ KT_INLINE coordinate joint_coordinate(const kt_dynamic_state *at, const kt_link 
     return (coordinate){at->q[link->q], at->v[link->v]};
 }
 
+/* Computes the force of any effect, and the wrenches on its ends. Returns the code of a callback, otherwise 0. */
+static int evaluate_load(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
+                         const kt_effect_end end[2], kt_effect_load *load, kt_effect_balance *balance) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    if (KT_HAS_RELATIVE && effect->relative.type)
+        return evaluate_in_loop(model, in, effect, end, &load->joint_force, load->wrench, balance);
+    if (KT_HAS_PATHS && effect->path_count > 0) {
+        kt_path_value path;
+        const int code =
+            kt_path_force_find(model, in->data, in->kinematics, effect, in->at, &path, &load->joint_force, balance);
+        for (int k = 0; k < 2; k++)
+            load->wrench[k].force = kt_vec3_scale(load->joint_force, path.end[k]);
+        load->wrench[0].moment.x = path.length - path.length; /* NaN: it has no line */
+        return code;
+    }
+    return effect->ends > 0 ? evaluate_wrench(model, in, effect, kind, end, load->wrench, balance)
+                            : evaluate_joint_force(model, in, effect, kind, NULL,
+                                                   joint_coordinate(in->at, &model->link[effect->link[0]]),
+                                                   &load->joint_force, balance);
+}
+
+static bool is_load_finite(const kt_effect_load *load) {
+    double excess = load->joint_force - load->joint_force;
+    for (int k = 0; k < load->end_count; k++)
+        excess += kt_effect_excess(&load->wrench[k]);
+    return excess == 0.0;
+}
+
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
 
 /* Returns whether all callbacks succeeded. */
@@ -277,28 +305,14 @@ static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_e
 
 /* Whether the effect's force or power is not finite. */
 static bool is_culprit(const sum *s, const kt_effect_record *effect) {
-    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_balance balance = {0.0, 0.0, 0.0}, *asked = s->power ? &balance : NULL;
+    kt_effect_load load = {.end_count = effect->ends};
     kt_effect_end end[2];
-    kt_wrench w[2];
-    double force = 0.0;
     const surroundings in = {.data = s->data, .at = s->at};
-    if (KT_HAS_PATHS && effect->path_count > 0) {
-        kt_path_value path;
-        (void)kt_path_force_find(s->model, s->data, NULL, effect, s->at, &path, &force, asked);
-        force += path.length - path.length;
-    } else if (effect->ends) {
+    if (effect->ends > 0 && effect->path_count == 0)
         kt_effect_ends_of(s->data, effect, end);
-        (void)evaluate_wrench(s->model, &in, effect, kind, end, w, asked);
-        for (int k = 0; k < effect->ends; k++)
-            force += (w[k].moment.x - w[k].moment.x) + (w[k].moment.y - w[k].moment.y) +
-                     (w[k].moment.z - w[k].moment.z) + (w[k].force.x - w[k].force.x) + (w[k].force.y - w[k].force.y) +
-                     (w[k].force.z - w[k].force.z);
-    } else {
-        const kt_link *link = &s->model->link[effect->link[0]];
-        (void)evaluate_joint_force(s->model, &in, effect, kind, NULL, joint_coordinate(s->at, link), &force, asked);
-    }
-    return !isfinite(force) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
+    (void)evaluate_load(s->model, &in, effect, end, &load, asked);
+    return !is_load_finite(&load) || !isfinite(balance.dissipated) || !isfinite(balance.supplied);
 }
 
 /* Names the effect at fault; returns KT_OK if only the test sum overflowed. */
@@ -472,33 +486,20 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         kt_force_frames_sweep(model, data, q, v);
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-        const kt_link *link = &model->link[effect->link[0]];
         kt_effect_balance balance = {0.0, 0.0, 0.0};
+        kt_effect_load load;
         kt_effect_end end[2];
-        kt_wrench wrench[2];
-        double force;
         const surroundings in = {.data = data, .at = &at};
         if (KT_HAS_PATHS && effect->path_count > 0) /* it stores none */
             continue;
         if (effect->ends)
             kt_effect_ends_of(data, effect, end);
-        const int code = effect->ends ? evaluate_wrench(model, &in, effect, kind, end, wrench, &balance)
-                                      : evaluate_joint_force(model, &in, effect, kind, NULL,
-                                                             joint_coordinate(&at, link), &force, &balance);
-        energy += code == 0 ? balance.energy : (double)NAN;
+        energy += evaluate_load(model, &in, effect, end, &load, &balance) == 0 ? balance.energy : (double)NAN;
     }
     return energy;
 }
 
 /* ---- one effect, for queries ------------------------------------------------------------------------------------- */
-
-static bool is_load_finite(const kt_effect_load *load) {
-    double excess = load->joint_force - load->joint_force;
-    for (int k = 0; k < load->end_count; k++)
-        excess += kt_effect_excess(&load->wrench[k]);
-    return excess == 0.0;
-}
 
 kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, const double *q, const double *v,
                                 bool has_ends, kt_error *error) {
@@ -513,8 +514,6 @@ kt_status kt_effect_state_check(const kt_model *model, const kt_data *data, cons
 
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load) {
-    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-    const kt_link *link = &model->link[effect->link[0]];
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     const surroundings in = {.data = data, .kinematics = data->kinematics, .at = &at};
     *load = (kt_effect_load){.end_count = effect->ends};
@@ -523,19 +522,7 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
         load->point[k] = end[k].point;
     if ((size_t)(effect - model->effect) >= model->n.effect) /* switched off: it exerts nothing */
         return 0;
-    if (KT_HAS_RELATIVE && effect->relative.type)
-        return evaluate_in_loop(model, &in, effect, end, &load->joint_force, load->wrench, NULL);
-    if (KT_HAS_PATHS && effect->path_count > 0) {
-        kt_path_value path;
-        const int code =
-            kt_path_force_find(model, data, data->kinematics, effect, &at, &path, &load->joint_force, NULL);
-        for (int k = 0; k < 2; k++)
-            load->wrench[k].force = kt_vec3_scale(load->joint_force, path.end[k]);
-        return code;
-    }
-    return effect->ends > 0 ? evaluate_wrench(model, &in, effect, kind, end, load->wrench, NULL)
-                            : evaluate_joint_force(model, &in, effect, kind, NULL, joint_coordinate(&at, link),
-                                                   &load->joint_force, NULL);
+    return evaluate_load(model, &in, effect, end, load, NULL);
 }
 
 /* Rejects an effect whose force a loop bears. */
