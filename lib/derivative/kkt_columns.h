@@ -87,6 +87,15 @@ static inline void scatter_columns_by_lane(const column8 *from, size_t n, int la
             x[(size_t)lane * n + i] = from[i][lane];
 }
 
+/* Calls a function for a link, with the number of components as a constant. */
+typedef void link_pass(const columns *k, size_t i, int c);
+KT_INLINE void pass_link(const columns *k, size_t i, link_pass *pass) {
+    if (kt_kkt_components(k->model, i) == KT_FRONT_SPACE)
+        pass(k, i, KT_FRONT_SPACE);
+    else
+        pass(k, i, KT_FRONT_SPACE / 2);
+}
+
 /* A group by fronts at one of its steps. */
 typedef struct front {
     kt_front f;

@@ -45,24 +45,15 @@ KT_INLINE void hand_down(const columns *k, size_t i, int c) {
     pass_wrench(k, i, c);
 }
 
-static void accelerate_spatial(const columns *k, size_t i) { accelerate(k, i, KT_FRONT_SPACE); }
-static void accelerate_planar(const columns *k, size_t i) { accelerate(k, i, KT_FRONT_SPACE / 2); }
-static void load_spatial(const columns *k, size_t i) { load(k, i, KT_FRONT_SPACE); }
-static void load_planar(const columns *k, size_t i) { load(k, i, KT_FRONT_SPACE / 2); }
-static void hand_down_spatial(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE); }
-static void hand_down_planar(const columns *k, size_t i) { hand_down(k, i, KT_FRONT_SPACE / 2); }
-
-static bool is_spatial(const columns *k, size_t i) { return kt_kkt_components(k->model, i) == KT_FRONT_SPACE; }
-
 static void apply_mass_to_columns(const columns *k) {
     const size_t count = k->model->n.link;
     clear(k->motion, KT_FRONT_SPACE); /* the ground */
     for (size_t i = 1; i < count; i++)
-        (is_spatial(k, i) ? accelerate_spatial : accelerate_planar)(k, i);
+        pass_link(k, i, accelerate);
     for (size_t i = 1; i < count; i++)
-        (is_spatial(k, i) ? load_spatial : load_planar)(k, i);
+        pass_link(k, i, load);
     for (size_t i = count - 1; i > 0; i--)
-        (is_spatial(k, i) ? hand_down_spatial : hand_down_planar)(k, i);
+        pass_link(k, i, hand_down);
 }
 
 /* ---- Z' x -------------------------------------------------------------------------------------------------------- */
@@ -113,24 +104,24 @@ static void restrict_columns(const columns *k) {
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
-void KT_KERNEL(kt_kkt_apply_mass)(const kt_kkt *w, size_t count, double *x) {
-    const columns k = columns_of(w);
-    const size_t n = w->model->n.v;
+/* Computes columns of `rows` numbers, which `compute` leaves in `found`, from columns of nv. */
+static void compute_strips(const columns *k, size_t count, const double *x, void (*compute)(const columns *),
+                           const column8 *found, size_t rows, double *out) {
+    const size_t n = k->model->n.v;
     for (size_t from = 0; from < count; from += KT_KKT_LANES) {
         const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
-        gather_columns_by_lane(&k, n, lanes, x + from * n);
-        apply_mass_to_columns(&k);
-        scatter_columns_by_lane(k.x, n, lanes, x + from * n);
+        gather_columns_by_lane(k, n, lanes, x + from * n);
+        compute(k);
+        scatter_columns_by_lane(found, rows, lanes, out + from * rows);
     }
+}
+
+void KT_KERNEL(kt_kkt_apply_mass)(const kt_kkt *w, size_t count, double *x) {
+    const columns k = columns_of(w);
+    compute_strips(&k, count, x, apply_mass_to_columns, k.x, w->model->n.v, x);
 }
 
 void KT_KERNEL(kt_kkt_restrict)(const kt_kkt *w, size_t dofs, size_t count, const double *x, double *z) {
     const columns k = columns_of(w);
-    const size_t n = w->model->n.v;
-    for (size_t from = 0; from < count; from += KT_KKT_LANES) {
-        const int lanes = count - from < KT_KKT_LANES ? (int)(count - from) : KT_KKT_LANES;
-        gather_columns_by_lane(&k, n, lanes, x + from * n);
-        restrict_columns(&k);
-        scatter_columns_by_lane(k.response, dofs, lanes, z + from * dofs);
-    }
+    compute_strips(&k, count, x, restrict_columns, k.response, dofs, z);
 }

@@ -196,13 +196,9 @@ KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     respond(k, i, c);
 }
 
-static void backward_pass_spatial(const columns *k, size_t i) { backward_pass(k, i, KT_FRONT_SPACE); }
-static void backward_pass_planar(const columns *k, size_t i) { backward_pass(k, i, KT_FRONT_SPACE / 2); }
-static void forward_pass_spatial(const columns *k, size_t i) { forward_pass(k, i, KT_FRONT_SPACE); }
-static void forward_pass_planar(const columns *k, size_t i) { forward_pass(k, i, KT_FRONT_SPACE / 2); }
-
-/* With the metric of the coordinates: groups are apart, and outside them x = f. */
-KT_INLINE void solve_group(const columns *k, size_t g, int c) {
+/* With the metric of the coordinates: groups are apart, and outside them x = f. i: a link of the group. */
+KT_INLINE void solve_group(const columns *k, size_t i, int c) {
+    const size_t g = (size_t)k->model->link[i].group;
     if (kt_group_has_fronts(&k->model->group[g])) {
         backward_pass_front(k, g, c);
         ascend(k, g, c);
@@ -211,15 +207,9 @@ KT_INLINE void solve_group(const columns *k, size_t g, int c) {
     }
 }
 
-static void solve_group_spatial(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE); }
-static void solve_group_planar(const columns *k, size_t g) { solve_group(k, g, KT_FRONT_SPACE / 2); }
-
 static void solve_apart(const columns *k) {
-    for (size_t g = 0; g < k->model->n.group; g++) {
-        const size_t first = (size_t)k->model->group_link[k->model->group[g].link];
-        const bool spatial = kt_kkt_components(k->model, first) == KT_FRONT_SPACE;
-        (spatial ? solve_group_spatial : solve_group_planar)(k, g);
-    }
+    for (size_t g = 0; g < k->model->n.group; g++)
+        pass_link(k, (size_t)k->model->group_link[k->model->group[g].link], solve_group);
 }
 
 static void solve_kkt_columns(const columns *k) {
@@ -230,9 +220,9 @@ static void solve_kkt_columns(const columns *k) {
     }
     clear(k->motion, (int)(KT_FRONT_SPACE * count));
     for (size_t i = count - 1; i > 0; i--)
-        (kt_kkt_components(k->model, i) == KT_FRONT_SPACE ? backward_pass_spatial : backward_pass_planar)(k, i);
+        pass_link(k, i, backward_pass);
     for (size_t i = 1; i < count; i++)
-        (kt_kkt_components(k->model, i) == KT_FRONT_SPACE ? forward_pass_spatial : forward_pass_planar)(k, i);
+        pass_link(k, i, forward_pass);
 }
 
 /* b of one column, by groups and slots. */
