@@ -104,6 +104,14 @@ KT_INLINE kt_real3 kt_bias_over_ground(const kt_model *model, const kt_data *dat
     return kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(m->omega, kt_cross3(m->omega, arm)));
 }
 
+/* The velocity that a degree of freedom gives to the point at `arm` from the origin of its link. */
+KT_INLINE kt_real3 kt_dof_velocity_at(const kt_dof *dof, kt_real3 arm) {
+    if (dof->kind == KT_DOF_TRANSLATION)
+        return dof->u;
+    const kt_real3 turned = kt_cross3(kt_dof_angular(dof), arm);
+    return dof->kind == KT_DOF_ROTATION ? turned : kt_add3(turned, kt_dof_linear(dof));
+}
+
 /* One path of a loop. */
 typedef struct kt_rows_path_terms {
     const kt_group_work *w;
@@ -117,10 +125,7 @@ typedef struct kt_rows_path_terms {
 /* Adds one degree of freedom to all rows: angular velocity s, velocity u of the second end's point. */
 KT_INLINE void kt_rows_dof(const kt_dof *dof, void *context) {
     const kt_rows_path_terms *p = context;
-    const kt_real3 s = kt_dof_angular(dof);
-    const kt_real3 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
-                       : dof->kind == KT_DOF_ROTATION  ? kt_cross3(s, p->arm)
-                                                       : kt_add3(kt_cross3(s, p->arm), kt_dof_linear(dof));
+    const kt_real3 s = kt_dof_angular(dof), u = kt_dof_velocity_at(dof, p->arm);
     kt_real1 *a = p->w->a + p->local + dof->index;
     for (int r = 0; r < p->count; r++) {
         if (p->slot[r] < 0)
@@ -188,11 +193,7 @@ typedef struct kt_ground_row {
 
 KT_INLINE void kt_ground_row_dof(const kt_dof *dof, void *context) {
     const kt_ground_row *p = context;
-    const kt_real3 s = kt_dof_angular(dof);
-    const kt_real3 u = dof->kind == KT_DOF_TRANSLATION ? dof->u
-                       : dof->kind == KT_DOF_ROTATION  ? kt_cross3(s, p->arm)
-                                                       : kt_add3(kt_cross3(s, p->arm), kt_dof_linear(dof));
-    p->a[dof->index] = kt_dot3(p->normal, u);
+    p->a[dof->index] = kt_dot3(p->normal, kt_dof_velocity_at(dof, p->arm));
 }
 
 /* The entries of a link in the row of a loop over the ground. Translations of a free joint along the ground's axes have
