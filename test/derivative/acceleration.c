@@ -137,26 +137,12 @@ static int differentiate_tug(void *user, double t, const kt_effect_end *ends, kt
     return 0;
 }
 
-enum { BURDENS = 4 };
+enum { BURDENS = KT_TREE_BURDENS + 1 };
 
 /* The same mechanism with effects upon it, at the same state. */
 static bool burden(tangle *g, kt_effect effects[BURDENS], bool differenced) {
-    for (int i = 0; i < BURDENS; i++)
-        effects[i] = kt_effect_default();
-    effects[0].type = KT_EFFECT_SPRING;
-    effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
-    effects[0].between[1] = (kt_end){.body = "b6", .marker = "tip"};
-    effects[0].stiffness = 3.0;
-    effects[0].damping = 0.4;
-    effects[0].length = 0.5;
-    effects[1].type = KT_EFFECT_DRAG;
-    effects[1].between[0] = (kt_end){.body = "b4", .marker = "tip"};
-    effects[1].linear = 0.7;
-    effects[2].type = KT_EFFECT_BUSHING;
-    effects[2].between[0] = (kt_end){.body = "b2", .at = {0.1, 0.2, -0.3}};
-    effects[2].between[1] = (kt_end){.body = "b3"};
-    for (int i = 0; i < 3; i++)
-        effects[2].stiffnesses[i] = effects[2].dampings[i] = 1.0 + i;
+    kt_tree_burden(effects);
+    effects[3] = kt_effect_default();
     effects[3].type = KT_EFFECT_CUSTOM;
     effects[3].between[0] = (kt_end){.body = "b5", .marker = "tip"};
     effects[3].end_count = 1;

@@ -315,3 +315,22 @@ double kt_tree_largest(const double *x, int n) {
         largest = fmax(largest, fabs(x[i]));
     return largest;
 }
+
+void kt_tree_burden(kt_effect effects[KT_TREE_BURDENS]) {
+    for (int i = 0; i < KT_TREE_BURDENS; i++)
+        effects[i] = kt_effect_default();
+    effects[0].type = KT_EFFECT_SPRING;
+    effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
+    effects[0].between[1] = (kt_end){.body = "b6", .marker = "tip"};
+    effects[0].stiffness = 3.0;
+    effects[0].damping = 0.4;
+    effects[0].length = 0.5;
+    effects[1].type = KT_EFFECT_DRAG;
+    effects[1].between[0] = (kt_end){.body = "b4", .marker = "tip"};
+    effects[1].linear = 0.7;
+    effects[2].type = KT_EFFECT_BUSHING;
+    effects[2].between[0] = (kt_end){.body = "b2", .at = {0.1, 0.2, -0.3}};
+    effects[2].between[1] = (kt_end){.body = "b3"};
+    for (int i = 0; i < 3; i++)
+        effects[2].stiffnesses[i] = effects[2].dampings[i] = 1.0 + i;
+}

@@ -75,6 +75,10 @@ bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass);
 bool kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s);
 bool kt_tree_fine(const char *what, kt_status status, const kt_error *error);
 
+/* A spring, drag and a bushing on bodies b1 to b6. */
+enum { KT_TREE_BURDENS = 3 };
+void kt_tree_burden(kt_effect effects[KT_TREE_BURDENS]);
+
 kt_vec3 kt_tree_vector(kt_random *random, double lower, double upper);
 kt_vec3 kt_tree_direction(kt_random *random);
 

@@ -170,8 +170,6 @@ KT_TEST(null_space_is_whole_and_does_not_move_the_loops) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-enum { EFFECTS = 3 };
-
 /* On a tree M a + h = tau + J' external + Q, with a of the whole and the left side by inverse dynamics. */
 KT_TEST(forces_of_effects_are_what_inverse_dynamics_misses) {
     kt_random random = kt_random_of_test();
@@ -181,26 +179,14 @@ KT_TEST(forces_of_effects_are_what_inverse_dynamics_misses) {
         kt_tree tree;
         kt_tree_state s;
         kt_tree_plan plan = n % 2 ? kt_tree_plan_planar() : kt_tree_plan_default();
-        kt_effect effects[EFFECTS] = {kt_effect_default(), kt_effect_default(), kt_effect_default()};
+        kt_effect effects[KT_TREE_BURDENS];
         double a[KT_TREE_NV], left[KT_TREE_NV], forces[KT_TREE_NV], size = 1.0;
         kt_error e = {0};
         plan.massless = false;
         kt_tree_describe(&tree, &plan, &random);
-        effects[0].type = KT_EFFECT_SPRING;
-        effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
-        effects[0].between[1] = (kt_end){.body = "b6", .marker = "tip"};
-        effects[0].stiffness = 3.0;
-        effects[0].length = 0.5;
-        effects[1].type = KT_EFFECT_DRAG;
-        effects[1].between[0] = (kt_end){.body = "b4", .marker = "tip"};
-        effects[1].linear = 0.7;
-        effects[2].type = KT_EFFECT_BUSHING;
-        effects[2].between[0] = (kt_end){.body = "b2", .at = {0.1, 0.2, -0.3}};
-        effects[2].between[1] = (kt_end){.body = "b3"};
-        for (int i = 0; i < 3; i++)
-            effects[2].stiffnesses[i] = effects[2].dampings[i] = 1.0 + i;
+        kt_tree_burden(effects);
         tree.description.effects = effects;
-        tree.description.effect_count = EFFECTS;
+        tree.description.effect_count = KT_TREE_BURDENS;
         if (!kt_tree_compile(&tree, NULL))
             return;
         kt_tree_state_draw(&tree, &random, &s);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = KT_TREE_NV * KT_TREE_NV, EFFECTS = 3 };
+enum { MOST = KT_TREE_NV * KT_TREE_NV };
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
@@ -228,24 +228,11 @@ static void try_all(const tangle *g, tally *sum) {
 }
 
 /* The same mechanism with effects upon it. */
-static bool burden(tangle *g, kt_effect effects[EFFECTS]) {
-    for (int i = 0; i < EFFECTS; i++)
-        effects[i] = kt_effect_default();
-    effects[0].type = KT_EFFECT_SPRING;
-    effects[0].between[0] = (kt_end){.body = "b1", .at = {0.3, -0.2, 4.0}};
-    effects[0].between[1] = (kt_end){.body = "b6", .marker = "tip"};
-    effects[0].stiffness = 3.0;
-    effects[0].length = 0.5;
-    effects[1].type = KT_EFFECT_DRAG;
-    effects[1].between[0] = (kt_end){.body = "b4", .marker = "tip"};
-    effects[1].linear = 0.7;
-    effects[2].type = KT_EFFECT_BUSHING;
-    effects[2].between[0] = (kt_end){.body = "b3", .marker = "tip"};
-    effects[2].between[1] = (kt_end){.body = "b2"};
-    effects[2].stiffnesses[0] = effects[2].dampings[4] = 2.0;
+static bool burden(tangle *g, kt_effect effects[KT_TREE_BURDENS]) {
+    kt_tree_burden(effects);
     kt_tree_free(&g->tree);
     g->tree.description.effects = effects;
-    g->tree.description.effect_count = EFFECTS;
+    g->tree.description.effect_count = KT_TREE_BURDENS;
     return kt_tree_compile(&g->tree, NULL);
 }
 
@@ -266,7 +253,7 @@ KT_TEST(queries_answer_for_the_last_update_whatever_was_computed_since) {
     enum { MECHANISMS = 36 };
     kt_random random = kt_random_of_test();
     static tangle g;
-    kt_effect effects[EFFECTS];
+    kt_effect effects[KT_TREE_BURDENS];
     tally sum = {0};
     int plans[3] = {0}, grown = 0;
     for (int n = 0; n < MECHANISMS; n++) {

@@ -249,18 +249,23 @@ KT_TEST(crossed_cranks_stay_crossed) {
     linkage_free(&l);
 }
 
-/* A parallelogram whose crank is driven: where it lies flat nothing drives the rocker for an instant. */
-KT_TEST(driven_parallelogram_passes_its_change_points) {
-    static linkage l;
-    const double turn[] = {0.4, 1.7};
+/* A parallelogram whose crank is driven by a polynomial of `count` coefficients. */
+static void describe_driven_parallelogram(linkage *l, const double *turn, int count) {
     four_bar f = {.crank = 1.0, .coupler = 2.0, .rocker = 1.0, .ground = 2.0, .size = 1.0, .type = KT_LOOP_REVOLUTE};
     f.angle[0] = f.angle[2] = 0.4;
     f.angle[1] = -0.4;
-    linkage_four_bar(&l, &f);
-    kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL,
-                                  kt_vec3_make(0.0, 0.0, 0.0));
+    linkage_four_bar(l, &f);
+    kt_loop *loop =
+        linkage_close(l, "drive", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL, kt_vec3_make(0.0, 0.0, 0.0));
     loop->joint = "crank";
-    loop->function = kt_function_polynomial(turn, 2);
+    loop->function = kt_function_polynomial(turn, count);
+}
+
+/* Where a driven parallelogram lies flat, nothing drives the rocker for an instant. */
+KT_TEST(driven_parallelogram_passes_its_change_points) {
+    static linkage l;
+    const double turn[] = {0.4, 1.7};
+    describe_driven_parallelogram(&l, turn, 2);
     if (linkage_build(&l, 0.0)) {
         linkage_run r;
         kt_worst crank = kt_worst_make("crank"), rocker = kt_worst_make("rocker");
@@ -288,14 +293,7 @@ static void drive_at(const double c[4], double t, double *angle, double *rate, d
 KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
     static linkage l;
     const double turn[] = {0.4, 1.7, 0.6, -0.3};
-    four_bar f = {.crank = 1.0, .coupler = 2.0, .rocker = 1.0, .ground = 2.0, .size = 1.0, .type = KT_LOOP_REVOLUTE};
-    f.angle[0] = f.angle[2] = 0.4;
-    f.angle[1] = -0.4;
-    linkage_four_bar(&l, &f);
-    kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, kt_vec3_make(0.0, 0.0, 0.0), NULL,
-                                  kt_vec3_make(0.0, 0.0, 0.0));
-    loop->joint = "crank";
-    loop->function = kt_function_polynomial(turn, 4);
+    describe_driven_parallelogram(&l, turn, 4);
     kt_worst worst = kt_worst_make("acceleration");
     for (int k = -8; linkage_compile(&l) && k <= 8; k++) {
         const double x = k ? copysign(0.1 * pow(10.0, -0.8 * (8 - abs(k))), k) : 0.0, sign[3] = {1.0, -1.0, 1.0};
