@@ -31,13 +31,13 @@ static void warn_of_many_records(kt_outcome *outcome) {
                 outcome->run->interval);
 }
 
-/* Warns if the velocity of a driven joint jumps at the rows of its table. */
+/* Warns if the velocity of a driven joint jumps. */
 static void warn_of_jumps(kt_outcome *outcome) {
-    const char *loop = kt_start_jumping(outcome->scene);
+    const char *loop = kt_start_jumping(outcome->scene, outcome->run->duration);
     const kt_warning warning =
         kt_warning_of("speed_jump", (double)NAN, NULL,
                       "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, "
-                      "step or comparison");
+                      "step, comparison or kink of abs, min or max");
     if (loop != NULL)
         kt_warn(&outcome->warnings, &warning,
                 "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);

@@ -225,15 +225,66 @@ static bool may_jump(const char *text) {
     return false;
 }
 
-const char *kt_start_jumping(const kt_scene *scene) {
-    const kt_description *d = &scene->description;
-    for (int i = 0; i < d->loop_count; i++) {
-        const kt_function *f = &d->loops[i].function;
-        if (f->type == KT_FUNCTION_TABLE && f->number_count > 4 && f->interpolation == KT_INTERPOLATION_LINEAR)
-            return d->loops[i].name;
-        if (f->type == KT_FUNCTION_EXPRESSION && may_jump(f->text))
-            return d->loops[i].name;
+static double slope_at(const kt_function *f, double t) {
+    double out[3];
+    return kt_function_evaluate(f, t, out, NULL) == KT_OK ? out[1] : (double)NAN;
+}
+
+/* Returns the change of the slope between two times, or near a kink between them. The half with the larger change is
+ * halved again, to the length of rounding. */
+static double slope_change(const kt_function *f, double from, double to) {
+    double before = slope_at(f, from), after = slope_at(f, to);
+    for (int k = 0; k < 40 && before != after; k++) {
+        const double middle = 0.5 * (from + to), slope = slope_at(f, middle);
+        if (fabs(slope - before) > fabs(after - slope)) {
+            to = middle;
+            after = slope;
+        } else {
+            from = middle;
+            before = slope;
+        }
     }
+    return fabs(after - before);
+}
+
+/* Returns whether the slope of a formula jumps during the run, by more than a small part of itself. */
+static bool formula_has_kink(const kt_function *f, double duration) {
+    enum { PARTS = 128 };
+    double largest = 0.0, jump = 0.0;
+    if (strstr(f->text, "abs") == NULL && strstr(f->text, "min") == NULL && strstr(f->text, "max") == NULL)
+        return false;
+    for (int k = 0; k < PARTS; k++) {
+        const double from = duration * k / PARTS, to = duration * (k + 1) / PARTS;
+        largest = fmax(largest, fabs(slope_at(f, to)));
+        jump = fmax(jump, slope_change(f, k > 0 ? from : 1e-9 * to, k + 1 < PARTS ? to : to - 1e-9 * duration));
+    }
+    return jump > 1e-6 * largest;
+}
+
+/* Returns whether the slope of a linear table jumps: at a row between others, or during the run at the first or the
+ * last row. A table rests before its first row and behind its last row. */
+static bool table_has_kink(const kt_function *f, double duration) {
+    const double *first = f->numbers, *last = f->numbers + f->number_count - 2;
+    if (f->interpolation != KT_INTERPOLATION_LINEAR)
+        return false;
+    return f->number_count > 4 ||
+           (first[1] != last[1] && ((first[0] > 0.0 && first[0] < duration) || (last[0] > 0.0 && last[0] < duration)));
+}
+
+/* Returns whether the value of a function, or with `slope` also its slope, may jump. */
+static bool function_jumps(const kt_function *f, bool slope, double duration) {
+    bool jumps = f->type == KT_FUNCTION_EXPRESSION && (may_jump(f->text) || (slope && formula_has_kink(f, duration)));
+    jumps = jumps || (f->type == KT_FUNCTION_TABLE && slope && table_has_kink(f, duration));
+    for (int i = 0; i < f->part_count && !jumps; i++)
+        jumps = function_jumps(&f->parts[i], slope, duration);
+    return jumps;
+}
+
+const char *kt_start_jumping(const kt_scene *scene, double duration) {
+    const kt_description *d = &scene->description;
+    for (int i = 0; i < d->loop_count; i++)
+        if (function_jumps(&d->loops[i].function, d->loops[i].type != KT_LOOP_RATES, duration))
+            return d->loops[i].name;
     return NULL;
 }
 

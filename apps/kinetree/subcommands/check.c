@@ -266,12 +266,12 @@ static int check_start(check *c) {
     c->warnings += kt_column_units_warn(&warnings, c->scene, c->model);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);
-    const char *jumping = kt_start_jumping(c->scene);
+    const char *jumping = kt_start_jumping(c->scene, c->scene->run.duration);
     if (jumping != NULL)
         warn_check(
             c,
             "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula; give the table "
-            "'interpolation: cubic' or 'monotone', the formula no sign, step or comparison",
+            "'interpolation: cubic' or 'monotone', the formula no sign, step, comparison or kink of abs, min or max",
             jumping);
     return KT_EXIT_DONE;
 }
