@@ -312,6 +312,27 @@ KT_TEST(plot_takes_units_from_the_summary_beside_it) {
     kt_check_equal_int("both", kt_count_of(kt_read_file("both.svg"), ">Positions, rad or m<"), 1);
 }
 
+/* The names of two columns differ in their 600th letter. Of several words for a column of a sweep, the first counts. */
+KT_TEST(plot_reads_names_of_any_length) {
+    char a[601], text[4000];
+    memset(a, 'x', 600);
+    a[600] = '\0';
+    snprintf(text, sizeof text, "time,%sa,%sb\n0,1,2\n1,2,5\n", a, a);
+    kt_write_file("long.csv", text);
+    kt_expect(0, "picture: long.svg", "$K plot long.csv --columns %sb --out long.svg", a);
+    snprintf(text, sizeof text, "run,%sa,%sb,status,p.end,p.max\n0,1,1,done,1,2\n1,2,1,done,2,3\n2,1,2,done,3,4\n", a,
+             a);
+    kt_write_file("sweep.csv", text);
+    kt_expect(0, "picture: map.svg", "$K plot sweep.csv --map %sa,%sb --columns p.end --out map.svg", a, a);
+    kt_expect(0, "picture: by.svg", "$K plot sweep.csv --x p.max --columns %sb --out by.svg", a);
+    kt_expect(1, "--map takes two columns, A,B, not 'p'", "$K plot sweep.csv --map p --columns p.end --out map.svg");
+    kt_expect(1, "there is no column 'q'", "$K plot sweep.csv --map q,p.end --columns p.end --out map.svg");
+    kt_expect(0, "picture: once.svg", "$K plot sweep.csv --x run --columns p.end --out once.svg");
+    kt_expect(0, "picture: twice.svg", "$K plot sweep.csv --x run --columns p,p.end,p.max --out twice.svg");
+    kt_expect(0, "picture: all.svg", "$K plot sweep.csv --x run --columns p --out all.svg");
+    kt_expect(0, NULL, "cmp twice.svg all.svg");
+}
+
 /* `state` is recorded by default, and a column by a formula is recorded since the scene asks for it. A table without
  * any known quantity is drawn as a whole. */
 KT_TEST(plot_shows_states_and_columns_by_formulas_by_default) {

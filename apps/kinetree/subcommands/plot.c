@@ -6,7 +6,6 @@
 #include "records/output.h"
 #include "subcommands/plot_chart.h"
 #include "text/arguments.h"
-#include "text/list.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -84,21 +83,13 @@ static int find_plotted_column(const kt_table *table, const char *option, const 
  * ends. Returns -1, or an exit code after printing the error. */
 static int choose_columns(const kt_plot_arguments *arguments, const kt_table *table, int first, int *columns,
                           int *count) {
-    const char *rest = arguments->columns;
-    char word[256];
     int code = -1;
     *count = 0;
     for (int i = first; arguments->columns == NULL && i + 1 < table->columns; i++)
         if (strncmp(table->names[i], "event.", 6) == 0 || kt_column_ends(table->names[i], ".end|.max"))
             columns[(*count)++] = i;
-    while (code < 0 && kt_list_next(&rest, word, sizeof word)) {
-        const int before = *count;
-        for (int i = 0; i < table->columns && *count < table->columns; i++)
-            if (kt_column_begins(table->names[i], word))
-                columns[(*count)++] = i;
-        if (*count == before)
-            code = kt_plot_say_no_column(table, "columns", word);
-    }
+    if (arguments->columns != NULL)
+        code = kt_plot_list_columns(table, arguments->columns, columns, count);
     if (code < 0 && *count == 0)
         code = kt_misuse("plot: there is nothing to draw: --columns chooses");
     return code;
@@ -106,17 +97,17 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
 
 /* Chooses the columns over which the others are drawn (--map, --x, --by). */
 static int choose_axes(const kt_plot_arguments *arguments, const kt_table *table, kt_sweep_chart *chart) {
-    const char *map = arguments->map;
-    char words[2][256];
-    if (map == NULL) {
+    if (arguments->map == NULL) {
         const int code = find_plotted_column(table, "x", arguments->x, &chart->x);
         return code < 0 ? find_plotted_column(table, "by", arguments->by, &chart->by) : code;
     }
-    if (!kt_list_next(&map, words[0], sizeof words[0]) || map == NULL)
+    const char *comma = strchr(arguments->map, ',');
+    if (comma == NULL)
         return kt_misuse("plot: --map takes two columns, A,B, not '%s'", arguments->map);
-    (void)snprintf(words[1], sizeof words[1], "%s", map);
-    const int code = find_plotted_column(table, "map", words[0], &chart->x);
-    return code < 0 ? find_plotted_column(table, "map", words[1], &chart->by) : code;
+    char *first = strndup(arguments->map, (size_t)(comma - arguments->map));
+    int code = first != NULL ? find_plotted_column(table, "map", first, &chart->x) : kt_say_no_memory("the picture");
+    free(first);
+    return code < 0 ? find_plotted_column(table, "map", comma + 1, &chart->by) : code;
 }
 
 static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table, int first, int count, const char *base,
@@ -132,9 +123,7 @@ static int draw_sweep(const kt_plot_arguments *arguments, const kt_table *table,
                             .is_log = arguments->log,
                             .is_dark = arguments->dark,
                             .size = arguments->page};
-    int code = columns != NULL ? choose_axes(arguments, table, &chart) : KT_EXIT_INTEGRATION;
-    if (columns == NULL)
-        kt_say("there is not enough memory for the picture");
+    int code = columns != NULL ? choose_axes(arguments, table, &chart) : kt_say_no_memory("the picture");
     if (code < 0)
         code = choose_columns(arguments, table, first + count, columns, &chosen);
     chart.column_count = chosen;

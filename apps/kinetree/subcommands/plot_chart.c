@@ -206,29 +206,42 @@ int kt_plot_say_no_column(const kt_table *table, const char *option, const char 
     return KT_EXIT_USAGE;
 }
 
-/* Returns whether a column is listed already. 'position,position.arm' would list one column twice. */
-static bool column_is_listed(const kt_chart *chart, const char *name) {
-    for (int i = 0; i < chart->candidate_count; i++)
-        if (chart->candidates[i].name == name)
-            return true;
-    return false;
+/* Adds the columns whose names begin with a word, except those that are listed already. 'position,position.arm' would
+ * list one column twice. Returns false if no name begins so. */
+static bool list_begun_columns(const kt_table *table, const char *word, int *columns, int *count) {
+    bool found = false;
+    for (int i = 0; i < table->columns; i++) {
+        bool is_new = kt_column_begins(table->names[i], word);
+        found = found || is_new;
+        for (int k = 0; k < *count; k++)
+            is_new = is_new && columns[k] != i;
+        if (is_new)
+            columns[(*count)++] = i;
+    }
+    return found;
+}
+
+int kt_plot_list_columns(const kt_table *table, const char *list, int *columns, int *count) {
+    const size_t size = strlen(list) + 1;
+    char *word = malloc(size);
+    int code = word != NULL ? -1 : kt_say_no_memory("the picture");
+    *count = 0;
+    while (code < 0 && kt_list_next(&list, word, size))
+        if (!list_begun_columns(table, word, columns, count))
+            code = kt_plot_say_no_column(table, "columns", word);
+    free(word);
+    return code;
 }
 
 static int add_listed(kt_chart *chart, const char *list) {
-    char word[512];
-    int code = -1;
-    while (code < 0 && kt_list_next(&list, word, sizeof word)) {
-        bool found = false;
-        for (int i = 0; i < chart->table->columns; i++)
-            if (kt_column_begins(chart->table->names[i], word)) {
-                if (!column_is_listed(chart, chart->table->names[i]))
-                    add_chart_column(chart, i);
-                found = true;
-            }
-        if (!found)
-            code = kt_plot_say_no_column(chart->table, "columns", word);
-    }
-    add_panels(chart);
+    int *columns = malloc((size_t)chart->table->columns * sizeof *columns), count = 0;
+    const int code =
+        columns != NULL ? kt_plot_list_columns(chart->table, list, columns, &count) : kt_say_no_memory("the picture");
+    for (int i = 0; code < 0 && i < count; i++)
+        add_chart_column(chart, columns[i]);
+    if (code < 0)
+        add_panels(chart);
+    free(columns);
     return code;
 }
 

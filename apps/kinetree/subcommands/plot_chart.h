@@ -16,6 +16,10 @@ typedef struct kt_plot_arguments {
 int kt_plot_draw_chart(const kt_plot_arguments *arguments, const kt_table *table, const char *path, const char *base,
                        const char *out);
 
+/* Lists the columns whose names begin with a word of --columns, each column once. `columns` has room for all of them.
+ * Returns -1, or an exit code after printing the error. */
+int kt_plot_list_columns(const kt_table *table, const char *list, int *columns, int *count);
+
 /* Prints that an option names a column that the table lacks, and which ones it may mean. Returns the exit code. */
 int kt_plot_say_no_column(const kt_table *table, const char *option, const char *name);
 
