@@ -88,4 +88,23 @@ with tempfile.TemporaryDirectory() as place:
 claim("evaluate_stands_it", problems(["evaluate", four_bar]))
 claim("info_stands_it", problems(["info", andrews]))
 claim("check_stands_it", problems(["check", four_bar]))
+
+
+def status_without_a_line():
+    """The exit status of a study along a parameter whose file lacks a line for want of memory; None: none lacked one."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        (folder / "arm.yaml").write_text("kinetree: 1\nparameters: {L: 1}\nbodies: [{name: a, joint: {type: revolute, position: 1}, "
+                                         "mass: 1, com: [=L, 0, 0]}]\nsimulate: {duration: 0.1}\n", encoding="utf-8")
+        words = ["accuracy", "arm.yaml", "--vary", "L=1,2", "--integrators", "rk4", "--quiet", "--out", "out.csv"]
+        run(folder, words, 0)
+        for n in range(1, int((folder / "count").read_text()) + 1):
+            got = run(folder, words, n)
+            if b"a line is left out" in got.stderr:
+                return got.returncode
+    return None
+
+
+status = status_without_a_line()
+claim("a_line_that_is_left_out_is_an_exit_status", [] if status == 4 else [f"status {status}"])
 finish()

@@ -255,11 +255,8 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     if (status != KT_OK)
         return kt_say_status(status, &error);
     findings.results = kt_accuracy_get(findings.study);
-    int code = KT_EXIT_DONE;
-    if (arguments->along != NULL)
-        kt_accuracy_along_line(arguments->along, &findings);
-    else
-        code = report_with_peers(&findings, path);
+    const int code = arguments->along != NULL ? kt_accuracy_along_line(arguments->along, &findings)
+                                              : report_with_peers(&findings, path);
     kt_accuracy_free(findings.study);
     return code;
 }

@@ -98,7 +98,7 @@ typedef int kt_accuracy_study(const kt_accuracy_arguments *arguments, const char
 /* Runs the studies of --vary: one for each value, and a line of CSV for each in --out. Returns an exit code. */
 int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_study *study, const char *path,
                           const char *base);
-/* Writes the line of a study, in place of its report. */
-void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings);
+/* Writes the line of a study, in place of its report. Returns an exit code. findings: NULL if the study failed. */
+int kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings);
 
 #endif

@@ -25,24 +25,26 @@ struct kt_accuracy_along {
     bool written;
 };
 
-/* Ends a line, and writes it. */
-static void put_line(FILE *file, kt_bytes *line) {
+/* Ends a line, and writes it. Returns an exit code. */
+static int put_line(FILE *file, kt_bytes *line) {
     kt_bytes_print(line, "\n");
-    if (line->is_short)
-        kt_say("accuracy: a line is left out: there is not enough memory");
-    else
+    const int code = line->is_short ? kt_reject(KT_EXIT_INTEGRATION, "accuracy: a line is left out: there is not "
+                                                                     "enough memory")
+                                    : KT_EXIT_DONE;
+    if (code == KT_EXIT_DONE)
         (void)fputs(line->text, file);
     free(line->text);
+    return code;
 }
 
-static void write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {
+static int write_header(FILE *file, const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan) {
     kt_bytes line = {0};
     kt_sweep_plan_head(plan, COLUMNS, &line);
     for (int g = 0; g < arguments->goal_count; g++) {
         const double goal = arguments->goals[g];
         kt_bytes_print(&line, ",evaluations.%g,seconds.%g,setting.%g,method.%g", goal, goal, goal, goal);
     }
-    put_line(file, &line);
+    return put_line(file, &line);
 }
 
 static void add_goal(kt_bytes *line, const kt_findings *findings, double goal) {
@@ -57,8 +59,7 @@ static void add_goal(kt_bytes *line, const kt_findings *findings, double goal) {
                    point->setting, kt_findings_curve(findings, best)->method->name);
 }
 
-/* findings: NULL if the study failed. */
-void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {
+int kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {
     kt_bytes line = {0};
     kt_bytes_print(&line, "%lld", (long long)along->number);
     for (int i = 0; i < along->plan->count; i++)
@@ -69,8 +70,8 @@ void kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *finding
         kt_bytes_print(&line, ",failed,");
     for (int g = 0; g < along->arguments->goal_count; g++)
         add_goal(&line, findings, along->arguments->goals[g]);
-    put_line(along->file, &line);
     along->written = true;
+    return put_line(along->file, &line);
 }
 
 /* The settings of the command line, and the values of a run. */
@@ -86,8 +87,7 @@ static kt_settings settings_of_run(const kt_accuracy_arguments *arguments, const
 /* Runs all studies, one after the other, because parallel studies would disturb each other's measured times. */
 static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
                              kt_accuracy_study *study, const char *path, const char *base) {
-    int code = KT_EXIT_DONE;
-    write_header(file, arguments, plan);
+    int code = write_header(file, arguments, plan);
     for (int64_t run = 0; run < kt_sweep_plan_runs(plan); run++) {
         double values[KT_SWEEP_AXES_MAX];
         kt_sweep_texts texts;
@@ -97,12 +97,11 @@ static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sw
         kt_accuracy_along along = {
             .arguments = arguments, .plan = plan, .file = file, .number = run, .values = values, .written = false};
         one.along = &along;
-        const int failed = study(&one, path, base);
-        if (!along.written)
-            kt_accuracy_along_line(&along, NULL);
+        const int studied = study(&one, path, base);
+        const int written = along.written ? KT_EXIT_DONE : kt_accuracy_along_line(&along, NULL);
         if (!arguments->quiet)
             fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(plan));
-        code = failed != KT_EXIT_DONE ? failed : code;
+        code = studied != KT_EXIT_DONE ? studied : written != KT_EXIT_DONE ? written : code;
         (void)fflush(file);
     }
     return code;
