@@ -232,6 +232,9 @@ KT_TEST(lists_name_each_thing_once_and_options_are_no_values) {
          "plot p.csv --marks --out p.svg"},
         {"run: --duration must be followed by its S, and '--quiet' is an option", "run p.yaml --duration --quiet"},
         {"run: --out must be followed by its FILE, and '--set=L=1' is an option", "run p.yaml --out --set=L=1"},
+        {"run: --out must be followed by its FILE, and '--help' is an option; --out=--help takes it as it is",
+         "run p.yaml --out --help"},
+        {"run: --out must be followed by its FILE, and '-h' is an option", "run p.yaml --out -h"},
     };
     kt_write_file("p.yaml", pendulum);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)

@@ -255,6 +255,8 @@ static const kt_option *option_at(const kt_usage *usage, const char *argument) {
     return strncmp(argument, "--", 2) == 0 ? find_option(usage, argument + 2, strcspn(argument + 2, "=")) : NULL;
 }
 
+static bool is_help(const char *argument) { return strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0; }
+
 enum { OPTIONS_MAX = 64 };
 
 /* Checks one rule for the options that are given, in the order of the usage. */
@@ -301,7 +303,7 @@ static int read_option(const kt_usage *usage, int argc, char **argv, int *index,
         return read_option_value(usage, option, equals + 1, members);
     if (*index + 1 >= argc)
         return kt_misuse("%s: --%s must be followed by its %s", usage->command, option->name, option->argument);
-    if (option_at(usage, argv[*index + 1]) != NULL)
+    if (option_at(usage, argv[*index + 1]) != NULL || is_help(argv[*index + 1]))
         return kt_misuse("%s: --%s must be followed by its %s, and '%s' is an option; --%s=%s takes it as it is",
                          usage->command, option->name, option->argument, argv[*index + 1], option->name,
                          argv[*index + 1]);
@@ -317,7 +319,7 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
             argv[1 + count++] = argv[i];
         } else if (strcmp(argument, "--") == 0) {
             options_ended = true;
-        } else if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) {
+        } else if (is_help(argument)) {
             kt_usage_print(usage);
             return kt_finish_output(KT_EXIT_DONE);
         } else if (argument[1] != '-') {
