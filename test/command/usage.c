@@ -244,6 +244,23 @@ KT_TEST(lists_name_each_thing_once_and_options_are_no_values) {
     kt_expect(0, NULL, "$K run p.yaml --duration 0.1 --quiet --out --else && test -s ./--else");
 }
 
+/* Each process of MPI reads the command line. Rank 0 reports for all of them. */
+KT_TEST(later_ranks_of_a_sweep_repeat_no_fault) {
+    static const char *const ranks[] = {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"};
+    static const char *const words[] = {"p.yaml --nonsense", "p.yaml --repeats 0", "--help"};
+    for (size_t i = 0; i < sizeof ranks / sizeof *ranks; i++)
+        for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+            const int code = k < 2 ? 1 : 0;
+            const kt_ran first = kt_shell("%s=0 $K sweep %s", ranks[i], words[k]);
+            kt_check_equal_int("status of rank 0", first.code, code);
+            kt_check_true("it reports", first.err[0] != '\0' || first.out[0] != '\0');
+            const kt_ran later = kt_shell("%s=1 $K sweep %s", ranks[i], words[k]);
+            kt_check_equal_int("status of rank 1", later.code, code);
+            kt_check_text("no fault", later.err, "");
+            kt_check_text("no help", later.out, "");
+        }
+}
+
 /* An option that describes a file which is not written, and a count of nothing, are no silent defaults. */
 KT_TEST(options_without_an_effect_are_rejected) {
     static const struct {
