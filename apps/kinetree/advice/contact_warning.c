@@ -1,17 +1,28 @@
 /* Warnings about hard contacts: a law had to be weakened, or it does not decide the motion. */
 #include "subcommands/run.h"
 
-/* Warns if impacts had to give back less than their restitutions require. */
-static void warn_of_reduced(kt_outcome *outcome) {
-    const unsigned long long reduced = kt_simulation_contacts(outcome->simulation).reduced;
-    const kt_warning warning =
-        kt_warning_of("restitution", (double)reduced, NULL,
-                      "Take `poisson: true`, smaller restitutions, or leave gaps so that impacts come one by one");
-    if (reduced > 0)
-        kt_warn(&outcome->warnings, &warning,
-                "at %llu impact%s Newton's rule would let the energy grow: restitutions were made less there", reduced,
-                reduced == 1 ? "" : "s");
-}
+static const kt_counted failed_problems = {"contact_failures",
+                                           "the impulses of ",
+                                           "problem",
+                                           "problems",
+                                           " of contacts were not found to 1e-7: the best ones were taken",
+                                           "Compare with a smaller step, or with less friction"};
+
+static const kt_counted reduced_impacts = {
+    "restitution",
+    "at ",
+    "impact",
+    "impacts",
+    " Newton's rule would let the energy grow: restitutions were made less there",
+    "Take `poisson: true`, smaller restitutions, or leave gaps so that impacts come one by one"};
+
+static const kt_counted slow_slips = {
+    "contact_capped",
+    "at ",
+    "evaluation",
+    "evaluations",
+    " the iteration for the direction of slow slip did not converge: friction acted against the slip that there was",
+    "Compare with a smaller `max_step`, or take elastic contacts (stiffness)"};
 
 /* Warns if friction of contacts allowed several motions. */
 static void warn_of_undecided(kt_outcome *outcome) {
@@ -43,33 +54,11 @@ static void warn_of_wedge(kt_outcome *outcome) {
                 "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
 }
 
-/* Warns if the direction of slow slip was not found. */
-static void warn_of_slow_slip(kt_outcome *outcome) {
-    const unsigned long long count = kt_simulation_contacts(outcome->simulation).unconverged;
-    const kt_warning warning = kt_warning_of("contact_capped", (double)count, NULL,
-                                             "Compare with a smaller `max_step`, or take elastic contacts (stiffness)");
-    if (count > 0)
-        kt_warn(&outcome->warnings, &warning,
-                "at %llu evaluation%s the iteration for the direction of slow slip did not converge: friction acted "
-                "against the slip that there was",
-                count, count == 1 ? "" : "s");
-}
-
-/* Warns if impulses of time stepping were not found accurately. */
-static void warn_of_failures(kt_outcome *outcome) {
-    const unsigned long long failures = kt_simulation_contacts(outcome->simulation).failures;
-    const kt_warning warning =
-        kt_warning_of("contact_failures", (double)failures, NULL, "Compare with a smaller step, or with less friction");
-    if (failures > 0)
-        kt_warn(&outcome->warnings, &warning,
-                "the impulses of %llu problem%s of contacts were not found to 1e-7: the best ones were taken", failures,
-                failures == 1 ? "" : "s");
-}
-
 void kt_warn_of_contacts(kt_outcome *outcome) {
-    warn_of_failures(outcome);
-    warn_of_reduced(outcome);
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    kt_warn_of_count(outcome, seen.failures, &failed_problems);
+    kt_warn_of_count(outcome, seen.reduced, &reduced_impacts);
     warn_of_undecided(outcome);
     warn_of_wedge(outcome);
-    warn_of_slow_slip(outcome);
+    kt_warn_of_count(outcome, seen.unconverged, &slow_slips);
 }

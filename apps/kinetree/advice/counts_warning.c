@@ -4,6 +4,30 @@
 #include "scene/linear.h"
 #include "subcommands/run.h"
 
+void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *counted) {
+    const kt_warning warning = kt_warning_of(counted->code, (double)count, NULL, counted->remedy);
+    if (count > 0)
+        kt_warn(&outcome->warnings, &warning, "%s%llu %s%s", counted->before, (unsigned long long)count,
+                count == 1 ? counted->one : counted->many, counted->after);
+}
+
+/* All searches of a run share a limit. */
+static const kt_counted cut_searches = {
+    "cut_search",
+    "",
+    "search for the next feature of a formula of time was",
+    "searches for the next feature of a formula of time were",
+    " cut after too many evaluations: a pulse of the formula, or an event, may have been missed",
+    "Make the formula simpler, or bound the steps by a fraction of its shortest feature (--max-step)"};
+
+/* A run may pass the dead point, or end there. */
+static const kt_counted joined_states = {"joined",
+                                         "at a dead point of the drives the acceleration is beyond use: ",
+                                         "state within steps that end there is",
+                                         "states within steps that end there are",
+                                         " interpolated between their ends alone",
+                                         "Let the drives keep away from the dead point, or take shorter steps there"};
+
 /* Warns if steps of an implicit method continued without a new Jacobian, or without convergence of Newton's iteration.
  * An estimate of the fastest decay (rkc2, rkc4) that has not converged is used with a margin. Only the summary lists
  * it. */
@@ -28,19 +52,6 @@ static void warn_of_caps(kt_outcome *outcome) {
             capped, capped == 1 ? "" : "s");
 }
 
-/* Warns if the search for the next feature of a formula of time was cut: all searches of a run share a limit. */
-static void warn_of_cuts(kt_outcome *outcome) {
-    const unsigned long long cut = kt_simulation_counts_get(outcome->simulation).cut;
-    const kt_warning warning = kt_warning_of(
-        "cut_search", (double)cut, NULL,
-        "Make the formula simpler, or bound the steps by a fraction of its shortest feature (--max-step)");
-    if (cut > 0)
-        kt_warn(&outcome->warnings, &warning,
-                "%llu search%s for the next feature of a formula of time %s cut after too many evaluations: a pulse of "
-                "the formula, or an event, may have been missed",
-                cut, cut == 1 ? "" : "es", cut == 1 ? "was" : "were");
-}
-
 /* Warns if the time of an event was searched too coarsely in fixed steps. */
 static void warn_of_event_cuts(kt_outcome *outcome) {
     const kt_event_cuts cuts = kt_simulation_event_cuts(outcome->simulation);
@@ -54,19 +65,6 @@ static void warn_of_event_cuts(kt_outcome *outcome) {
             "event's formula changes too often within a step of %g s: events may have been missed",
             cuts.event->name, (unsigned long long)cuts.count, cuts.count == 1 ? "" : "s", cuts.time,
             outcome->run->step);
-}
-
-/* Warns if the acceleration near a dead point of drives is beyond use. A run may pass the dead point, or end there. */
-static void warn_of_joined(kt_outcome *outcome) {
-    const unsigned long long joined = kt_simulation_counts_get(outcome->simulation).joined;
-    const kt_warning warning = kt_warning_of(
-        "joined", (double)joined, NULL, "Let the drives keep away from the dead point, or take shorter steps there");
-    if (joined > 0)
-        kt_warn(
-            &outcome->warnings, &warning,
-            "at a dead point of the drives the acceleration is beyond use: %llu state%s within steps that end there "
-            "%s interpolated between their ends alone",
-            joined, joined == 1 ? "" : "s", joined == 1 ? "is" : "are");
 }
 
 /* Warns if rounding decides how a motion continues next to a singular position. This also applies to driven and damped
@@ -130,11 +128,12 @@ static void warn_of_missed(kt_outcome *outcome) {
 }
 
 void kt_warn_of_counts(kt_outcome *outcome) {
+    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
     warn_of_missed(outcome);
     warn_of_caps(outcome);
-    warn_of_cuts(outcome);
+    kt_warn_of_count(outcome, counts.cut, &cut_searches);
     warn_of_event_cuts(outcome);
-    warn_of_joined(outcome);
+    kt_warn_of_count(outcome, counts.joined, &joined_states);
     warn_of_crossings(outcome);
     warn_of_branches(outcome);
     warn_of_leaps(outcome);

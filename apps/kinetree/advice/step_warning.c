@@ -305,7 +305,8 @@ static void warn_of_impact(kt_outcome *outcome) {
 }
 
 void kt_warn_of_correction(kt_outcome *outcome) {
-    const char *jumping = kt_start_jumping(outcome->scene, outcome->run->duration); /* this has been reported and explains the correction */
+    const char *jumping = kt_start_jumping(
+        outcome->scene, outcome->run->duration); /* this has been reported and explains the correction */
     kt_watch_correction(outcome);
     const kt_velocity_correction correction = kt_simulation_velocity_correction(outcome->simulation);
     const bool driven = outcome->so_far.energy.energetics == KT_ENERGY_SUPPLIED;

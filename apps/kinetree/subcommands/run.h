@@ -19,6 +19,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 
 /* ---- the command line -------------------------------------------------------------------------------------------- */
 
@@ -175,6 +176,12 @@ int kt_summary_write(const kt_outcome *outcome, const char *path);
  * positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
+/* A warning of a number of events, unless it is 0: "BEFORE 2 MANY AFTER", or ONE for 1. */
+typedef struct kt_counted {
+    const char *code, *before, *one, *many, *after, *remedy;
+} kt_counted;
+void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *counted);
+
 /* Sets options so that the simulation can warn while it runs. A warning appears if adaptive steps are so short that the
  * run needs many. It reports their number, the time that they take, and the cause. Another one appears if the length of
  * a path jumps (path_jump.h). */
@@ -270,6 +277,9 @@ typedef struct kt_method_words {
 } kt_method_words;
 
 kt_method_words kt_describe_method(const kt_run *run);
+
+/* Prints the step or the tolerances: " with steps of 0.01 s", " at tolerance 1e-06". */
+void kt_print_steps(const kt_run *run, FILE *to);
 
 /* Returns the reason for the choice of the method; NULL: the scene or the command line names the method. */
 const char *kt_method_reason(const kt_outcome *outcome);
