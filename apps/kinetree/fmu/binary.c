@@ -37,13 +37,29 @@ kt_status kt_fmi_check(kt_fmi_instance *f, kt_fmi_status status, const char *fun
 
 /* ---- functions -------------------------------------------------------------------------------------------------- */
 
-void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]) {
-    kt_fmi_states *s = &f->states;
-    const bool found =
-        kt_find_symbol(f->library, names[0], &s->get) && kt_find_symbol(f->library, names[1], &s->set) &&
-        kt_find_symbol(f->library, names[2], &s->free) && kt_find_symbol(f->library, names[3], &s->size) &&
-        kt_find_symbol(f->library, names[4], &s->serialize) && kt_find_symbol(f->library, names[5], &s->deserialize);
+const char *kt_fmi_find_common(kt_fmi_instance *f) {
+    const bool is_second = f->description.version == 2;
+    bool found = true;
+#define FIND(member, result, arguments, second, third)                                                                 \
+    kt_find_symbol(f->library, is_second ? "fmi2" second : "fmi3" third, &f->common.member)
+#define NEED(member, result, arguments, second, third)                                                                 \
+    if (!FIND(member, result, arguments, second, third))                                                               \
+        return is_second ? "fmi2" second : "fmi3" third;
+#define FIND_STATE(member, result, arguments, second, third)                                                           \
+    found = FIND(member, result, arguments, second, third) && found;
+    KT_FMI_COMMON_LIST(NEED)
+    KT_FMI_STATE_LIST(FIND_STATE)
+#undef FIND_STATE
+#undef NEED
+#undef FIND
     f->description.can_serialize = f->description.can_serialize && found;
+    return NULL;
+}
+
+void kt_fmi_free_instance(kt_fmi_instance *f) {
+    if (f->instance != NULL && !f->is_broken)
+        f->common.free_instance(f->instance);
+    f->instance = NULL;
 }
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
@@ -57,33 +73,33 @@ static kt_status reject_state(const kt_fmi_instance *f, kt_error *error) {
 }
 
 kt_status kt_fmi_save(kt_fmi_instance *f, unsigned char **bytes, size_t *size, kt_error *error) {
-    const kt_fmi_states *call = &f->states;
+    const kt_fmi_common *call = &f->common;
     void *state = NULL;
     *bytes = NULL;
     if (!f->description.can_serialize || f->is_broken)
         return reject_state(f, error);
-    kt_status status = kt_fmi_check(f, call->get(f->instance, &state), "GetFMUState", error);
+    kt_status status = kt_fmi_check(f, call->get_state(f->instance, &state), "GetFMUState", error);
     if (status == KT_OK)
-        status = kt_fmi_check(f, call->size(f->instance, state, size), "SerializedFMUStateSize", error);
+        status = kt_fmi_check(f, call->state_size(f->instance, state, size), "SerializedFMUStateSize", error);
     if (status == KT_OK && (*bytes = malloc(*size + 1)) == NULL)
         status = kt_reject_memory(error);
     if (status == KT_OK)
         status = kt_fmi_check(f, call->serialize(f->instance, state, *bytes, *size), "SerializeFMUState", error);
     if (state != NULL)
-        (void)call->free(f->instance, &state);
+        (void)call->free_state(f->instance, &state);
     return status;
 }
 
 kt_status kt_fmi_restore(kt_fmi_instance *f, const unsigned char *bytes, size_t size, kt_error *error) {
-    const kt_fmi_states *call = &f->states;
+    const kt_fmi_common *call = &f->common;
     void *state = NULL;
     if (!f->description.can_serialize)
         return reject_state(f, error);
     kt_status status =
         kt_fmi_check(f, call->deserialize(f->instance, bytes, size, &state), "DeserializeFMUState", error);
     if (status == KT_OK)
-        status = kt_fmi_check(f, call->set(f->instance, state), "SetFMUState", error);
+        status = kt_fmi_check(f, call->set_state(f->instance, state), "SetFMUState", error);
     if (state != NULL)
-        (void)call->free(f->instance, &state);
+        (void)call->free_state(f->instance, &state);
     return status;
 }

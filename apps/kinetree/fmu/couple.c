@@ -157,7 +157,7 @@ static kt_status start_fmu(kt_fmu_partner *p, const kt_scene_sample *sample, kt_
         status = kt_fmi_check(f, f->calls->begin(f, sample->time), "EnterInitializationMode", error);
     if (status == KT_OK)
         status = set_inputs(p, sample->inputs, error);
-    return status == KT_OK ? kt_fmi_check(f, f->calls->end(f), "ExitInitializationMode", error) : status;
+    return status == KT_OK ? kt_fmi_check(f, f->common.end(f->instance), "ExitInitializationMode", error) : status;
 }
 
 static int sample_fmu(const kt_scene_sample *sample, kt_error *error, void *user) {
@@ -189,7 +189,7 @@ static void release_fmu(void *user) {
     kt_fmu_partner *p = user;
     kt_fmi_instance *f = &p->fmi;
     if (f->instance != NULL && p->has_started && !f->is_broken)
-        f->is_broken = f->calls->terminate(f) == KT_FMI_FATAL;
+        f->is_broken = f->common.terminate(f->instance) == KT_FMI_FATAL;
     kt_fmi_close(f);
     free(p->inputs);
     free(p->outputs);

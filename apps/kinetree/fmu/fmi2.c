@@ -11,13 +11,10 @@
 #define FUNCTIONS(X)                                                                                                   \
     X(Instantiate, void *,                                                                                             \
       (const char *, kt_fmi2_kind, const char *, const char *, const kt_fmi2_callbacks *, int, int))                   \
-    X(FreeInstance, void, (void *))                                                                                    \
     X(SetupExperiment, kt_fmi_status, (void *, int, double, double, int, double))                                      \
     X(EnterInitializationMode, kt_fmi_status, (void *))                                                                \
-    X(ExitInitializationMode, kt_fmi_status, (void *))                                                                 \
     X(DoStep, kt_fmi_status, (void *, double, double, int))                                                            \
     X(GetBooleanStatus, kt_fmi_status, (void *, int, int *))                                                           \
-    X(Terminate, kt_fmi_status, (void *))                                                                              \
     X(GetReal, kt_fmi_status, (void *, const kt_fmi_reference *, size_t, double *))                                    \
     X(SetReal, kt_fmi_status, (void *, const kt_fmi_reference *, size_t, const double *))                              \
     X(GetInteger, kt_fmi_status, (void *, const kt_fmi_reference *, size_t, int *))                                    \
@@ -33,9 +30,6 @@ typedef struct functions {
 static const functions *fmi2_functions_of(const kt_fmi_instance *f) { return f->functions; }
 
 static const char *load_fmi2(kt_fmi_instance *f) {
-    static const char *const names[] = {"fmi2GetFMUstate",       "fmi2SetFMUstate",
-                                        "fmi2FreeFMUstate",      "fmi2SerializedFMUstateSize",
-                                        "fmi2SerializeFMUstate", "fmi2DeSerializeFMUstate"};
     functions *to = f->functions = calloc(1, sizeof *to);
     if (to == NULL)
         return "for want of memory";
@@ -44,7 +38,6 @@ static const char *load_fmi2(kt_fmi_instance *f) {
         return "fmi2" #name;
     FUNCTIONS(LOAD)
 #undef LOAD
-    kt_fmi_find_states(f, names);
     return NULL;
 }
 
@@ -81,8 +74,6 @@ static kt_fmi_status begin_fmi2(kt_fmi_instance *f, double start) {
     return kt_fmi_is_fine(status) ? fmi2_functions_of(f)->EnterInitializationMode(f->instance) : status;
 }
 
-static kt_fmi_status end_fmi2(kt_fmi_instance *f) { return fmi2_functions_of(f)->ExitInitializationMode(f->instance); }
-
 static kt_fmi_status set_fmi2(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
     const functions *call = fmi2_functions_of(f);
     const int whole = (int)value, truth = value != 0.0;
@@ -117,12 +108,4 @@ static kt_fmi_status step_fmi2(kt_fmi_instance *f, double from, double h, bool *
     return status;
 }
 
-static kt_fmi_status terminate_fmi2(kt_fmi_instance *f) { return fmi2_functions_of(f)->Terminate(f->instance); }
-
-static void free_fmi2(kt_fmi_instance *f) {
-    fmi2_functions_of(f)->FreeInstance(f->instance);
-    f->instance = NULL;
-}
-
-const kt_fmi_interface kt_fmi2_interface = {load_fmi2, instantiate_fmi2, begin_fmi2,     end_fmi2, set_fmi2,
-                                            get_fmi2,  step_fmi2,        terminate_fmi2, free_fmi2};
+const kt_fmi_interface kt_fmi2_interface = {load_fmi2, instantiate_fmi2, begin_fmi2, set_fmi2, get_fmi2, step_fmi2};

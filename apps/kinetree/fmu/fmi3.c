@@ -12,11 +12,8 @@
     X(InstantiateCoSimulation, void *,                                                                                 \
       (const char *, const char *, const char *, bool, bool, bool, bool, const kt_fmi_reference *, size_t, void *,     \
        kt_fmi_log *, kt_fmi_update *))                                                                                 \
-    X(FreeInstance, void, (void *))                                                                                    \
     X(EnterInitializationMode, kt_fmi_status, (void *, bool, double, double, bool, double))                            \
-    X(ExitInitializationMode, kt_fmi_status, (void *))                                                                 \
-    X(DoStep, kt_fmi_status, (void *, double, double, bool, bool *, bool *, bool *, double *))                         \
-    X(Terminate, kt_fmi_status, (void *))
+    X(DoStep, kt_fmi_status, (void *, double, double, bool, bool *, bool *, bool *, double *))
 #define MEMBER(name, result, arguments) result(*name) arguments;
 
 typedef struct functions {
@@ -28,9 +25,6 @@ static const functions *fmi3_functions_of(const kt_fmi_instance *f) { return f->
 
 /* Functions of types that no variable has may be missing. */
 static const char *load_fmi3(kt_fmi_instance *f) {
-    static const char *const names[] = {"fmi3GetFMUState",       "fmi3SetFMUState",
-                                        "fmi3FreeFMUState",      "fmi3SerializedFMUStateSize",
-                                        "fmi3SerializeFMUState", "fmi3DeserializeFMUState"};
     functions *to = f->functions = calloc(1, sizeof *to);
     if (to == NULL)
         return "for want of memory";
@@ -39,7 +33,6 @@ static const char *load_fmi3(kt_fmi_instance *f) {
         return "fmi3" #name;
     FUNCTIONS(LOAD)
 #undef LOAD
-    kt_fmi_find_states(f, names);
 #define LOAD(id, name, type)                                                                                           \
     (void)kt_find_symbol(f->library, "fmi3Get" #name, &to->Get##name);                                                 \
     (void)kt_find_symbol(f->library, "fmi3Set" #name, &to->Set##name);
@@ -62,8 +55,6 @@ static bool instantiate_fmi3(kt_fmi_instance *f) {
 static kt_fmi_status begin_fmi3(kt_fmi_instance *f, double start) {
     return fmi3_functions_of(f)->EnterInitializationMode(f->instance, false, 0.0, start, false, 0.0);
 }
-
-static kt_fmi_status end_fmi3(kt_fmi_instance *f) { return fmi3_functions_of(f)->ExitInitializationMode(f->instance); }
 
 static kt_fmi_status set_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
     const functions *call = fmi3_functions_of(f);
@@ -114,12 +105,4 @@ static kt_fmi_status step_fmi3(kt_fmi_instance *f, double from, double h, bool *
     return status;
 }
 
-static kt_fmi_status terminate_fmi3(kt_fmi_instance *f) { return fmi3_functions_of(f)->Terminate(f->instance); }
-
-static void free_fmi3(kt_fmi_instance *f) {
-    fmi3_functions_of(f)->FreeInstance(f->instance);
-    f->instance = NULL;
-}
-
-const kt_fmi_interface kt_fmi3_interface = {load_fmi3, instantiate_fmi3, begin_fmi3,     end_fmi3, set_fmi3,
-                                            get_fmi3,  step_fmi3,        terminate_fmi3, free_fmi3};
+const kt_fmi_interface kt_fmi3_interface = {load_fmi3, instantiate_fmi3, begin_fmi3, set_fmi3, get_fmi3, step_fmi3};

@@ -25,6 +25,7 @@ static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *err
         return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary cannot be loaded: %.300s", file,
                             dlerror());
     const char *missing = f->calls->load(f);
+    missing = missing == NULL ? kt_fmi_find_common(f) : missing;
     return missing == NULL
                ? KT_OK
                : kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary has no function %s", file, missing);
@@ -41,9 +42,7 @@ static void name_resources(kt_fmi_instance *f, const char *file) {
 
 kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    if (f->instance != NULL && !f->is_broken)
-        f->calls->free(f);
-    f->instance = NULL;
+    kt_fmi_free_instance(f);
     if (!f->is_broken && f->calls->instantiate(f))
         return KT_OK;
     (void)snprintf(where, sizeof where, "FMU '%.60s'", f->name);
@@ -63,8 +62,7 @@ kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt
 }
 
 void kt_fmi_close(kt_fmi_instance *f) {
-    if (f->instance != NULL && !f->is_broken)
-        f->calls->free(f);
+    kt_fmi_free_instance(f);
     free(f->callbacks);
     free(f->functions);
     if (f->library != NULL)

@@ -18,24 +18,33 @@ typedef struct kt_fmi_interface {
     const char *(*load)(kt_fmi_instance *f);
     bool (*instantiate)(kt_fmi_instance *f);
     kt_fmi_status (*begin)(kt_fmi_instance *f, double start); /* the initialization */
-    kt_fmi_status (*end)(kt_fmi_instance *f);                 /* it */
     kt_fmi_status (*set)(kt_fmi_instance *f, const kt_fmi_variable *variable, double value);
     kt_fmi_status (*get)(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value);
     /* *terminates: the FMU ends the simulation. */
     kt_fmi_status (*step)(kt_fmi_instance *f, double from, double step, bool *terminates);
-    kt_fmi_status (*terminate)(kt_fmi_instance *f);
-    void (*free)(kt_fmi_instance *f);
 } kt_fmi_interface;
 
-/* The functions of states, which are the same in both versions. */
-typedef struct kt_fmi_states {
-    kt_fmi_status (*get)(void *, void **);
-    kt_fmi_status (*set)(void *, void *);
-    kt_fmi_status (*free)(void *, void **);
-    kt_fmi_status (*size)(void *, void *, size_t *);
-    kt_fmi_status (*serialize)(void *, void *, unsigned char *, size_t);
-    kt_fmi_status (*deserialize)(void *, const unsigned char *, size_t, void **);
-} kt_fmi_states;
+/* The functions that are the same in both versions: member, result, arguments, and the name in FMI 2.0 and 3.0. All FMUs
+ * have the first ones. The functions of states serialise an FMU. */
+#define KT_FMI_COMMON_LIST(X)                                                                                          \
+    X(end, kt_fmi_status, (void *), "ExitInitializationMode", "ExitInitializationMode")                                \
+    X(terminate, kt_fmi_status, (void *), "Terminate", "Terminate")                                                    \
+    X(free_instance, void, (void *), "FreeInstance", "FreeInstance")
+#define KT_FMI_STATE_LIST(X)                                                                                           \
+    X(get_state, kt_fmi_status, (void *, void **), "GetFMUstate", "GetFMUState")                                       \
+    X(set_state, kt_fmi_status, (void *, void *), "SetFMUstate", "SetFMUState")                                        \
+    X(free_state, kt_fmi_status, (void *, void **), "FreeFMUstate", "FreeFMUState")                                    \
+    X(state_size, kt_fmi_status, (void *, void *, size_t *), "SerializedFMUstateSize", "SerializedFMUStateSize")       \
+    X(serialize, kt_fmi_status, (void *, void *, unsigned char *, size_t), "SerializeFMUstate", "SerializeFMUState")   \
+    X(deserialize, kt_fmi_status, (void *, const unsigned char *, size_t, void **), "DeSerializeFMUstate",             \
+      "DeserializeFMUState")
+
+#define KT_FMI_MEMBER(member, result, arguments, second, third) result(*member) arguments;
+typedef struct kt_fmi_common {
+    KT_FMI_COMMON_LIST(KT_FMI_MEMBER)
+    KT_FMI_STATE_LIST(KT_FMI_MEMBER)
+} kt_fmi_common;
+#undef KT_FMI_MEMBER
 
 static inline bool kt_fmi_is_fine(kt_fmi_status status) { return status == KT_FMI_OK || status == KT_FMI_WARNING; }
 
@@ -48,7 +57,7 @@ struct kt_fmi_instance {
     char folder[KT_FMU_PATH];         /* of the unpacked archive; empty: it has been removed */
     char resources[KT_FMU_PATH + 32]; /* its resources, as the version names them; empty: none */
     void *library, *functions;        /* the binary, and its functions (of the version) */
-    kt_fmi_states states;
+    kt_fmi_common common;
     void *instance;            /* NULL: none */
     void *callbacks;           /* of the version; NULL: none */
     double time;               /* s, for messages */
@@ -68,8 +77,12 @@ KT_CHECKED kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error);
 /* Keeps and prints a message of the FMU. */
 void kt_fmi_note(kt_fmi_instance *f, kt_fmi_status status, const char *category, const char *message);
 
-/* Finds the functions of states, in the order of kt_fmi_states. If one is missing, the FMU cannot be serialised. */
-void kt_fmi_find_states(kt_fmi_instance *f, const char *const names[6]);
+/* Finds the common functions. Returns the name of a missing one; NULL: none is missing. Without the functions of states,
+ * the FMU cannot be serialised. */
+const char *kt_fmi_find_common(kt_fmi_instance *f);
+
+/* Releases the instance, unless there is none or nothing of it may be called any longer. */
+void kt_fmi_free_instance(kt_fmi_instance *f);
 
 /* The state of the FMU as bytes, which the caller frees; and back. Errors: KT_ERROR_UNSUPPORTED (the FMU cannot),
  * KT_ERROR_CALLBACK, KT_ERROR_MEMORY. */
