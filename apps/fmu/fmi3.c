@@ -338,6 +338,11 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
 
 /* ---- model exchange ---------------------------------------------------------------------------------------------- */
 
+/* Rejects another number of states than there are. */
+#define KT_FMU_REQUIRE_STATES                                                                                          \
+    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),     \
+                   count)
+
 KT_FMI(kt_fmi_status fmi3SetTime(void *instance, double time)) {
     kt_fmu *fmu = instance;
     KT_FMU_REQUIRE(fmu->is_exchange && isfinite(time), "the time %g cannot be set", time);
@@ -357,8 +362,7 @@ KT_FMI(kt_fmi_status fmi3SetContinuousStates(void *instance, const double *state
 
 KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, size_t count)) {
     kt_fmu *fmu = instance;
-    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
-                   count);
+    KT_FMU_REQUIRE_STATES;
     const kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         memcpy(states, kt_fmu_state(fmu), count * sizeof *states);
@@ -368,8 +372,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, siz
 KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *derivatives, size_t count)) {
     kt_fmu *fmu = instance;
     kt_error error = {0};
-    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
-                   count);
+    KT_FMU_REQUIRE_STATES;
     kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
         status = kt_fmu_report_status(fmu, kt_fmu_derive(fmu, &error), &error);
@@ -380,8 +383,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *d
 
 KT_FMI(kt_fmi_status fmi3GetNominalsOfContinuousStates(void *instance, double *nominals, size_t count)) {
     kt_fmu *fmu = instance;
-    KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),
-                   count);
+    KT_FMU_REQUIRE_STATES;
     for (size_t i = 0; i < count; i++)
         nominals[i] = 1.0;
     return KT_FMI_OK;
@@ -517,18 +519,18 @@ static const double *result_of(const kt_fmu *fmu, const kt_fmu_results *results,
     return i >= 0 && results->columns != NULL ? results->columns + i : NULL;
 }
 
-/* Checks unknowns. *has_columns: whether any of them is a column. */
+/* Checks unknowns in the present state. *has_columns: whether any of them is a column. */
 static kt_fmi_status check_unknowns(kt_fmu *fmu, const kt_fmi_reference *unknowns, size_t count, bool *has_columns) {
     static const double none = 0.0;
     const kt_fmu_results all = {&none, &none, &none};
-    *has_columns = false;
-    for (size_t i = 0; i < count; i++) {
+    const kt_fmi_status status = kt_fmu_settle(fmu);
+    for (size_t i = 0; i < count && status == KT_FMI_OK; i++) {
         KT_FMU_REQUIRE(result_of(fmu, &all, unknowns[i]) != NULL,
                        "there are derivatives of outputs, states and their rates, not of the variable %u",
                        (unsigned)unknowns[i]);
         *has_columns |= reference_index_of(unknowns[i], 0, (int)fmu->columns.count) >= 0;
     }
-    return KT_FMI_OK;
+    return status;
 }
 
 KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_reference *unknowns,
@@ -543,9 +545,7 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
     KT_FMU_REQUIRE(known_count == seed_count && unknown_count == sensitivity_count,
                    "%zu knowns go with %zu seeds, and %zu unknowns with %zu sensitivities", known_count, seed_count,
                    unknown_count, sensitivity_count);
-    kt_fmi_status status = kt_fmu_settle(fmu);
-    if (status == KT_FMI_OK)
-        status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
+    kt_fmi_status status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     if (status == KT_FMI_OK)
         status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
     for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++)
@@ -569,9 +569,7 @@ KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_refer
     KT_FMU_REQUIRE(unknown_count == seed_count && known_count == sensitivity_count,
                    "%zu unknowns go with %zu seeds, and %zu knowns with %zu sensitivities", unknown_count, seed_count,
                    known_count, sensitivity_count);
-    kt_fmi_status status = kt_fmu_settle(fmu);
-    if (status == KT_FMI_OK)
-        status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
+    kt_fmi_status status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++) {
         status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
         if (status == KT_FMI_OK)
