@@ -155,6 +155,11 @@ const kt_model *kt_integrated_model(const kt_model *model, const kt_absolute *ab
 
 /* Reads and compiles a scene; the caller releases both. If the exit code is not KT_EXIT_DONE, neither exists. */
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model);
+
+/* Loads a scene for the duration of a call. Returns the exit code of `use`, or of an error before it. */
+typedef int kt_model_use(const kt_scene *scene, const kt_model *model, const void *user);
+int kt_use_model(const char *path, const kt_settings *settings, kt_model_use *use, const void *user);
+
 /* Compiles a scene without its hard stops, contacts, slack ropes and dry friction that sticks. Prints that they are
  * left out, and sets *lacks if the scene has any. Indices of loops and effects are the scene's. Prints the errors. */
 int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *lacks);

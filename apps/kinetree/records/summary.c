@@ -336,16 +336,20 @@ kt_method_words kt_describe_method(const kt_run *run) {
     return words;
 }
 
+void kt_print_steps(const kt_run *run, FILE *to) {
+    if (run->step > 0.0)
+        fprintf(to, " with steps of %g s", run->step);
+    else if (run->relative == run->absolute)
+        fprintf(to, " at tolerance %g", run->relative);
+    else
+        fprintf(to, " at tolerances %g relative, %g absolute", run->relative, run->absolute);
+}
+
 static void say_method(const kt_outcome *outcome) {
     const kt_run *run = outcome->run;
     const char *reason = kt_method_reason(outcome);
     fprintf(stderr, ", %s", run->integrator);
-    if (run->step > 0.0)
-        fprintf(stderr, " with steps of %g s", run->step);
-    else if (run->relative == run->absolute)
-        fprintf(stderr, " at tolerance %g", run->relative);
-    else
-        fprintf(stderr, " at tolerances %g relative, %g absolute", run->relative, run->absolute);
+    kt_print_steps(run, stderr);
     if (reason != NULL)
         fprintf(stderr, " (%s is %s)", run->integrator, reason);
     fputc('\n', stderr);

@@ -159,3 +159,15 @@ int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene
         kt_scene_free(scene);
     return code;
 }
+
+int kt_use_model(const char *path, const kt_settings *settings, kt_model_use *use, const void *user) {
+    kt_scene scene;
+    kt_model *model = NULL;
+    int code = kt_load_model(path, settings, &scene, &model);
+    if (code != KT_EXIT_DONE)
+        return code;
+    code = use(&scene, model, user);
+    kt_model_free(model);
+    kt_scene_free(&scene);
+    return code;
+}

@@ -306,20 +306,15 @@ static int view_start(const char *path, const kt_scene *scene, const kt_model *m
     return code;
 }
 
-static int check_scene_file(const char *path, const kt_settings *settings, const char *view) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    int code = kt_load_model(path, settings, &scene, &model);
-    if (code != KT_EXIT_DONE)
-        return code;
-    code = check_scene_model(path, &scene, model);
-    if (view != NULL) {
-        const int viewed = view_start(path, &scene, model, view);
-        code = code == KT_EXIT_DONE ? viewed : code;
-    }
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return code;
+typedef struct checked_file {
+    const char *path, *view;
+} checked_file;
+
+static int check_and_view(const kt_scene *scene, const kt_model *model, const void *user) {
+    const checked_file *file = user;
+    const int code = check_scene_model(file->path, scene, model);
+    const int viewed = file->view != NULL ? view_start(file->path, scene, model, file->view) : KT_EXIT_DONE;
+    return code == KT_EXIT_DONE ? viewed : code;
 }
 
 int kt_command_check(int argc, char **argv) {
@@ -336,7 +331,8 @@ int kt_command_check(int argc, char **argv) {
         return code;
     code = KT_EXIT_DONE;
     for (int i = 1; i <= operands; i++) {
-        const int one = check_scene_file(argv[i], &arguments.settings, arguments.view);
+        const checked_file file = {argv[i], arguments.view};
+        const int one = kt_use_model(argv[i], &arguments.settings, check_and_view, &file);
         code = code == KT_EXIT_DONE ? one : code;
     }
     return kt_finish_output(code);

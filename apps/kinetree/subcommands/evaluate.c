@@ -325,10 +325,12 @@ static json_t *describe_evaluation(const kt_evaluation *e, bool with_inverse) {
     return root;
 }
 
-static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_scene *scene, const kt_model *model) {
+static int evaluate_instant(const kt_scene *scene, const kt_model *model, const void *user) {
+    const kt_evaluate_arguments *arguments = user;
     kt_evaluation e = {.scene = scene, .may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
+    kt_say_fmus_left_out(scene);
     const kt_status begun = begin_as_run(&e, model, &error);
     if (begun != KT_OK)
         code = kt_say_status(begun, &error);
@@ -358,20 +360,11 @@ static int evaluate_instant(const kt_evaluate_arguments *arguments, const kt_sce
 
 int kt_command_evaluate(int argc, char **argv) {
     kt_evaluate_arguments arguments = {.out = NULL};
-    kt_scene scene;
-    kt_model *model = NULL;
     int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, NULL);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};
     if ((code = kt_check_files("evaluate", uses, 2)) >= 0)
         return code;
-    code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
-    if (code != KT_EXIT_DONE)
-        return code;
-    kt_say_fmus_left_out(&scene);
-    code = evaluate_instant(&arguments, &scene, model);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return code;
+    return kt_use_model(argv[1], &arguments.settings, evaluate_instant, &arguments);
 }

@@ -164,23 +164,17 @@ static void say_events(const kt_export_c *c, const kt_scene *scene) {
                 kt_scene_sets(scene) ? "; the header lists the states that they set" : "");
 }
 
-int kt_export_c_write(const kt_export_c *c) {
-    kt_scene scene;
-    kt_model *model = NULL;
+static int export_scene_as_c(const kt_scene *scene, const kt_model *model, const void *user) {
+    const kt_export_c *c = user;
     char *header = name_header(c->out);
-    if (header == NULL)
-        return kt_reject(KT_EXIT_INTEGRATION, "export: there is not enough memory");
-    int code = kt_load_model(c->scene, c->settings, &scene, &model);
+    int code = header != NULL ? kt_reject_fmus("export", scene) : kt_say_no_memory(NULL);
+    code = code < 0 ? write_source_and_header(c, model, header) : code;
     if (code == KT_EXIT_DONE) {
-        code = kt_reject_fmus("export", &scene);
-        code = code < 0 ? write_source_and_header(c, model, header) : code;
-        if (code == KT_EXIT_DONE) {
-            say_effects(c, model);
-            say_events(c, &scene);
-        }
-        kt_model_free(model);
-        kt_scene_free(&scene);
+        say_effects(c, model);
+        say_events(c, scene);
     }
     free(header);
     return code;
 }
+
+int kt_export_c_write(const kt_export_c *c) { return kt_use_model(c->scene, c->settings, export_scene_as_c, c); }

@@ -1,6 +1,6 @@
 /* kinetree info: shows the contents of a scene. */
 #include "advice/penetration.h"
-#include "scene/start.h"
+#include "subcommands/run.h"
 #include "text/arguments.h"
 #include "text/json.h"
 #include "text/tree.h"
@@ -306,12 +306,7 @@ static void show_run(const kt_scene *scene, const kt_model *model, const kt_mode
     const char *reason = scene->contact == KT_CONTACT_STEPS ? NULL : kt_run_method_reason(run, integrated);
     kt_method storage;
     printf("simulate   %g s, %s", run->duration, kt_scene_method_name(scene, integrated, &storage));
-    if (run->step > 0.0)
-        printf(" with steps of %g s", run->step);
-    else if (run->relative == run->absolute)
-        printf(" at tolerance %g", run->relative);
-    else
-        printf(" at tolerances %g relative, %g absolute", run->relative, run->absolute);
+    kt_print_steps(run, stdout);
     printf(", %s formulation\n", kt_formulation_name(scene->formulation));
     if (reason != NULL)
         printf("           (%s is %s)\n", kt_run_method(run, integrated, &storage)->name, reason);
@@ -359,25 +354,20 @@ static int show_plan(const kt_scene *scene, const kt_model *model, const kt_mode
     return KT_EXIT_DONE;
 }
 
-int kt_command_info(int argc, char **argv) {
-    kt_scene scene;
-    kt_model *model = NULL;
+static int show_scene(const kt_scene *scene, const kt_model *model, const void *user) {
+    const info_arguments *arguments = user;
     kt_absolute *absolute = NULL;
-    info_arguments arguments = {.plan = false};
-    int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, NULL);
-    if (code >= 0)
-        return code;
-    code = kt_load_model(argv[1], &arguments.settings, &scene, &model);
-    if (code != KT_EXIT_DONE)
-        return code;
-    code = kt_compile_absolute(&scene, model, &absolute);
+    int code = kt_compile_absolute(scene, model, &absolute);
     const kt_model *integrated = kt_integrated_model(model, absolute);
-    if (code == KT_EXIT_DONE && arguments.plan)
-        code = show_plan(&scene, model, integrated, arguments.json);
-    else if (code == KT_EXIT_DONE)
-        code = show_all(&scene, model, integrated);
+    if (code == KT_EXIT_DONE)
+        code =
+            arguments->plan ? show_plan(scene, model, integrated, arguments->json) : show_all(scene, model, integrated);
     kt_absolute_free(absolute);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return kt_finish_output(code);
+    return code;
+}
+
+int kt_command_info(int argc, char **argv) {
+    info_arguments arguments = {.plan = false};
+    const int code = kt_arguments_read(&kt_usage_info, argc, argv, &arguments, NULL);
+    return code >= 0 ? code : kt_finish_output(kt_use_model(argv[1], &arguments.settings, show_scene, &arguments));
 }

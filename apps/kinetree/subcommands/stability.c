@@ -23,6 +23,7 @@ typedef struct arguments {
     long samples;
     const char *integrator, *plot;
     bool json, dark;
+    const char *base; /* of the name of the scene */
 } arguments;
 
 static const kt_option options[] = {
@@ -337,7 +338,7 @@ static int show_subject(const kt_stability_subject *subject, const arguments *gi
 
 enum { SAMPLES_MOST = 10000 };
 
-static int analyse(const kt_scene *scene, const kt_model *model, const char *base, const arguments *given) {
+static int analyse(const kt_scene *scene, const kt_model *model, const arguments *given) {
     kt_run run = scene->run;
     kt_stability_subject subject = {.scene = scene, .model = model, .step = given->step > 0.0 ? given->step : 0.0};
     int code = choose_method(given->integrator, &run, model, &subject.by_rho, &subject.method);
@@ -350,7 +351,7 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
     if (given->samples > SAMPLES_MOST)
         return kt_misuse("stability: --samples must be 1 to %d", SAMPLES_MOST);
     subject.duration = run.duration;
-    subject.name = kt_title_of(model, base);
+    subject.name = kt_title_of(model, given->base);
     const long samples = given->samples > 0 ? given->samples : kt_model_nv(model) > LARGE ? 1 : KT_SPECTRUM_SAMPLES;
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;
@@ -372,27 +373,24 @@ static int analyse(const kt_scene *scene, const kt_model *model, const char *bas
     return status == KT_OK ? code : kt_exit_code(status);
 }
 
+static int start_and_analyse(const kt_scene *scene, const kt_model *model, const void *user) {
+    kt_say_left_out("stability", scene);
+    kt_say_fmus_left_out(scene);
+    const int code = kt_start_report(scene, model);
+    return code == KT_EXIT_DONE ? analyse(scene, model, user) : code;
+}
+
 int kt_command_stability(int argc, char **argv) {
     arguments given = {0};
-    kt_scene scene;
-    kt_model *model = NULL;
     int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, NULL);
     if (code >= 0)
         return code;
     const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};
     if ((code = kt_check_files("stability", uses, 2)) >= 0)
         return code;
-    code = kt_load_model(argv[1], &given.settings, &scene, &model);
-    if (code != KT_EXIT_DONE)
-        return code;
     char *base = kt_base_name(argv[1]);
-    kt_say_left_out("stability", &scene);
-    kt_say_fmus_left_out(&scene);
-    code = kt_start_report(&scene, model);
-    if (code == KT_EXIT_DONE)
-        code = analyse(&scene, model, base != NULL ? base : "scene", &given);
+    given.base = base != NULL ? base : "scene";
+    code = kt_use_model(argv[1], &given.settings, start_and_analyse, &given);
     free(base);
-    kt_model_free(model);
-    kt_scene_free(&scene);
     return kt_finish_output(code);
 }
