@@ -1,5 +1,6 @@
 /* kinetree make: writes scenes of chains, pendulums and trees of any size. */
 #include "command.h"
+#include "sweep/sweep.h"
 #include "text/arguments.h"
 
 #include "kinetree/build.h"
@@ -71,13 +72,10 @@ const kt_usage kt_usage_make = {
 
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
-/* Returns a uniform random number by splitmix64 (S. Vigna; G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom
- * number generators, OOPSLA 2014). */
+/* Returns a uniform random number. */
 static double draw_between(uint64_t *state, double low, double high) {
-    uint64_t z = (*state += 0x9E3779B97F4A7C15U);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-    z ^= z >> 31;
+    const uint64_t z = kt_mix_bits(*state);
+    *state += KT_MIX_STEP;
     return low + (high - low) * ((double)(z >> 11) * 0x1p-53);
 }
 

@@ -17,9 +17,8 @@
 
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
-/* Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64): a bijection of 64 bits. */
-static uint64_t mix_bits(uint64_t x) {
-    x += UINT64_C(0x9E3779B97F4A7C15);
+uint64_t kt_mix_bits(uint64_t x) {
+    x += KT_MIX_STEP;
     x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
     x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
     return x ^ (x >> 31);
@@ -27,7 +26,8 @@ static uint64_t mix_bits(uint64_t x) {
 
 /* In (0, 1): number k of axis `axis` in a run. */
 static double random_unit(uint64_t seed, int64_t run, int axis, int k) {
-    const uint64_t key = mix_bits(mix_bits(mix_bits(seed) ^ (uint64_t)run) ^ ((uint64_t)axis << 8 | (uint64_t)k));
+    const uint64_t key =
+        kt_mix_bits(kt_mix_bits(kt_mix_bits(seed) ^ (uint64_t)run) ^ ((uint64_t)axis << 8 | (uint64_t)k));
     return ((double)(key >> 11) + 0.5) / 9007199254740992.0;
 }
 

@@ -16,6 +16,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* ---- random numbers ---------------------------------------------------------------------------------------------- */
+
+/* SplitMix64, a bijection of 64 bits. The numbers of x, x + KT_MIX_STEP, ... are random. Source: Steele, Lea, Flood 2014,
+ * "Fast splittable pseudorandom number generators". */
+#define KT_MIX_STEP UINT64_C(0x9E3779B97F4A7C15)
+uint64_t kt_mix_bits(uint64_t x);
+
 /* ---- which runs -------------------------------------------------------------------------------------------------- */
 
 typedef enum kt_sample { KT_SAMPLE_GRID = 0, KT_SAMPLE_SOBOL, KT_SAMPLE_LATIN } kt_sample;
