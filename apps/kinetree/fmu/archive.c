@@ -2,6 +2,7 @@
 #include "fmu/archive.h"
 #include "base/text.h"
 #include "command.h"
+#include "records/output.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -163,11 +164,10 @@ static kt_status unpack_entry(unzFile zip, const char *path, const char *folder,
 }
 
 kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {
-    const char *place = getenv("TMPDIR");
     unzFile zip = open_archive(path, error);
     kt_status status = zip != NULL ? KT_OK : error->code;
     int entries = 0;
-    (void)snprintf(folder, KT_FMU_PATH, "%.2000s/kinetree-fmu-XXXXXX", place != NULL && *place == '/' ? place : "/tmp");
+    (void)snprintf(folder, KT_FMU_PATH, "%.2000s/kinetree-fmu-XXXXXX", kt_temporary_folder());
     if (status == KT_OK && mkdtemp(folder) == NULL)
         status = kt_error_set(error, KT_ERROR_FILE, NULL, "no temporary folder %.200s can be made: %s", folder,
                               strerror(errno));

@@ -6,6 +6,7 @@
 #define _DEFAULT_SOURCE 1 /* mkdtemp on systems that lack it in POSIX */
 #include "command.h"
 #include "native/native.h"
+#include "records/output.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -66,7 +67,7 @@ bool kt_code_cache_open(kt_code_cache *cache, const char *command) {
     kt_say("%s: --native: compiled files cannot be kept: %s%s; set XDG_CACHE_HOME to a folder of your own", command,
            is_named ? kt_show(cache->folder).text : "neither XDG_CACHE_HOME nor HOME is a folder",
            is_named ? " cannot be written by this user alone" : "");
-    const char *temporary = getenv("TMPDIR"), *folder = temporary != NULL && temporary[0] == '/' ? temporary : "/tmp";
+    const char *folder = kt_temporary_folder();
     cache->is_temporary = true;
     if (join_path(cache->folder, folder, "kinetree-XXXXXX") && mkdtemp(cache->folder) != NULL)
         return true;

@@ -273,6 +273,11 @@ void kt_note_replaced(const char *path, char *text, size_t size) {
     (void)snprintf(text + used, size - used, "%s%s of %s", used > 0 ? ", " : "", kt_show(path).text, when);
 }
 
+const char *kt_temporary_folder(void) {
+    const char *folder = getenv("TMPDIR");
+    return folder != NULL && folder[0] == '/' ? folder : "/tmp";
+}
+
 void kt_say_picture(const char *path, const char *remark, const char *replaced) {
     fprintf(stderr, "picture: %s%s\n", kt_show(path).text, remark);
     if (replaced[0] != '\0')

@@ -75,6 +75,9 @@ char *kt_part_name(const char *path);
  * is empty. Appends nothing if there is no such file. */
 void kt_note_replaced(const char *path, char *text, size_t size);
 
+/* Returns the folder of temporary files: TMPDIR if it is an absolute path, else /tmp. */
+const char *kt_temporary_folder(void);
+
 /* Prints the name of a picture that has been written, with a remark or "", and the file that it replaces unless
  * `replaced` is empty (kt_note_replaced). */
 void kt_say_picture(const char *path, const char *remark, const char *replaced);

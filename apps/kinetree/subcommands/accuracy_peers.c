@@ -5,6 +5,7 @@
 
 #include "fmu/archive.h"
 #include "kinetree/export.h"
+#include "records/output.h"
 #include "records/table.h"
 #include "subcommands/run.h"
 
@@ -272,9 +273,8 @@ static void say_lost_by_peer(void *user, const char *what, int count) {
 
 /* Makes the folder of the exchanged files, with the scene as MJCF. */
 static int make_files(kt_peer_session *s) {
-    const char *temporary = getenv("TMPDIR");
     kt_error error = {0};
-    (void)snprintf(s->folder, sizeof s->folder, "%.3900s/kinetree-XXXXXX", temporary != NULL ? temporary : "/tmp");
+    (void)snprintf(s->folder, sizeof s->folder, "%.3900s/kinetree-XXXXXX", kt_temporary_folder());
     if (mkdtemp(s->folder) == NULL) {
         kt_say("accuracy: --peers: %s cannot be made: %s", s->folder, strerror(errno));
         s->folder[0] = '\0';
