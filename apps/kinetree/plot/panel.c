@@ -273,12 +273,18 @@ static kt_colour series_colour_of(const kt_plot_frame *f, const kt_plot_panel *p
     return f->palette->series[(series->colour > 0 ? series->colour - 1 : place) % KT_PLOT_SERIES_MAX];
 }
 
-static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
+/* Uses the colour of a series, and a width for its lines. */
+static void use_series_pen(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour,
+                           double width) {
     if (series->is_halo)
         cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
     else
         kt_paper_use(c, colour);
-    cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 1.6);
+    cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : width);
+}
+
+static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
+    use_series_pen(c, f, series, colour, 1.6);
     cairo_new_path(c);
     if (!series->is_scattered)
         trace_series(c, f, series);
@@ -380,11 +386,7 @@ static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_
         if (!is_seen(f, series))
             continue;
         const double middle = y - 0.36 * kt_small_size;
-        if (series->is_halo)
-            cairo_set_source_rgba(c, f->palette->quiet.red, f->palette->quiet.green, f->palette->quiet.blue, 0.28);
-        else
-            kt_paper_use(c, colour);
-        cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : 3.0);
+        use_series_pen(c, f, series, colour, 3.0);
         if (!series->is_scattered)
             draw_line(c, x, middle, x + 18.0, middle);
         if (series->mark > 0) {

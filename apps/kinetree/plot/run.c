@@ -2,6 +2,7 @@
 #include "plot/run.h"
 
 #include "plot/choice.h"
+#include "text/bytes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,8 +16,8 @@ struct kt_plot_run {
     int *panel;      /* of each column; -1: it is not drawn */
     size_t *panels;  /* a column of each panel */
     int panel_count;
-    double *rows; /* row-major, so that rows can be appended: change of the energy, then the columns, the time first */
-    size_t width, count, room;
+    kt_bytes rows; /* row-major, so that rows can be appended: change of the energy, then the columns, the time first */
+    size_t width, count;
     double energy_start; /* J, total energy, or the balance if the works are recorded */
 };
 
@@ -64,23 +65,16 @@ kt_plot_run *kt_plot_run_start(const kt_columns *columns, const kt_run *run) {
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 int kt_plot_run_take(kt_plot_run *plot, const kt_record *record, const double *values) {
-    if (plot->count == plot->room) {
-        const size_t room = plot->room == 0 ? 1024 : 2 * plot->room;
-        double *rows = realloc(plot->rows, room * plot->width * sizeof *rows);
-        if (rows == NULL) {
-            kt_say("there is not enough memory for the picture");
-            return -1;
-        }
-        plot->rows = rows;
-        plot->room = room;
-    }
     const double total = kt_shown_energy_of(record);
     if (plot->count == 0)
         plot->energy_start = total;
-    double *row = plot->rows + plot->count++ * plot->width;
-    row[0] = total - plot->energy_start;
-    memcpy(row + 1, values, plot->columns->count * sizeof *row);
-    return 0;
+    const double change = total - plot->energy_start;
+    plot->count++;
+    kt_bytes_add(&plot->rows, &change, sizeof change);
+    kt_bytes_add(&plot->rows, values, plot->columns->count * sizeof *values);
+    if (plot->rows.is_short)
+        (void)kt_say_no_memory("the picture");
+    return plot->rows.is_short ? -1 : 0;
 }
 
 /* ---- the picture ------------------------------------------------------------------------------------------------- */
@@ -185,18 +179,19 @@ static int draw_run_plot(picture *p, const double *columns, const kt_outcome *ou
 int kt_plot_run_write(const kt_plot_run *plot, const kt_outcome *outcome, const char *path, kt_plot_size size,
                       bool is_dark, bool is_quiet) {
     const size_t width = plot->width;
+    const double *rows = (const double *)(const void *)plot->rows.text;
     double *columns = malloc((plot->count * width + 1) * sizeof *columns);
     picture *p = calloc(1, sizeof *p);
     kt_candidate *candidates = malloc(width * sizeof *candidates);
     char(*names)[160] = malloc(width * sizeof *names);
-    int code = KT_EXIT_INTEGRATION;
+    int code;
     if (columns == NULL || p == NULL || candidates == NULL || names == NULL) {
-        kt_say("there is not enough memory for the picture");
+        code = kt_say_no_memory("the picture");
     } else {
         *p = (picture){.plot = plot, .size = size, .candidates = candidates, .names = names};
         for (size_t i = 0; i < plot->count; i++)
             for (size_t k = 0; k < width; k++)
-                columns[k * plot->count + i] = plot->rows[i * width + k];
+                columns[k * plot->count + i] = rows[i * width + k];
         code = draw_run_plot(p, columns, outcome, path, is_dark, is_quiet);
     }
     free(names);
@@ -211,6 +206,6 @@ void kt_plot_run_free(kt_plot_run *plot) {
         return;
     free(plot->panel);
     free(plot->panels);
-    free(plot->rows);
+    free(plot->rows.text);
     free(plot);
 }

@@ -78,9 +78,15 @@ static void compare_keys(kt_fmu_search *s, const kt_descriptor *d, const void *a
     }
 }
 
+/* Begins with another owner of numbers. Loops and effects without a name have the name of their type. */
+static void enter_owner(kt_fmu_search *s, const char *name, const kt_descriptor *type, bool slides) {
+    s->of = name != NULL ? name : type != NULL ? type->name : "the scene";
+    s->slides = slides;
+}
+
 static void compare_body(kt_fmu_search *s, const kt_body *a, const kt_body *b) {
     const bool turns = a->joint.type == KT_JOINT_REVOLUTE, slides = a->joint.type == KT_JOINT_PRISMATIC;
-    *s = (kt_fmu_search){s->before, s->after, a->name, slides, s->use};
+    enter_owner(s, a->name, NULL, slides);
     compare_numbers_of(s, &a->mass, &b->mass, 1, "mass", "kg");
     compare_numbers_of(s, &a->com.x, &b->com.x, 3, "centre of mass", "m");
     compare_numbers_of(s, &a->inertia.xx, &b->inertia.xx, 6, "inertia", "kg m^2");
@@ -105,11 +111,6 @@ bool kt_fmu_joint_slides(const kt_description *d, const char *joint) {
     return false;
 }
 
-/* Loops and effects without a name have the name of their type. */
-static const char *owner_name_of(const char *name, const kt_descriptor *type) {
-    return name != NULL ? name : type != NULL ? type->name : "the scene";
-}
-
 void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter, kt_fmu_use *use) {
     const kt_description *a = &scene->description, *b = &other->description;
     kt_fmu_search s = {scene->parameters[parameter].value, other->parameters[parameter].value, "the scene", false, use};
@@ -123,16 +124,12 @@ void kt_fmu_find_use(const kt_scene *scene, const kt_scene *other, int parameter
         compare_body(&s, &a->bodies[i], &b->bodies[i]);
     for (int i = 0; i < a->loop_count; i++) {
         const kt_loop *loop = &a->loops[i];
-        const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        s = (kt_fmu_search){s.before, s.after, owner_name_of(loop->name, type), kt_fmu_joint_slides(a, loop->joint),
-                            use};
-        compare_keys(&s, type, loop, &b->loops[i]);
+        enter_owner(&s, loop->name, kt_loop_descriptor(loop->type), kt_fmu_joint_slides(a, loop->joint));
+        compare_keys(&s, kt_loop_descriptor(loop->type), loop, &b->loops[i]);
     }
     for (int i = 0; i < a->effect_count; i++) {
         const kt_effect *effect = &a->effects[i];
-        const kt_descriptor *type = kt_effect_descriptor(effect->type);
-        s = (kt_fmu_search){s.before, s.after, owner_name_of(effect->name, type), kt_fmu_joint_slides(a, effect->joint),
-                            use};
-        compare_keys(&s, type, effect, &b->effects[i]);
+        enter_owner(&s, effect->name, kt_effect_descriptor(effect->type), kt_fmu_joint_slides(a, effect->joint));
+        compare_keys(&s, kt_effect_descriptor(effect->type), effect, &b->effects[i]);
     }
 }
