@@ -188,6 +188,42 @@ KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
     kt_expect(0, "J supplied: the balance closes to", "$K run led.yaml --out /dev/null --record balance");
 }
 
+/* The slope of each function jumps within two seconds, or nowhere in them: at the start, at the end, or where the slope
+ * is zero on both sides. */
+KT_TEST(kinks_of_driven_joints_are_told) {
+    static const char drive[] = "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}]\n"
+                                "loops: [{name: drive, %s}]\nsimulate: {duration: 2}\n";
+    static const char told[] = "the motion of loop 'drive' jumps at the rows of its table or with a branch of its";
+    static const struct {
+        const char *loop;
+        bool jumps;
+    } cases[] = {
+        {"type: motion, joint: a, position: {table: [[0, 0], [1.5, 2]]}", true},
+        {"type: motion, joint: a, position: {table: [[0.5, 0], [3, 2]]}", true},
+        {"type: motion, joint: a, position: {table: [[0, 0], [2, 2]]}", false},
+        {"type: motion, joint: a, position: {table: [[0.5, 1], [1.5, 1]]}", false},
+        {"type: motion, joint: a, position: {sum: [{table: [[0, 0], [1, 2]]}, {sine: {amplitude: 1, frequency: 1}}]}",
+         true},
+        {"type: motion, joint: a, position: 'max(0, t - 1)'", true},
+        {"type: motion, joint: a, position: 'abs(sin(3*t))'", true},
+        {"type: motion, joint: a, position: 'min (t, 1.99)'", true},
+        {"type: motion, joint: a, position: 'max(0, t - 1)^2'", false},
+        {"type: motion, joint: a, position: 'abs(t) + min(t, 5)'", false},
+        {"type: rates, coefficients: {a: 1}, rate: 'max(0, t - 1)'", false},
+        {"type: rates, coefficients: {a: 1}, rate: {table: [[0, 0], [1, 2], [2, 0]]}", false},
+        {"type: rates, coefficients: {a: 1}, rate: 'step(t - 1)'", true},
+    };
+    char text[500];
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        snprintf(text, sizeof text, drive, cases[i].loop);
+        kt_write_file("d.yaml", text);
+        const kt_ran ran = kt_shell("$K check d.yaml");
+        kt_note("%s", cases[i].loop);
+        kt_check_equal_int("status", ran.code, 0);
+        kt_check_equal_int("told", strstr(ran.err, told) != NULL || strstr(ran.out, told) != NULL, cases[i].jumps);
+    }
+}
+
 /* A drive whose speed jumps has an impulse. Adaptive steps end there, and the balance has its work. Fixed steps do not
  * find the jump. */
 KT_TEST(balance_closes_where_the_speed_of_a_drive_jumps) {

@@ -24,8 +24,8 @@ typedef struct kt_fmi_interface {
     kt_fmi_status (*step)(kt_fmi_instance *f, double from, double step, bool *terminates);
 } kt_fmi_interface;
 
-/* The functions that are the same in both versions: member, result, arguments, and the name in FMI 2.0 and 3.0. All FMUs
- * have the first ones. The functions of states serialise an FMU. */
+/* The functions that are the same in both versions: member, result, arguments, and the name in FMI 2.0 and 3.0. All
+ * FMUs have the first ones. The functions of states serialise an FMU. */
 #define KT_FMI_COMMON_LIST(X)                                                                                          \
     X(end, kt_fmi_status, (void *), "ExitInitializationMode", "ExitInitializationMode")                                \
     X(terminate, kt_fmi_status, (void *), "Terminate", "Terminate")                                                    \
@@ -77,8 +77,8 @@ KT_CHECKED kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error);
 /* Keeps and prints a message of the FMU. */
 void kt_fmi_note(kt_fmi_instance *f, kt_fmi_status status, const char *category, const char *message);
 
-/* Finds the common functions. Returns the name of a missing one; NULL: none is missing. Without the functions of states,
- * the FMU cannot be serialised. */
+/* Finds the common functions. Returns the name of a missing one; NULL: none is missing. Without the functions of
+ * states, the FMU cannot be serialised. */
 const char *kt_fmi_find_common(kt_fmi_instance *f);
 
 /* Releases the instance, unless there is none or nothing of it may be called any longer. */

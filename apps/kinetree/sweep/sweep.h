@@ -18,8 +18,8 @@
 
 /* ---- random numbers ---------------------------------------------------------------------------------------------- */
 
-/* SplitMix64, a bijection of 64 bits. The numbers of x, x + KT_MIX_STEP, ... are random. Source: Steele, Lea, Flood 2014,
- * "Fast splittable pseudorandom number generators". */
+/* SplitMix64, a bijection of 64 bits. The numbers of x, x + KT_MIX_STEP, ... are random. Source: Steele, Lea, Flood
+ * 2014, "Fast splittable pseudorandom number generators". */
 #define KT_MIX_STEP UINT64_C(0x9E3779B97F4A7C15)
 uint64_t kt_mix_bits(uint64_t x);
 
