@@ -210,6 +210,14 @@ static bool reject_action(kt_reader *r, const kt_scope *scope, kt_node *node, co
                        near.best != NULL ? "Expected" : "expected", actions_expected);
 }
 
+/* The action that is a word alone; -1: none. */
+static int find_action_word(const char *text) {
+    for (int k = STOP; k <= RECORD; k++)
+        if (strcmp(text, actions[k].word) == 0)
+            return k;
+    return -1;
+}
+
 /* {call: NAME}, {release: NAME}, {engage: NAME}, {engage_here: NAME} */
 static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
                        const actions_read *to) {
@@ -238,9 +246,13 @@ static bool read_named(kt_reader *r, const kt_scope *scope, kt_node *node, kt_sc
         return true;
     }
     const kt_node *key = node->count == 1 ? node->of.first : NULL;
-    return key != NULL && key->kind == KT_NODE_TEXT
-               ? reject_action(r, scope, node, key->of.text)
-               : kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected one action in each map: %s", actions_expected);
+    if (key == NULL || key->kind != KT_NODE_TEXT)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected one action in each map: %s", actions_expected);
+    const int word = find_action_word(key->of.text);
+    if (word >= 0)
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s takes no value; write the word alone: %s",
+                           actions[word].form, actions[word].word);
+    return reject_action(r, scope, node, key->of.text);
 }
 
 /* The action that is a word; -1 after reporting that there is none. */
@@ -249,11 +261,10 @@ static int read_word(kt_reader *r, const kt_scope *scope, kt_node *node) {
         (void)kt_fault_expected(r, scope, node, actions_expected);
         return -1;
     }
-    for (int k = STOP; k <= RECORD; k++)
-        if (strcmp(node->of.text, actions[k].word) == 0)
-            return k;
-    (void)reject_action(r, scope, node, node->of.text);
-    return -1;
+    const int word = find_action_word(node->of.text);
+    if (word < 0)
+        (void)reject_action(r, scope, node, node->of.text);
+    return word;
 }
 
 static void read_action(kt_reader *r, const kt_scope *scope, kt_node *node, kt_scene_event *event,
