@@ -83,19 +83,25 @@ static bool read_sequence_form(kt_reader *r, const kt_scope *scope, kt_node *nod
                        node->of.text);
 }
 
-/* Written by kt_write_rotation. */
-static const kt_kind kind_unit = {.read = read_quaternion_form}, kind_angles = {.read = read_angles},
-                     kind_matrix = {.read = read_matrix}, kind_sequence = {.read = read_sequence_form};
+static void write_matrix(kt_emitter *e, const kt_member *m) { kt_write_points(e, kt_member_value(m), 3, 3); }
+
+static void write_sequence(kt_emitter *e, const kt_member *m) { kt_emit_integer(e, *(const int *)kt_member_value(m)); }
+
+static const kt_kind kind_unit = {.read = read_quaternion_form,
+                                  .write = kt_kind_numbers_write,
+                                  .size = 4 * sizeof(double)},
+                     kind_angles = {.read = read_angles, .write = kt_kind_numbers_write, .size = 3 * sizeof(double)},
+                     kind_matrix = {.read = read_matrix, .write = write_matrix},
+                     kind_sequence = {.read = read_sequence_form, .write = write_sequence};
 
 static const kt_field euler_fields[] = {
     {.key = "sequence", .kind = &kind_sequence, .offset = offsetof(kt_rotation, sequence), .flags = KT_FIELD_REQUIRED},
     {.key = "angles", .kind = &kind_angles, .offset = offsetof(kt_rotation, value), .flags = KT_FIELD_REQUIRED},
 };
 static const kt_table euler_table = {
-    .fields = euler_fields, .count = 2, .example = "{sequence: 313, angles: [a, b, c]}"};
+    .fields = euler_fields, .count = 2, .flow = true, .example = "{sequence: 313, angles: [a, b, c]}"};
 
 #define VALUE .offset = offsetof(kt_rotation, value)
-enum { AXIS_FIELD = 6, ANGLE_FIELD = 7 };
 static const kt_field form_fields[] = {
     {.key = "quaternion", .kind = &kind_unit, VALUE},
     {.key = "rpy", .kind = &kind_angles, VALUE},
@@ -103,10 +109,8 @@ static const kt_field form_fields[] = {
     {.key = "vector", .kind = &kind_angles, VALUE},
     {.key = "cgr", .kind = &kt_kind_vector, VALUE},
     {.key = "matrix", .kind = &kind_matrix, VALUE},
-    [AXIS_FIELD] = {.key = "axis", .kind = &kt_kind_axis, VALUE},
-    [ANGLE_FIELD] = {.key = "angle",
-                     .kind = &kt_kind_angle,
-                     .offset = offsetof(kt_rotation, value) + 3 * sizeof(double)},
+    {.key = "axis", .kind = &kt_kind_axis, VALUE},
+    {.key = "angle", .kind = &kt_kind_angle, .offset = offsetof(kt_rotation, value) + 3 * sizeof(double)},
 };
 static const kt_rotation_type form_types[] = {
     KT_ROTATION_QUATERNION, KT_ROTATION_RPY,    KT_ROTATION_EULER,      KT_ROTATION_VECTOR,
@@ -162,57 +166,13 @@ bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rot
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
-static void write_rotation_form(kt_emitter *e, const char *key, const kt_rotation *rotation, int count) {
-    kt_emit_key(e, key);
-    kt_emit_numbers(e, rotation->value, count);
-}
-
-static void write_euler(kt_emitter *e, const kt_rotation *rotation) {
-    kt_emit_key(e, "euler");
-    kt_emit_map(e, true);
-    kt_emit_key(e, "sequence");
-    kt_emit_integer(e, rotation->sequence);
-    write_rotation_form(e, "angles", rotation, 3);
-    kt_emit_end(e);
-}
-
-static void write_matrix_form(kt_emitter *e, const kt_rotation *rotation) {
-    kt_emit_key(e, "matrix");
-    kt_emit_list(e, true);
-    for (int row = 0; row < 3; row++)
-        kt_emit_numbers(e, rotation->value + (ptrdiff_t)3 * row, 3);
-    kt_emit_end(e);
-}
-
 void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
     kt_emit_map(e, true);
-    switch (rotation->type) {
-    case KT_ROTATION_QUATERNION:
-        write_rotation_form(e, "quaternion", rotation, 4);
-        break;
-    case KT_ROTATION_NONE: /* it is left out and never written */
-    case KT_ROTATION_RPY:
-        write_rotation_form(e, "rpy", rotation, 3);
-        break;
-    case KT_ROTATION_EULER:
-        write_euler(e, rotation);
-        break;
-    case KT_ROTATION_VECTOR:
-        write_rotation_form(e, "vector", rotation, 3);
-        break;
-    case KT_ROTATION_CGR:
-        write_rotation_form(e, "cgr", rotation, 3);
-        break;
-    case KT_ROTATION_AXIS_ANGLE:
-        kt_emit_key(e, form_fields[AXIS_FIELD].key);
-        kt_kind_axis.write(e, &(kt_member){&form_fields[AXIS_FIELD], rotation, rotation});
-        kt_emit_key(e, form_fields[ANGLE_FIELD].key);
-        kt_emit_number(e, rotation->value[3]);
-        break;
-    case KT_ROTATION_MATRIX:
-        write_matrix_form(e, rotation);
-        break;
-    }
+    for (int i = 0; i < form_table.count; i++)
+        if (form_types[i] == rotation->type) {
+            kt_emit_key(e, form_fields[i].key);
+            form_fields[i].kind->write(e, &(kt_member){&form_fields[i], rotation, rotation});
+        }
     kt_emit_end(e);
 }
 
