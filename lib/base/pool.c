@@ -5,6 +5,9 @@
  */
 #include "base/pool.h"
 
+#include "base/copy.h"
+#include "base/grow.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +57,18 @@ char *kt_pool_text(kt_pool *pool, const char *text, size_t length) {
     if (copy != NULL && length > 0)
         memcpy(copy, text, length);
     return copy;
+}
+
+void *kt_pool_grow(kt_pool *pool, void *items, size_t count, size_t more, size_t *room, size_t size) {
+    const size_t wanted = kt_grown_room(count, more, *room);
+    if (wanted == *room)
+        return items;
+    void *grown = wanted > 0 ? kt_pool_take(pool, wanted, size) : NULL;
+    if (grown == NULL)
+        return NULL;
+    kt_copy(grown, items, count * size);
+    *room = wanted;
+    return grown;
 }
 
 bool kt_pool_has(const kt_pool *pool, const double *number) {

@@ -20,6 +20,10 @@ void *kt_pool_take(kt_pool *pool, size_t count, size_t size);
 /* A terminated copy of `length` bytes; NULL if there is no memory. */
 char *kt_pool_text(kt_pool *pool, const char *text, size_t length);
 
+/* Returns the array with room for `more` items behind `count`: itself, or a copy in the pool. NULL if there is no
+ * memory. */
+void *kt_pool_grow(kt_pool *pool, void *items, size_t count, size_t more, size_t *room, size_t size);
+
 /* Whether a number lies in memory that was taken from a pool. O(chunks). */
 bool kt_pool_has(const kt_pool *pool, const double *number);
 

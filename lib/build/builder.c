@@ -1,6 +1,7 @@
 /* A builder: arrays that double when they are full, and a pool for the names. */
 #include "build/builder.h"
 
+#include "base/grow.h"
 #include "base/require.h"
 #include "base/small.h"
 
@@ -31,29 +32,17 @@ void kt_builder_free(kt_builder *builder) {
     free(builder);
 }
 
-/* Returns the array with room for `more` items behind `count`, at its old or at a new place; NULL if there is no memory
- * for it. The old array is then unchanged. */
-static void *grow_items(void *items, size_t size, int count, int more, int *room) {
-    if (more <= *room - count)
-        return items;
-    if (more > INT_MAX / 2 - count)
-        return NULL;
-    const int wanted = count + more > 2 * *room ? count + more : 2 * *room;
-    void *grown = (size_t)wanted <= SIZE_MAX / size ? realloc(items, (size_t)wanted * size) : NULL;
-    if (grown != NULL)
-        *room = wanted;
-    return grown;
-}
-
 kt_status kt_builder_reserve(kt_builder *b, int bodies, int loops, int effects, kt_error *error) {
-    kt_body *body = grow_items(b->bodies, sizeof *body, b->body_count, bodies, &b->body_room);
+    const size_t body_count = (size_t)b->body_count, loop_count = (size_t)b->loop_count,
+                 effect_count = (size_t)b->effect_count;
+    kt_body *body = kt_heap_grow(b->bodies, body_count, (size_t)bodies, &b->body_room, sizeof *body);
     b->bodies = body != NULL ? body : b->bodies;
-    kt_loop *loop = grow_items(b->loops, sizeof *loop, b->loop_count, loops, &b->loop_room);
+    kt_loop *loop = kt_heap_grow(b->loops, loop_count, (size_t)loops, &b->loop_room, sizeof *loop);
     b->loops = loop != NULL ? loop : b->loops;
-    kt_effect *effect = grow_items(b->effects, sizeof *effect, b->effect_count, effects, &b->effect_room);
+    kt_effect *effect = kt_heap_grow(b->effects, effect_count, (size_t)effects, &b->effect_room, sizeof *effect);
     b->effects = effect != NULL ? effect : b->effects;
-    const bool fits = b->body_room - b->body_count >= bodies && b->loop_room - b->loop_count >= loops &&
-                      b->effect_room - b->effect_count >= effects;
+    const bool fits = b->body_room >= body_count + (size_t)bodies && b->loop_room >= loop_count + (size_t)loops &&
+                      b->effect_room >= effect_count + (size_t)effects;
     return fits ? KT_OK : kt_builder_out_of_memory(error);
 }
 

@@ -11,7 +11,7 @@ struct kt_builder {
     kt_loop *loops;
     kt_effect *effects;
     int body_count, loop_count, effect_count; /* in use */
-    int body_room, loop_room, effect_room;    /* allocated */
+    size_t body_room, loop_room, effect_room; /* allocated */
 };
 
 /* Makes room for this many further items. */

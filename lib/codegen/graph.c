@@ -1,6 +1,8 @@
 /* Nodes and their simplification. */
 #include "codegen/graph.h"
 
+#include "base/grow.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -31,17 +33,6 @@ void *kt_graph_take(kt_graph *g, size_t count, size_t size) {
     return piece;
 }
 
-/* Makes room for one more of an array of `size` bytes each; NULL: there is no memory. */
-static void *grow_array(void *array, int32_t count, int32_t *room, size_t size) {
-    if (count < *room)
-        return array;
-    const int32_t more = *room > 0 ? 2 * *room : 256;
-    void *larger = realloc(array, (size_t)more * size);
-    if (larger != NULL)
-        *room = more;
-    return larger;
-}
-
 void kt_graph_section(kt_graph *g, const char *format, ...) {
     char text[KT_SECTION_LENGTH];
     va_list arguments;
@@ -49,7 +40,7 @@ void kt_graph_section(kt_graph *g, const char *format, ...) {
     const int length = vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
     kt_op_section *larger =
-        g->failed ? NULL : grow_array(g->section, g->section_count, &g->section_room, sizeof *g->section);
+        g->failed ? NULL : kt_heap_grow(g->section, (size_t)g->section_count, 1, &g->section_room, sizeof *g->section);
     char *copy = length >= 0 ? kt_pool_text(&g->pool, text, strlen(text)) : NULL;
     if (larger != NULL)
         g->section = larger;
@@ -116,7 +107,7 @@ static kt_op find_node(kt_graph *g, kt_op_node n) {
             bits_of_value(o) == bits_of_value(&n))
             return i;
     }
-    kt_op_node *larger = grow_array(g->node, g->count, &g->room, sizeof *g->node);
+    kt_op_node *larger = kt_heap_grow(g->node, (size_t)g->count, 1, &g->room, sizeof *g->node);
     if (larger == NULL) {
         g->failed = true;
         return 0;

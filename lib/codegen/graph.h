@@ -98,11 +98,13 @@ typedef struct kt_op_section {
 typedef struct kt_graph {
     kt_pool pool;
     kt_op_node *node;
-    int32_t count, room;
+    int32_t count;
+    size_t room;
     int32_t *table; /* first nodes of chains; a power of two */
     int32_t table_size;
     kt_op_section *section;
-    int32_t section_count, section_room, pass, step, step_count;
+    int32_t section_count, pass, step, step_count;
+    size_t section_room;
     int16_t scope;
     bool keeps_signs; /* at the ends of steps, so that steps are alike; elsewhere, signs move outwards */
     bool is_nameless; /* new nodes have no names, because the function has others of these names */

@@ -40,19 +40,10 @@ void kt_code_roll_free(kt_code_roll *r) {
 }
 
 /* Makes room for one more, in a pool. */
-static bool grow_roll(kt_code_roll *r, kt_pool *pool, void **array, int32_t count, int32_t *room, size_t size) {
-    if (count < *room)
-        return true;
-    const int32_t more = *room > 0 ? 2 * *room : 16;
-    void *larger = kt_pool_take(pool, (size_t)more, size);
+static void *grow_roll(kt_code_roll *r, kt_pool *pool, void *array, int32_t count, size_t *room, size_t size) {
+    void *larger = kt_pool_grow(pool, array, (size_t)count, 1, room, size);
     r->failed |= larger == NULL;
-    if (larger == NULL)
-        return false;
-    if (count > 0)
-        memcpy(larger, *array, (size_t)count * size);
-    *array = larger;
-    *room = more;
-    return true;
+    return larger != NULL ? larger : array;
 }
 
 static bool is_prepared_node(const kt_graph *g, kt_op i) { return g->node[i].origin == KT_OP_OF_PARAMETERS; }
@@ -176,7 +167,8 @@ static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
             c->reader = copy.reader;
         return;
     }
-    if (grow_roll(r, &r->pool, (void **)&r->copy, r->copy_count, &r->copy_room, sizeof *r->copy))
+    r->copy = grow_roll(r, &r->pool, r->copy, r->copy_count, &r->copy_room, sizeof *r->copy);
+    if (!r->failed)
         r->copy[r->copy_count++] = copy;
 }
 
@@ -269,7 +261,8 @@ static bool add_slot(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *cell) {
             return memcmp(l->slot[k].cell, cell, (size_t)l->count * sizeof *cell) == 0;
     kt_op *copy = kt_pool_take(&l->pool, (size_t)l->count, sizeof *copy);
     r->failed |= copy == NULL;
-    if (copy == NULL || !grow_roll(r, &l->pool, (void **)&l->slot, l->slot_count, &l->slot_room, sizeof *l->slot))
+    l->slot = grow_roll(r, &l->pool, l->slot, l->slot_count, &l->slot_room, sizeof *l->slot);
+    if (copy == NULL || r->failed)
         return false;
     memcpy(copy, cell, (size_t)l->count * sizeof *cell);
     l->slot[l->slot_count++] = (kt_code_slot){.cell = copy};
@@ -352,7 +345,10 @@ static bool read_guards(kt_code_roll *r, kt_code_loop_plan *l, const kt_code_gua
 /* Makes a loop of equal steps if their operands follow rules. */
 static bool make_loop(kt_code_roll *r, const kt_graph *g, int32_t start, int32_t size, int32_t count,
                       const kt_code_guard *guard, int guard_count) {
-    if (count < 2 || !grow_roll(r, &r->pool, (void **)&r->plan, r->plan_count, &r->plan_room, sizeof *r->plan))
+    if (count < 2)
+        return false;
+    r->plan = grow_roll(r, &r->pool, r->plan, r->plan_count, &r->plan_room, sizeof *r->plan);
+    if (r->failed)
         return false;
     const int32_t own = r->plan_count;
     kt_code_loop_plan *l = &r->plan[r->plan_count++];

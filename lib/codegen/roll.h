@@ -28,7 +28,8 @@ typedef struct kt_code_loop_plan {
     int32_t start, size, count; /* place of the first node in `order`; nodes of an iteration; iterations */
     kt_pool pool;               /* of the arrays below */
     kt_code_slot *slot;
-    int32_t slot_count, slot_room;
+    int32_t slot_count;
+    size_t slot_room;
     int32_t *column;  /* of each node of an iteration; -1: none */
     bool *is_written; /* whether it is written to the outputs at once */
     int32_t column_count, first_row, last_row;
@@ -53,9 +54,11 @@ typedef struct kt_code_roll {
     int32_t *at;   /* of each node: its place in `order`; -1: it is not computed */
     int32_t *loop; /* of each node: its loop; -1: none */
     kt_code_loop_plan *plan;
-    int32_t plan_count, plan_room;
+    int32_t plan_count;
+    size_t plan_room;
     kt_code_copy *copy;
-    int32_t copy_count, copy_room;
+    int32_t copy_count;
+    size_t copy_room;
     bool failed; /* there is no memory */
 } kt_code_roll;
 

@@ -20,16 +20,12 @@
 kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning, double value) {
     if (value == 0.0 || tree->constant || tree->graph->failed)
         return kt_op_number(tree->graph, value);
-    if (tree->parameter_count == tree->parameter_room) {
-        const int32_t room = tree->parameter_room > 0 ? 2 * tree->parameter_room : 64;
-        kt_code_parameter *larger = kt_graph_take(tree->graph, (size_t)room, sizeof *larger);
-        if (larger == NULL)
-            return 0;
-        if (tree->parameter_count > 0)
-            memcpy(larger, tree->parameter, (size_t)tree->parameter_count * sizeof *larger);
-        tree->parameter = larger;
-        tree->parameter_room = room;
-    }
+    kt_code_parameter *larger = kt_pool_grow(&tree->graph->pool, tree->parameter, (size_t)tree->parameter_count, 1,
+                                             &tree->parameter_room, sizeof *larger);
+    tree->graph->failed |= larger == NULL;
+    if (larger == NULL)
+        return 0;
+    tree->parameter = larger;
     kt_code_parameter *p = &tree->parameter[tree->parameter_count];
     *p = (kt_code_parameter){.meaning = meaning, .value = value};
     const int length =

@@ -54,7 +54,7 @@ typedef struct kt_code_tree {
     kt_link *record; /* of the links, if they differ from those of the model */
     kt_code_parameter *parameter;
     int parameter_count;
-    int32_t parameter_room;
+    size_t parameter_room;
     kt_op3 gravity;
     kt_op33 *body_rotation; /* of each body in its link */
     kt_op3 *body_position;

@@ -22,6 +22,12 @@ void *kt_reader_take(kt_reader *r, kt_pool *pool, size_t count, size_t size) {
     return taken;
 }
 
+void *kt_reader_grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t more, size_t *room, size_t size) {
+    void *grown = kt_pool_grow(pool, items, count, more, room, size);
+    r->out_of_memory = r->out_of_memory || grown == NULL;
+    return grown;
+}
+
 char *kt_reader_text(kt_reader *r, kt_pool *pool, const char *text, size_t length) {
     char *copy = kt_pool_text(pool, text, length);
     r->out_of_memory = r->out_of_memory || copy == NULL;
@@ -53,19 +59,11 @@ static kt_fault *next_fault(kt_reader *r) {
         r->fault_dropped++;
         return NULL;
     }
-    if (r->fault_count == r->fault_room) {
-        size_t room = r->fault_room == 0 ? 8 : 2 * r->fault_room;
-        kt_fault *faults = kt_pool_take(&r->scratch, room, sizeof *faults);
-        if (faults == NULL) {
-            kt_reader_out_of_memory(r);
-            return NULL;
-        }
-        if (r->fault_count > 0)
-            memcpy(faults, r->faults, r->fault_count * sizeof *faults);
-        r->faults = faults;
-        r->fault_room = room;
-    }
-    return &r->faults[r->fault_count];
+    kt_fault *faults = kt_reader_grow(r, &r->scratch, r->faults, r->fault_count, 1, &r->fault_room, sizeof *faults);
+    if (faults == NULL)
+        return NULL;
+    r->faults = faults;
+    return &faults[r->fault_count];
 }
 
 static void put_phrase(kt_reader *r, kt_status code, uint32_t line, uint32_t column, const kt_phrase *phrase) {

@@ -64,8 +64,10 @@ void kt_document_where(char where[KT_WHERE_SIZE], const char *path, uint32_t lin
 /* Records that memory has run out. Returns false. */
 bool kt_reader_out_of_memory(kt_reader *r);
 
-/* Take memory as kt_pool_take and kt_pool_text do, from a pool of the reader, and record that memory has run out. */
+/* Take memory as kt_pool_take, kt_pool_grow and kt_pool_text do, from a pool of the reader, and record that memory has
+ * run out. */
 void *kt_reader_take(kt_reader *r, kt_pool *pool, size_t count, size_t size);
+void *kt_reader_grow(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t more, size_t *room, size_t size);
 char *kt_reader_text(kt_reader *r, kt_pool *pool, const char *text, size_t length);
 
 /* Sorts the faults by line and column, and drops repeated ones. */

@@ -131,22 +131,17 @@ static void XMLCALL end_element(void *user, const XML_Char *name) {
 
 static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
     kt_xml *x = user;
-    const size_t size = x->text_size + (size_t)length;
     if (x->reader->out_of_memory)
         return;
-    if (size > x->text_room) {
-        char *more = kt_reader_take(x->reader, &x->reader->scratch, 2 * size, 1);
-        if (more == NULL) {
-            stop(x);
-            return;
-        }
-        if (x->text_size > 0)
-            memcpy(more, x->text, x->text_size);
-        x->text = more;
-        x->text_room = 2 * size;
+    char *grown =
+        kt_reader_grow(x->reader, &x->reader->scratch, x->text, x->text_size, (size_t)length, &x->text_room, 1);
+    if (grown == NULL) {
+        stop(x);
+        return;
     }
+    x->text = grown;
     memcpy(x->text + x->text_size, text, (size_t)length);
-    x->text_size = size;
+    x->text_size += (size_t)length;
 }
 
 static void XMLCALL reject_type(void *user, const XML_Char *name, const XML_Char *system, const XML_Char *public,

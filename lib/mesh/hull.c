@@ -11,6 +11,7 @@
  * hull by the part MOVE of its area times its size. */
 #include "mesh/mesh.h"
 
+#include "base/grow.h"
 #include "algebra/elementary.h"
 
 #include <math.h>
@@ -96,21 +97,9 @@ static void scatter_points(hull *h, int vertex_count) {
 
 /* ---- faces ------------------------------------------------------------------------------------------------------- */
 
-static bool grow_hull(void **items, size_t *room, size_t count, size_t size) {
-    if (count <= *room)
-        return true;
-    const size_t wanted = 2 * count + 64;
-    void *more = realloc(*items, wanted * size);
-    if (more == NULL)
-        return false;
-    *items = more;
-    *room = wanted;
-    return true;
-}
-
 static bool add_face(hull *h, int a, int b, int c) {
-    void *faces = h->faces;
-    if (!grow_hull(&faces, &h->face_room, (size_t)h->face_count + 1, sizeof *h->faces))
+    kt_triangle *faces = kt_heap_grow(h->faces, (size_t)h->face_count, 1, &h->face_room, sizeof *faces);
+    if (faces == NULL)
         return false;
     h->faces = faces;
     h->faces[h->face_count++] = (kt_triangle){{a, b, c}};
@@ -118,8 +107,8 @@ static bool add_face(hull *h, int a, int b, int c) {
 }
 
 static bool add_edges(hull *h, const int c[3]) {
-    void *edges = h->edges;
-    if (!grow_hull(&edges, &h->edge_room, (size_t)h->edge_count + 3, sizeof *h->edges))
+    edge *edges = kt_heap_grow(h->edges, (size_t)h->edge_count, 3, &h->edge_room, sizeof *edges);
+    if (edges == NULL)
         return false;
     h->edges = edges;
     for (int k = 0; k < 3; k++)

@@ -1,6 +1,8 @@
 /* Files of triangles: STL, OBJ, and MuJoCo's MSH. */
 #include "mesh/mesh.h"
 
+#include "base/grow.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -23,16 +25,11 @@ static bool fail_mesh(maker *m, kt_status code, const char *what) {
 
 /* Room for one more item. */
 static void *grow_mesh(maker *m, void *items, size_t *room, int count, size_t size) {
-    if ((size_t)count < *room)
-        return items;
-    const size_t wanted = *room > 0 ? 2 * *room : 64;
-    void *more = count < KT_TRIANGLES_MOST ? realloc(items, wanted * size) : NULL;
+    void *more = count < KT_TRIANGLES_MOST ? kt_heap_grow(items, (size_t)count, 1, room, size) : NULL;
     if (more == NULL)
         (void)fail_mesh(m, count < KT_TRIANGLES_MOST ? KT_ERROR_MEMORY : KT_ERROR_SCENE,
                         count < KT_TRIANGLES_MOST ? "there is not enough memory for a mesh"
                                                   : "a mesh has too many triangles");
-    else
-        *room = wanted;
     return more;
 }
 

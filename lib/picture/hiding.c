@@ -9,6 +9,7 @@
  *    again. */
 #include "picture/hiding.h"
 
+#include "base/grow.h"
 #include "base/order.h"
 #include "picture/outline.h"
 #include "picture/solid.h"
@@ -28,14 +29,10 @@ enum {
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
 static bool add_piece(kt_pieces *pieces, kt_piece piece) {
-    if (pieces->count == pieces->room) {
-        const int room = 2 * pieces->room + 16;
-        kt_piece *more = realloc(pieces->items, (size_t)room * sizeof *more);
-        if (more == NULL)
-            return false;
-        pieces->items = more;
-        pieces->room = room;
-    }
+    kt_piece *more = kt_heap_grow(pieces->items, (size_t)pieces->count, 1, &pieces->room, sizeof *more);
+    if (more == NULL)
+        return false;
+    pieces->items = more;
     pieces->items[pieces->count++] = piece;
     return true;
 }
@@ -276,19 +273,16 @@ typedef struct graph {
     beginning *beginnings;
     bool *is_taken;
     edge *edges;
-    int edge_count, edge_room;
+    int edge_count;
+    size_t edge_room;
     bool any_cut;
 } graph;
 
 static bool add_edge(graph *g, int behind, int before, double weight) {
-    if (g->edge_count == g->edge_room) {
-        const int room = 2 * g->edge_room + 64;
-        edge *more = realloc(g->edges, (size_t)room * sizeof *more);
-        if (more == NULL)
-            return false;
-        g->edges = more;
-        g->edge_room = room;
-    }
+    edge *more = kt_heap_grow(g->edges, (size_t)g->edge_count, 1, &g->edge_room, sizeof *more);
+    if (more == NULL)
+        return false;
+    g->edges = more;
     g->edges[g->edge_count++] = (edge){behind, before, weight};
     return true;
 }
@@ -524,7 +518,7 @@ static bool put_in_order(kt_pieces *pieces, const int *order) {
             sorted[pieces->count++] = pieces->items[order[i]];
     free(pieces->items);
     pieces->items = sorted;
-    pieces->room = count;
+    pieces->room = (size_t)count;
     return true;
 }
 

@@ -19,7 +19,8 @@ typedef struct kt_piece {
 /* A growing list; starts as {0}. */
 typedef struct kt_pieces {
     kt_piece *items;
-    int count, room;
+    int count;
+    size_t room;
 } kt_pieces;
 
 /* Adds a whole solid, in the camera's frame. The longest edge of a box becomes its z. Returns false if memory is

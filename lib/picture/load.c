@@ -112,8 +112,10 @@ static bool fill_surface(const kt_triangles *mesh, const int *first, const int *
         kt_mesh_free(surface);
         return false;
     }
-    surface->point_count = surface->point_room = (int)points;
-    surface->triangle_count = surface->triangle_room = mesh->triangle_count;
+    surface->point_room = points;
+    surface->triangle_room = (size_t)mesh->triangle_count;
+    surface->point_count = (int)points;
+    surface->triangle_count = mesh->triangle_count;
     for (int i = 0; i < mesh->triangle_count; i++)
         for (int k = 0; k < 3; k++) {
             const int at = 3 * i + k, vertex = mesh->triangles[i].corner[k];

@@ -5,6 +5,8 @@
  * two rings at one place; at a pole the ring is a point. */
 #include "picture/mesh.h"
 
+#include "base/grow.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -12,35 +14,17 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-static bool grow_mesh_array(void **array, size_t size, int count) {
-    void *larger = realloc(*array, (size_t)count * size);
-    if (larger == NULL)
-        return false;
-    *array = larger;
-    return true;
-}
-
 static bool make_mesh_room(kt_mesh *mesh, int points, int triangles) {
-    if (mesh->point_count + points > mesh->point_room) {
-        const int room = 2 * mesh->point_room + points;
-        void *places = mesh->points, *normals = mesh->normals;
-        const bool fine = grow_mesh_array(&places, sizeof *mesh->points, room) &&
-                          grow_mesh_array(&normals, sizeof *mesh->normals, room);
-        mesh->points = places;
-        mesh->normals = normals;
-        if (!fine)
-            return false;
-        mesh->point_room = room;
-    }
-    if (mesh->triangle_count + triangles > mesh->triangle_room) {
-        const int room = 2 * mesh->triangle_room + triangles;
-        void *corners = mesh->corners;
-        if (!grow_mesh_array(&corners, 3 * sizeof *mesh->corners, room))
-            return false;
-        mesh->corners = corners;
-        mesh->triangle_room = room;
-    }
-    return true;
+    const size_t point_count = (size_t)mesh->point_count;
+    size_t room = mesh->point_room; /* both arrays of points have the same */
+    kt_vec3 *places = kt_heap_grow(mesh->points, point_count, (size_t)points, &room, sizeof *places);
+    mesh->points = places != NULL ? places : mesh->points;
+    kt_vec3 *normals = kt_heap_grow(mesh->normals, point_count, (size_t)points, &mesh->point_room, sizeof *normals);
+    mesh->normals = normals != NULL ? normals : mesh->normals;
+    int *corners = kt_heap_grow(mesh->corners, (size_t)mesh->triangle_count, (size_t)triangles, &mesh->triangle_room,
+                                3 * sizeof *corners);
+    mesh->corners = corners != NULL ? corners : mesh->corners;
+    return places != NULL && normals != NULL && corners != NULL;
 }
 
 void kt_mesh_free(kt_mesh *mesh) {

@@ -9,7 +9,7 @@ typedef struct kt_mesh {
     int point_count;
     int *corners; /* 3 a triangle: points, anticlockwise as seen from outside */
     int triangle_count;
-    int point_room, triangle_room;
+    size_t point_room, triangle_room;
 } kt_mesh;
 
 /* Adds the surface of a solid. Frame: that in which its pose is given, usually that of its body. sides: corners

@@ -233,17 +233,11 @@ bool kt_robot_names(kt_reader *r, kt_names *names, size_t count) {
 /* ---- lists ------------------------------------------------------------------------------------------------------- */
 
 void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size) {
-    if (list->count == list->room) {
-        const int room = list->room == 0 ? 8 : 2 * list->room;
-        void *items = kt_reader_take(r, pool, list->room < 1 << 28 ? (size_t)room : SIZE_MAX, size);
-        if (items == NULL)
-            return NULL;
-        if (list->count > 0)
-            memcpy(items, list->items, (size_t)list->count * size);
-        list->items = items;
-        list->room = room;
-    }
-    return (char *)list->items + (size_t)list->count++ * size;
+    void *items = kt_reader_grow(r, pool, list->items, (size_t)list->count, 1, &list->room, size);
+    if (items == NULL)
+        return NULL;
+    list->items = items;
+    return (char *)items + (size_t)list->count++ * size;
 }
 
 /* ---- elements that a reader makes -------------------------------------------------------------------------------- */

@@ -151,7 +151,8 @@ bool kt_robot_names(kt_reader *r, kt_names *names, size_t count);
 /* An array that grows, in a pool. Items move when it grows. */
 typedef struct kt_list {
     void *items;
-    int count, room;
+    int count;
+    size_t room;
 } kt_list;
 
 /* A new item of zeros at the end; NULL, after reporting to the reader, if there is no memory. */

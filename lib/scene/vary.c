@@ -97,23 +97,10 @@ static bool depends(const kt_reader *r, const kt_expression *expression, bool *i
     return varies;
 }
 
-/* Room for one more in an array that is taken from a pool; NULL: out of memory. */
-static void *grow_in_pool(kt_reader *r, kt_pool *pool, void *items, size_t count, size_t *room, size_t size) {
-    if (count < *room)
-        return items;
-    void *more = kt_reader_take(r, pool, 2 * *room + 16, size);
-    if (more == NULL)
-        return NULL;
-    if (count > 0)
-        memcpy(more, items, count * size);
-    *room = 2 * *room + 16;
-    return more;
-}
-
 static void add_pending(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_assigned) {
     kt_scene_variables *v = r->scene->varying;
     kt_pending_binding *pending =
-        grow_in_pool(r, &r->scratch, v->pending, v->pending_count, &v->pending_room, sizeof *pending);
+        kt_reader_grow(r, &r->scratch, v->pending, v->pending_count, 1, &v->pending_room, sizeof *pending);
     if (pending == NULL)
         return;
     pending[v->pending_count++] = (kt_pending_binding){node, expression, is_assigned};
@@ -148,7 +135,7 @@ const kt_expression *kt_expression_keep(kt_pool *pool, const kt_expression *expr
 
 static kt_bound_number *add_bound_number(kt_reader *r) {
     kt_scene_variables *v = r->scene->varying;
-    kt_bound_number *bound = grow_in_pool(r, &r->keep, v->bound, v->count, &v->room, sizeof *bound);
+    kt_bound_number *bound = kt_reader_grow(r, &r->keep, v->bound, v->count, 1, &v->room, sizeof *bound);
     if (bound == NULL)
         return NULL;
     v->bound = bound;
