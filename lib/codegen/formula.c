@@ -70,19 +70,11 @@ static kt_op operate_on_one(kt_graph *g, kt_operator code, kt_op x) {
 
 kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *value) {
     kt_op stack[KT_EXPRESSION_DEPTH_MAX + 1] = {0};
-    int top = -1;
-    for (size_t i = 0; i < formula->count; i++) {
-        const kt_expression_term *term = &formula->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = code == KT_OPERATOR_NUMBER ? kt_op_number(g, term->number) : value[term->symbol];
-        } else if (kt_operator_is_binary(code)) {
-            top--;
-            stack[top] = operate_on_two(g, code, stack[top], stack[top + 1]);
-        } else {
-            stack[top] = operate_on_one(g, code, stack[top]);
-        }
-    }
+    for (kt_postfix w = kt_postfix_begin(formula); kt_postfix_next(&w);)
+        stack[w.at] = w.code == KT_OPERATOR_NUMBER ? kt_op_number(g, w.term->number)
+                      : w.is_leaf                  ? value[w.term->symbol]
+                      : w.is_binary                ? operate_on_two(g, w.code, stack[w.at], stack[w.other])
+                                                   : operate_on_one(g, w.code, stack[w.at]);
     return stack[0];
 }
 

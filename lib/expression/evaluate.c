@@ -97,17 +97,13 @@ uint64_t kt_expression_branches(const kt_expression *expression, const double *v
     static const uint64_t prime = 1099511628211U; /* Fowler, Noll and Vo */
     double stack[KT_EXPRESSION_DEPTH_MAX + 1] = {0.0};
     uint64_t hash = 14695981039346656037U;
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = code == KT_OPERATOR_NUMBER ? term->number : values[term->symbol];
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);) {
+        if (w.is_leaf) {
+            stack[w.at] = w.code == KT_OPERATOR_NUMBER ? w.term->number : values[w.term->symbol];
             continue;
         }
-        top -= kt_operator_is_binary(code);
-        hash = (hash ^ branch_of(code, stack[top], stack[top + 1])) * prime;
-        stack[top] = kt_operator_value(code, stack[top], stack[top + 1]);
+        hash = (hash ^ branch_of(w.code, stack[w.at], stack[w.other])) * prime;
+        stack[w.at] = kt_operator_value(w.code, stack[w.at], stack[w.other]);
     }
     return hash;
 }
@@ -256,19 +252,10 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
     if (!expression || !out)
         return;
     kt_taylor stack[KT_EXPRESSION_DEPTH_MAX] = {{0.0, 0.0, 0.0}};
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = taylor_of_leaf(term, values, rates, second);
-        } else if (kt_operator_is_binary(code)) {
-            top--;
-            stack[top] = apply_operator(code, stack[top], stack[top + 1]);
-        } else {
-            stack[top] = apply_operator(code, stack[top], (kt_taylor){.v = 0.0});
-        }
-    }
+    const kt_taylor none = {.v = 0.0};
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);)
+        stack[w.at] = w.is_leaf ? taylor_of_leaf(w.term, values, rates, second)
+                                : apply_operator(w.code, stack[w.at], w.is_binary ? stack[w.other] : none);
     out[0] = stack[0].v;
     out[1] = stack[0].d;
     out[2] = stack[0].dd;

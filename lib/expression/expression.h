@@ -44,26 +44,38 @@ double kt_operator_value(kt_operator code, double x, double y);
 
 /* Whether an operator takes two values from the stack; else it takes one. */
 static inline bool kt_operator_is_binary(kt_operator code) {
-    switch (code) {
-    case KT_OPERATOR_ADD:
-    case KT_OPERATOR_SUBTRACT:
-    case KT_OPERATOR_MULTIPLY:
-    case KT_OPERATOR_DIVIDE:
-    case KT_OPERATOR_POWER:
-    case KT_OPERATOR_LESS:
-    case KT_OPERATOR_LESS_EQUAL:
-    case KT_OPERATOR_GREATER:
-    case KT_OPERATOR_GREATER_EQUAL:
-    case KT_OPERATOR_EQUAL:
-    case KT_OPERATOR_NOT_EQUAL:
-    case KT_OPERATOR_ATAN2:
-    case KT_OPERATOR_MIN:
-    case KT_OPERATOR_MAX:
-    case KT_OPERATOR_HYPOT:
-        return true;
-    default:
+    return (code >= KT_OPERATOR_ADD && code <= KT_OPERATOR_NOT_EQUAL) || code == KT_OPERATOR_ATAN2 ||
+           code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX || code == KT_OPERATOR_HYPOT;
+}
+
+/* Whether a term is a number or a symbol, which is put on the stack. */
+static inline bool kt_operator_is_leaf(kt_operator code) {
+    return code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL;
+}
+
+/* A walk over the terms of a formula. The stack is an array of the caller, with values of any kind. */
+typedef struct kt_postfix {
+    const kt_expression_term *term, *next, *end; /* term: the current one */
+    kt_operator code;
+    bool is_leaf, is_binary;
+    int at, other; /* the place of the term's value on the stack, at first of its first operand; of its last operand */
+} kt_postfix;
+
+static inline kt_postfix kt_postfix_begin(const kt_expression *expression) {
+    return (kt_postfix){.next = expression->term, .end = expression->term + expression->count, .at = -1};
+}
+
+/* Moves to the next term; false behind the last one. */
+static inline bool kt_postfix_next(kt_postfix *walk) {
+    if (walk->next == walk->end)
         return false;
-    }
+    walk->term = walk->next++;
+    walk->code = (kt_operator)walk->term->code;
+    walk->is_leaf = kt_operator_is_leaf(walk->code);
+    walk->is_binary = kt_operator_is_binary(walk->code);
+    walk->at += walk->is_leaf - walk->is_binary;
+    walk->other = walk->at + walk->is_binary;
+    return true;
 }
 
 /* The order that kt_expression_next_breakpoint (breakpoint.h) returns with a time at which its search was cut. */

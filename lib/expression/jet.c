@@ -276,21 +276,15 @@ static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt
 kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_jet_meet *meet, void *user) {
     const kt_jet time = {.c = {{from, to}, {1.0, 1.0}}, .size = larger(fabs(from), fabs(to))};
     kt_jet stack[KT_EXPRESSION_DEPTH_MAX];
-    int top = -1;
     stack[0] = jet_number(0.0);
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER) {
-            stack[++top] = jet_number(term->number);
-            stack[top].size = fabs(term->number);
-        } else if (code == KT_OPERATOR_SYMBOL) {
-            stack[++top] = time;
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);)
+        if (w.code == KT_OPERATOR_NUMBER) {
+            stack[w.at] = jet_number(w.term->number);
+            stack[w.at].size = fabs(w.term->number);
+        } else if (w.is_leaf) {
+            stack[w.at] = time;
         } else {
-            const int two = kt_operator_is_binary(code);
-            top -= two;
-            stack[top] = jet_operate(code, &stack[top], &stack[top + two], meet, user);
+            stack[w.at] = jet_operate(w.code, &stack[w.at], &stack[w.other], meet, user);
         }
-    }
     return stack[0];
 }

@@ -49,9 +49,9 @@ static bool reject_formula(kt_parser *p, const char *spot, const char *format, .
 }
 
 static bool put_term(kt_parser *p, kt_expression_term term) {
-    p->height += term.code == KT_OPERATOR_NUMBER || term.code == KT_OPERATOR_SYMBOL ? 1
-                 : kt_operator_is_binary((kt_operator)term.code)                    ? -1
-                                                                                    : 0;
+    p->height += kt_operator_is_leaf((kt_operator)term.code)     ? 1
+                 : kt_operator_is_binary((kt_operator)term.code) ? -1
+                                                                 : 0;
     if (p->height > KT_EXPRESSION_DEPTH_MAX)
         return reject_formula(p, p->at,
                               "more than %d values wait for their operator; compute a part of it as a parameter",

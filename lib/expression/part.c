@@ -39,19 +39,13 @@ static kt_value join_arguments(const kt_search *s, const kt_value *x, const kt_v
 void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_part *found, void *user) {
     const kt_search s = {expression, found, user};
     kt_value stack[KT_EXPRESSION_DEPTH_MAX] = {{0, 0, OF_NOTHING}};
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL) {
-            const kt_source source = code == KT_OPERATOR_NUMBER ? OF_NOTHING
-                                     : term->symbol == symbol   ? OF_SYMBOL
-                                                                : OF_OTHERS;
-            stack[++top] = (kt_value){i, i + 1, source};
-            continue;
-        }
-        top -= kt_operator_is_binary(code);
-        stack[top] = join_arguments(&s, &stack[top], &stack[top + kt_operator_is_binary(code)], i + 1);
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);) {
+        const size_t end = (size_t)(w.next - expression->term);
+        const kt_source source = w.code == KT_OPERATOR_NUMBER ? OF_NOTHING
+                                 : w.term->symbol == symbol   ? OF_SYMBOL
+                                                              : OF_OTHERS;
+        stack[w.at] =
+            w.is_leaf ? (kt_value){end - 1, end, source} : join_arguments(&s, &stack[w.at], &stack[w.other], end);
     }
     hand_over_part(&s, &stack[0]);
 }

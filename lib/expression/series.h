@@ -296,26 +296,13 @@ static series leaf_of(const kt_expression_term *term, const double *values, cons
     return x;
 }
 
-static bool is_leaf(const kt_expression_term *term) {
-    return term->code == KT_OPERATOR_NUMBER || term->code == KT_OPERATOR_SYMBOL;
-}
-
 /* The series of a formula along the curve of its symbols. */
 static series series_of(const kt_expression *expression, const double *values, const double *rates,
                         const double *second) {
     series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (is_leaf(term)) {
-            stack[++top] = leaf_of(term, values, rates, second);
-            continue;
-        }
-        const int two = kt_operator_is_binary(code);
-        top -= two;
-        stack[top] = operate(code, &stack[top], &stack[top + two]);
-    }
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);)
+        stack[w.at] =
+            w.is_leaf ? leaf_of(w.term, values, rates, second) : operate(w.code, &stack[w.at], &stack[w.other]);
     return stack[0];
 }
 

@@ -117,23 +117,18 @@ static void write_operation(kt_operator code, double first, double second, char 
 bool kt_expression_fault(const kt_expression *expression, const double *values, char *text, size_t size) {
     series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
     bool found = false;
-    int top = -1;
-    for (size_t i = 0; i < expression->count; i++) {
-        const kt_expression_term *term = &expression->term[i];
-        const kt_operator code = (kt_operator)term->code;
-        if (is_leaf(term)) {
-            stack[++top] = leaf_of(term, values, NULL, NULL);
+    for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);) {
+        if (w.is_leaf) {
+            stack[w.at] = leaf_of(w.term, values, NULL, NULL);
             continue;
         }
-        const int two = kt_operator_is_binary(code);
-        top -= two;
-        const double x = double_of(stack[top].c[0]), y = double_of(stack[top + two].c[0]);
-        stack[top] = operate(code, &stack[top], &stack[top + two]);
-        const bool defined = isfinite(sign_of(stack[top].c[0]));
-        if (defined && (found || isfinite(double_of(stack[top].c[0]))))
+        const double x = double_of(stack[w.at].c[0]), y = double_of(stack[w.other].c[0]);
+        stack[w.at] = operate(w.code, &stack[w.at], &stack[w.other]);
+        const bool defined = isfinite(sign_of(stack[w.at].c[0]));
+        if (defined && (found || isfinite(double_of(stack[w.at].c[0]))))
             continue;
         char operation[64];
-        write_operation(code, x, y, operation, sizeof operation);
+        write_operation(w.code, x, y, operation, sizeof operation);
         (void)snprintf(text, size, "%s %s", operation, defined ? "exceeds the largest number" : "is not defined");
         found = true;
         if (!defined)

@@ -90,7 +90,7 @@ static bool are_same(const kt_expression_term *term, factor a, factor b) {
 static size_t find_operand(const kt_expression_term *term, size_t end) {
     for (int missing = 1; missing > 0;) {
         const kt_operator code = (kt_operator)term[--end].code;
-        missing += code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL ? -1 : kt_operator_is_binary(code) ? 1 : 0;
+        missing += kt_operator_is_leaf(code) ? -1 : kt_operator_is_binary(code) ? 1 : 0;
     }
     return end;
 }
@@ -139,7 +139,7 @@ static void merge_equal_operands(kt_expression *expression) {
     for (size_t i = 0; i < expression->count; i++) {
         const kt_operator code = (kt_operator)expression->term[i].code;
         expression->term[end++] = expression->term[i];
-        if (code == KT_OPERATOR_NUMBER || code == KT_OPERATOR_SYMBOL)
+        if (kt_operator_is_leaf(code))
             begin[++top] = end - 1;
         else if (kt_operator_is_binary(code)) {
             top--;
