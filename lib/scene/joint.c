@@ -141,43 +141,41 @@ static bool read_coordinates(kt_reader *r, const kt_scope *scope, kt_node *node,
     return kt_put_numbers(r, scope, node, count, KT_QUANTITY_NUMBER, quantities, out);
 }
 
-static void note_given(kt_joint *joint, const kt_node *node, const char *key, unsigned part) {
-    if (kt_node_find(node, key) != NULL)
-        joint->given |= part;
-}
+/* The position or the velocity of a joint. */
+typedef struct kt_joint_half {
+    const kt_table *parts; /* of a joint with three positions and a quaternion */
+    unsigned given[2];     /* KT_GIVEN_ of these parts; the first also of a list of coordinates */
+    const int *counts;     /* of each type */
+    kt_quantity of_angle;
+    bool may_turn; /* it may be a quaternion alone */
+} kt_joint_half;
 
-static bool read_position(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+static const kt_joint_half position_half = {.parts = &free_position,
+                                            .given = {KT_GIVEN_POSITION, KT_GIVEN_ORIENTATION},
+                                            .counts = position_counts,
+                                            .of_angle = KT_QUANTITY_ANGLE,
+                                            .may_turn = true};
+static const kt_joint_half velocity_half = {.parts = &free_velocity,
+                                            .given = {KT_GIVEN_VELOCITY, KT_GIVEN_ANGULAR},
+                                            .counts = velocity_counts,
+                                            .of_angle = KT_QUANTITY_RATE};
+
+static bool read_half(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    const kt_joint_half *half = kt_detail_of(field);
     kt_joint *joint = object;
     const int quaternion = quaternion_index_of(joint);
-    (void)field;
-    if (quaternion > 0) {
-        if (!kt_table_read(r, scope, node, &free_position, joint))
-            return false;
-        note_given(joint, node, "position", KT_GIVEN_POSITION);
-        note_given(joint, node, "orientation", KT_GIVEN_ORIENTATION);
-        return true;
+    const bool turns = quaternion == 0 && half->may_turn;
+    if (quaternion <= 0) {
+        joint->given |= half->given[turns];
+        return turns ? read_orientation(r, scope, node, kt_field_in(object, field))
+                     : read_coordinates(r, scope, node, joint->type, half->counts[joint->type], half->of_angle,
+                                        kt_field_in(object, field));
     }
-    joint->given |= quaternion == 0 ? KT_GIVEN_ORIENTATION : KT_GIVEN_POSITION;
-    if (quaternion == 0)
-        return read_orientation(r, scope, node, joint->position);
-    return read_coordinates(r, scope, node, joint->type, position_counts[joint->type], KT_QUANTITY_ANGLE,
-                            joint->position);
-}
-
-static bool read_velocity(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    kt_joint *joint = object;
-    const int quaternion = quaternion_index_of(joint);
-    (void)field;
-    if (quaternion > 0) {
-        if (!kt_table_read(r, scope, node, &free_velocity, joint))
-            return false;
-        note_given(joint, node, "linear", KT_GIVEN_VELOCITY);
-        note_given(joint, node, "angular", KT_GIVEN_ANGULAR);
-        return true;
-    }
-    joint->given |= KT_GIVEN_VELOCITY;
-    return read_coordinates(r, scope, node, joint->type, velocity_counts[joint->type], KT_QUANTITY_RATE,
-                            joint->velocity);
+    if (!kt_table_read(r, scope, node, half->parts, joint))
+        return false;
+    for (int k = 0; k < half->parts->count; k++)
+        joint->given |= kt_node_find(node, half->parts->fields[k].key) != NULL ? half->given[k] : 0;
+    return true;
 }
 
 static void write_coordinates(kt_emitter *e, const double *values, int count) {
@@ -187,20 +185,13 @@ static void write_coordinates(kt_emitter *e, const double *values, int count) {
         kt_emit_numbers(e, values, count);
 }
 
-static void write_joint_position(kt_emitter *e, const kt_member *m) {
-    const kt_joint *joint = m->object, *rest = m->standard;
+static void write_half(kt_emitter *e, const kt_member *m) {
+    const kt_joint_half *half = kt_detail_of(m->field);
+    const kt_joint *joint = m->object;
     if (quaternion_index_of(joint) > 0)
-        kt_table_write(e, &free_position, joint, rest);
+        kt_table_write(e, half->parts, joint, m->standard);
     else
-        write_coordinates(e, joint->position, position_counts[joint->type]);
-}
-
-static void write_joint_velocity(kt_emitter *e, const kt_member *m) {
-    const kt_joint *joint = m->object, *rest = m->standard;
-    if (quaternion_index_of(joint) > 0)
-        kt_table_write(e, &free_velocity, joint, rest);
-    else
-        write_coordinates(e, joint->velocity, velocity_counts[joint->type]);
+        write_coordinates(e, kt_member_value(m), half->counts[joint->type]);
 }
 
 /* The default position is all zeros, including coordinates that the type does not have. A quaternion of zeros is not
@@ -245,8 +236,10 @@ static void write_armature(kt_emitter *e, const kt_member *m) {
 }
 
 static const kt_kind *kind_of_key(const kt_key *key) {
-    static const kt_kind position = {.read = read_position, .write = write_joint_position, .same = same_position};
-    static const kt_kind velocity = {.read = read_velocity, .write = write_joint_velocity, .same = same_velocity};
+    static const kt_kind position = {
+        .read = read_half, .write = write_half, .same = same_position, .detail = &position_half};
+    static const kt_kind velocity = {
+        .read = read_half, .write = write_half, .same = same_velocity, .detail = &velocity_half};
     static const kt_kind armature = {
         .read = read_armature, .write = write_armature, .size = KT_JOINT_NV_MAX * sizeof(double)};
     return key->kind == KT_KEY_POSITION   ? &position
