@@ -11,8 +11,8 @@
  * hull by the part MOVE of its area times its size. */
 #include "mesh/mesh.h"
 
-#include "base/grow.h"
 #include "algebra/elementary.h"
+#include "base/grow.h"
 
 #include <math.h>
 #include <stdint.h>
