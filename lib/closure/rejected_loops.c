@@ -30,6 +30,8 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     if (loop < 0)
         return status;
     const kt_where_text where = kt_where_format("loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
+    if (code == 0)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its callback gave equations that are not finite");
     if (code < 0)
         return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its callback stopped (code %d)", code);
     return kt_error_set(error, KT_ERROR_CONSTRAINT, where.text,

@@ -485,6 +485,48 @@ KT_TEST(rejections_of_states_nearby_name_the_loop_and_its_code) {
     release(&m);
 }
 
+/* A number that is not finite, at each place of an equation. Numbers that a callback need not write do not count. */
+static int write_what_is_not_finite(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equation) {
+    const int place = *(const int *)user;
+    equation->residual = motion->position.x;
+    equation->force = kt_vec3_make(1.0, 0.0, 0.0);
+    double *numbers[] = {&equation->residual, &equation->moment.y, &equation->force.z, &equation->rate,
+                         &equation->drift};
+    *numbers[place] = t < 0.5 ? *numbers[place] : place % 2 == 0 ? (double)NAN : HUGE_VAL;
+    return 0;
+}
+
+KT_TEST(equations_that_are_not_finite_name_the_loop) {
+    static const kt_loop_given given[] = {KT_LOOP_GIVES_RESIDUAL, KT_LOOP_GIVES_ROWS, KT_LOOP_GIVES_ROWS,
+                                          KT_LOOP_GIVES_ROWS, KT_LOOP_GIVES_ALL};
+    for (int place = 0; place < 5; place++) {
+        mechanism m;
+        double q[NQ], v[NV], a[NV];
+        kt_error e = {0};
+        describe(&m, false);
+        m.loop[0].type = KT_LOOP_CUSTOM;
+        m.loop[0].equations = write_what_is_not_finite;
+        m.loop[0].equation_count = 1;
+        m.loop[0].user = &place;
+        m.loop[0].given = given[place];
+        m.description.loop_count = 1;
+        if (compile(&m)) {
+            kt_model_initial(m.model, q, v);
+            (void)fine("assembly", kt_state_assemble(m.model, m.data, 0.0, q, v, &e), &e);
+            kt_check_equal_int("accelerations", kt_acceleration_evaluate(m.model, m.data, 1.0, q, v, NULL, NULL, a, &e),
+                               KT_ERROR_NOT_FINITE);
+            kt_check_text("where", e.where, "loop 'rod', t = 1 s");
+            kt_check_text("message", e.message, "its callback gave equations that are not finite");
+            if (place == 0) {
+                kt_check_equal_int("projection", kt_state_project(m.model, m.data, 1.0, q, v, NULL, &e),
+                                   KT_ERROR_NOT_FINITE);
+                kt_check_text("where", e.where, "loop 'rod', t = 1 s");
+            }
+        }
+        release(&m);
+    }
+}
+
 KT_TEST(wrong_descriptions_are_told) {
     static const struct {
         int equations;
