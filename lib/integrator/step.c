@@ -253,14 +253,26 @@ static bool is_stuck(kt_integrator *it, double t_limit) {
     return stuck;
 }
 
+/* Whether a motion that counts as stuck would not with an event that may end it: only the end of the run is too far. */
+static bool ends_too_late(const kt_integrator *it) {
+    const double time = KT_PROGRESS_TRIES * fmax(fabs(it->memory.t), KT_PROGRESS_OPEN);
+    return it->memory.advanced >= KT_PROGRESS_LASTING * time;
+}
+
 static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const kt_try *r, kt_error *error) {
     char rest[80] = "";
+    const bool late = ends_too_late(it);
     const double advanced = it->memory.advanced, left = fabs(t_limit - it->memory.t);
     if (advanced > 0.0 && isfinite(left))
         snprintf(rest, sizeof rest, ", and %.2g more would be needed", left / advanced * KT_PROGRESS_TRIES);
     it->memory.advanced = 0.0;
     it->memory.slow = 0;
     it->memory.counts.rejected++;
+    if (late)
+        return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
+                            "the last %d tries of a step have advanced the time by %.3g in all%s: the run is too long "
+                            "for steps of this length. Loosen the tolerances, or end the run earlier",
+                            KT_PROGRESS_TRIES, advanced, rest);
     return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
                         "the last %d tries of a step have advanced the time by %.3g in all, the last one was of "
                         "%.3g%s: the motion makes no progress. %s%s",
@@ -374,7 +386,7 @@ static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool 
         (r->result == KT_TRY_PASSED || estimate_is_noise(it, p->interval.h, r)) &&
         (it->callbacks.project == NULL || project_trial(it, p->interval.end, &changed, r) == KT_TRY_PASSED);
     const bool stuck = r->result != KT_TRY_STOPPED && is_stuck(it, a->t_limit);
-    if (stuck || !passed)
+    if ((stuck && !ends_too_late(it)) || !passed)
         blame_component(it, r, p->interval.h);
     if (stuck)
         return report_stuck(it, a->t_limit, p->interval.h, r, error);
