@@ -50,13 +50,13 @@ static bool say_no_memory(void) {
     return false;
 }
 
-/* Returns the checksum of a scene with these settings, and of the library's version; 0: memory is insufficient. Events
- * are added separately, because a scene cannot be written if its events set parameters that numbers of the scene
- * follow. */
+/* Returns the checksum of a scene with these settings, and of the library's version. 0: the scene cannot be written,
+ * which has been reported. Events are added separately, because a scene cannot be written if its events set parameters
+ * that numbers of the scene follow. */
 static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
     char *text = NULL;
     size_t size = 0;
-    kt_error error = {0};
+    kt_error error = {.code = KT_ERROR_MEMORY};
     kt_scene scene = *from;
     scene.run = *run;
     if (scene.contact == KT_CONTACT_STEPS)
@@ -70,6 +70,10 @@ static uint64_t sum_of_scene(const kt_scene *from, const kt_run *run) {
         const uint64_t event = kt_scene_event_sum(from, &from->events[i]);
         sum = kt_sum_add(sum, &event, sizeof event);
     }
+    if (!fine && error.code == KT_ERROR_MEMORY)
+        (void)say_no_memory();
+    else if (!fine)
+        kt_say("checkpoints need the scene as a file: %s", error.message);
     free(text);
     return sum;
 }
@@ -78,9 +82,9 @@ static bool take_fingerprints(kt_checkpoint *checkpoint, const kt_outcome *outco
                               const kt_simulation_options *options) {
     const kt_run *run = outcome->run, none = kt_run_default();
     checkpoint->scene = sum_of_scene(outcome->scene, &none);
-    checkpoint->run = sum_of_scene(outcome->scene, run);
+    checkpoint->run = checkpoint->scene != 0 ? sum_of_scene(outcome->scene, run) : 0;
     if (checkpoint->scene == 0 || checkpoint->run == 0)
-        return say_no_memory();
+        return false;
     checkpoint->run = kt_sum_add(checkpoint->run, &options->record, sizeof options->record);
     checkpoint->run = kt_sum_add(checkpoint->run, &options->unprojected, sizeof options->unprojected);
     snprintf(checkpoint->words, sizeof checkpoint->words, "%s, %g s, a record every %g s%s",
