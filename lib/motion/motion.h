@@ -137,7 +137,7 @@ typedef enum kt_cached {
 /* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the nearest ones, in s. */
 typedef struct kt_breakpoints {
     bool any;                /* steps end at breakpoints */
-    bool fixed;              /* there are breakpoints, and steps are fixed */
+    bool fixed;              /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
     kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
     double from, next;       /* there is none between these times */
     bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */

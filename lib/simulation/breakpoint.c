@@ -17,7 +17,8 @@
  * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
  *
  * The velocity of a drive may jump, too. The step that ends there is projected to the limit from the left, so that its
- * interpolant is right. The step that begins there starts from a projection to the limit from the right.
+ * interpolant is right. The step that begins there starts from a projection to the limit from the right. Fixed steps
+ * end at such jumps only, and the next step ends on the grid again.
  */
 #include "expression/breakpoint.h"
 #include "effect/effect.h"
@@ -95,10 +96,29 @@ static int speed_order_of_curve(const kt_model *model, size_t k) {
     return k >= model->n.loop ? -1 : model->loop[k].type == KT_LOOP_RATES ? 0 : 1;
 }
 
+/* For fixed steps: the next jump of a velocity or a position that a loop prescribes. The search ends after this number
+ * of steps, and its end counts as a breakpoint without a jump. */
+static breakpoint next_strike(kt_simulation *simulation, double t) {
+    static const double steps = 1000.0;
+    const kt_model *model = simulation->model;
+    breakpoint first = {.time = t + steps * simulation->step};
+    for (size_t k = 0; k < model->n.loop; k++) {
+        const int speed = speed_order_of_curve(model, k);
+        kt_breakpoint next = {t, speed + 1};
+        while (next.time < first.time && next.order > speed)
+            next = seek_breakpoint(simulation, curve_at(model, k), next.time, first.time);
+        if (next.time < first.time)
+            first = (breakpoint){.time = next.time, .jumps = true, .strikes = true};
+    }
+    return first;
+}
+
 /* A search of features ends at the breakpoint found so far: corners of callers come before the formulas behind them. */
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     breakpoint first = {.time = HUGE_VAL};
+    if (simulation->breakpoints.fixed)
+        return next_strike(simulation, t);
     const size_t loops = model->n.loop, effects = loops + 3 * model->n.effect;
     for (size_t k = 0; k < effects; k++) {
         const kt_effect_record *effect = k >= loops && (k - loops) % 3 == 2 ? &model->effect[(k - loops) / 3] : NULL;
@@ -114,6 +134,13 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     if (simulation->breakpoints.own != NULL)
         meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
     return first;
+}
+
+bool kt_simulation_has_drive_breakpoints(const kt_model *model) {
+    bool has = false;
+    for (size_t k = 0; k < model->n.loop && !has; k++)
+        has = kt_curve_has_breakpoints(curve_at(model, k));
+    return has;
 }
 
 bool kt_simulation_has_breakpoints(const kt_model *model) {
@@ -205,6 +232,7 @@ static breakpoint enter_piece(kt_simulation *simulation, double t) {
     simulation->memory.piece = t;
     simulation->memory.before = before;
     *c = (kt_breakpoints){.any = true,
+                          .fixed = c->fixed,
                           .own = c->own,
                           .from = t,
                           .next = next.time,
@@ -244,7 +272,7 @@ bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes) {
     if (c->from <= t && t < c->next - margin_at(c->next))
         return false;
 #if KT_HAS_EVENTS
-    simulation->memory.breakpoints += t >= c->next - margin_at(c->next);
+    simulation->memory.breakpoints += t >= c->next - margin_at(c->next) && (c->jumps || !c->fixed);
 #endif
     const breakpoint at = enter_piece(simulation, t);
     if (KT_HAS_FORMULAS)
@@ -275,7 +303,9 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
     kt_breakpoints *c = &simulation->breakpoints;
     const double margin = margin_at(c->next);
     c->end = (double)NAN;
-    if (simulation->lacks_inner_stage && isfinite(c->next))
+    if (c->fixed && !c->jumps)
+        return;
+    if (simulation->lacks_inner_stage && isfinite(c->next) && !c->fixed)
         end_within_piece(simulation, t_limit);
     if (!isfinite(c->next) || c->next > *t_limit + margin)
         return;

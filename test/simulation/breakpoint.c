@@ -324,6 +324,35 @@ KT_TEST(load_swings_on_where_the_speed_of_a_drive_jumps) {
     }
 }
 
+/* The steps of 0.03 s have no point of their grid at the halt, and one ends there. Adams' method begins anew there. */
+KT_TEST(fixed_steps_end_where_the_speed_of_a_drive_jumps) {
+    static const char *const methods[] = {"rk4", "dopri5", "radau5", "ab4"};
+    static const double rows[] = {0.0, 0.0, 0.4, 1.3, 2.0, 2.0}, bound[] = {2e-6, 3e-8, 2e-8, 2e-5};
+    const kt_function halts[] = {kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR),
+                                 kt_function_expression("min(t, 2)")};
+    for (size_t k = 0; k < sizeof halts / sizeof *halts; k++) {
+        towed t;
+        kt_model_free(make_towed(&t));
+        t.loop.function = halts[k];
+        kt_model *model = kt_scene_compile(&t.description);
+        for (size_t m = 0; model != NULL && m < sizeof methods / sizeof *methods; m++) {
+            /* the sum of -jump sin(2 (t - its time)) / 2 over the jumps of the trolley */
+            const double expected = k == 0 ? 2.8125 * sin(7.2) / 2.0 + 0.4375 * sin(4.0) / 2.0 : sin(4.0) / 2.0;
+            kt_error error = {0};
+            kt_simulation *simulation = kt_scene_start(model, methods[m], 0.03, KT_RECORD_BALANCE);
+            const double start = kt_scene_balance(simulation);
+            kt_note("%s", methods[m]);
+            (void)kt_fine("runs", kt_simulation_advance(simulation, 3.99, &error), &error);
+            kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, k == 0 ? 135 : 134);
+            (void)kt_fine("runs", kt_simulation_advance(simulation, 4.0, &error), &error);
+            kt_check_near("load, m", kt_simulation_positions(simulation)[1], expected, bound[m]);
+            kt_check_near("balance, J", kt_scene_balance(simulation), start, bound[m]);
+            kt_simulation_free(simulation);
+        }
+        kt_model_free(model);
+    }
+}
+
 /* A caller's projection of the trolley, whose halt moves the load's momentum. It fails once behind the halt. */
 static int halt_once(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     int *failures = user;
