@@ -395,6 +395,19 @@ KT_TEST(first_checkpoint_that_cannot_be_written_is_written_later) {
     kt_expect(0, NULL, "%s late.csv --resume late && cmp whole.csv late.csv", line);
 }
 
+/* Before the first checkpoint, FILE.new holds the lock. No checkpoint could be written after somebody deleted it. */
+KT_TEST(first_checkpoint_is_written_after_its_new_file_was_deleted) {
+    static const char line[] = "$K run chain.yaml --quiet --duration 200 --interval 0.02 --out";
+    kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml; %s whole.csv", line);
+    const kt_ran ran = kt_shell("%s gone.csv --checkpoint gone --checkpoint-interval 0.05 2>said & "
+                                "while test ! -e gone.new && kill -0 $!; do :; done; rm gone.new; "
+                                "while test ! -s said -a ! -f gone && kill -0 $!; do :; done; kill -KILL $!; wait $!; "
+                                "cat said",
+                                line);
+    kt_check_text("no warning", ran.out, "");
+    kt_expect(0, NULL, "%s gone.csv --resume gone && cmp whole.csv gone.csv", line);
+}
+
 KT_TEST(checkpoint_that_cannot_be_written_ends_the_run_at_its_start) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
     kt_expect(4, "none/x cannot be written: No such file",

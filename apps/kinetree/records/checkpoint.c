@@ -190,11 +190,24 @@ static bool write_parts(int file, const kt_checkpoint *checkpoint, const kt_prog
            put_bytes_to(file, words, so_far->words, &sum) && put_bytes_to(file, &sum, sizeof sum, &unused);
 }
 
+/* Returns the locked file to write: a new FILE.new, or for the first checkpoint the one with the lock. If that has been
+ * deleted, another one takes its place. -1, with errno, if there is none. */
+static int open_new_file(kt_checkpoint *checkpoint) {
+    if (!checkpoint->has_file && kt_file_is_named(checkpoint->lock, checkpoint->new_path))
+        return checkpoint->lock;
+    const int file = kt_open_locked(checkpoint->new_path, O_WRONLY | O_CREAT);
+    if (file >= 0 && !checkpoint->has_file) {
+        (void)close(checkpoint->lock);
+        checkpoint->lock = file;
+    }
+    return file;
+}
+
 /* Writes FILE.new and renames it to FILE. The new file is locked before it gets the name; for the first checkpoint it
  * is locked already, and stays open if it cannot be written: the next try begins at its start again. */
 static bool write_and_rename(kt_checkpoint *checkpoint, const kt_progress_so_far *so_far, const kt_extremes *extremes,
                              const char *words) {
-    const int file = checkpoint->has_file ? kt_open_locked(checkpoint->new_path, O_WRONLY | O_CREAT) : checkpoint->lock;
+    const int file = open_new_file(checkpoint);
     if (file < 0)
         return false;
     if (ftruncate(file, 0) == 0 && lseek(file, 0, SEEK_SET) == 0 &&

@@ -131,8 +131,7 @@ static bool lock(int file) {
     return true;
 }
 
-/* Returns whether the name is still that of the open file: a run that has ended meanwhile has renamed its own. */
-static bool file_is_named(int file, const char *name) {
+bool kt_file_is_named(int file, const char *name) {
     struct stat open_one, named;
     return fstat(file, &open_one) == 0 && stat(name, &named) == 0 && open_one.st_dev == named.st_dev &&
            open_one.st_ino == named.st_ino;
@@ -144,7 +143,7 @@ int kt_open_locked(const char *name, int flags) {
     for (int i = 0; i < OPEN_TRIES; i++) {
         const int file = open(name, flags | O_CLOEXEC, 0666);
         const bool is_mine = file >= 0 && lock(file);
-        if (file < 0 || (is_mine && file_is_named(file, name)))
+        if (file < 0 || (is_mine && kt_file_is_named(file, name)))
             return file;
         (void)close(file);
         if (!is_mine)

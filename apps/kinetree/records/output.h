@@ -30,6 +30,9 @@ int kt_output_open(kt_output *output, int flags);
  * with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 
+/* Returns whether the name is still that of the open file. A run that has ended meanwhile has renamed its own. */
+bool kt_file_is_named(int file, const char *name);
+
 /* Returns the name behind symbolic links, which need not exist. The caller frees it. NULL, with errno: the links lead
  * round, or memory is insufficient. */
 char *kt_follow_links(const char *path);
