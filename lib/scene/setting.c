@@ -14,7 +14,8 @@
 typedef struct kt_setting {
     kt_reader *r;
     const char *text; /* PATH=VALUE */
-    int index;        /* among the settings */
+    int index;        /* among the settings, behind which the variables come */
+    int variables_at; /* the index of the first variable */
     const kt_table *top;
 } kt_setting;
 
@@ -196,6 +197,16 @@ static kt_node *follow_setting(const kt_setting *s, size_t *at) {
     return node;
 }
 
+/* Two variables cannot have the same number: a path with an index is another text than one with a name. */
+static bool is_of_other_variable(const kt_setting *s, const kt_node *node) {
+    const uint32_t first = KT_SETTING_LINE + (uint32_t)s->variables_at;
+    if (s->index < s->variables_at || node->line < first)
+        return false;
+    const char *other = s->r->scene->settings[node->line - KT_SETTING_LINE];
+    return !reject_setting(s, 0, "'%.*s' is the same value, and varies already; remove one", (int)strcspn(other, "="),
+                           other);
+}
+
 static void apply_setting(const kt_setting *s) {
     size_t at = 0;
     if (strchr(s->text, '=') == NULL) {
@@ -203,7 +214,7 @@ static void apply_setting(const kt_setting *s) {
         return;
     }
     kt_node *node = follow_setting(s, &at);
-    if (node == NULL)
+    if (node == NULL || is_of_other_variable(s, node))
         return;
     kt_node *value = read_setting_value(s, at + 1);
     if (value == NULL)
@@ -239,7 +250,8 @@ void kt_settings_apply(kt_reader *r, const kt_scene_options *options, const kt_t
     const int count = options != NULL ? options->setting_count + options->variable_count : 0;
     r->scene->settings = count > 0 ? list_settings(r, options) : NULL;
     for (int k = 0; k < count && !r->out_of_memory; k++) {
-        const kt_setting setting = {.r = r, .text = r->scene->settings[k], .index = k, .top = top};
+        const kt_setting setting = {
+            .r = r, .text = r->scene->settings[k], .index = k, .variables_at = options->setting_count, .top = top};
         apply_setting(&setting);
     }
 }

@@ -166,6 +166,21 @@ KT_TEST(parameters_change_in_the_order_of_their_uses) {
     kt_scene_free(&scene);
 }
 
+/* The first value had no effect, and a table of a sweep showed it. */
+KT_TEST(two_paths_of_one_number_are_told) {
+    static const char *const paths[][2] = {{"bodies[0].joint.velocity", "bodies.arm.joint.velocity"},
+                                           {"parameters.w", "w"}};
+    for (int i = 0; i < 2; i++) {
+        kt_scene scene = kt_scene_default();
+        kt_error error = {0};
+        char message[96];
+        kt_check_equal_int("read", read_chain(paths[i], 2, &scene, &error), KT_ERROR_SCENE);
+        (void)snprintf(message, sizeof message, "'%s' is the same value, and varies already; remove one", paths[i][0]);
+        kt_check_contains("message", error.message, message);
+        kt_check_contains("where", error.where, paths[i][1]);
+    }
+}
+
 KT_TEST(what_is_no_number_is_told) {
     const char *const both[] = {"L", "w"};
     kt_scene scene = kt_scene_default();
