@@ -85,6 +85,15 @@ def test_a_loop_ends_with_its_time_a_fault_or_a_stop_and_only_once(scenes):
     assert ended == 143 and stopping.stopped == "low"  # 0.1 m in 0.1428 s
 
 
+def test_times_before_the_present_one_are_rejected_with_the_name_of_the_argument(scenes):
+    simulation = arm(scenes, duration=1)
+    simulation.advance(0.01)
+    with pytest.raises(kt.ArgumentError, match="^t: 0.005.* s must be a time not before the current one"):
+        simulation.advance(0.005)
+    with pytest.raises(kt.ArgumentError, match="^until: 0.005.* s is not after the current time"):
+        simulation.step(until=0.005)
+
+
 def test_an_iterator_without_a_simulation_has_no_turn(scenes):
     made = type(iter(arm(scenes)))
     try:

@@ -89,10 +89,13 @@ _KINDS = {
 }
 
 
+_ARGUMENTS = {"t_end": "t", "t_limit": "until"}  # of the C interface, and their names here
+
+
 def fail(error: Any, default: int = lib.KT_ERROR_ARGUMENT) -> NoReturn:
     """Raise the exception that a filled ``kt_error`` describes."""
-    code = error.code or default
-    raise _KINDS.get(code, Error)(code, text(error.where), text(error.message))
+    code, where = error.code or default, text(error.where)
+    raise _KINDS.get(code, Error)(code, _ARGUMENTS.get(where, where), text(error.message))
 
 
 def check(status: int, error: Any) -> None:
