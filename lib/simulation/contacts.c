@@ -281,7 +281,6 @@ static kt_status strike_open(kt_simulation *simulation, double t, kt_error *erro
     memcpy(y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof *y);
     kt_simulation_take_model(simulation, kt_model_switched(model, model->set & ~c->mask));
     const kt_status status = kt_simulation_project(simulation, t, y, &changed, error);
-    kt_simulation_note_correction(simulation, t);
     kt_simulation_take_model(simulation, model);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof *y);
     return status;

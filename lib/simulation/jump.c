@@ -70,9 +70,9 @@ static kt_status strike_with_contacts(kt_simulation *simulation, const kt_contac
     return status;
 }
 
-/* Moves y of the simulation, the state at the time t, to the velocities of drives just after t, at which they jump. The
- * drives supply the change of the energy. */
-static kt_status strike_drives(kt_simulation *simulation, double t, kt_error *error) {
+/* Moves y of the simulation, the present state, to the velocities of drives just after this time, at which they jump.
+ * The drives supply the change of the energy. The change of velocities is no error of a step. */
+static kt_status strike_drives(kt_simulation *simulation, kt_error *error) {
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
     if (calls != NULL && calls->strike != NULL)
         return strike_with_contacts(simulation, calls, error);
@@ -86,7 +86,6 @@ static kt_status strike_drives(kt_simulation *simulation, double t, kt_error *er
     if (status != KT_OK)
         return status;
     const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
-    kt_simulation_note_correction(simulation, t);
     kt_simulation_add_jump(simulation, gain, 0.0, true);
     simulation->memory.powers.sum[1].net -= gain;
     forget_motion(simulation);
@@ -94,14 +93,13 @@ static kt_status strike_drives(kt_simulation *simulation, double t, kt_error *er
 }
 
 kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error) {
-    const double t = kt_integrator_time(simulation->integrator);
     bool strikes;
     if (!kt_simulation_pass_piece(simulation, &strikes))
         return KT_OK;
     simulation->memory.powers.count = 0;
     kt_simulation_note_jump(simulation);
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    const kt_status status = strikes && simulation->closes_loops ? strike_drives(simulation, t, error) : KT_OK;
+    const kt_status status = strikes && simulation->closes_loops ? strike_drives(simulation, error) : KT_OK;
     if (status != KT_OK) {
         kt_simulation_forget_breakpoints(simulation); /* the next call tries again */
         return status;

@@ -347,6 +347,7 @@ KT_TEST(fixed_steps_end_where_the_speed_of_a_drive_jumps) {
             (void)kt_fine("runs", kt_simulation_advance(simulation, 4.0, &error), &error);
             kt_check_near("load, m", kt_simulation_positions(simulation)[1], expected, bound[m]);
             kt_check_near("balance, J", kt_scene_balance(simulation), start, bound[m]);
+            kt_check_below("correction", kt_simulation_velocity_correction(simulation).share, 1e-12);
             kt_simulation_free(simulation);
         }
         kt_model_free(model);
