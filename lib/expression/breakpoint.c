@@ -202,9 +202,11 @@ static int jump_of(const kt_expression *expression) {
     return order;
 }
 
-/* The first breakpoint after t. Times next to 0 are not distinguished from 0. */
+/* The first breakpoint after t. Times next to 0 are not distinguished from 0. The slope of abs(t - 1/2) + t/4 changes its
+ * sign at 1/2, where that of abs is 0, and the branch one unit of rounding later: both are one breakpoint. */
 static double first_breakpoint_after(const kt_expression *expression, double t, double until, int64_t *left,
                                      int *order) {
+    static const double same = 64.0 * DBL_EPSILON;
     search s = {.expression = expression, .breakpoints = true};
     bool known;
     s.left = left;
@@ -214,11 +216,9 @@ static double first_breakpoint_after(const kt_expression *expression, double t, 
         *order = known ? jump : KT_BREAKPOINT_CUT;
     s.breakpoints = false;
     const double feature = seek_change(&s, t, fmin(next, until), &known);
-    if (feature < next) {
-        next = feature;
+    if (feature < next && next - feature > same * fabs(feature))
         *order = known ? 4 : KT_BREAKPOINT_CUT;
-    }
-    return next;
+    return fmin(feature, next);
 }
 
 double kt_expression_next_breakpoint(const kt_expression *expression, double t, double until, int64_t *left,

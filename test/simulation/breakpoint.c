@@ -418,6 +418,30 @@ KT_TEST(drive_supplies_the_change_of_energy_where_its_speed_jumps) {
     kt_model_free(model);
 }
 
+/* The slope of the formula changes its sign where that of abs is 0, and takes another branch within rounding. The drive
+ * changes its speed from -5/2 to 7/2, and supplies 3 J to the trolley. */
+KT_TEST(drive_supplies_the_change_of_energy_where_its_direction_changes) {
+    static const char *const methods[] = {"dopri5", "radau5", "rk4"};
+    static const char *const formulas[] = {"3*abs(t - 0.5) + t/2", "3*abs(t - 0.41234) + t/2", "t/2 + abs(3*t - 1.1)"};
+    towed t;
+    for (size_t i = 0; i < sizeof formulas / sizeof *formulas; i++) {
+        kt_model_free(make_towed(&t));
+        t.description.body_count = 1;
+        t.description.effect_count = 0;
+        t.loop.function = kt_function_expression(formulas[i]);
+        kt_model *model = kt_scene_compile(&t.description);
+        for (size_t m = 0; model != NULL && m < sizeof methods / sizeof *methods; m++) {
+            kt_error error = {0};
+            kt_simulation *simulation = kt_scene_start(model, methods[m], m == 2 ? 0.003 : 0.0, KT_RECORD_BALANCE);
+            kt_note("%s, %s", formulas[i], methods[m]);
+            (void)kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error);
+            kt_check_near("supplied, J", kt_simulation_work(simulation).supplied, 3.0, 1e-12);
+            kt_simulation_free(simulation);
+        }
+        kt_model_free(model);
+    }
+}
+
 /* ---- checkpoints, ticks ------------------------------------------------------------------------------------------ */
 
 /* Saved in the midst of the ramp, and at its start, where a step ends. */
