@@ -136,7 +136,7 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     return first;
 }
 
-bool kt_simulation_has_drive_breakpoints(const kt_model *model) {
+bool kt_simulation_has_motion_breakpoints(const kt_model *model) {
     bool has = false;
     for (size_t k = 0; k < model->n.loop && !has; k++)
         has = kt_curve_has_breakpoints(curve_at(model, k));

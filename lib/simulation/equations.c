@@ -317,7 +317,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
     simulation->breakpoints.any = adapts ? simulation->breakpoints.own != NULL || breakpoints
                                          : !KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false) &&
-                                               kt_simulation_has_drive_breakpoints(simulation->model);
+                                               kt_simulation_has_motion_breakpoints(simulation->model);
     simulation->breakpoints.fixed = !adapts && breakpoints;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
     simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;

@@ -171,7 +171,7 @@ KT_CHECKED kt_status kt_record_check(unsigned record, kt_error *error);
  * whether those of loops have any. The third one returns the longest step that samples functions between their
  * breakpoints, HUGE_VAL for polynomials. Cost: O(loops + effects). */
 bool kt_simulation_has_breakpoints(const kt_model *model);
-bool kt_simulation_has_drive_breakpoints(const kt_model *model);
+bool kt_simulation_has_motion_breakpoints(const kt_model *model);
 double kt_simulation_longest_step(const kt_model *model);
 
 /* The shortest piece of a function of time between two breakpoints, or a quarter of a sine's period. Pieces count if
