@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -173,13 +174,48 @@ void kt_test_register(kt_test *test) {
     last_test = test;
 }
 
+typedef struct held_object {
+    void (*release)(void *);
+    void *object;
+    struct held_object *before;
+} held_object;
+
+static held_object *last_held;
+static jmp_buf end_of_test;
+
+void kt_at_end(void (*release)(void *), void *object) {
+    held_object *held = malloc(sizeof *held);
+    if (held == NULL)
+        abort();
+    *held = (held_object){release, object, last_held};
+    last_held = held;
+}
+
+static void release_held(void) {
+    while (last_held != NULL) {
+        held_object *held = last_held;
+        last_held = held->before;
+        held->release(held->object);
+        free(held);
+    }
+}
+
+void kt_end_test(void) { longjmp(end_of_test, 1); }
+
+void kt_need(bool held) {
+    if (!held)
+        kt_end_test();
+}
+
 kt_random kt_random_of_test(void) { return kt_random_named(running); }
 
 static void run_registered(void **state) {
     const kt_test *test = *state;
     running = test->name;
     checks = failures = skips = 0;
-    test->body();
+    if (setjmp(end_of_test) == 0)
+        test->body();
+    release_held();
     if (checks == 0 && skips > 0)
         skip();
     if (checks == 0)

@@ -87,6 +87,17 @@ void kt_worst_below(kt_worst *worst, double observed, double bound, const char *
     __attribute__((format(printf, 4, 5)));
 bool kt_check_worst(const kt_worst *worst);
 
+/* ---- the end of a test ------------------------------------------------------------------------------------------- */
+
+/* Releases an object at the end of the running test: the last one first, and also after kt_end_test. */
+void kt_at_end(void (*release)(void *), void *object);
+
+/* Ends the running test. */
+_Noreturn void kt_end_test(void);
+
+/* Ends the running test unless its check has held: kt_need(kt_check_true("a contact", contact != NULL)); */
+void kt_need(bool held);
+
 /* Reports a feature that this machine lacks (such as an instruction set), and why. It is counted as skipped, and the
  * test goes on. A test that makes no check at all is skipped itself. */
 void kt_skip(const char *what, const char *why);

@@ -70,3 +70,28 @@ KT_TEST(failure_before_a_check_that_holds) {
     kt_check_true("x", false);
     kt_check_true("y", true);
 }
+
+/* ---- ends -------------------------------------------------------------------------------------------------------- */
+
+KT_TEST(end_is_before_the_first_check) {
+    kt_end_test();
+    kt_check_true("x", true);
+}
+KT_TEST(need_of_what_does_not_hold_ends_the_test) {
+    kt_need(false);
+    kt_check_true("x", true);
+}
+
+static char released[] = "released";
+
+static void fail_when_released(void *object) { kt_check_true(object, false); }
+
+KT_TEST(object_is_released) {
+    kt_at_end(fail_when_released, released);
+    kt_check_true("x", true);
+}
+KT_TEST(object_is_released_after_an_end) {
+    kt_at_end(fail_when_released, released);
+    kt_check_true("x", true);
+    kt_end_test();
+}

@@ -25,7 +25,7 @@ KT_TEST(given_values_stay_where_the_rest_can_close) {
     if (linkage_build(&l, 0.0)) {
         kt_check_equal_bits("angle", &l.q[0], &angle, 1);
         kt_check_equal_bits("rate", &l.v[0], &rate, 1);
-        (void)linkage_fine("residual", kt_loop_residual(l.model, l.data, 0.0, l.q, l.v, &r, &e), &e);
+        (void)kt_fine("residual", kt_loop_residual(l.model, l.data, 0.0, l.q, l.v, &r, &e), &e);
         kt_check_below("closed", r.position, 1e-14);
         kt_check_below("fits", r.velocity, 1e-13);
         kt_check_equal_int("nothing to tell", kt_initial_changes(l.model, l.q, l.v, NULL, 0), 0);
@@ -163,8 +163,8 @@ KT_TEST(failed_assembly_tells_where_it_ended) {
                                                    KT_MEASURE_ANGLE, KT_MEASURE_ANGLE};
         kt_check_equal_int("status", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), KT_ERROR_CONSTRAINT);
         kt_assembly_reached(l.model, l.data, q);
-        (void)linkage_fine("equations",
-                           kt_loop_equations(l.model, l.data, 0.0, q, NULL, NULL, residual, NULL, NULL, &e), &e);
+        (void)kt_fine("equations", kt_loop_equations(l.model, l.data, 0.0, q, NULL, NULL, residual, NULL, NULL, &e),
+                      &e);
         kt_check_near("gap", hypot(residual[0], residual[1]), 0.5, 1e-9);
         for (int r = 0; r < 5; r++)
             kt_check_equal_int("measure", kt_loop_measure_of(l.model, 0, r), measure[r]);
@@ -196,8 +196,8 @@ KT_TEST(residual_of_an_angle_gives_the_angle) {
             loop->function = kt_function_constant(0.2);
         }
         if (linkage_compile(&l) &&
-            linkage_fine("equations",
-                         kt_loop_equations(l.model, l.data, 0.0, l.q, NULL, NULL, residual, NULL, NULL, &e), &e)) {
+            kt_fine("equations", kt_loop_equations(l.model, l.data, 0.0, l.q, NULL, NULL, residual, NULL, NULL, &e),
+                    &e)) {
             const int count = kt_loop_rows_of(l.model, 0).count;
             int row = 0; /* the only one that is open */
             for (int r = 1; r < count; r++)
@@ -227,7 +227,7 @@ KT_TEST(held_joint_without_a_given_velocity_moves_as_its_drive_wants) {
     if (linkage_build(&l, 0.0)) {
         kt_check_near("angle", l.q[0], angle, 1e-15);
         kt_check_near("rate", l.v[0], drive[1], 1e-14);
-        (void)linkage_fine("residual", kt_loop_residual(l.model, l.data, 0.0, l.q, l.v, &r, &e), &e);
+        (void)kt_fine("residual", kt_loop_residual(l.model, l.data, 0.0, l.q, l.v, &r, &e), &e);
         kt_check_below("fits", r.velocity, 1e-13);
     }
     linkage_free(&l);

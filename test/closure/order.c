@@ -115,8 +115,8 @@ static bool drift(const char *method, double step, bool loose, double time, doub
     bool fine = linkage_build(&l, 0.0) && linkage_run_start(&r, &l, method, step, 0.0, loose, 0.0);
     if (fine) {
         fine = linkage_run_to(&r, time) &&
-               linkage_fine("equations",
-                            kt_loop_equations(l.model, l.data, time, l.q, l.v, a, residual, partial, NULL, &e), &e);
+               kt_fine("equations", kt_loop_equations(l.model, l.data, time, l.q, l.v, a, residual, partial, NULL, &e),
+                       &e);
         for (int k = 0; k < 2; k++) {
             phi[k] = residual[k];
             rate[k] = a[k] * l.v[0] + a[5 + k] * l.v[1] + a[10 + k] * l.v[2];

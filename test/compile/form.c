@@ -82,8 +82,8 @@ KT_TEST(form_that_is_excluded_is_not_chosen_and_accelerations_stay) {
         subjects[i].build(&other);
         other.options.excluded_forms = 1u << subjects[i].form & ~1u;
         if (linkage_build(&l, 0.0) && linkage_build(&other, 0.0) && linkage_accelerate(&l, 0.0, a) &&
-            linkage_fine(subjects[i].name,
-                         kt_acceleration_evaluate(other.model, other.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
+            kt_fine(subjects[i].name,
+                    kt_acceleration_evaluate(other.model, other.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
             kt_check_equal_int(subjects[i].name, (int)kt_loop_group_at(other.model, 0).form, (int)subjects[i].without);
             off = 0.0;
             for (int k = 0; k < l.nv; k++) {

@@ -2,7 +2,7 @@
  * plane. At the place of a body's present pose the loop is closed. A rod in flight that is caught at such a place turns
  * as the closed form demands.
  */
-#include "check.h"
+#include "fixture.h"
 #include "random.h"
 
 #include "kinetree/simulation.h"
@@ -24,12 +24,6 @@ typedef struct chain {
     kt_loop loop;
     kt_description description;
 } chain;
-
-static bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s", error->where, error->message);
-    return kt_check_equal_int(what, status, KT_OK);
-}
 
 static kt_vec3 random_vector(kt_random *random, bool flat) {
     const double x = kt_random_normal(random), y = kt_random_normal(random), z = kt_random_normal(random);
@@ -80,7 +74,7 @@ static kt_model *compile(const chain *c, bool settable) {
     kt_model *model = NULL;
     kt_model_options options = kt_model_options_default();
     options.settable = settable;
-    return fine("compile", kt_model_compile(&c->description, &options, &model, &error), &error) ? model : NULL;
+    return kt_fine("compile", kt_model_compile(&c->description, &options, &model, &error), &error) ? model : NULL;
 }
 
 /* Accelerations, residuals and reactions of a model at (q, v), whose loops are open. */
@@ -95,11 +89,11 @@ static bool ask(const kt_model *model, const double *q, const double *v, answer 
     kt_residual residual = {0};
     kt_wrench joints[BODIES + 1];
     memset(x, 0, sizeof *x);
-    bool done = fine("data", kt_data_create(model, &data, &error), &error) &&
-                fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x->a, &error), &error) &&
-                fine("residual", kt_loop_residual(model, data, 0.0, q, v, &residual, &error), &error) &&
-                fine("reactions",
-                     kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joints, &x->reaction, &error), &error);
+    bool done = kt_fine("data", kt_data_create(model, &data, &error), &error) &&
+                kt_fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x->a, &error), &error) &&
+                kt_fine("residual", kt_loop_residual(model, data, 0.0, q, v, &residual, &error), &error) &&
+                kt_fine("reactions",
+                        kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joints, &x->reaction, &error), &error);
     x->residual[0] = residual.position;
     x->residual[1] = residual.velocity;
     kt_data_free(data);
@@ -135,9 +129,9 @@ static double compare(kt_random *random, kt_model *model, const chain *then, con
     answer ours, theirs;
     kt_model *other = compile(then, false);
     random_state(random, model, q, v);
-    if (other != NULL && fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
-        fine("set", kt_parameter_set(model, &place, numbers, &error), &error) &&
-        fine("get", kt_parameter_get(model, &place, back, &error), &error) && ask(model, q, v, &ours) &&
+    if (other != NULL && kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
+        kt_fine("set", kt_parameter_set(model, &place, numbers, &error), &error) &&
+        kt_fine("get", kt_parameter_get(model, &place, back, &error), &error) && ask(model, q, v, &ours) &&
         ask(other, q, v, &theirs))
         worst = difference(&ours, &theirs);
     for (int i = 0; i < 3; i++)
@@ -192,15 +186,15 @@ KT_TEST(loops_are_closed_where_their_body_is) {
         answer open, shut;
         make_chain(&c, &random, closing[i % 4], i / 4 % 2, i / 8 % 2 == 1);
         kt_model *model = compile(&c, true);
-        if (model == NULL || !fine("data", kt_data_create(model, &data, &error), &error))
+        if (model == NULL || !kt_fine("data", kt_data_create(model, &data, &error), &error))
             return;
         random_state(&random, model, q, v);
         kt_check_equal_int("without kinematics", kt_loop_place_here(model, data, 0, here, &error), KT_ERROR_ARGUMENT);
         if (ask(model, q, v, &open) &&
-            fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
-            fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
-            fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
-            fine("set", kt_parameter_set(model, &place, here, &error), &error) && ask(model, q, v, &shut)) {
+            kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
+            kt_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
+            kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
+            kt_fine("set", kt_parameter_set(model, &place, here, &error), &error) && ask(model, q, v, &shut)) {
             before = fmin(before, open.residual[0]);
             after = isnan(shut.residual[0]) ? (double)NAN : fmax(after, shut.residual[0]);
         }
@@ -237,23 +231,24 @@ KT_TEST(rod_in_flight_is_caught_where_its_end_is) {
         kt_run run = kt_run_default();
         kt_simulation_options options = kt_simulation_options_default();
         run.duration = 2.0;
-        if (model != NULL && fine("data", kt_data_create(model, &data, &error), &error) &&
-            fine("simulation", kt_simulation_create(model, &run, &options, &simulation, &error), &error) &&
-            fine("state", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
-            fine("flight", kt_simulation_advance(simulation, caught, &error), &error) &&
-            fine("kinematics",
-                 kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error), &error) &&
-            fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
-            fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error)) {
+        if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error) &&
+            kt_fine("simulation", kt_simulation_create(model, &run, &options, &simulation, &error), &error) &&
+            kt_fine("state", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
+            kt_fine("flight", kt_simulation_advance(simulation, caught, &error), &error) &&
+            kt_fine("kinematics",
+                    kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error),
+                    &error) &&
+            kt_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
+            kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error)) {
             kt_check_equal_int("far from its place", kt_simulation_switch(simulation, 1, NULL, &error),
                                KT_ERROR_CONSTRAINT);
-            (void)fine("set", kt_simulation_set_parameter(simulation, model, &place, here, &error), &error);
+            (void)kt_fine("set", kt_simulation_set_parameter(simulation, model, &place, here, &error), &error);
             double loss = (double)NAN;
-            (void)fine("switch", kt_simulation_switch(simulation, 1, &loss, &error), &error);
+            (void)kt_fine("switch", kt_simulation_switch(simulation, 1, &loss, &error), &error);
             kt_check_near("the pin is at the end: x", here[0], -0.5 * cos(turn) - 2.0 * sin(turn) * caught, 1e-9);
             kt_check_near("the loss, J", loss, 0.5, 1e-9);
             kt_check_near("the rate, rad/s", kt_simulation_velocities(simulation)[2], 3.0, 1e-9);
-            (void)fine("turns", kt_simulation_advance(simulation, caught + 1.0, &error), &error);
+            (void)kt_fine("turns", kt_simulation_advance(simulation, caught + 1.0, &error), &error);
             kt_check_near("the angle, rad", kt_simulation_positions(simulation)[2], turn + 3.0, 1e-8);
             kt_check_near("the end stays: x", kt_simulation_positions(simulation)[0] - 0.5 * cos(turn + 3.0), here[0],
                           1e-8);
@@ -273,8 +268,8 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     make_chain(&c, &random, KT_LOOP_SPHERICAL, 0, true);
     kt_model *flat = compile(&c, true);
     kt_data *data = NULL;
-    if (flat == NULL || !fine("data", kt_data_create(flat, &data, &error), &error) ||
-        !fine("find", kt_parameter_find(flat, "loop foot.place", &place, &error), &error))
+    if (flat == NULL || !kt_fine("data", kt_data_create(flat, &data, &error), &error) ||
+        !kt_fine("find", kt_parameter_find(flat, "loop foot.place", &place, &error), &error))
         return;
     here[2] = 0.01;
     kt_check_equal_int("above the plane", kt_parameter_set(flat, &place, here, &error), KT_ERROR_MODEL);
@@ -291,7 +286,7 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     make_chain(&c, &random, KT_LOOP_WELD, 0, true);
     kt_model *held = compile(&c, true);
     here[3] = 0.02;
-    if (held != NULL && fine("find", kt_parameter_find(held, "loop foot.place", &place, &error), &error)) {
+    if (held != NULL && kt_fine("find", kt_parameter_find(held, "loop foot.place", &place, &error), &error)) {
         kt_check_equal_int("tilted", kt_parameter_set(held, &place, here, &error), KT_ERROR_MODEL);
         kt_check_true("it names the remedy", strstr(error.message, "--plan spatial") != NULL);
     }

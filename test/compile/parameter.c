@@ -1,6 +1,6 @@
 /* Parameters: a copy with a set parameter computes, to the bit, the results of a model that was compiled with it. The
  * original model stays unchanged. Names are found or suggested. Impossible values are rejected and change nothing. */
-#include "check.h"
+#include "fixture.h"
 
 #include "interpose.h"
 #include "kinetree/mechanism.h"
@@ -87,12 +87,6 @@ static const trial trials[] = {
 };
 enum { TRIALS = sizeof trials / sizeof *trials };
 
-static bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s", error->where, error->message);
-    return kt_check_equal_int(what, status, KT_OK);
-}
-
 static kt_model *compile(const trial *with, kt_plan plan) {
     char text[TEXT];
     const char *p[PLACES];
@@ -106,9 +100,8 @@ static kt_model *compile(const trial *with, kt_plan plan) {
                    p[11], p[12]);
     kt_model_options options = kt_model_options_default();
     options.plan = plan;
-    if (!fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &e), &e))
-        return NULL;
-    fine("compile", kt_model_compile(&scene.description, &options, &model, &e), &e);
+    kt_need_fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &e), &e);
+    kt_fine("compile", kt_model_compile(&scene.description, &options, &model, &e), &e);
     kt_scene_free(&scene);
     return model;
 }
@@ -118,16 +111,16 @@ static kt_model *copy_of(const kt_model *model) {
     void *memory = aligned_alloc(KT_ALIGNMENT, size);
     kt_model *copy = NULL;
     kt_error e;
-    fine("copy", kt_model_copy(model, memory, size, &copy, &e), &e);
+    kt_fine("copy", kt_model_copy(model, memory, size, &copy, &e), &e);
     return copy;
 }
 
 static bool set(kt_model *copy, const trial *t) {
     kt_parameter parameter;
     kt_error e;
-    return fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e) &&
+    return kt_fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e) &&
            kt_check_equal_int("numbers", parameter.count, t->count) &&
-           fine("set", kt_parameter_set(copy, &parameter, t->values, &e), &e);
+           kt_fine("set", kt_parameter_set(copy, &parameter, t->values, &e), &e);
 }
 
 /* The compared results: accelerations, mass matrix, energies, reactions. */
@@ -143,16 +136,15 @@ static answer ask(const kt_model *model) {
     kt_error e;
     memset(&x, 0, sizeof x);
     kt_model_initial(model, q, v);
-    if (!fine("data", kt_data_create(model, &data, &e), &e))
-        return x;
+    kt_need_fine("data", kt_data_create(model, &data, &e), &e);
     for (int i = 0; i < kt_model_nv(model); i++)
         v[i] += 0.1 * (i + 1);
-    fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
-    fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x.a, &e), &e);
-    fine("reactions", kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, x.joint, NULL, &e), &e);
-    fine("mass", kt_dynamics_mass(model, data, q, x.mass, &e), &e);
-    fine("tau", kt_dynamics_inverse(model, data, q, v, x.a, NULL, x.tau, &e), &e);
-    fine("kinematics", kt_kinematics_update(model, data, q, v, x.a, &e), &e);
+    kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
+    kt_fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x.a, &e), &e);
+    kt_fine("reactions", kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, x.joint, NULL, &e), &e);
+    kt_fine("mass", kt_dynamics_mass(model, data, q, x.mass, &e), &e);
+    kt_fine("tau", kt_dynamics_inverse(model, data, q, v, x.a, NULL, x.tau, &e), &e);
+    kt_fine("kinematics", kt_kinematics_update(model, data, q, v, x.a, &e), &e);
     x.energy[0] = kt_kinetic_energy(model, data);
     x.energy[1] = kt_potential_energy(model, data);
     x.energy[2] = kt_effect_energy(model, data, 0.0, q, v);
@@ -170,12 +162,12 @@ KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
             kt_parameter parameter;
             kt_error e;
             double old[KT_PARAMETER_MAX], now[KT_PARAMETER_MAX];
-            if (!other || !fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e))
+            if (!other || !kt_fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e))
                 return;
-            (void)fine("get", kt_parameter_get(copy, &parameter, old, &e), &e);
+            (void)kt_fine("get", kt_parameter_get(copy, &parameter, old, &e), &e);
             if (!set(copy, t))
                 return;
-            (void)fine("get", kt_parameter_get(copy, &parameter, now, &e), &e);
+            (void)kt_fine("get", kt_parameter_get(copy, &parameter, now, &e), &e);
             kt_check_true("it is read back", memcmp(now, t->values, (size_t)t->count * sizeof *now) == 0);
             const answer theirs = ask(other), ours = ask(copy);
             double most = 0.0, size = 0.0;
@@ -190,7 +182,8 @@ KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
                 kt_check_true(t->name, memcmp(&ours, &theirs, sizeof ours) == 0);
             kt_check_true("it matters", memcmp(&theirs, &before, sizeof before) != 0);
             if (parameter.kind != KT_PARAMETER_LOOP_CURVE && parameter.kind != KT_PARAMETER_EFFECT_CURVE) {
-                const answer again = fine("back", kt_parameter_set(copy, &parameter, old, &e), &e) ? ask(copy) : ours;
+                const answer again =
+                    kt_fine("back", kt_parameter_set(copy, &parameter, old, &e), &e) ? ask(copy) : ours;
                 kt_check_true("and back", memcmp(&again, &before, sizeof before) == 0);
             } else {
                 free(copy);
@@ -259,8 +252,7 @@ KT_TEST(numbers_that_cannot_be_are_rejected_and_nothing_changes) {
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         kt_parameter parameter;
         kt_error e = {0};
-        if (!fine(wrong[k].name, kt_parameter_find(model, wrong[k].name, &parameter, &e), &e))
-            return;
+        kt_need_fine(wrong[k].name, kt_parameter_find(model, wrong[k].name, &parameter, &e), &e);
         kt_check_equal_int(wrong[k].name, kt_parameter_set(copy, &parameter, wrong[k].values, &e), KT_ERROR_MODEL);
         kt_check_true(e.message, e.message[0] != '\0' && e.where[0] != '\0');
         kt_check_equal_int("no copy", kt_parameter_set(model, &parameter, wrong[k].values, &e), KT_ERROR_ARGUMENT);
@@ -281,22 +273,21 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
     kt_error e;
     run.integrator = "dopri5";
     run.step = 1e-3;
-    if (!fine("one", kt_simulation_create(copy, &run, NULL, &one, &e), &e) ||
-        !fine("two", kt_simulation_create(other, &run, NULL, &two, &e), &e) ||
-        !fine("advance", kt_simulation_advance(one, 0.1, &e), &e) ||
-        !fine("find", kt_parameter_find(copy, t->name, &parameter, &e), &e))
-        return;
-    fine("state",
-         kt_simulation_set_state(two, kt_simulation_time(one), kt_simulation_positions(one),
-                                 kt_simulation_velocities(one), &e),
-         &e);
+    kt_need_fine("one", kt_simulation_create(copy, &run, NULL, &one, &e), &e);
+    kt_need_fine("two", kt_simulation_create(other, &run, NULL, &two, &e), &e);
+    kt_need_fine("advance", kt_simulation_advance(one, 0.1, &e), &e);
+    kt_need_fine("find", kt_parameter_find(copy, t->name, &parameter, &e), &e);
+    kt_fine("state",
+            kt_simulation_set_state(two, kt_simulation_time(one), kt_simulation_positions(one),
+                                    kt_simulation_velocities(one), &e),
+            &e);
     kt_interpose_start();
-    fine("set", kt_simulation_set_parameter(one, copy, &parameter, t->values, &e), &e);
+    kt_fine("set", kt_simulation_set_parameter(one, copy, &parameter, t->values, &e), &e);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
     kt_check_equal_int("another model", kt_simulation_set_parameter(two, copy, &parameter, t->values, &e),
                        KT_ERROR_ARGUMENT);
-    fine("advance", kt_simulation_advance(one, 0.2, &e), &e);
-    fine("advance", kt_simulation_advance(two, 0.2, &e), &e);
+    kt_fine("advance", kt_simulation_advance(one, 0.2, &e), &e);
+    kt_fine("advance", kt_simulation_advance(two, 0.2, &e), &e);
     kt_worst error = kt_worst_make("positions");
     for (int i = 0; i < kt_model_nq(model); i++)
         kt_worst_near(&error, kt_simulation_positions(one)[i], kt_simulation_positions(two)[i], 1e-12, "%d", i);
@@ -322,9 +313,9 @@ KT_TEST(an_effect_is_switched_off_by_its_numbers) {
     kt_error e;
     for (size_t k = 0; k < sizeof off / sizeof *off; k++) {
         double now = -1.0;
-        fine("find", kt_parameter_find(copy, off[k].name, &parameter, &e), &e);
-        fine(off[k].name, kt_parameter_set(copy, &parameter, &off[k].value, &e), &e);
-        (void)fine("get", kt_parameter_get(copy, &parameter, &now, &e), &e);
+        kt_fine("find", kt_parameter_find(copy, off[k].name, &parameter, &e), &e);
+        kt_fine(off[k].name, kt_parameter_set(copy, &parameter, &off[k].value, &e), &e);
+        (void)kt_fine("get", kt_parameter_get(copy, &parameter, &now, &e), &e);
         kt_check_true("it is read back", now == off[k].value);
     }
     free(copy);
@@ -347,8 +338,8 @@ static void assemble_from(const kt_model *model, double q[3]) {
     kt_data *data = NULL;
     kt_error e;
     memcpy(q, (const double[]){1.0, -1.2, 1.15}, 3 * sizeof *q);
-    if (fine("data", kt_data_create(model, &data, &e), &e))
-        fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
+    if (kt_fine("data", kt_data_create(model, &data, &e), &e))
+        kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
     kt_data_free(data);
 }
 
@@ -358,13 +349,12 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     kt_scene scene;
     kt_model *model = NULL, *held = NULL;
     kt_error e;
-    if (!fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e))
-        return;
+    kt_need_fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e);
     const char *const names[] = {"ram"};
-    fine("compile", kt_model_compile(&scene.description, NULL, &model, &e), &e);
+    kt_fine("compile", kt_model_compile(&scene.description, NULL, &model, &e), &e);
     scene.description.hold = names;
     scene.description.hold_count = 1;
-    fine("compile", kt_model_compile(&scene.description, NULL, &held, &e), &e);
+    kt_fine("compile", kt_model_compile(&scene.description, NULL, &held, &e), &e);
     scene.description.hold = NULL;
     scene.description.hold_count = 0;
     kt_scene_free(&scene);
@@ -373,14 +363,14 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     double free_q[3], held_q[3], set_q[3], back_q[3], hold = 0.0;
     assemble_from(model, free_q);
     assemble_from(held, held_q);
-    fine("find", kt_parameter_find(copy, "ram.hold", &parameter, &e), &e);
-    (void)fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
+    kt_fine("find", kt_parameter_find(copy, "ram.hold", &parameter, &e), &e);
+    (void)kt_fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
     kt_check_true("it is free", hold == 0.0);
-    fine("set", kt_parameter_set(copy, &parameter, (const double[]){1.0}, &e), &e);
-    (void)fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
+    kt_fine("set", kt_parameter_set(copy, &parameter, (const double[]){1.0}, &e), &e);
+    (void)kt_fine("get", kt_parameter_get(copy, &parameter, &hold, &e), &e);
     kt_check_true("it is held", hold == 1.0);
     assemble_from(copy, set_q);
-    fine("set", kt_parameter_set(copy, &parameter, (const double[]){0.0}, &e), &e);
+    kt_fine("set", kt_parameter_set(copy, &parameter, (const double[]){0.0}, &e), &e);
     assemble_from(copy, back_q);
     kt_check_true("a free ram moves", fabs(free_q[2] - 1.15) > 1e-4);
     kt_check_true("a held ram stays", set_q[2] == 1.15);
@@ -402,16 +392,16 @@ KT_TEST(parameters_of_another_model_are_rejected) {
     kt_model *model = compile(NULL, KT_PLAN_AUTO), *small = NULL;
     kt_error e;
     if (!model ||
-        !fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e) ||
-        !fine("compile", kt_model_compile(&scene.description, NULL, &small, &e), &e))
+        !kt_fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e),
+                 &e) ||
+        !kt_fine("compile", kt_model_compile(&scene.description, NULL, &small, &e), &e))
         return;
     kt_scene_free(&scene);
     kt_model *copy = copy_of(small);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         double now[KT_PARAMETER_MAX] = {7.0};
         kt_parameter parameter;
-        if (!fine(names[i], kt_parameter_find(model, names[i], &parameter, &e), &e))
-            continue;
+        kt_need_fine(names[i], kt_parameter_find(model, names[i], &parameter, &e), &e);
         kt_note("%s", names[i]);
         kt_check_equal_int("get", kt_parameter_get(small, &parameter, now, &e), KT_ERROR_ARGUMENT);
         kt_check_contains("what", e.message, "none of this model");
@@ -441,8 +431,7 @@ KT_TEST(numbers_that_cannot_be_are_told_with_the_name_of_their_item) {
     for (size_t i = 0; model && i < sizeof asked / sizeof *asked; i++) {
         kt_parameter parameter;
         kt_error e;
-        if (!fine(asked[i].name, kt_parameter_find(copy, asked[i].name, &parameter, &e), &e))
-            continue;
+        kt_need_fine(asked[i].name, kt_parameter_find(copy, asked[i].name, &parameter, &e), &e);
         kt_check_equal_int(asked[i].name, kt_parameter_set(copy, &parameter, wrong, &e), KT_ERROR_MODEL);
         kt_check_contains("where", e.where, asked[i].where);
     }

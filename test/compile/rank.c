@@ -131,7 +131,7 @@ KT_TEST(rank_does_not_change_off_the_manifold) {
             l.q[0] += 0.4;
             l.v[0] = 1.0;
             kt_error e = {0};
-            if (!linkage_fine("assembles", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), &e) ||
+            if (!kt_fine("assembles", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e), &e) ||
                 !linkage_accelerate(&l, 0.0, a))
                 continue;
             memcpy(q, l.q, sizeof q);

@@ -32,11 +32,9 @@ static bool take(const motion *m, const double *q, const double *v, sample *s) {
     static double jacobian[MATRIX];
     const int nv = m->g->tree.nv, rows = m->g->rows;
     kt_error e = {0};
-    if (!kt_tree_fine(
-            "equations",
-            kt_loop_equations(m->g->tree.model, m->g->tree.data, m->g->t, q, v, jacobian, NULL, NULL, s->slack, &e),
-            &e))
-        return false;
+    kt_need_fine(
+        "equations",
+        kt_loop_equations(m->g->tree.model, m->g->tree.data, m->g->t, q, v, jacobian, NULL, NULL, s->slack, &e), &e);
     for (int i = 0; i < nv; i++) {
         s->force[i] = 0.0;
         for (int r = 0; r < rows; r++) {
@@ -93,8 +91,7 @@ static bool derive(const motion *m, bool dual, derivatives *d) {
     kt_error e = {0};
     if (model->n.link > sizeof chain / sizeof *chain)
         return kt_check_true("links fit", false);
-    if (!kt_tree_fine("kinematics", kt_kinematics_update(model, m->g->tree.data, m->g->q, NULL, NULL, &e), &e))
-        return false;
+    kt_need_fine("kinematics", kt_kinematics_update(model, m->g->tree.data, m->g->q, NULL, NULL, &e), &e);
     const kt_dual_motion at = {.model = model,
                                .data = m->g->tree.data,
                                .t = m->g->t,

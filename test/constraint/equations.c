@@ -182,8 +182,8 @@ KT_TEST(void_rows_are_zero) {
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
     if (linkage_build(&l, 0.0) &&
-        linkage_fine("equations",
-                     kt_loop_equations(l.model, l.data, 0.0, l.q, l.v, jacobian, residual, rate, drift, &e), &e)) {
+        kt_fine("equations", kt_loop_equations(l.model, l.data, 0.0, l.q, l.v, jacobian, residual, rate, drift, &e),
+                &e)) {
         for (int r = 0; r < 5; r++)
             for (int k = 0; k < 3; k++)
                 size[r] += fabs(jacobian[k * 5 + r]);

@@ -57,9 +57,8 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
 
 bool linkage_compile(linkage *l) {
     kt_error error = {0};
-    if (!linkage_fine("compiles", kt_model_compile(&l->description, &l->options, &l->model, &error), &error) ||
-        !linkage_fine("has data", kt_data_create(l->model, &l->data, &error), &error))
-        return false;
+    kt_need_fine("compiles", kt_model_compile(&l->description, &l->options, &l->model, &error), &error);
+    kt_need_fine("has data", kt_data_create(l->model, &l->data, &error), &error);
     l->nq = kt_model_nq(l->model);
     l->nv = kt_model_nv(l->model);
     l->rows = kt_model_mobility(l->model).equations;
@@ -70,7 +69,7 @@ bool linkage_compile(linkage *l) {
 bool linkage_build(linkage *l, double t) {
     kt_error error = {0};
     return linkage_compile(l) &&
-           linkage_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
+           kt_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
 }
 
 void linkage_free(linkage *l) {
@@ -176,16 +175,14 @@ bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double st
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
     const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
-    return linkage_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error),
-                        &error) &&
-           linkage_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
+    return kt_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error), &error) &&
+           kt_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
 }
 
 bool linkage_run_to(linkage_run *r, double t) {
     kt_error error = {0};
     while (kt_integrator_time(r->integrator) < t)
-        if (!linkage_fine("steps", kt_integrator_step(r->integrator, t, &error), &error))
-            return false;
+        kt_need_fine("steps", kt_integrator_step(r->integrator, t, &error), &error);
     memcpy(r->l->q, kt_integrator_state(r->integrator), (size_t)r->l->nq * sizeof(double));
     memcpy(r->l->v, kt_integrator_state(r->integrator) + r->l->nq, (size_t)r->l->nv * sizeof(double));
     return true;
@@ -195,23 +192,16 @@ void linkage_run_stop(linkage_run *r) { free(r->memory); }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-bool linkage_fine(const char *what, kt_status status, const kt_error *error) {
-    if (status == KT_OK)
-        return true;
-    kt_note("%s: %s: %s", kt_status_text(status), error->where, error->message);
-    return kt_check_true(what, false);
-}
-
 bool linkage_accelerate(const linkage *l, double t, double *a) {
     kt_error error = {0};
-    return linkage_fine("accelerates",
-                        kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error), &error);
+    return kt_fine("accelerates", kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error),
+                   &error);
 }
 
 kt_residual linkage_residual(const linkage *l, double t) {
     kt_residual residual = {(double)NAN, (double)NAN};
     kt_error error = {0};
-    (void)linkage_fine("has residuals", kt_loop_residual(l->model, l->data, t, l->q, l->v, &residual, &error), &error);
+    (void)kt_fine("has residuals", kt_loop_residual(l->model, l->data, t, l->q, l->v, &residual, &error), &error);
     return residual;
 }
 
@@ -227,11 +217,10 @@ static double states_differ(const kt_model *const model[2], kt_data *const data[
         kt_position_add(model[k], q, by, to[k]);
         for (int i = 0; i < nv; i++)
             to[k][nq + i] = v[i] + by[i];
-        if (!linkage_fine(assemble ? "assembles" : "projects",
-                          assemble ? kt_state_assemble(model[k], data[k], t, to[k], to[k] + nq, &e)
-                                   : kt_state_project(model[k], data[k], t, to[k], to[k] + nq, NULL, &e),
-                          &e))
-            return (double)NAN;
+        kt_need_fine(assemble ? "assembles" : "projects",
+                     assemble ? kt_state_assemble(model[k], data[k], t, to[k], to[k] + nq, &e)
+                              : kt_state_project(model[k], data[k], t, to[k], to[k] + nq, NULL, &e),
+                     &e);
     }
     for (int i = 0; i < nq + nv; i++)
         most = fmax(most, fabs(to[0][i] - to[1][i]));

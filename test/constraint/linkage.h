@@ -2,7 +2,7 @@
 #ifndef KT_TEST_CONSTRAINT_LINKAGE_H
 #define KT_TEST_CONSTRAINT_LINKAGE_H
 
-#include "check.h"
+#include "fixture.h"
 
 #include "kinetree/integrator.h"
 #include "kinetree/mechanism.h"
@@ -95,7 +95,6 @@ void linkage_run_stop(linkage_run *r);
 
 /* ---- calls that must succeed ------------------------------------------------------------------------------------- */
 
-bool linkage_fine(const char *what, kt_status status, const kt_error *error);
 bool linkage_accelerate(const linkage *l, double t, double *a);
 kt_residual linkage_residual(const linkage *l, double t);
 

@@ -102,14 +102,13 @@ static bool invert(const kt_model *model, kt_data *data, motion *m, kt_coordinat
     void *work = work_of(model, &size);
     kt_error e = {0};
     const bool fine =
-        linkage_fine("velocities", kt_velocity_complete(model, data, work, size, 0.0, m->q, independent, m->v, &e),
-                     &e) &&
-        linkage_fine("accelerations",
-                     kt_acceleration_complete(model, data, work, size, 0.0, m->q, m->v, independent, m->a, &e), &e) &&
-        linkage_fine("forces",
-                     kt_actuation_evaluate(model, data, work, size, 0.0, m->q, m->v, m->a, NULL, actuated, weights,
-                                           forces, NULL, &e),
-                     &e);
+        kt_fine("velocities", kt_velocity_complete(model, data, work, size, 0.0, m->q, independent, m->v, &e), &e) &&
+        kt_fine("accelerations",
+                kt_acceleration_complete(model, data, work, size, 0.0, m->q, m->v, independent, m->a, &e), &e) &&
+        kt_fine("forces",
+                kt_actuation_evaluate(model, data, work, size, 0.0, m->q, m->v, m->a, NULL, actuated, weights, forces,
+                                      NULL, &e),
+                &e);
     free(work);
     return fine;
 }
@@ -121,7 +120,7 @@ static void compare_forward(const kt_model *model, kt_data *data, const motion *
     kt_error e = {0};
     for (int i = 0; i < actuated.count; i++)
         tau[actuated.index[i]] += forces[i];
-    if (!linkage_fine("forward", kt_acceleration_evaluate(model, data, 0.0, m->q, m->v, tau, NULL, a, &e), &e))
+    if (!kt_fine("forward", kt_acceleration_evaluate(model, data, 0.0, m->q, m->v, tau, NULL, a, &e), &e))
         return;
     for (int i = 0; i < kt_model_nv(model); i++) {
         size = fmax(size, fabs(m->a[i]));
@@ -328,15 +327,15 @@ static bool open_scene(subject *s, const char *file, kt_structure structure) {
     (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, file ? file : "");
     const kt_status status = file ? kt_scene_read(path, &scene, NULL, NULL, &e)
                                   : kt_scene_parse("leg", kt_leg, strlen(kt_leg), &scene, NULL, NULL, &e);
-    if (!linkage_fine("scene", status, &e))
+    if (!kt_fine("scene", status, &e))
         return false;
-    const bool fine = linkage_fine("model", kt_model_compile(&scene.description, &options, &s->model, &e), &e) &&
-                      linkage_fine("data", kt_data_create(s->model, &s->data, &e), &e);
+    const bool fine = kt_fine("model", kt_model_compile(&scene.description, &options, &s->model, &e), &e) &&
+                      kt_fine("data", kt_data_create(s->model, &s->data, &e), &e);
     kt_scene_free(&scene);
     if (!fine)
         return false;
     kt_model_initial(s->model, s->m.q, s->m.v);
-    return linkage_fine("assembly", kt_state_assemble(s->model, s->data, 0.0, s->m.q, s->m.v, &e), &e);
+    return kt_fine("assembly", kt_state_assemble(s->model, s->data, 0.0, s->m.q, s->m.v, &e), &e);
 }
 
 static void close_scene(subject *s) {
@@ -356,8 +355,7 @@ static void check_least(subject *s, kt_coordinate_list first, kt_coordinate_list
     kt_worst worst = kt_worst_make("weighted forces that are rates");
     for (int i = 0; i < all.count; i++)
         largest = fmax(largest, fabs(weights[i] * forces[i]));
-    if (linkage_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e),
-                     &e))
+    if (kt_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e), &e))
         for (int i = 0; i < all.count; i++) {
             double rate = 0.0;
             for (int c = 0; c < first.count; c++)

@@ -116,11 +116,10 @@ KT_TEST(conditioning_of_more_actuators_than_freedoms_is_that_of_the_best) {
     size_t size = (kt_actuation_work_size(l.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     for (int i = 0; i < 2; i++)
-        (void)linkage_fine("forces",
-                           kt_actuation_evaluate(l.model, l.data, work, size, 0.0, l.q, NULL, NULL, NULL,
-                                                 (kt_coordinate_list){both, 2}, i ? weights : NULL, forces, &rcond[i],
-                                                 &e),
-                           &e);
+        (void)kt_fine("forces",
+                      kt_actuation_evaluate(l.model, l.data, work, size, 0.0, l.q, NULL, NULL, NULL,
+                                            (kt_coordinate_list){both, 2}, i ? weights : NULL, forces, &rcond[i], &e),
+                      &e);
     kt_check_above("equal weights", rcond[0], 1.0 / (1.0 + R / L) - 1e-9);
     kt_check_above("slider spared", rcond[1], 1.0 / (1.0 + R / L) - 1e-9);
     free(work);
@@ -133,7 +132,7 @@ KT_TEST(conditioning_of_more_actuators_than_freedoms_is_that_of_the_best) {
 static void end_rows(const linkage *l, int body, double reach, double *rows) {
     double six[6 * LINKAGE_NQ];
     kt_error e = {0};
-    (void)linkage_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, NULL, NULL, &e), &e);
+    (void)kt_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, NULL, NULL, &e), &e);
     kt_frame_jacobian(l->model, l->data, body, kt_vec3_make(reach, 0, 0), KT_TWIST_ALIGNED, six);
     for (int i = 0; i < l->nv; i++)
         for (int r = 0; r < 2; r++)
@@ -144,8 +143,8 @@ static kt_status feel(const linkage *l, int count, const double *rows, double *i
     kt_mass_inverse *w = NULL;
     kt_error e = {0};
     double consistent[2 * LINKAGE_NQ];
-    if (!linkage_fine("inverse", kt_mass_inverse_create(l->model, 2, &w, &e), &e) ||
-        !linkage_fine("terms", kt_mass_inverse_compute(w, l->data, 0.0, l->q, &e), &e))
+    if (!kt_fine("inverse", kt_mass_inverse_create(l->model, 2, &w, &e), &e) ||
+        !kt_fine("terms", kt_mass_inverse_compute(w, l->data, 0.0, l->q, &e), &e))
         return KT_ERROR_MEMORY;
     const kt_status status = kt_operational_inertia(w, count, rows, inertia, consistent, rcond, &e);
     kt_mass_inverse_free(w);

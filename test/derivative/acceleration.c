@@ -294,9 +294,8 @@ static bool leave(const tangle *g, const double *q, const double *v, const doubl
     double f[KT_TREE_NV];
     kt_error e = {0};
     const kt_tree *tree = &g->tree;
-    if (!kt_tree_fine("forces", kt_effect_forces(tree->model, tree->data, g->t, q, v, f, &e), &e) ||
-        !kt_tree_fine("inverse", kt_dynamics_inverse(tree->model, tree->data, q, v, a, g->external, r, &e), &e))
-        return false;
+    kt_need_fine("forces", kt_effect_forces(tree->model, tree->data, g->t, q, v, f, &e), &e);
+    kt_need_fine("inverse", kt_dynamics_inverse(tree->model, tree->data, q, v, a, g->external, r, &e), &e);
     for (int i = 0; i < tree->nv; i++)
         r[i] -= f[i];
     return true;

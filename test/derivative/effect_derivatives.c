@@ -284,10 +284,9 @@ static bool sum_forces(const stage *s, const double *q, const double *v, double 
     kt_dynamic_state at = {.t = 0.3, .q = q, .v = v};
     double with[KT_TREE_NV], without[KT_TREE_NV];
     kt_error e = {0};
-    if (!kt_tree_fine("effects", kt_effects_apply(tree->model, tree->data, &at, &e), &e) ||
-        !kt_tree_fine("with", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, at.external, with, &e), &e) ||
-        !kt_tree_fine("without", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, NULL, without, &e), &e))
-        return false;
+    kt_need_fine("effects", kt_effects_apply(tree->model, tree->data, &at, &e), &e);
+    kt_need_fine("with", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, at.external, with, &e), &e);
+    kt_need_fine("without", kt_dynamics_inverse(tree->model, tree->data, q, NULL, NULL, NULL, without, &e), &e);
     for (int i = 0; i < tree->nv; i++)
         f[i] = (at.tau ? at.tau[i] : 0.0) + (without[i] - with[i]);
     return true;
@@ -430,9 +429,8 @@ static bool add_all(const stage *s, double *f, double *size) {
     for (int i = 0; i < tree->description.effect_count; i++) {
         const kt_effect *effect = &s->effect[i];
         kt_effect_load load;
-        if (!kt_tree_fine("load",
-                          kt_effect_evaluate(tree->model, tree->data, 0.0, s->state.q, s->state.v, i, &load, &e), &e))
-            return false;
+        kt_need_fine("load", kt_effect_evaluate(tree->model, tree->data, 0.0, s->state.q, s->state.v, i, &load, &e),
+                     &e);
         for (int k = 0; k < load.end_count; k++)
             add_end(tree, &(effect->joint ? s->loop.between : effect->between)[k], &load.wrench[k], f, size);
         if (load.end_count == 0 && load.joint_force != 0.0)

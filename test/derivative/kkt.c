@@ -308,10 +308,10 @@ static bool stiffen(linkage *l, matrices *m) {
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     kt_error e = {0};
     memset(work, 0xFF, size);
-    const bool fine = linkage_fine("stiffness",
-                                   kt_stiffness_evaluate(l->model, l->data, work, size, 0.0, l->q, l->v, NULL, NULL,
-                                                         NULL, z, mass, out[0], out[1], &e),
-                                   &e);
+    const bool fine = kt_fine("stiffness",
+                              kt_stiffness_evaluate(l->model, l->data, work, size, 0.0, l->q, l->v, NULL, NULL, NULL, z,
+                                                    mass, out[0], out[1], &e),
+                              &e);
     free(work);
     for (int c = 0; c < ROW_NV; c++) /* mass Z' */
         for (int i = 0; i < f; i++) {

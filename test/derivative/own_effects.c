@@ -113,7 +113,7 @@ KT_TEST(derivatives_of_sharp_friction_are_exact_if_given_and_fine_if_not) {
             return;
         const double c = cosh(0.4), expected = -3.0 * 2.0 / (1e-3 * c * c);
         kt_check_true("differenced", kt_model_is_differenced(l.model) == !exact);
-        if (linkage_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e)) {
+        if (kt_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e)) {
             kt_check_near("da/dv", by_v / expected, 1.0, exact ? 1e-14 : 5e-10);
             const double told = kt_data_difference_error(l.data);
             kt_check_below("told", told, exact ? 0.0 : 3e-8);
@@ -133,12 +133,12 @@ KT_TEST(differences_across_a_jump_are_told) {
     effect.joint_force = jump;
     if (!make_bar(&l, &effect, 0.0))
         return;
-    if (linkage_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e))
+    if (kt_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e))
         kt_check_above("told", kt_data_difference_error(l.data), 1e-3);
     linkage_free(&l);
     if (!make_bar(&l, &effect, 0.5)) /* the force is constant here */
         return;
-    if (linkage_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e)) {
+    if (kt_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e)) {
         kt_check_below("told", kt_data_difference_error(l.data), 0.0);
         kt_check_near("da/dv", by_v, 0.0, 1e-12);
     }
@@ -200,9 +200,9 @@ static bool run(const kt_effect *effect, double *q, uint64_t *evaluations) {
     with.step = 0.01;
     if (!make_bar(&l, effect, 0.4))
         return false;
-    bool fine = linkage_fine("simulation", kt_simulation_create(l.model, &with, NULL, &simulation, &e), &e);
+    bool fine = kt_fine("simulation", kt_simulation_create(l.model, &with, NULL, &simulation, &e), &e);
     while (fine && kt_simulation_time(simulation) < 0.295)
-        fine = linkage_fine("step", kt_simulation_step(simulation, HUGE_VAL, &e), &e);
+        fine = kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &e), &e);
     if (fine) {
         *q = kt_simulation_positions(simulation)[0];
         *evaluations = kt_simulation_counts_get(simulation).evaluations;

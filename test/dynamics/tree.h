@@ -3,7 +3,7 @@
 #ifndef KT_TEST_DYNAMICS_TREE_H
 #define KT_TEST_DYNAMICS_TREE_H
 
-#include "check.h"
+#include "fixture.h"
 
 #include "kinetree/dynamics.h"
 

@@ -1,4 +1,5 @@
 /* Forces by formulas: against the effects that are written in C, differences, and the balance of energy. */
+#include "../scene/collect.h"
 #include "check.h"
 
 #include "kinetree/kinetree.h"
@@ -26,38 +27,24 @@
     "     mass: 1, shape: {type: sphere, radius: 0.3}, markers: {eye: [0.1, 0, 0.05]}}\n"
 
 typedef struct mechanism {
-    kt_scene scene;
+    kt_scene *scene;
     kt_model *model;
     kt_data *data;
     int nq, nv;
     double q[40], v[40], a[40];
 } mechanism;
 
-static bool make_with(mechanism *s, const char *text, kt_plan plan) {
-    kt_error error = {0};
+static void make_with(mechanism *s, const char *text, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
     options.plan = plan;
-    memset(s, 0, sizeof *s);
-    bool fine = kt_scene_parse("x", text, strlen(text), &s->scene, NULL, NULL, &error) == KT_OK &&
-                kt_model_compile(&s->scene.description, &options, &s->model, &error) == KT_OK &&
-                kt_data_create(s->model, &s->data, &error) == KT_OK;
-    if (!fine) {
-        kt_check_text(error.where, error.message, "");
-        return false;
-    }
+    const kt_opened at = kt_test_open(kt_test_scene(text), &options);
+    *s = (mechanism){.scene = at.scene, .model = at.model, .data = at.data};
     s->nq = kt_model_nq(s->model);
     s->nv = kt_model_nv(s->model);
     kt_model_initial(s->model, s->q, s->v);
-    return true;
 }
 
-static bool make(mechanism *s, const char *text) { return make_with(s, text, KT_PLAN_AUTO); }
-
-static void end(mechanism *s) {
-    kt_data_free(s->data);
-    kt_model_free(s->model);
-    kt_scene_free(&s->scene);
-}
+static void make(mechanism *s, const char *text) { make_with(s, text, KT_PLAN_AUTO); }
 
 static void accelerate(mechanism *s, double t, const double *q, const double *v, double *a) {
     kt_error error = {0};
@@ -87,18 +74,17 @@ KT_TEST(formulas_give_the_forces_of_effects_in_c) {
                "  - {type: expression, at: ball.eye, force: [\"-c*marker.ball.eye.vx\", \"-c*marker.ball.eye.vy\", "
                "\"-c*marker.ball.eye.vz\"]}\n";
     mechanism c, f;
-    if (make(&c, in_c) && make(&f, by_formulas))
-        for (int k = 0; k < 5; k++) {
-            accelerate(&c, 0.3 * k, c.q, c.v, c.a);
-            accelerate(&f, 0.3 * k, c.q, c.v, f.a);
-            kt_worst worst = kt_worst_make("acceleration");
-            for (int i = 0; i < c.nv; i++) /* positions 100 m from the origin, stiffness over the least inertia */
-                kt_worst_near(&worst, f.a[i], c.a[i], 1e-15 * (100.0 + fabs(c.a[i])), "a[%d]", i);
-            kt_check_worst(&worst);
-            kt_position_add(c.model, c.q, (const double[]){0.3, -0.2, 0.1, 0.2, -0.1, 0.3, 0.2, 0.1}, c.q);
-        }
-    end(&c);
-    end(&f);
+    make(&c, in_c);
+    make(&f, by_formulas);
+    for (int k = 0; k < 5; k++) {
+        accelerate(&c, 0.3 * k, c.q, c.v, c.a);
+        accelerate(&f, 0.3 * k, c.q, c.v, f.a);
+        kt_worst worst = kt_worst_make("acceleration");
+        for (int i = 0; i < c.nv; i++) /* positions 100 m from the origin, stiffness over the least inertia */
+            kt_worst_near(&worst, f.a[i], c.a[i], 1e-15 * (100.0 + fabs(c.a[i])), "a[%d]", i);
+        kt_check_worst(&worst);
+        kt_position_add(c.model, c.q, (const double[]){0.3, -0.2, 0.1, 0.2, -0.1, 0.3, 0.2, 0.1}, c.q);
+    }
 }
 
 #define COUPLED                                                                                                        \
@@ -123,8 +109,7 @@ KT_TEST(formulas_give_the_forces_of_effects_in_c) {
 static void check_derivatives(const char *text) {
     mechanism s;
     kt_error error = {0};
-    if (!make(&s, text))
-        return;
+    make(&s, text);
     const int n = s.nv;
     const double t = 0.7, h = 1e-6;
     double *d = calloc(3 * (size_t)(n * n), sizeof *d), plus[40], minus[40], q[40], step[40] = {0.0};
@@ -172,7 +157,6 @@ static void check_derivatives(const char *text) {
     kt_check_worst(&by_t);
     free(work);
     free(d);
-    end(&s);
 }
 
 KT_TEST(derivatives_are_exact) { check_derivatives(BODIES("3", "y") BALL("4") COUPLED); }
@@ -202,15 +186,13 @@ KT_TEST(forces_of_an_end_are_along_the_axes_of_its_marker) {
                        "    markers: {n: {at: [0, 0, 0], rotation: {rpy: [0, 90 deg, 0]}}}\neffects: [{%s%s, %s}]\n",
                        acts[k % 5][0], ends[k / 5], acts[k % 5][1]);
         mechanism s;
-        if (!make(&s, text))
-            return;
+        make(&s, text);
         const bool turns = k % 5 > 2;
         accelerate(&s, 0.0, s.q, s.v, s.a);
         for (int i = 0; i < 3; i++) {
             kt_check_near(acts[k % 5][0], s.a[i], turns ? 0.0 : force[k / 5][i], 1e-15);
             kt_check_near("about the body's axes", s.a[3 + i], turns ? torque[k / 5][i] : 0.0, 1e-15);
         }
-        end(&s);
     }
 }
 
@@ -230,20 +212,16 @@ static double energy_of(mechanism *s, const kt_simulation *simulation) {
 static void check_power(const char *text) {
     mechanism s;
     kt_error error = {0};
-    if (!make(&s, text))
-        return;
-    kt_simulation *simulation = NULL;
+    make(&s, text);
     kt_simulation_options options = kt_simulation_options_default();
     options.record = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
-    kt_check_equal_int("status", kt_simulation_create(s.model, &s.scene.run, &options, &simulation, &error), KT_OK);
+    kt_simulation *simulation = kt_test_simulation(s.model, &s.scene->run, &options);
     const double before = energy_of(&s, simulation);
     kt_check_equal_int("run", kt_simulation_advance(simulation, 0.5, &error), KT_OK);
     const double after = energy_of(&s, simulation);
     const kt_work work = kt_simulation_work(simulation);
     kt_check_above("supplied, J", fabs(work.supplied), 1.0);
     kt_check_near("energy gained, J", after - before, work.supplied - work.dissipated, 1e-9 * fabs(work.supplied));
-    kt_simulation_free(simulation);
-    end(&s);
 }
 
 KT_TEST(power_is_supplied) { check_power(BODIES("3", "y") BALL("4") COUPLED RUN); }
@@ -259,12 +237,10 @@ KT_TEST(planar_plans_have_the_same_forces) {
                   "  - {type: expression, path: [world, {body: arm, radius: 0.1, axis: y, side: [0, 0, 1]}, leg.toe], "
                   "force: \"-k*length - c*speed\"}\n";
     mechanism planar, spatial;
-    if (make_with(&planar, text, KT_PLAN_AUTO) && make_with(&spatial, text, KT_PLAN_SPATIAL)) {
-        accelerate(&planar, 0.2, planar.q, planar.v, planar.a);
-        accelerate(&spatial, 0.2, planar.q, planar.v, spatial.a);
-        for (int i = 0; i < planar.nv; i++)
-            kt_check_near("acceleration", planar.a[i], spatial.a[i], 1e-13 * fabs(spatial.a[i]) + 1e-13);
-    }
-    end(&planar);
-    end(&spatial);
+    make_with(&planar, text, KT_PLAN_AUTO);
+    make_with(&spatial, text, KT_PLAN_SPATIAL);
+    accelerate(&planar, 0.2, planar.q, planar.v, planar.a);
+    accelerate(&spatial, 0.2, planar.q, planar.v, spatial.a);
+    for (int i = 0; i < planar.nv; i++)
+        kt_check_near("acceleration", planar.a[i], spatial.a[i], 1e-13 * fabs(spatial.a[i]) + 1e-13);
 }

@@ -1,5 +1,6 @@
 /* Paths around spheres and cylinders: closed forms and least lengths, differences of the length, the balance of energy,
  * and faults. test/effect/expression differentiates them, and test/robot/mujoco compares them with MuJoCo's. */
+#include "../scene/collect.h"
 #include "check.h"
 
 #include "kinetree/kinetree.h"
@@ -14,27 +15,16 @@
 static const double pi = 3.14159265358979323846;
 
 typedef struct mechanism {
-    kt_scene scene;
+    kt_scene *scene;
     kt_model *model;
     kt_data *data;
     double q[40], v[40];
 } mechanism;
 
-static bool make(mechanism *s, const char *text) {
-    kt_error error = {0};
-    memset(s, 0, sizeof *s);
-    const bool fine = kt_scene_parse("x", text, strlen(text), &s->scene, NULL, NULL, &error) == KT_OK &&
-                      kt_model_compile(&s->scene.description, NULL, &s->model, &error) == KT_OK &&
-                      kt_data_create(s->model, &s->data, &error) == KT_OK;
-    if (fine)
-        kt_model_initial(s->model, s->q, s->v);
-    return fine || kt_check_text(error.where, error.message, "");
-}
-
-static void end(mechanism *s) {
-    kt_data_free(s->data);
-    kt_model_free(s->model);
-    kt_scene_free(&s->scene);
+static void make(mechanism *s, const char *text) {
+    const kt_opened at = kt_test_open(kt_test_scene(text), NULL);
+    *s = (mechanism){.scene = at.scene, .model = at.model, .data = at.data};
+    kt_model_initial(s->model, s->q, s->v);
 }
 
 /* A recorded quantity of an effect, at the state of the mechanism. */
@@ -65,9 +55,8 @@ static double length_around(kt_vec3 p, kt_vec3 q, const char *surface) {
         "mass: 1, shape: {type: sphere, radius: 0.1}}\neffects:\n  - {type: expression, force: \"-length\", "
         "path: [{body: world, at: [%.17g, %.17g, %.17g]}, {body: world, %s}, b]}\n",
         q.x, q.y, q.z, p.x, p.y, p.z, surface);
-    const double length = make(&s, text) ? length_of(&s, 0) : (double)NAN;
-    end(&s);
-    return length;
+    make(&s, text);
+    return length_of(&s, 0);
 }
 
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
@@ -198,8 +187,7 @@ KT_TEST(forces_along_paths_are_gradients_of_their_lengths) {
         double forces[40], rate = 0.0, step[40] = {0.0}, q[40];
         (void)snprintf(text, sizeof text, BODIES "effects:\n  - {type: expression, path: %s, force: \"1 + 0*t\"}\n",
                        paths[i]);
-        if (!make(&s, text))
-            return;
+        make(&s, text);
         kt_check_equal_int("status", kt_effect_forces(s.model, s.data, 0.0, s.q, s.v, forces, &error), KT_OK);
         const double observed = quantity_of(&s, 0, KT_QUANTITY_LENGTH_RATE);
         kt_check_near("power", quantity_of(&s, 0, KT_QUANTITY_POWER), observed, 1e-15);
@@ -218,7 +206,6 @@ KT_TEST(forces_along_paths_are_gradients_of_their_lengths) {
         }
         kt_check_worst(&worst);
         kt_check_near("rate", observed, rate, 1e-13);
-        end(&s);
     }
 }
 
@@ -246,8 +233,7 @@ KT_TEST(lines_of_pictures_follow_the_paths) {
         traced t = {.length = 0.0};
         (void)snprintf(text, sizeof text, BODIES "effects:\n  - {type: expression, path: %s, force: \"1 + 0*t\"}\n",
                        paths[i]);
-        if (!make(&s, text))
-            return;
+        make(&s, text);
         const double length = length_of(&s, 0);
         for (int body = 0; body < 4; body++)
             poses[body] = kt_body_pose(s.model, s.data, body);
@@ -258,7 +244,6 @@ KT_TEST(lines_of_pictures_follow_the_paths) {
         kt_check_equal_int("gaps", t.gaps, is_branched ? 2 : 0);
         if (!is_branched)
             kt_check_near(paths[i], t.length, length * (1.0 - 2e-4), 2e-4 * length + 1e-13);
-        end(&s);
     }
 }
 
@@ -300,10 +285,8 @@ KT_TEST(elastic_ropes_conserve_energy) {
         "simulate: {duration: 2, tolerance: 1e-11, integrator: dop853}\n";
     mechanism s;
     kt_error error = {0};
-    kt_simulation *simulation = NULL;
-    if (!make(&s, text) ||
-        !kt_check_equal_int("status", kt_simulation_create(s.model, &s.scene.run, NULL, &simulation, &error), KT_OK))
-        return;
+    make(&s, text);
+    kt_simulation *simulation = kt_test_simulation(s.model, &s.scene->run, NULL);
     double first = 0.0;
     int bent = 0, straight = 0;
     kt_worst worst = kt_worst_make("energy, J");
@@ -326,8 +309,6 @@ KT_TEST(elastic_ropes_conserve_energy) {
     kt_check_worst(&worst);
     kt_check_above("records at the peg", (double)bent, 5.0);
     kt_check_above("records beside it", (double)straight, 5.0);
-    kt_simulation_free(simulation);
-    end(&s);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

@@ -134,8 +134,7 @@ KT_TEST(bushing_at_no_rotation_is_rejected_with_the_body) {
     lone.description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone.description);
     kt_data *data = NULL;
-    if (!kt_fine("data", kt_data_create(model, &data, &error), &error))
-        return;
+    kt_need_fine("data", kt_data_create(model, &data, &error), &error);
     q[4] = (double)NAN;
     kt_check_equal_int("status", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error),
                        KT_ERROR_NOT_FINITE);

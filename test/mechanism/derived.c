@@ -95,13 +95,13 @@ KT_TEST(springs_dampers_and_drag_have_their_derivatives) {
     if (!make_bar(&l, effects, 2))
         return;
     const double tau = 1.5;
-    if (linkage_fine("derivatives", derive(&l, &d, true, &tau, &e), &e)) {
+    if (kt_fine("derivatives", derive(&l, &d, true, &tau, &e), &e)) {
         kt_check_near("da/dq", d.q[0], -3.0 * (7.0 + 0.5 * 9.81 * cos(0.3)), 2e-13);
         kt_check_near("da/dv", d.v[0], -3.0 * (0.5 + 0.25), 1e-10);
         kt_check_near("da/dtau", d.tau[0], 3.0, 16.0 * DBL_EPSILON);
     }
     d.tau[0] = 77.0;
-    (void)linkage_fine("without the last", derive(&l, &d, false, NULL, &e), &e);
+    (void)kt_fine("without the last", derive(&l, &d, false, NULL, &e), &e);
     kt_check_near("nothing is written there", d.tau[0], 77.0, 0.0);
     linkage_free(&l);
 }
@@ -214,14 +214,14 @@ KT_TEST(wrenches_supply_what_the_energies_of_a_loop_gain) {
     linkage_four_bar(&l, &f);
     if (!linkage_build(&l, 0.0))
         return;
-    if (linkage_fine("power", kt_power_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, external, a, &power, &e), &e)) {
+    if (kt_fine("power", kt_power_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, external, a, &power, &e), &e)) {
         for (int side = 0; side < 2; side++) { /* along the motion, to second order */
             const double dt = side ? h : -h;
             for (int k = 0; k < 3; k++) {
                 q[k] = l.q[k] + dt * l.v[k] + 0.5 * dt * dt * a[k];
                 v[k] = l.v[k] + dt * a[k];
             }
-            if (!linkage_fine("kinematics", kt_kinematics_update(l.model, l.data, q, v, NULL, &e), &e))
+            if (!kt_fine("kinematics", kt_kinematics_update(l.model, l.data, q, v, NULL, &e), &e))
                 return;
             energy[side] = kt_kinetic_energy(l.model, l.data) + kt_potential_energy(l.model, l.data);
         }

@@ -86,8 +86,8 @@ KT_TEST(two_equal_stops_share_as_their_reduction_says) {
         double lambda[2] = {(double)NAN, (double)NAN};
         kt_error e = {0};
         if (linkage_build(&l, 0.0) &&
-            linkage_fine("multipliers", kt_multiplier_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, lambda, &e),
-                         &e)) {
+            kt_fine("multipliers", kt_multiplier_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, lambda, &e),
+                    &e)) {
             const bool least = ways[way] == KT_REDUCTION_SVD;
             kt_check_near("larger", fmax(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 9.81, 1e-14);
             kt_check_near("smaller", fmin(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 0.0, 1e-14);

@@ -288,8 +288,8 @@ KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
         kt_error e = {0};
         linkage_windows(&l, n, theta, rate, KT_LOOP_REVOLUTE);
         if (linkage_build(&l, 0.0) &&
-            linkage_fine("reactions", kt_reaction_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, joint, loop, &e),
-                         &e)) {
+            kt_fine("reactions", kt_reaction_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, joint, loop, &e),
+                    &e)) {
             const double a = windows_acceleration(n, theta), bound = k == 2 ? 1e-12 : 1e-9;
             /* the circle of a crank's centre is `1/2 m`, that of a coupler's `1 m` */
             const double length = 0.5 * (n + 1) + n, mass = 2 * n + 1;

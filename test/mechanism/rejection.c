@@ -316,7 +316,7 @@ KT_TEST(state_too_far_from_closed_is_told_apart_from_one_out_of_reach) {
         reject_move("project", project, &s, KT_ERROR_CONSTRAINT, "t = 0 s",
                     "the loops are too far open to be closed again in one step (smaller steps may help); ");
         kt_check_contains("the gap", e.message, gap);
-        (void)linkage_fine("assembly goes there", kt_state_assemble(l.model, l.data, 0.0, s.q, s.v, &e), &e);
+        (void)kt_fine("assembly goes there", kt_state_assemble(l.model, l.data, 0.0, s.q, s.v, &e), &e);
         far++;
     }
     kt_check_above("states too far off", far, 3.0);

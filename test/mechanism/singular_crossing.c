@@ -177,7 +177,7 @@ static double slide_error(double slack, double off, double rate) {
                   kt_vec3_make(0.0, 0.0, 0.0))
         ->function = kt_function_constant(1.0);
     if (linkage_compile(&l) &&
-        linkage_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, forces, NULL, a, &e), &e))
+        kt_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, forces, NULL, a, &e), &e))
         error = fabs(-a[0] - of_motion) / fmax(1.0, fabs(of_motion));
     linkage_free(&l);
     return error;
@@ -234,7 +234,7 @@ KT_TEST(crossed_cranks_stay_crossed) {
         for (int i = 0; runs && i <= 200; i++) {
             const double t = 0.02 * i;
             runs = linkage_run_to(&r, t) &&
-                   linkage_fine("kinematics", kt_kinematics_update(l.model, l.data, l.q, l.v, NULL, &e), &e);
+                   kt_fine("kinematics", kt_kinematics_update(l.model, l.data, l.q, l.v, NULL, &e), &e);
             const double crank = 0.5 * l.q[0], rocker = 0.5 * l.q[2], now = kt_kinetic_energy(l.model, l.data);
             first = i ? first : now;
             kt_worst_near(&relation, (b - a) * sin(rocker) * cos(crank), -(b + a) * cos(rocker) * sin(crank), 1e-11,

@@ -29,7 +29,7 @@ static bool build(linkage *l, double d, kt_reduction reduction, kt_plan plan) {
 
 static double energy(const linkage *l, double *kinetic) {
     kt_error e = {0};
-    if (!linkage_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e))
+    if (!kt_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e))
         return (double)NAN;
     *kinetic = fmax(*kinetic, kt_kinetic_energy(l->model, l->data));
     return kt_kinetic_energy(l->model, l->data) + kt_potential_energy(l->model, l->data);

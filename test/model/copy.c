@@ -1,5 +1,5 @@
 /* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
-#include "check.h"
+#include "fixture.h"
 #include "scene_files.h"
 
 #include "kinetree/mechanism.h"
@@ -12,12 +12,6 @@
 #include <string.h>
 
 enum { GUARD = 4 * KT_ALIGNMENT, MOST = 512 };
-
-static bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s", error->where, error->message);
-    return kt_check_equal_int(what, status, KT_OK);
-}
 
 typedef struct motion {
     double a[MOST];
@@ -53,7 +47,7 @@ static void move(const kt_model *model, motion *m) {
     else if (status == KT_OK)
         status = kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, m->joints, NULL, &e);
     kt_data_free(data);
-    (void)fine("motion", status, &e);
+    (void)kt_fine("motion", status, &e);
 }
 
 static int misnamed(const kt_model *model, const kt_description *description) {
@@ -77,13 +71,13 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
     int touched = 0;
     move(model, &tree);
     memset(second, 0xAB, size + 2 * GUARD);
-    const bool copied = fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
+    const bool copied = kt_fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
     /* A model with switches is one of several in a block, of which it is not the first. */
     const size_t own = kt_switch_count(model) == 0 ? size : 0;
     void *kept = malloc(size);
     memcpy(kept, model, own);
     memset(model, 0xAB, own);
-    if (copied && fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e)) {
+    if (copied && kt_fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e)) {
         memset(first, 0xAB, size);
         kt_check_equal_int("misnamed", misnamed(again, description), 0);
         move(again, &moved);
@@ -111,9 +105,9 @@ KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
         kt_error e;
         kt_model *model = NULL;
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &e), &e)) {
+        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &e), &e)) {
             if (scene.description.body_count < MOST / 8 &&
-                fine("compiles", kt_model_compile(&scene.description, NULL, &model, &e), &e)) {
+                kt_fine("compiles", kt_model_compile(&scene.description, NULL, &model, &e), &e)) {
                 compared += stands_alone(model, &scene.description);
                 kt_model_free(model);
             }
@@ -136,8 +130,7 @@ KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     body.joint.type = KT_JOINT_REVOLUTE;
     description.bodies = &body;
     description.body_count = 1;
-    if (!fine("compiles", kt_model_compile(&description, NULL, &model, &e), &e))
-        return;
+    kt_need_fine("compiles", kt_model_compile(&description, NULL, &model, &e), &e);
     const size_t size = kt_model_size(model);
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
     memset(memory, 0xAB, size + KT_ALIGNMENT);

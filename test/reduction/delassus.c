@@ -272,8 +272,7 @@ static void check_short(int bars, kt_joint_type type, bool few) {
     kt_error e = {0};
     if (build_short(&l, bars, type, KT_STRUCTURE_AUTO) && build_short(&dense, bars, type, KT_STRUCTURE_DENSE) &&
         linkage_accelerate(&l, 0.0, a) &&
-        linkage_fine("dense", kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e),
-                     &e)) {
+        kt_fine("dense", kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
         kt_check_equal_int("of few equations", l.data->special_form[0] != 0, few);
         error = 0.0;
         for (int i = 0; i < l.nv; i++) {

@@ -324,12 +324,11 @@ static wheels_errors errors_of(wheels *w, kt_random *random) {
         inertia += w->inertia[i];
     }
     const bool done =
-        linkage_fine("moves", kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, w->torque, NULL, a, &e),
-                     &e) &&
-        linkage_fine("reacts", kt_multiplier_evaluate(l->model, l->data, 0.0, l->q, l->v, w->torque, NULL, lambda, &e),
-                     &e) &&
-        linkage_fine("has equations",
-                     kt_loop_equations(l->model, l->data, 0.0, l->q, l->v, jacobian, NULL, NULL, NULL, &e), &e);
+        kt_fine("moves", kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, w->torque, NULL, a, &e), &e) &&
+        kt_fine("reacts", kt_multiplier_evaluate(l->model, l->data, 0.0, l->q, l->v, w->torque, NULL, lambda, &e),
+                &e) &&
+        kt_fine("has equations", kt_loop_equations(l->model, l->data, 0.0, l->q, l->v, jacobian, NULL, NULL, NULL, &e),
+                &e);
     for (int i = 0; i < w->count && done; i++) {
         double sum = w->inertia[i] * a[i] - w->torque[i];
         for (int r = 0; r < w->rods; r++)
@@ -415,7 +414,7 @@ static double lever_error(kt_structure structure) {
             kt_function_constant(hypot(5.0, 2.0));
     }
     if (!linkage_compile(&l) ||
-        !linkage_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, NULL, a, &e), &e))
+        !kt_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, NULL, a, &e), &e))
         error = (double)NAN;
     for (int i = 0; i < LEVERS && error == error; i++) /* of the fastest */
         error = fmax(error, fabs(a[i] - pow(3.0, i - LEVERS) * pull / whole));

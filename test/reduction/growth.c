@@ -103,11 +103,10 @@ static bool find_matrices(const linkage *l, const double *tau, matrices *m) {
     kt_error e = {0};
     m->nv = l->nv;
     m->rows = l->rows;
-    if (!linkage_fine("mass", kt_dynamics_mass(l->model, l->data, l->q, m->mass, &e), &e) ||
-        !linkage_fine("bias", kt_dynamics_inverse(l->model, l->data, l->q, l->v, NULL, NULL, m->force, &e), &e) ||
-        !linkage_fine("equations",
-                      kt_loop_equations(l->model, l->data, 0.0, l->q, l->v, m->jacobian, NULL, NULL, m->drift, &e), &e))
-        return false;
+    kt_need_fine("mass", kt_dynamics_mass(l->model, l->data, l->q, m->mass, &e), &e);
+    kt_need_fine("bias", kt_dynamics_inverse(l->model, l->data, l->q, l->v, NULL, NULL, m->force, &e), &e);
+    kt_need_fine("equations",
+                 kt_loop_equations(l->model, l->data, 0.0, l->q, l->v, m->jacobian, NULL, NULL, m->drift, &e), &e);
     for (int i = 0; i < m->nv; i++)
         m->force[i] = tau[i] - m->force[i];
     choose_rows(m);
@@ -180,11 +179,9 @@ static void compare_accelerations(const linkage *l, const double *tau, const mat
     static solution exact;
     double a[COORDINATES], lambda[ROWS], fastest = 0.0;
     kt_error error = {0};
-    if (!linkage_fine("moves", kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, tau, NULL, a, &error),
-                      &error) ||
-        !linkage_fine("reacts", kt_multiplier_evaluate(l->model, l->data, 0.0, l->q, l->v, tau, NULL, lambda, &error),
-                      &error))
-        return;
+    kt_need_fine("moves", kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, tau, NULL, a, &error), &error);
+    kt_need_fine("reacts", kt_multiplier_evaluate(l->model, l->data, 0.0, l->q, l->v, tau, NULL, lambda, &error),
+                 &error);
     const double eps = (l->model->group[0].form == KT_FORM_DELASSUS ? 256.0 : 16.0) * DBL_EPSILON;
     solve(m, m->force, m->drift, &exact);
     for (int i = 0; i < m->nv; i++) {
@@ -232,7 +229,7 @@ static void compare_saddle(const linkage *l, const matrices *m, const char *of, 
     for (int i = 0; i < m->nv; i++)
         most = fmax(most, exact.moved[i]);
     (void)kt_kkt_init(&w, memory, l->model, l->data);
-    if (linkage_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error)) {
+    if (kt_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error)) {
         kt_kkt_solve(&w, 1, f, b);
         for (int i = 0; i < m->nv; i++)
             kt_worst_near(&e->kkt, f[i], exact.x[i],
@@ -250,8 +247,8 @@ static void compare_projection(const linkage *l, double size, const char *of, er
         q[i] = l->q[i] + 1e-5 * (7 * i % 5 - 2);
         q[l->nq + i] = l->v[i] + 1e-5 * (7 * i % 5 - 2);
     }
-    (void)(linkage_fine("projects", kt_state_project(l->model, l->data, 0.0, q, q + l->nq, NULL, &error), &error) &&
-           linkage_fine("is left", kt_loop_residual(l->model, l->data, 0.0, q, q + l->nq, &left, &error), &error));
+    (void)(kt_fine("projects", kt_state_project(l->model, l->data, 0.0, q, q + l->nq, NULL, &error), &error) &&
+           kt_fine("is left", kt_loop_residual(l->model, l->data, 0.0, q, q + l->nq, &left, &error), &error));
     kt_worst_below(&e->position, left.position, 4.0 * DBL_EPSILON * size, "%s", of);
     kt_worst_below(&e->velocity, left.velocity, 4.0 * DBL_EPSILON * size, "%s", of);
 }
@@ -263,8 +260,7 @@ static void compare(linkage *l, double size, const char *of, kt_random *random, 
     double tau[COORDINATES], fastest = 0.0;
     int columns = 0;
     kt_error error = {0};
-    if (!linkage_fine("moves freely", kt_loop_nullspace(l->model, l->data, 0.0, l->q, basis, &columns, &error), &error))
-        return;
+    kt_need_fine("moves freely", kt_loop_nullspace(l->model, l->data, 0.0, l->q, basis, &columns, &error), &error);
     for (int i = 0; i < l->nv; i++) {
         l->v[i] = 0.0;
         for (int c = 0; c < columns; c++)

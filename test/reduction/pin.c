@@ -70,8 +70,8 @@ static bool draw_mechanism(linkage *l, int i, kt_random *random) {
         if (kt_random_uniform(random, 0.0, 1.0) < 0.3)
             (void)draw_bar(l, hanging[k], names[k], false, random);
     }
-    const bool fine = linkage_compile(l) &&
-                      linkage_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e);
+    const bool fine =
+        linkage_compile(l) && kt_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e);
     if (fine) {
         const kt_vec3 point = draw_along(random, 1.5);
         (void)linkage_close(l, "pin", KT_LOOP_REVOLUTE, end[0], seen_from(l, end[0], point), end[1],
@@ -91,8 +91,8 @@ static bool make_others(linkage *l, kt_model *model[WAYS], kt_data *data[WAYS]) 
         kt_model_options options = kt_model_options_default();
         options.plan = k == 1 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
         options.isa = k == 2 ? KT_ISA_BASE : KT_ISA_AUTO;
-        fine = linkage_fine("compiles", kt_model_compile(&l->description, &options, &model[k], &e), &e) &&
-               linkage_fine("data", kt_data_create(model[k], &data[k], &e), &e);
+        fine = kt_fine("compiles", kt_model_compile(&l->description, &options, &model[k], &e), &e) &&
+               kt_fine("data", kt_data_create(model[k], &data[k], &e), &e);
     }
     return fine;
 }
@@ -109,8 +109,8 @@ static void compare(const linkage *l, kt_model *const model[WAYS], kt_data *cons
     for (int i = 0; i < NV; i++)
         external[i] = (kt_wrench){kt_tree_vector(random, -5.0, 5.0), kt_tree_vector(random, -5.0, 5.0)};
     for (int k = 0; k < WAYS && fine; k++)
-        fine = linkage_fine("acceleration",
-                            kt_acceleration_evaluate(model[k], data[k], 0.0, q, v, tau, external, a[k], &e), &e);
+        fine = kt_fine("acceleration", kt_acceleration_evaluate(model[k], data[k], 0.0, q, v, tau, external, a[k], &e),
+                       &e);
     if (!fine || data[1]->near[0])
         return;
     /* the growth of rounding errors, twice: in the equations, and in the freedom that they leave */

@@ -165,8 +165,8 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
             kt_data_free(dense.data);
             dense.options.structure = KT_STRUCTURE_DENSE;
             if (linkage_compile(&dense) && linkage_accelerate(&l, 0.0, a) &&
-                linkage_fine("dense",
-                             kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e), &e)) {
+                kt_fine("dense", kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e),
+                        &e)) {
                 narrow += l.data->special_form[0];
                 for (int i = 0; i < l.nv; i++)
                     most = fmax(most, fabs(b[i]));

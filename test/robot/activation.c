@@ -1,7 +1,10 @@
 /* Actuators of MJCF with activations, and tendons with armatures: against closed forms, and against today's MuJoCo
  * (mujoco_wasm.mjs), if KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
-#include "check.h"
+#define ROBOT "m.xml"
+#include "../folder.h"
 #include "node.h"
+#include "robot.h"
+#include "run_file.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -15,40 +18,12 @@
 enum { JOINTS_MOST = 5 };
 
 /* The positions of the joints a, b, ... of a model after a time, from its keyframe k. */
-static bool run_model(const char *path, double time, int joints, double *q) {
+static void run_model(const char *path, double time, int joints, double *q) {
     const kt_robot_options options = {.keyframe = "k"};
     const kt_run run = {.duration = time, .relative = 1e-12, .absolute = 1e-12};
-    kt_mechanism m;
-    kt_error error = {0};
-    kt_status status = kt_mechanism_load(path, &options, &run, &m, &error);
-    if (!kt_check_equal_int(error.message, status, KT_OK))
-        return false;
-    status = kt_simulation_advance(m.simulation, time, &error);
-    for (int i = 0; i < joints && status == KT_OK; i++) {
-        const char name[] = {(char)('a' + i), '\0'};
-        q[i] = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, kt_body_find(m.model, name)).q];
-    }
-    kt_mechanism_free(&m);
-    return kt_check_equal_int(error.message, status, KT_OK);
-}
-
-/* A model in a folder of its own, of which MuJoCo copies all. */
-typedef struct model_file {
-    char folder[40], path[60];
-} model_file;
-
-static bool write_model(model_file *file, const char *text) {
-    *file = (model_file){.folder = "/tmp/kinetree-activation-XXXXXX"};
-    if (!kt_check_true("there is a folder", mkdtemp(file->folder) != NULL))
-        return false;
-    (void)snprintf(file->path, sizeof file->path, "%s/m.xml", file->folder);
-    FILE *to = fopen(file->path, "w");
-    return kt_check_true("the file is written", to != NULL && fputs(text, to) >= 0 && fclose(to) == 0);
-}
-
-static void remove_model(const model_file *file) {
-    (void)remove(file->path);
-    (void)rmdir(file->folder);
+    const kt_mechanism *m = run_file(path, &options, &run, time);
+    for (int i = 0; i < joints; i++)
+        q[i] = *positions_of(m, (const char[]){(char)('a' + i), '\0'});
 }
 
 /* ---- closed forms ------------------------------------------------------------------------------------------------ */
@@ -68,11 +43,9 @@ KT_TEST(activations_move_masses_as_closed_forms_do) {
                    "<cylinder joint='c' timeconst='.2' diameter='2' bias='1 0 0'/>"
                    "<general joint='d' dyntype='filter' dynprm='0' gainprm='3'/>"
                    "</actuator><keyframe><key name='k' ctrl='.7 0 9 .3 .2' act='.1 .2 -.4 .9'/></keyframe></mujoco>";
-    model_file file;
-    double q[4] = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    double q[4];
     const double t = 1.5, s = (0.5 - 0.2) / 0.5, pi = 3.14159265358979323846;
-    if (!write_model(&file, text) || !run_model(file.path, t, 4, q))
-        return;
+    run_model(kt_test_file(kt_test_folder(), "m.xml", text), t, 4, q);
     const double filter = 0.7 * t * t / 2.0 + (0.1 - 0.7) * (0.16 * exp(-t / 0.4) - 0.16 + 0.4 * t);
     const double speed = 0.2 * s + 0.5 * s * s / 2.0, before = 0.2 * s * s / 2.0 + 0.5 * s * s * s / 6.0;
     const double integral = before + speed * (t - s) + 0.5 * (t - s) * (t - s) / 2.0;
@@ -81,7 +54,6 @@ KT_TEST(activations_move_masses_as_closed_forms_do) {
     kt_check_near("integrator within bounds", q[1], 1.5 * integral, 1e-9);
     kt_check_near("cylinder", q[2], 0.5 * (pi * cylinder + t * t / 2.0), 1e-9);
     kt_check_near("a time constant of zero", q[3], 1.5 * 0.2 * t * t / 2.0, 1e-9);
-    remove_model(&file);
 }
 
 KT_TEST(activations_of_a_keyframe_need_a_number_each) {
@@ -90,10 +62,8 @@ KT_TEST(activations_of_a_keyframe_need_a_number_each) {
              "</actuator><keyframe><key name='k' act='.1'/></keyframe></mujoco>";
     const kt_robot_options options = {.keyframe = "k"};
     kt_scene scene;
-    kt_error error = {0};
-    kt_check_equal_int("status", kt_robot_parse("m", text, sizeof text - 1, &options, &scene, NULL, NULL, &error),
-                       KT_ERROR_SCENE);
-    kt_check_contains("message", error.message, "act: expected 2 numbers, found '.1'");
+    kt_check_equal_int("status", parse(text, &options, &scene), KT_ERROR_SCENE);
+    kt_check_contains("message", faults.text, "act: expected 2 numbers, found '.1'");
 }
 
 /* Before the delay of 0.5 s the control is zero; the activation of the second mass leaves its start then. */
@@ -106,18 +76,15 @@ KT_TEST(delayed_controls_act_later) {
              "delay='.5' nsample='300'/><position joint='c' kp='8' delay='.5' nsample='300'/>"
              "<motor site='s' gear='0 0 3' delay='.5' nsample='300'/></actuator><keyframe>"
              "<key name='k' ctrl='.7 .7 .2 .7' act='.3'/></keyframe></mujoco>";
-    model_file file;
-    double q[4] = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    double q[4];
     const double t = 1.5, d = 0.5, s = t - d, T = 0.4, at = 0.3 * exp(-d / T);
-    if (!write_model(&file, text) || !run_model(file.path, t, 4, q))
-        return;
+    run_model(kt_test_file(kt_test_folder(), "m.xml", text), t, 4, q);
     const double decay = 0.3 * (T * T * exp(-d / T) - T * T + T * d), speed = 0.3 * T * (1.0 - exp(-d / T));
     const double filter = decay + speed * s + 0.7 * s * s / 2.0 + (at - 0.7) * (T * T * exp(-s / T) - T * T + T * s);
     kt_check_near("motor", q[0], 1.5 * 0.7 * s * s / 2.0, 1e-9);
     kt_check_near("filter", q[1], 1.5 * filter, 1e-9);
     kt_check_near("servo", q[2], 0.2 * (1.0 - cos(2.0 * s)), 1e-9);
     kt_check_near("motor of a site", q[3], 1.5 * 0.7 * s * s / 2.0, 1e-9);
-    remove_model(&file);
 }
 
 /* MuJoCo's force is then that of the activation one step later: a warning, and the same force here. */
@@ -125,41 +92,15 @@ KT_TEST(early_activations_are_a_warning) {
     static const char text[] = "<mujoco><worldbody>" SLIDE(
         "a") "</worldbody><actuator><general joint='a' "
              "dyntype='filter' actearly='true'/><general joint='a' dyntype='filter'/></actuator></mujoco>";
-    kt_scene scene;
-    kt_error error = {0};
+    const kt_scene *scene = test_robot(text, NULL);
     int found = 0;
-    if (!kt_check_equal_int("read", kt_robot_parse("m", text, sizeof text - 1, NULL, &scene, NULL, NULL, &error),
-                            KT_OK))
-        return;
-    for (int i = 0; i < scene.note_count; i++)
-        found += scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, "actearly") != NULL &&
-                 strstr(scene.notes[i].what, ": 1") != NULL;
+    for (int i = 0; i < scene->note_count; i++)
+        found += scene->notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene->notes[i].what, "actearly") != NULL &&
+                 strstr(scene->notes[i].what, ": 1") != NULL;
     kt_check_equal_int("warnings of one actuator", found, 1);
-    kt_scene_free(&scene);
 }
 
 /* ---- muscles ----------------------------------------------------------------------------------------------------- */
-
-typedef struct muscle_model {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-} muscle_model;
-
-static bool read_muscles(const char *text, muscle_model *p) {
-    kt_error error = {0};
-    memset(p, 0, sizeof *p);
-    const bool is_read = kt_robot_parse("m", text, strlen(text), NULL, &p->scene, NULL, NULL, &error) == KT_OK &&
-                         kt_model_compile(&p->scene.description, NULL, &p->model, &error) == KT_OK &&
-                         kt_data_create(p->model, &p->data, &error) == KT_OK;
-    return kt_check_text("read", is_read ? "" : error.message, "");
-}
-
-static void free_muscles(muscle_model *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->model);
-    kt_scene_free(&p->scene);
-}
 
 /* The curves of MuJoCo's documentation, piece by piece. */
 static double active_of(double l, double lmin, double lmax) {
@@ -189,28 +130,26 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='a' type='slide' range='-1 1'/><geom "
                                "size='.1' mass='2'/></body></worldbody><actuator><muscle joint='a' gear='-.5'/>"
                                "</actuator></mujoco>";
-    muscle_model p;
+    const kt_opened p = kt_test_open(test_robot(text, NULL), NULL);
     kt_worst force = kt_worst_make("force"), rate = kt_worst_make("rate");
-    if (read_muscles(text, &p))
-        for (int i = 0; i <= 60; i++)
-            for (int k = 0; k <= 20; k++) {
-                const double q = -6.0 + 0.2 * i, v = -20.0 + 2.0 * k, act = 0.05 * k - 0.1;
-                const double unit = 1.0 / 0.3, l = 0.75 + (-0.5 * q + 0.5) / unit, speed = -0.5 * v / (unit * 1.5);
-                const double e = 0.5 + 1.5 * fmin(fmax(act, 0.0), 1.0), tau = act < 0.0 ? 0.01 * e : 0.04 / e;
-                const double pull =
-                    200.0 / 0.25 * (act * active_of(l, 0.5, 1.6) * speed_of(speed, 1.2) + passive_of(l, 1.6, 1.3));
-                double f = (double)NAN, w = (double)NAN;
-                kt_error error = {0};
-                kt_own_states(p.model, p.data)[0] = act;
-                if (kt_effect_forces(p.model, p.data, 0.0, &q, &v, &f, &error) != KT_OK ||
-                    kt_own_state_rates(p.model, p.data, 0.0, &q, &v, &w, &error) != KT_OK)
-                    f = (double)NAN;
-                kt_worst_near(&force, f, 0.5 * pull, 1e-11, "%d, %d", i, k);
-                kt_worst_near(&rate, w, -act / tau, 1e-11, "%d, %d", i, k);
-            }
+    for (int i = 0; i <= 60; i++)
+        for (int k = 0; k <= 20; k++) {
+            const double q = -6.0 + 0.2 * i, v = -20.0 + 2.0 * k, act = 0.05 * k - 0.1;
+            const double unit = 1.0 / 0.3, l = 0.75 + (-0.5 * q + 0.5) / unit, speed = -0.5 * v / (unit * 1.5);
+            const double e = 0.5 + 1.5 * fmin(fmax(act, 0.0), 1.0), tau = act < 0.0 ? 0.01 * e : 0.04 / e;
+            const double pull =
+                200.0 / 0.25 * (act * active_of(l, 0.5, 1.6) * speed_of(speed, 1.2) + passive_of(l, 1.6, 1.3));
+            double f = (double)NAN, w = (double)NAN;
+            kt_error error = {0};
+            kt_own_states(p.model, p.data)[0] = act;
+            if (kt_effect_forces(p.model, p.data, 0.0, &q, &v, &f, &error) != KT_OK ||
+                kt_own_state_rates(p.model, p.data, 0.0, &q, &v, &w, &error) != KT_OK)
+                f = (double)NAN;
+            kt_worst_near(&force, f, 0.5 * pull, 1e-11, "%d, %d", i, k);
+            kt_worst_near(&rate, w, -act / tau, 1e-11, "%d, %d", i, k);
+        }
     kt_check_worst(&force);
     kt_check_worst(&rate);
-    free_muscles(&p);
 }
 
 /* Muscles of which the range of the length cannot be found are left out, with a warning. Those with computed ranges
@@ -227,22 +166,15 @@ KT_TEST(muscles_without_ranges_are_left_out) {
         {"type='ball'", "-9 9", "ball", 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char text[600];
-        muscle_model p;
-        bool found = false;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><worldbody><body name='a'><joint name='a' %s/><geom size='.1' pos='.2 0 0'/></body>"
-                       "<body><joint name='b' range='-90 90'/><geom size='.1'/></body></worldbody><tendon>"
-                       "<fixed limited='true' range='%s'><joint joint='b' coef='1'/></fixed></tendon>"
-                       "<actuator><muscle joint='a'/></actuator></mujoco>",
-                       cases[i].joint, cases[i].range);
-        if (read_muscles(text, &p)) {
-            for (int k = 0; k < p.scene.note_count; k++)
-                found = found || strstr(p.scene.notes[k].what, cases[i].note) != NULL;
-            kt_check_true(cases[i].note, found);
-            kt_check_equal_int("effects", p.scene.description.effect_count, cases[i].effects);
-        }
-        free_muscles(&p);
+        const kt_scene *scene =
+            test_robot_of(NULL,
+                          "<mujoco><worldbody><body name='a'><joint name='a' %s/><geom size='.1' pos='.2 0 0'/></body>"
+                          "<body><joint name='b' range='-90 90'/><geom size='.1'/></body></worldbody><tendon>"
+                          "<fixed limited='true' range='%s'><joint joint='b' coef='1'/></fixed></tendon>"
+                          "<actuator><muscle joint='a'/></actuator></mujoco>",
+                          cases[i].joint, cases[i].range);
+        kt_check_true(cases[i].note, has_note(scene, cases[i].note));
+        kt_check_equal_int("effects", scene->description.effect_count, cases[i].effects);
     }
 }
 
@@ -300,22 +232,20 @@ static const char armatures[] =
 /* The positions after 1 s are those of MuJoCo. */
 static void compare_motion(const char *text, int joints) {
     char word[200];
-    model_file file;
     double ours[JOINTS_MOST];
     int count = 0;
     if (!has_mujoco())
         return;
-    if (!write_model(&file, text) || !run_model(file.path, 1.0, joints, ours))
-        return;
-    FILE *from = ask_mujoco("rest=1", (const char *const[]){file.path}, 1);
-    const bool is_read = from != NULL && kt_check_true("MuJoCo reads it", is_read_by_mujoco(from, file.path)) &&
+    const char *path = kt_test_file(kt_test_folder(), "m.xml", text);
+    run_model(path, 1.0, joints, ours);
+    FILE *from = ask_mujoco("rest=1", (const char *const[]){path}, 1);
+    const bool is_read = from != NULL && kt_check_true("MuJoCo reads it", is_read_by_mujoco(from, path)) &&
                          fscanf(from, "%199s", word) == 1;
     for (; count < joints && is_read && fscanf(from, "%199s", word) == 1; count++)
         kt_check_near("position after 1 s", ours[count], strtod(word, NULL), 1e-9);
     kt_check_equal_int("positions", count, joints);
     if (from != NULL)
         end_answers(from);
-    remove_model(&file);
 }
 
 KT_TEST(actuators_with_activations_move_as_those_of_mujoco_of_today) { compare_motion(robot, JOINTS_MOST); }

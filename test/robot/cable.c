@@ -22,25 +22,17 @@ enum { JOINTS = 3, TRIALS = 20 };
 static const double pi = 3.14159265358979323846;
 
 /* Torques of the joints between the bodies of a cable at positions q, quaternions. */
-static bool torques_of(const char *text, const double *q, double *torques, char *warning) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_data *data = NULL;
+static void torques_of(const char *text, const double *q, double *torques, char *warning) {
     kt_error error = {0};
     const double v[3 * JOINTS] = {0.0};
     warning[0] = '\0';
-    if (!parse_right(text, NULL, &scene))
-        return false;
-    for (int i = 0; i < scene.note_count; i++)
-        if (scene.notes[i].rank == KT_NOTE_RANK_MOTION)
-            (void)snprintf(warning, 200, "%.199s", scene.notes[i].what);
-    const bool fits = kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK &&
-                      kt_data_create(model, &data, &error) == KT_OK && kt_model_nv(model) == 3 * JOINTS &&
-                      kt_effect_forces(model, data, 0.0, q, v, torques, &error) == KT_OK;
-    kt_data_free(data);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return kt_check_true("the cable has torques", fits) || (kt_note("%s", error.message), false);
+    kt_scene *scene = test_robot(text, NULL);
+    for (int i = 0; i < scene->note_count; i++)
+        if (scene->notes[i].rank == KT_NOTE_RANK_MOTION)
+            (void)snprintf(warning, 200, "%.199s", scene->notes[i].what);
+    const kt_opened cable = kt_test_open(scene, NULL);
+    kt_need(kt_check_equal_int("degrees of freedom", kt_model_nv(cable.model), 3 * JOINTS));
+    kt_need_fine("torques", kt_effect_forces(cable.model, cable.data, 0.0, q, v, torques, &error), &error);
 }
 
 /* The Euler vector of (cos, 0, 0, sin) rotations and others, at most half a turn. */
@@ -99,8 +91,7 @@ KT_TEST(round_cables_as_stiff_in_twist_as_in_bending_have_the_torque_of_mujoco) 
         for (int c = 0; c < 2; c++) {
             for (int i = 0; i < JOINTS; i++)
                 draw_quat(&random, q + 4 * i);
-            if (!torques_of(texts[c], q, torques, warning))
-                return;
+            torques_of(texts[c], q, torques, warning);
             kt_check_text("no warning", warning, "");
             for (int i = 0; i < JOINTS; i++) {
                 const double stiffness = 2e6 * 0.5 * pi * 1e-8 / (c == 0 ? lengths[i] : 0.125);
@@ -125,8 +116,7 @@ KT_TEST(curved_strips_that_bend_in_their_plane_have_the_torque_of_mujoco) {
             q[4 * i] = cos(half);
             q[4 * i + 3] = sin(half);
         }
-        if (!torques_of(text, q, torques, warning))
-            return;
+        torques_of(text, q, torques, warning);
         kt_check_contains("it differs elsewhere", warning, "differ from MuJoCo's by up to ");
         for (int i = 0; i < JOINTS; i++) {
             const double iy = 0.008 * 0.04 * 0.04 * 0.04 / 12.0, iz = 0.04 * 0.008 * 0.008 * 0.008 / 12.0;
@@ -146,8 +136,7 @@ KT_TEST(square_cables_twist_as_bars_do) {
         q[4 * i] = cos(0.15);
         q[4 * i + 1] = sin(0.15);
     }
-    if (!torques_of(text, q, torques, warning))
-        return;
+    torques_of(text, q, torques, warning);
     for (int i = 0; i < JOINTS; i++)
         kt_check_near("twist, N m", torques[3 * i], -1e7 * 2.25e-8 * 0.3 / 0.125, 2e-3 * 0.54);
 }
@@ -164,16 +153,13 @@ KT_TEST(bodies_with_the_instance_of_a_plugin_are_a_cable) {
         "<config key='twist' value='2e6'/></instance><instance name='two'/></plugin></extension><worldbody>" LINK(
             "a", "one") LINK("b", "one") LINK("c", "two") "</body></body></body></worldbody></mujoco>";
 #undef LINK
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    const kt_effect *effect = scene.description.effects;
-    if (kt_check_equal_int("effects", scene.description.effect_count, 1)) {
+    kt_scene *scene = test_robot(text, NULL);
+    const kt_effect *effect = scene->description.effects;
+    if (kt_check_equal_int("effects", scene->description.effect_count, 1)) {
         kt_check_equal_int("a bushing", effect->type, KT_EFFECT_BUSHING);
         kt_check_text("from", effect->between[0].body, "a");
         kt_check_text("to", effect->between[1].body, "b");
     }
-    kt_scene_free(&scene);
 }
 
 KT_TEST(default_classes_do_not_apply_to_cables_and_prefixes_do) {
@@ -184,13 +170,10 @@ KT_TEST(default_classes_do_not_apply_to_cables_and_prefixes_do) {
         "prefix='r' curve='0 s' count='2 1 1' size='1'><geom type='box' size='1 0.1 "
         "0.1'/></composite></body></replicate>"
         "</worldbody></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_equal_int("dampers: of the two joints without a cable", scene.description.effect_count, 2);
-    kt_check_near("mass", find_body(&scene, "cB_last")->mass, 1000.0 * 0.5 * 0.04, 1e-12 * 20.0);
-    kt_check_near("mass of a copy", find_body(&scene, "rB_first1")->mass, 1000.0 * 0.04, 1e-12 * 40.0);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("dampers: of the two joints without a cable", scene->description.effect_count, 2);
+    kt_check_near("mass", find_body(scene, "cB_last")->mass, 1000.0 * 0.5 * 0.04, 1e-12 * 20.0);
+    kt_check_near("mass of a copy", find_body(scene, "rB_first1")->mass, 1000.0 * 0.04, 1e-12 * 40.0);
 }
 
 KT_TEST(faults_of_cables_are_told_at_their_places) {
@@ -226,11 +209,8 @@ KT_TEST(composites_that_mujoco_removed_have_a_warning) {
          "composites of points, cloths and solids, which MuJoCo removed"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!parse_right(table[i][0], NULL, &scene))
-            continue;
-        kt_check_true(table[i][1], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i][1]));
-        kt_check_equal_int("bodies", scene.description.body_count, 1);
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot(table[i][0], NULL);
+        kt_check_true(table[i][1], has_ranked_note(scene, KT_NOTE_RANK_MOTION, table[i][1]));
+        kt_check_equal_int("bodies", scene->description.body_count, 1);
     }
 }

@@ -1,6 +1,8 @@
 /* Collisions of URDF and SDF that touch planes: which do, with which friction, and that robots rest on them. */
+#include "../folder.h"
 #include "check.h"
 #include "note.h"
+#include "run_file.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -107,18 +109,8 @@ KT_TEST(free_robots_without_ground_are_told_in_all_formats) {
 /* ---- robots that rest -------------------------------------------------------------------------------------------- */
 
 /* The height of a free body after ten seconds. */
-static double rest_height(const char *path, const kt_robot_options *options, const char *body) {
-    kt_mechanism m;
-    kt_error error = {0};
-    double height = (double)NAN;
-    kt_status status = kt_mechanism_load(path, options, NULL, &m, &error);
-    if (!kt_check_equal_int(error.message, status, KT_OK))
-        return (double)NAN;
-    status = kt_simulation_advance(m.simulation, 10.0, &error);
-    if (kt_check_equal_int(error.message, status, KT_OK))
-        height = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, kt_body_find(m.model, body)).q + 2];
-    kt_mechanism_free(&m);
-    return height;
+static double rest_height(const char *text, const kt_robot_options *options, const char *body) {
+    return positions_of(run_file(kt_test_file(kt_test_folder(), "r.urdf", text), options, NULL, 10.0), body)[2];
 }
 
 /* With MuJoCo's defaults x is small against the third number of solimp, so that d(x) = 0.9 to 0.95; k and b follow.
@@ -136,28 +128,16 @@ static double depth_of(double mobility, double force) {
     return high;
 }
 
-/* A new file; `path` ends with XXXXXX and an ending of this length. */
-static bool write_file(char *path, int ending, const char *text) {
-    const int handle = mkstemps(path, ending);
-    const size_t size = strlen(text);
-    const bool is_written = handle >= 0 && write(handle, text, size) == (ssize_t)size;
-    return kt_check_true("the file is written", is_written && close(handle) == 0);
-}
-
 /* A ball that falls by 10 cm rests at the depth of its weight, which is between those of the law: its stiffness has
  * MuJoCo's depth under an eighth and under half of the weight. A box rests on four corners. */
 KT_TEST(dropped_bodies_rest_at_the_depth_of_the_law) {
-    char ball[] = "/tmp/kinetree-ball-XXXXXX.urdf", box[] = "/tmp/kinetree-cube-XXXXXX.urdf";
     const kt_robot_options ground = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.1};
     const double weight = 2.0 * 9.81, x1 = depth_of(0.5, weight / 8.0), x2 = depth_of(0.5, weight / 2.0);
     const double power = log(4.0) / log(x2 / x1);
-    if (write_file(ball, 5, URDF("<sphere radius='.1'/>", "")))
-        kt_check_near("ball", rest_height(ball, &ground, "a"), -0.1 - x1 * pow(8.0, 1.0 / power), 1e-11);
+    kt_check_near("ball", rest_height(URDF("<sphere radius='.1'/>", ""), &ground, "a"),
+                  -0.1 - x1 * pow(8.0, 1.0 / power), 1e-11);
     const kt_robot_options low = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.3};
-    if (write_file(box, 5, URDF(BOX, "")))
-        kt_check_near("box", rest_height(box, &low, "a"), -0.1 - x1 * pow(2.0, 1.0 / power), 1e-11);
-    (void)remove(ball);
-    (void)remove(box);
+    kt_check_near("box", rest_height(URDF(BOX, ""), &low, "a"), -0.1 - x1 * pow(2.0, 1.0 / power), 1e-11);
 }
 
 /* A crate of SDF slides down an inclined plane, if the friction is less than the slope, and stays otherwise. */
@@ -172,18 +152,10 @@ KT_TEST(crates_slide_on_inclined_planes_of_sdf_by_their_friction) {
     static const char *const frictions[] = {"0.1", "0.6"};
     double x[2] = {(double)NAN, (double)NAN};
     for (int i = 0; i < 2; i++) {
-        char path[] = "/tmp/kinetree-crate-XXXXXX.sdf", text[2000];
-        kt_mechanism m;
-        kt_error error = {0};
+        char text[2000];
         (void)snprintf(text, sizeof text, form, frictions[i]);
-        if (!write_file(path, 4, text))
-            return;
-        if (kt_check_equal_int(error.message, kt_mechanism_load(path, &on_plane, NULL, &m, &error), KT_OK)) {
-            kt_check_equal_int("it runs", kt_simulation_advance(m.simulation, 1.0, &error), KT_OK);
-            x[i] = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, 1).q];
-            kt_mechanism_free(&m);
-        }
-        (void)remove(path);
+        const kt_mechanism *m = run_file(kt_test_file(kt_test_folder(), "crate.sdf", text), &on_plane, NULL, 1.0);
+        x[i] = kt_simulation_positions(m->simulation)[kt_body_coordinates(m->model, 1).q];
     }
     /* g (sin 0.3 - 0.1 cos 0.3) t^2 / 2 along the slope, of which cos 0.3 along x; g is 9.8 m/s^2 */
     kt_check_near("it slides", x[0], 4.9 * (sin(0.3) - 0.1 * cos(0.3)) * cos(0.3), 0.005);

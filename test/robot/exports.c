@@ -3,6 +3,7 @@
  *
  * KT_ROBOT_FILES names robots, separated by blanks, which are imported and exported. Without it those of the tests'
  * data are taken. */
+#include "../folder.h"
 #include "export_pair.h"
 
 #include "../scene_files.h"
@@ -206,8 +207,6 @@ static int add_exports(exported *files, int count, const char *source, const cha
 static void free_exports(exported *files, int count) {
     for (int i = 0; i < count; i++) {
         kt_scene_free(&files[i].scene);
-        if (getenv("KT_KEEP") == NULL)
-            (void)remove(files[i].path);
     }
 }
 
@@ -224,11 +223,9 @@ static exported exports[FILES];
 
 KT_TEST(exports_of_bundled_scenes_have_the_masses_of_the_scenes_in_mujoco) {
     struct dirent **entries;
-    char folder[] = "/tmp/kinetree-exports-XXXXXX";
+    const char *folder = kt_test_folder();
     counts n = {0};
     if (!has_mujoco())
-        return;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     for (int i = 0; i < listed; i++) {
@@ -246,29 +243,21 @@ KT_TEST(exports_of_bundled_scenes_have_the_masses_of_the_scenes_in_mujoco) {
         kt_check_above("turned upright", n.turned, 0);
     }
     free_exports(exports, n.written);
-    (void)rmdir(folder);
 }
 
 /* Compares both exports of a robot that is given as a text. */
 static bool compare_text(const char *text, int written, int compared) {
-    char folder[] = "/tmp/kinetree-exports-XXXXXX", path[LINE];
+    const char *folder = kt_test_folder();
     counts n = {0};
     if (!has_mujoco())
         return false;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return false;
-    (void)snprintf(path, sizeof path, "%s/robot.urdf", folder);
-    FILE *to = fopen(path, "w");
-    if (to != NULL && fputs(text, to) >= 0 && fclose(to) == 0)
-        n.written = add_exports(exports, 0, path, folder, read_robot);
+    n.written = add_exports(exports, 0, kt_test_file(folder, "robot.urdf", text), folder, read_robot);
     if (compare_files(exports, n.written, &n)) {
         kt_check_equal_int("exports", n.written, written);
         kt_check_equal_int("exports that MuJoCo reads", n.read, written);
         kt_check_equal_int("exports that are compared", n.compared, compared);
     }
     free_exports(exports, n.written);
-    (void)remove(path);
-    (void)rmdir(folder);
     return true;
 }
 
@@ -352,12 +341,11 @@ static bool write_plates(const char *path, kt_random *random) {
 }
 
 KT_TEST(exports_of_plates_at_odd_angles_are_read_by_mujoco) {
-    char folder[] = "/tmp/kinetree-exports-XXXXXX", path[LINE];
+    const char *folder = kt_test_folder();
+    char path[LINE];
     kt_random random = kt_random_of_test();
     counts n = {0};
     if (!has_mujoco())
-        return;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     (void)snprintf(path, sizeof path, "%s/plates.urdf", folder);
     for (int i = 0; i < 4 && write_plates(path, &random); i++)
@@ -368,8 +356,6 @@ KT_TEST(exports_of_plates_at_odd_angles_are_read_by_mujoco) {
         kt_check_equal_int("exports that are compared", n.compared, n.written);
     }
     free_exports(exports, n.written);
-    (void)remove(path);
-    (void)rmdir(folder);
 }
 
 KT_TEST(exports_of_robots_have_the_masses_of_the_robots_in_mujoco) {
@@ -380,13 +366,11 @@ KT_TEST(exports_of_robots_have_the_masses_of_the_robots_in_mujoco) {
         MODELS "/mjcf/cables.xml",  MODELS "/mjcf/flex.xml",
     };
     static char list[400000];
-    char folder[] = "/tmp/kinetree-exports-XXXXXX";
+    const char *folder = kt_test_folder();
     const char *named = getenv("KT_ROBOT_FILES");
     counts n = {0};
     int robots = 0;
     if (!has_mujoco())
-        return;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     if (named != NULL) {
         (void)snprintf(list, sizeof list, "%s", named);
@@ -402,5 +386,4 @@ KT_TEST(exports_of_robots_have_the_masses_of_the_robots_in_mujoco) {
         kt_check_equal_int("exports that MuJoCo reads", n.read, n.written);
     }
     free_exports(exports, n.written);
-    (void)rmdir(folder);
 }

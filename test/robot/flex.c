@@ -3,8 +3,9 @@
 #define ROBOT "m"
 #include "robot.h"
 
-#include "folder.h"
+#include "../folder.h"
 #include "node.h"
+#include "run_file.h"
 
 #include "kinetree/kinetree.h"
 
@@ -21,12 +22,9 @@
 
 /* A circle of seven points, of which one is pinned, and edges of constant length. */
 KT_TEST(edges_of_constant_length_are_distances) {
-    kt_scene scene;
-    if (!parse_right(
-            FLEX("type='circle' dim='1' count='8 1 1' spacing='.1 .1 .1'", "<edge equality='true'/><pin id='2'/>"),
-            NULL, &scene))
-        return;
-    const kt_description *d = &scene.description;
+    kt_scene *scene = test_robot(
+        FLEX("type='circle' dim='1' count='8 1 1' spacing='.1 .1 .1'", "<edge equality='true'/><pin id='2'/>"), NULL);
+    const kt_description *d = &scene->description;
     kt_check_equal_int("bodies", d->body_count, 1 + 6 * 3);
     kt_check_equal_int("edges", d->loop_count, 7);
     for (int i = 0; i < d->loop_count; i++) {
@@ -35,7 +33,6 @@ KT_TEST(edges_of_constant_length_are_distances) {
         kt_check_equal_int("function", kt_function_evaluate(&d->loops[i].function, 0.0, length, NULL), KT_OK);
         kt_check_near("length", length[0], 0.1, 1e-15);
     }
-    kt_scene_free(&scene);
 }
 
 /* Contacts are those of a sphere at each point that moves. */
@@ -45,45 +42,33 @@ KT_TEST(points_of_cables_touch_planes) {
         "type='grid' count='5 1 1' radius='.004'><contact friction='.4'/><pin id='0'/></flexcomp></body></worldbody>"
         "</mujoco>";
     const kt_robot_options options = {.contacts = true};
-    kt_scene scene;
-    if (!parse_right(text, &options, &scene))
-        return;
-    kt_check_equal_int("contacts", scene.description.effect_count, 4);
-    for (int i = 0; i < scene.description.effect_count; i++)
-        kt_check_near("radius", scene.description.effects[i].radius, 0.004, 0.0);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, &options);
+    kt_check_equal_int("contacts", scene->description.effect_count, 4);
+    for (int i = 0; i < scene->description.effect_count; i++)
+        kt_check_near("radius", scene->description.effects[i].radius, 0.004, 0.0);
 }
 
 /* A square has five edges, of which a damper acts in each that a pin does not hold at both ends. */
 KT_TEST(edges_of_surfaces_are_those_of_all_triangles) {
-    kt_scene scene;
-    if (!parse_right(FLEX("count='3 2 1' spacing='.1 .1 .1'", "<edge damping='1'/><pin grid='0 0 0 1'/>"), NULL,
-                     &scene))
-        return;
-    kt_check_equal_int("bodies", scene.description.body_count, 1 + 4 * 3);
-    kt_check_equal_int("dampers", scene.description.effect_count, 9 - 1);
-    kt_scene_free(&scene);
+    kt_scene *scene =
+        test_robot(FLEX("count='3 2 1' spacing='.1 .1 .1'", "<edge damping='1'/><pin grid='0 0 0 1'/>"), NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 1 + 4 * 3);
+    kt_check_equal_int("dampers", scene->description.effect_count, 9 - 1);
 }
 
 /* Points 1 and 3 are in no element. The pin is that of point 2. */
 KT_TEST(points_without_an_element_vanish) {
-    kt_scene scene;
-    if (!parse_right(FLEX("type='direct' dim='2' mass='3' point='0 0 0 9 9 9 .1 0 0 8 8 8 0 .2 0' element='0 2 4'",
-                          "<pin id='2'/>"),
-                     NULL, &scene))
-        return;
-    kt_check_equal_int("bodies", scene.description.body_count, 1 + 2 * 3);
-    kt_check_near("mass", find_body(&scene, "f_2")->mass, 1.0, 1e-15);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(
+        FLEX("type='direct' dim='2' mass='3' point='0 0 0 9 9 9 .1 0 0 8 8 8 0 .2 0' element='0 2 4'", "<pin id='2'/>"),
+        NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 1 + 2 * 3);
+    kt_check_near("mass", find_body(scene, "f_2")->mass, 1.0, 1e-15);
 }
 
 KT_TEST(points_without_a_radius_have_no_shape) {
-    kt_scene scene;
-    if (!parse_right(FLEX("count='3 3 1' radius='0'", ""), NULL, &scene))
-        return;
-    kt_check_equal_int("bodies", scene.description.body_count, 1 + 9 * 3);
-    kt_check_true("no contact is left out", !has_note(&scene, "could touch"));
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(FLEX("count='3 3 1' radius='0'", ""), NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 1 + 9 * 3);
+    kt_check_true("no contact is left out", !has_note(scene, "could touch"));
 }
 
 /* ---- soft equalities --------------------------------------------------------------------------------------------- */
@@ -94,19 +79,10 @@ enum { SPRINGS_NV = 3 };
 static double force_of_edge(const char *text, double x) {
     const double q[SPRINGS_NV] = {x, 0.0, 0.0}, v[SPRINGS_NV] = {0.0};
     double forces[SPRINGS_NV] = {(double)NAN, 0.0, 0.0};
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_error error = {0};
-    if (!parse_right(text, NULL, &scene))
-        return (double)NAN;
-    const bool fits = kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK &&
-                      kt_data_create(model, &data, &error) == KT_OK && kt_model_nv(model) == SPRINGS_NV &&
-                      kt_effect_forces(model, data, 0.0, q, v, forces, &error) == KT_OK;
-    kt_data_free(data);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    (void)kt_check_true("the edge has a force", fits);
+    const kt_opened flex = kt_test_open(test_robot(text, NULL), NULL);
+    kt_need(kt_check_equal_int("degrees of freedom", kt_model_nv(flex.model), SPRINGS_NV));
+    kt_need_fine("forces", kt_effect_forces(flex.model, flex.data, 0.0, q, v, forces, &error), &error);
     return -forces[0];
 }
 
@@ -140,12 +116,9 @@ KT_TEST(edges_with_a_solref_of_mixed_signs_have_the_default) {
     static const char *const texts[] = {TRIANGLE("0.02 0"), TRIANGLE("-100 1")};
     const double standard = force_of_edge(TRIANGLE("0.02 1"), 1e-6);
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
-        kt_scene scene;
         kt_check_near("force, N", force_of_edge(texts[i], 1e-6), standard, 0.0);
-        if (!parse_right(texts[i], NULL, &scene))
-            continue;
-        kt_check_true("warning", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"));
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot(texts[i], NULL);
+        kt_check_true("warning", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"));
     }
 #undef TRIANGLE
 }
@@ -158,34 +131,22 @@ KT_TEST(a_hanging_cloth_sags_as_in_mujoco) {
         "spacing='.1 .1 .1' radius='.001' mass='1'><edge equality='true'/><pin gridrange='0 3 3 3'/><contact "
         "selfcollide='none' internal='false'/></flexcomp></body></worldbody><keyframe><key name='k' time='0'/>"
         "</keyframe></mujoco>";
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[60];
-    const char *const paths[] = {path};
+    const char *path = kt_test_file(kt_test_folder(), "m.xml", text);
     const kt_run run = {.duration = 4.0, .integrator = "radau5", .relative = 1e-9, .absolute = 1e-9};
-    double theirs[1 + COORDINATES] = {0.0}, ours = (double)NAN;
+    double theirs[1 + COORDINATES] = {0.0};
     int count = 0;
-    kt_mechanism m;
-    kt_error error = {0};
-    if (!has_mujoco() || !kt_check_true("there is a folder", mkdtemp(folder) != NULL))
+    if (!has_mujoco())
         return;
-    put_file(folder, "m.xml", text);
-    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-    FILE *from = ask_mujoco("rest=4", paths, 1);
+    FILE *from = ask_mujoco("rest=4", &path, 1);
     if (from != NULL && is_read_by_mujoco(from, path))
         for (int i = 0; i <= COORDINATES && count == i; i++)
             count += fscanf(from, "%lf", &theirs[i]);
     kt_check_equal_int("numbers", count, 1 + COORDINATES);
     if (from != NULL)
         end_answers(from);
-    if (kt_check_equal_int(error.message, kt_mechanism_load(path, NULL, &run, &m, &error), KT_OK)) {
-        kt_check_equal_int("status", kt_simulation_advance(m.simulation, 4.0, &error), KT_OK);
-        const int body = kt_body_find(m.model, "f_0_joint_2");
-        ours = kt_simulation_positions(m.simulation)[kt_body_coordinates(m.model, body).q];
-        kt_mechanism_free(&m);
-    }
     kt_check_above("theirs", -theirs[2], 1e-3);
-    kt_check_near("ours", ours, theirs[2], 0.05 * fabs(theirs[2]));
-    (void)remove(path);
-    (void)rmdir(folder);
+    kt_check_near("ours", *positions_of(run_file(path, NULL, &run, 4.0), "f_0_joint_2"), theirs[2],
+                  0.05 * fabs(theirs[2]));
 }
 
 /* ---- files of Gmsh ----------------------------------------------------------------------------------------------- */
@@ -293,8 +254,8 @@ static kt_status read_gmsh(const char *folder, const gmsh_file *g, size_t size, 
     (void)snprintf(path, sizeof path, "%s/part.msh", folder);
     FILE *file = fopen(path, "wb");
     kt_check_true("the file is written", file != NULL && fwrite(g->text, 1, size, file) == size && fclose(file) == 0);
-    put_file(folder, "m.xml",
-             FLEX("type='gmsh' dim='3' file='part.msh' mass='5' scale='1 2 1'", "<edge damping='1'/>"));
+    (void)kt_test_file(folder, "m.xml",
+                       FLEX("type='gmsh' dim='3' file='part.msh' mass='5' scale='1 2 1'", "<edge damping='1'/>"));
     (void)snprintf(path, sizeof path, "%s/m.xml", folder);
     return kt_robot_read(path, NULL, scene, NULL, NULL, &error);
 }
@@ -322,9 +283,7 @@ static double place_sum(const kt_scene *scene) {
 
 /* Both formats of Gmsh, as text and as bytes. Each file that is cut short is left out, with a warning. */
 KT_TEST(files_of_gmsh_have_points_and_elements_in_both_formats) {
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
+    const char *folder = kt_test_folder();
     for (int kind = 0; kind < 4; kind++) {
         gmsh_file g = {.is_binary = kind % 2 == 1};
         kt_scene scene;
@@ -346,11 +305,6 @@ KT_TEST(files_of_gmsh_have_points_and_elements_in_both_formats) {
             }
         kt_check_equal_int("files that are cut short, left out", left_out, cuts);
     }
-    (void)snprintf(path, sizeof path, "%s/part.msh", folder);
-    (void)remove(path);
-    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-    (void)remove(path);
-    (void)rmdir(folder);
 }
 
 /* Coordinates that are not finite, and numbers of points or elements that are too large, are rejected at their place. A
@@ -366,17 +320,16 @@ KT_TEST(faults_of_files_of_gmsh_have_their_place) {
         {"3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n", "2e8\n1 2 0 1 2 3\n", "has 200000000 points or elements; expected"},
         {"16000000\n1 0 0 0\n2 1 0 0\n3 0 1 0\n", "1\n1 2 0 1 2 3\n", NULL},
     };
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400], text[400];
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
+    const char *folder = kt_test_folder();
+    char path[400], text[400];
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene scene;
         kt_error error = {0};
         (void)snprintf(text, sizeof text,
                        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%s$EndNodes\n$Elements\n%s$EndElements\n",
                        table[i].points, table[i].elements);
-        put_file(folder, "part.msh", text);
-        put_file(folder, "m.xml", FLEX("type='gmsh' file='part.msh'", ""));
+        (void)kt_test_file(folder, "part.msh", text);
+        (void)kt_test_file(folder, "m.xml", FLEX("type='gmsh' file='part.msh'", ""));
         (void)snprintf(path, sizeof path, "%s/m.xml", folder);
         const kt_status status = kt_robot_read(path, NULL, &scene, NULL, NULL, &error);
         kt_check_equal_int("status", status, table[i].message != NULL ? KT_ERROR_SCENE : KT_OK);
@@ -388,10 +341,6 @@ KT_TEST(faults_of_files_of_gmsh_have_their_place) {
             kt_scene_free(&scene);
         }
     }
-    (void)remove(path);
-    (void)snprintf(path, sizeof path, "%s/part.msh", folder);
-    (void)remove(path);
-    (void)rmdir(folder);
 }
 
 /* Points and elements of lines; surfaces of lines are left out. */
@@ -401,26 +350,14 @@ KT_TEST(lines_of_obj_are_edges) {
         int bodies, edges;
     } table[] = {{FLEX("type='mesh' dim='1' file='l.obj'", "<edge damping='1'/>"), 1 + 4 * 3, 3},
                  {FLEX("type='mesh' dim='2' file='l.obj'", "<edge damping='1'/>"), 1, 0}};
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
-    put_file(folder, "l.obj", "v 0 0 0\nv 2 0 0\nv 1 0 0\nv 3 0 0\nl 1 3 2\nl 2 4\n");
+    const char *folder = kt_test_folder();
+    (void)kt_test_file(folder, "l.obj", "v 0 0 0\nv 2 0 0\nv 1 0 0\nv 3 0 0\nl 1 3 2\nl 2 4\n");
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        kt_error error = {0};
-        put_file(folder, "m.xml", table[i].attributes);
-        (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-        if (!kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK))
-            continue;
-        kt_check_equal_int("bodies", scene.description.body_count, table[i].bodies);
-        kt_check_equal_int("edges", scene.description.effect_count, table[i].edges);
-        kt_check_equal_int("left out", has_note(&scene, "it has lines alone, which need dim="), i == 1);
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot_file(kt_test_file(folder, "m.xml", table[i].attributes), NULL);
+        kt_check_equal_int("bodies", scene->description.body_count, table[i].bodies);
+        kt_check_equal_int("edges", scene->description.effect_count, table[i].edges);
+        kt_check_equal_int("left out", has_note(scene, "it has lines alone, which need dim="), i == 1);
     }
-    (void)remove(path);
-    (void)snprintf(path, sizeof path, "%s/l.obj", folder);
-    (void)remove(path);
-    (void)rmdir(folder);
 }
 
 /* MuJoCo drops a flex with pins in the world of an attached model. Elasticity of what is not attached is no matter. */
@@ -433,29 +370,19 @@ KT_TEST(elasticity_of_attached_flexcomps_acts) {
         const char *attach;
         int effects, pins; /* two triangles with three edges each have a force */
     } table[] = {{"<attach model='p' prefix='p_'/>", 12, 1}, {"<attach model='p' body='b' prefix='p_'/>", 6, 0}};
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400], text[400];
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
-    put_file(folder, "p.xml", part);
+    const char *folder = kt_test_folder();
+    char path[400], text[400];
+    (void)kt_test_file(folder, "p.xml", part);
     (void)snprintf(path, sizeof path, "%s/m.xml", folder);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        kt_error error = {0};
         (void)snprintf(text, sizeof text,
                        "<mujoco><asset><model name='p' file='p.xml'/></asset><worldbody>%s</worldbody></mujoco>",
                        table[i].attach);
-        put_file(folder, "m.xml", text);
-        if (!kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK))
-            continue;
-        kt_check_equal_int("forces", scene.description.effect_count, table[i].effects);
-        kt_check_equal_int("pins", has_note(&scene, "a flexcomp with pins in the world"), table[i].pins);
-        kt_check_true("nothing is left out", !has_note(&scene, "elasticity of a flexcomp"));
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot_file(kt_test_file(folder, "m.xml", text), NULL);
+        kt_check_equal_int("forces", scene->description.effect_count, table[i].effects);
+        kt_check_equal_int("pins", has_note(scene, "a flexcomp with pins in the world"), table[i].pins);
+        kt_check_true("nothing is left out", !has_note(scene, "elasticity of a flexcomp"));
     }
-    (void)remove(path);
-    (void)snprintf(path, sizeof path, "%s/p.xml", folder);
-    (void)remove(path);
-    (void)rmdir(folder);
 }
 
 /* Facets share the vertices of an edge on which -0 and 0 are both written: four points, not six. */
@@ -463,23 +390,12 @@ KT_TEST(vertices_at_minus_zero_are_those_at_zero) {
     static const char facets[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex -1 0 0\n"
                                  "endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex -0 0 0\nvertex 1 0 0\n"
                                  "vertex -0 1 -0\nendloop\nendfacet\nendsolid s\n";
-    char folder[] = "/tmp/kinetree-flex-XXXXXX", path[400];
-    kt_scene scene;
-    kt_error error = {0};
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
-    put_file(folder, "s.stl", facets);
-    put_file(folder, "m.xml", FLEX("type='mesh' dim='2' file='s.stl' mass='4'", "<edge damping='1'/>"));
-    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-    if (kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK)) {
-        kt_check_equal_int("bodies", scene.description.body_count, 1 + 4 * 3);
-        kt_check_equal_int("edges", scene.description.effect_count, 5);
-        kt_scene_free(&scene);
-    }
-    (void)remove(path);
-    (void)snprintf(path, sizeof path, "%s/s.stl", folder);
-    (void)remove(path);
-    (void)rmdir(folder);
+    const char *folder = kt_test_folder();
+    (void)kt_test_file(folder, "s.stl", facets);
+    const kt_scene *scene = test_robot_file(
+        kt_test_file(folder, "m.xml", FLEX("type='mesh' dim='2' file='s.stl' mass='4'", "<edge damping='1'/>")), NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 1 + 4 * 3);
+    kt_check_equal_int("edges", scene->description.effect_count, 5);
 }
 
 /* ---- warnings and faults ----------------------------------------------------------------------------------------- */
@@ -512,21 +428,15 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
          "equality of a point of a flexcomp that is left out: 2", 1},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!parse_right(table[i].text, NULL, &scene))
-            continue;
-        kt_check_true(table[i].note, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
-        kt_check_equal_int("bodies", scene.description.body_count, table[i].bodies);
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot(table[i].text, NULL);
+        kt_check_true(table[i].note, has_ranked_note(scene, KT_NOTE_RANK_MOTION, table[i].note));
+        kt_check_equal_int("bodies", scene->description.body_count, table[i].bodies);
     }
 }
 
 KT_TEST(numbers_of_surfaces_without_elasticity_are_free) {
-    kt_scene scene;
-    if (!parse_right(FLEX("count='2 2 1'", "<elasticity poisson='.7' thickness='0'/>"), NULL, &scene))
-        return;
-    kt_check_equal_int("effects", scene.description.effect_count, 0);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(FLEX("count='2 2 1'", "<elasticity poisson='.7' thickness='0'/>"), NULL);
+    kt_check_equal_int("effects", scene->description.effect_count, 0);
 }
 
 KT_TEST(faults_of_flexcomps_have_their_place) {

@@ -1,7 +1,7 @@
 /* The looks of robots: which solids and meshes of a file become shapes and meshes of a scene, and where files of meshes
  * are found. */
 #define ROBOT "m"
-#include "folder.h"
+#include "../folder.h"
 #include "robot.h"
 
 #include <stdlib.h>
@@ -22,11 +22,8 @@ KT_TEST(scales_of_meshes_that_are_not_three_numbers_are_read) {
         URDF("<visual><geometry><mesh filename='no.stl' scale='.5'/></geometry></visual>"),
         URDF("<visual><geometry><mesh filename='no.stl' scale='big'/></geometry></visual>")};
     for (int i = 0; i < 2; i++) {
-        kt_scene scene;
-        if (!parse_right(texts[i], NULL, &scene))
-            continue;
-        kt_check_equal_int("told", count_notes(&scene, "scales of meshes that are not three numbers"), i);
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot(texts[i], NULL);
+        kt_check_equal_int("told", count_notes(scene, "scales of meshes that are not three numbers"), i);
     }
 }
 
@@ -53,24 +50,17 @@ KT_TEST(all_visuals_are_seen_and_collisions_only_without_them) {
          KT_SHAPE_SPHERE},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!parse_right(table[i].text, NULL, &scene))
-            continue;
-        const kt_body *a = find_body(&scene, "a");
+        kt_scene *scene = test_robot(table[i].text, NULL);
+        const kt_body *a = find_body(scene, "a");
         const bool is_one = a->shape.type != KT_SHAPE_NONE;
         kt_note("case %d", (int)i);
         kt_check_equal_int("shapes", is_one + a->shape_count, table[i].count);
         kt_check_equal_int("either one or a list", is_one, table[i].count == 1);
         kt_check_equal_int("the first", (int)(is_one ? a->shape.type : a->shapes[0].type), table[i].first);
-        char *text = kt_write_text(&scene);
-        kt_scene again;
-        if (text != NULL && kt_parse_right(text, &again)) {
-            kt_check_equal_int("as a scene", find_body(&again, "a")->shape_count, a->shape_count);
-            kt_check_equal_bits("mass", &find_body(&again, "a")->mass, &a->mass, 1);
-            kt_scene_free(&again);
-        }
-        free(text);
-        kt_scene_free(&scene);
+        const char *text = kt_test_written(scene);
+        kt_scene *again = kt_test_scene(text);
+        kt_check_equal_int("as a scene", find_body(again, "a")->shape_count, a->shape_count);
+        kt_check_equal_bits("mass", &find_body(again, "a")->mass, &a->mass, 1);
     }
 }
 
@@ -90,60 +80,35 @@ KT_TEST(collision_far_larger_than_the_robot_is_not_seen) {
         {ARM("2.8 2.8 2.8", "collision"), true},  {URDF("<collision>" BOX "</collision>"), true},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!parse_right(table[i].text, NULL, &scene))
-            continue;
+        kt_scene *scene = test_robot(table[i].text, NULL);
         kt_note("case %d", (int)i);
-        kt_check_equal_int("seen", find_body(&scene, "a")->shape.type == KT_SHAPE_BOX, table[i].is_seen);
-        kt_check_equal_int("told", count_notes(&scene, "far larger than the robot: 1"), !table[i].is_seen);
-        kt_scene_free(&scene);
+        kt_check_equal_int("seen", find_body(scene, "a")->shape.type == KT_SHAPE_BOX, table[i].is_seen);
+        kt_check_equal_int("told", count_notes(scene, "far larger than the robot: 1"), !table[i].is_seen);
     }
 }
 
 KT_TEST(other_collisions_of_the_link_stay) {
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='a'><collision><geometry><box size='90 90 1'/></geometry></collision>"
-                     "<collision><geometry><sphere radius='0.1'/></geometry></collision><collision><geometry>"
-                     "<box size='9 9 9'/></geometry></collision></link><link name='b'/><joint name='j' type='fixed'>"
-                     "<parent link='a'/><child link='b'/><origin xyz='0.5 0 0'/></joint></robot>",
-                     NULL, &scene))
-        return;
-    const kt_body *a = find_body(&scene, "a");
+    kt_scene *scene =
+        test_robot("<robot name='r'><link name='a'><collision><geometry><box size='90 90 1'/></geometry></collision>"
+                   "<collision><geometry><sphere radius='0.1'/></geometry></collision><collision><geometry>"
+                   "<box size='9 9 9'/></geometry></collision></link><link name='b'/><joint name='j' type='fixed'>"
+                   "<parent link='a'/><child link='b'/><origin xyz='0.5 0 0'/></joint></robot>",
+                   NULL);
+    const kt_body *a = find_body(scene, "a");
     kt_check_equal_int("shapes", a->shape_count, 1);
     kt_check_equal_int("the ball", (int)a->shapes[0].type, KT_SHAPE_SPHERE);
-    kt_check_equal_int("told", count_notes(&scene, "far larger than the robot: 2"), 1);
-    kt_scene_free(&scene);
+    kt_check_equal_int("told", count_notes(scene, "far larger than the robot: 2"), 1);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-static const char *const folders[] = {"", "/arm", "/arm/urdf", "/arm/meshes", "/else", "/else/hand"};
 static const char *const mesh_files[] = {"arm/meshes/a.stl", "arm/urdf/b.stl", "else/hand/c.stl", "else/d.stl"};
 
-static bool make_folders(char *base) {
-    char path[400];
-    bool fine = mkdtemp(base) != NULL;
-    for (size_t i = 1; i < sizeof folders / sizeof *folders; i++) {
-        (void)snprintf(path, sizeof path, "%s%s", base, folders[i]);
-        fine = fine && mkdir(path, 0700) == 0;
-    }
-    for (size_t i = 0; i < sizeof mesh_files / sizeof *mesh_files && fine; i++)
-        put_file(base, mesh_files[i], "solid s\nendsolid s\n");
-    return kt_check_true("there are folders", fine);
-}
-
-static void remove_folders(const char *base) {
-    char path[400];
-    for (size_t i = 0; i < sizeof mesh_files / sizeof *mesh_files; i++) {
-        (void)snprintf(path, sizeof path, "%s/%s", base, mesh_files[i]);
-        (void)unlink(path);
-    }
-    (void)snprintf(path, sizeof path, "%s/arm/urdf/r", base);
-    (void)unlink(path);
-    for (size_t i = sizeof folders / sizeof *folders; i-- > 0;) {
-        (void)snprintf(path, sizeof path, "%s%s", base, folders[i]);
-        kt_check_equal_int("removed", rmdir(path), 0);
-    }
+static const char *make_folders(void) {
+    const char *base = kt_test_folder();
+    for (size_t i = 0; i < sizeof mesh_files / sizeof *mesh_files; i++)
+        (void)kt_test_file(base, mesh_files[i], "solid s\nendsolid s\n");
+    return base;
 }
 
 /* Which of the files a name leads to; -1: none. */
@@ -151,32 +116,25 @@ static int find_file(const char *base, const char *name, const char *search) {
     int found[2] = {-1, -1};
     for (int k = 0; k < 2; k++) {
         const kt_robot_options options = {.search = search};
-        char text[1200], path[400];
-        kt_scene scene;
-        kt_error error = {0};
+        char text[1200];
         if (k == 0)
             (void)snprintf(text, sizeof text, URDF("<visual><geometry><mesh filename='%s'/></geometry></visual>"),
                            name);
         else
             (void)snprintf(text, sizeof text,
                            SDF("<visual name='v'><geometry><mesh><uri>%s</uri></mesh></geometry></visual>"), name);
-        put_file(base, "arm/urdf/r", text);
-        (void)snprintf(path, sizeof path, "%s/arm/urdf/r", base);
-        if (!kt_check_equal_int(error.message, kt_robot_read(path, &options, &scene, NULL, NULL, &error), KT_OK))
-            return -2;
-        for (size_t i = 0; i < sizeof mesh_files / sizeof *mesh_files && scene.mesh_count == 1; i++) {
-            (void)snprintf(path, sizeof path, "%s/%s", base, mesh_files[i]);
-            found[k] = strcmp(scene.meshes[0].file, path) == 0 ? (int)i : found[k];
-        }
-        kt_check_equal_int("or told", count_notes(&scene, "meshes that are not found"), found[k] < 0);
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot_file(kt_test_file(base, "arm/urdf/r", text), &options);
+        for (size_t i = 0; i < sizeof mesh_files / sizeof *mesh_files && scene->mesh_count == 1; i++)
+            found[k] = strcmp(scene->meshes[0].file, kt_test_path(base, mesh_files[i])) == 0 ? (int)i : found[k];
+        kt_check_equal_int("or told", count_notes(scene, "meshes that are not found"), found[k] < 0);
     }
     kt_check_equal_int("the same in both formats", found[0], found[1]);
     return found[0];
 }
 
 KT_TEST(meshes_are_found_by_package_model_and_search_path) {
-    char base[] = "/tmp/kinetree-looks-XXXXXX", search[900], whole[400];
+    const char *base = make_folders();
+    char search[900], whole[400];
     const struct {
         const char *name;
         int alone, searched; /* without and with a search path */
@@ -194,8 +152,6 @@ KT_TEST(meshes_are_found_by_package_model_and_search_path) {
         {whole + 7, 0, 0},
         {"", -1, -1},
     };
-    if (!make_folders(base))
-        return;
     (void)snprintf(whole, sizeof whole, "file://%s/arm/meshes/a.stl", base);
     (void)snprintf(search, sizeof search, "/nowhere::%s/else/", base);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
@@ -206,66 +162,46 @@ KT_TEST(meshes_are_found_by_package_model_and_search_path) {
     (void)snprintf(search, sizeof search, "%s/else/hand", base);
     kt_check_equal_int("the package itself", find_file(base, "package://hand/c.stl", search), 2);
     kt_check_equal_int("whose name is another", find_file(base, "package://and/c.stl", search), -1);
-    remove_folders(base);
 }
 
 /* The robot is read through a link to its package, which has the name that the mesh calls the package by. */
 KT_TEST(link_that_has_the_name_of_a_package_is_the_package) {
-    char base[] = "/tmp/kinetree-looks-XXXXXX", linked[400], target[400], path[500];
-    kt_scene scene;
-    kt_error error = {0};
-    if (!make_folders(base))
-        return;
-    (void)snprintf(linked, sizeof linked, "%s/robot", base);
-    (void)snprintf(target, sizeof target, "%s/arm", base);
-    kt_check_equal_int("link", symlink(target, linked), 0);
-    put_file(base, "arm/urdf/r",
-             URDF("<visual><geometry><mesh filename='package://robot/meshes/a.stl'/></geometry></visual>"));
-    (void)snprintf(path, sizeof path, "%s/urdf/r", linked);
-    if (kt_check_equal_int("status", kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK)) {
-        kt_check_equal_int("meshes", scene.mesh_count, 1);
-        kt_scene_free(&scene);
-    }
-    kt_check_equal_int("removed", unlink(linked), 0);
-    remove_folders(base);
+    const char *base = make_folders();
+    kt_check_equal_int("link", symlink(kt_test_path(base, "arm"), kt_test_path(base, "robot")), 0);
+    (void)kt_test_file(base, "arm/urdf/r",
+                       URDF("<visual><geometry><mesh filename='package://robot/meshes/a.stl'/></geometry></visual>"));
+    kt_check_equal_int("meshes", test_robot_file(kt_test_path(base, "robot/urdf/r"), NULL)->mesh_count, 1);
 }
 
 /* A mesh at `refpos`, turned by `refquat` and scaled, in a geom that is moved and turned itself. Two of its points are
  * at the places that the format's compiler gives, p + R s R0' (x - x0). */
 KT_TEST(meshes_of_mjcf_stand_where_their_geoms_do) {
-    char base[] = "/tmp/kinetree-looks-XXXXXX", path[400];
-    kt_scene scene;
     kt_error error = {0};
-    if (!make_folders(base))
-        return;
-    put_file(base, "arm/urdf/r",
-             "<mujoco><compiler meshdir='../meshes'/><asset><mesh name='m' file='a.stl' refpos='1 2 3' scale='2 2 2' "
-             "refquat='0.8 0.6 0 0'/><mesh name='n' file='a.stl' scale='1 2 3' refquat='0.8 0.6 0 0'/></asset>"
-             "<worldbody><body name='a'><joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
-             "<geom type='mesh' mesh='m' pos='4 5 6' quat='0 0 0.6 0.8'/><geom type='mesh' mesh='n'/></body>"
-             "</worldbody></mujoco>");
-    (void)snprintf(path, sizeof path, "%s/arm/urdf/r", base);
-    if (kt_check_equal_int(error.message, kt_robot_read(path, NULL, &scene, NULL, NULL, &error), KT_OK)) {
-        kt_check_equal_int("meshes", scene.mesh_count, 1);
-        kt_check_equal_int("the other cannot be placed", count_notes(&scene, "a scene cannot place: 1"), 1);
-        const kt_mat3 reference = kt_matrix_from_quat(kt_quat_make(0.8, 0.6, 0.0, 0.0));
-        const kt_mat3 own = kt_matrix_from_quat(kt_quat_make(0.0, 0.0, 0.6, 0.8));
-        for (int k = 0; k < 2 && scene.mesh_count == 1; k++) {
-            const kt_scene_mesh *mesh = &scene.meshes[0];
-            const kt_vec3 x = k == 0 ? kt_vec3_make(0.0, 0.0, 0.0) : kt_vec3_make(0.3, -0.7, 1.1);
-            kt_mat3 turn = kt_mat3_identity();
-            kt_check_equal_int("rotation", kt_rotation_evaluate(&mesh->rotation, &turn, &error), KT_OK);
-            const kt_vec3 scaled = kt_vec3_make(mesh->scale.x * x.x, mesh->scale.y * x.y, mesh->scale.z * x.z);
-            const kt_vec3 is = kt_vec3_add(mesh->at, kt_mat3_apply(turn, scaled));
-            const kt_vec3 from = kt_vec3_sub(x, kt_vec3_make(1.0, 2.0, 3.0));
-            const kt_vec3 should =
-                kt_vec3_add(kt_vec3_make(4.0, 5.0, 6.0),
-                            kt_mat3_apply(own, kt_vec3_scale(2.0, kt_mat3_apply_transposed(reference, from))));
-            kt_check_near("distance", kt_vec3_norm(kt_vec3_sub(is, should)), 0.0, 1e-14);
-        }
-        kt_scene_free(&scene);
+    const char *path = kt_test_file(
+        make_folders(), "arm/urdf/r",
+        "<mujoco><compiler meshdir='../meshes'/><asset><mesh name='m' file='a.stl' refpos='1 2 3' scale='2 2 2' "
+        "refquat='0.8 0.6 0 0'/><mesh name='n' file='a.stl' scale='1 2 3' refquat='0.8 0.6 0 0'/></asset>"
+        "<worldbody><body name='a'><joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+        "<geom type='mesh' mesh='m' pos='4 5 6' quat='0 0 0.6 0.8'/><geom type='mesh' mesh='n'/></body>"
+        "</worldbody></mujoco>");
+    const kt_scene *scene = test_robot_file(path, NULL);
+    kt_check_equal_int("meshes", scene->mesh_count, 1);
+    kt_check_equal_int("the other cannot be placed", count_notes(scene, "a scene cannot place: 1"), 1);
+    const kt_mat3 reference = kt_matrix_from_quat(kt_quat_make(0.8, 0.6, 0.0, 0.0));
+    const kt_mat3 own = kt_matrix_from_quat(kt_quat_make(0.0, 0.0, 0.6, 0.8));
+    for (int k = 0; k < 2 && scene->mesh_count == 1; k++) {
+        const kt_scene_mesh *mesh = &scene->meshes[0];
+        const kt_vec3 x = k == 0 ? kt_vec3_make(0.0, 0.0, 0.0) : kt_vec3_make(0.3, -0.7, 1.1);
+        kt_mat3 turn = kt_mat3_identity();
+        kt_check_equal_int("rotation", kt_rotation_evaluate(&mesh->rotation, &turn, &error), KT_OK);
+        const kt_vec3 scaled = kt_vec3_make(mesh->scale.x * x.x, mesh->scale.y * x.y, mesh->scale.z * x.z);
+        const kt_vec3 is = kt_vec3_add(mesh->at, kt_mat3_apply(turn, scaled));
+        const kt_vec3 from = kt_vec3_sub(x, kt_vec3_make(1.0, 2.0, 3.0));
+        const kt_vec3 should =
+            kt_vec3_add(kt_vec3_make(4.0, 5.0, 6.0),
+                        kt_mat3_apply(own, kt_vec3_scale(2.0, kt_mat3_apply_transposed(reference, from))));
+        kt_check_near("distance", kt_vec3_norm(kt_vec3_sub(is, should)), 0.0, 1e-14);
     }
-    remove_folders(base);
 }
 
 /* ---- scene files ------------------------------------------------------------------------------------------------- */
@@ -274,24 +210,17 @@ KT_TEST(meshes_of_a_scene_are_written_and_read_back) {
     static const char text[] =
         "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\nmeshes:\n  - {body: a, file: \"/no/a b.stl\", "
         "scale: [1, 2, 3], at: [4, 5, 6], rotation: {rpy: [0, 0, 0.5]}}\n  - {body: a, file: x.obj}\n";
-    kt_scene scene, again;
-    if (!kt_parse_right(text, &scene))
-        return;
-    char *written = kt_write_text(&scene);
-    if (kt_check_true("it is written", written != NULL) && kt_parse_right(written, &again)) {
-        kt_check_equal_int("how many", again.mesh_count, 2);
-        for (int i = 0; i < 2 && again.mesh_count == 2; i++) {
-            kt_check_text("file", again.meshes[i].file, scene.meshes[i].file);
-            kt_check_text("body", again.meshes[i].body, "a");
-            kt_check_equal_bits("scale, place", &again.meshes[i].scale.x, &scene.meshes[i].scale.x, 6);
-        }
-        kt_check_equal_bits("read as given", &scene.meshes[0].scale.x, (const double[]){1.0, 2.0, 3.0, 4.0, 5.0, 6.0},
-                            6);
-        kt_check_equal_bits("of itself", &scene.meshes[1].scale.x, (const double[]){1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, 6);
-        kt_scene_free(&again);
+    kt_scene *scene = kt_test_scene(text);
+    const char *written = kt_test_written(scene);
+    kt_scene *again = kt_test_scene(written);
+    kt_check_equal_int("how many", again->mesh_count, 2);
+    for (int i = 0; i < 2 && again->mesh_count == 2; i++) {
+        kt_check_text("file", again->meshes[i].file, scene->meshes[i].file);
+        kt_check_text("body", again->meshes[i].body, "a");
+        kt_check_equal_bits("scale, place", &again->meshes[i].scale.x, &scene->meshes[i].scale.x, 6);
     }
-    free(written);
-    kt_scene_free(&scene);
+    kt_check_equal_bits("read as given", &scene->meshes[0].scale.x, (const double[]){1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, 6);
+    kt_check_equal_bits("of itself", &scene->meshes[1].scale.x, (const double[]){1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, 6);
 }
 
 KT_TEST(mesh_of_no_body_is_a_fault) {
@@ -310,36 +239,24 @@ KT_TEST(meshes_that_mujoco_has_built_in_are_those_of_the_scene) {
         "<mujoco><asset><mesh name='c' builtin='cone' params='20 .5' scale='1 1 .5'/><mesh name='no' builtin='cone' "
         "params='1'/></asset><worldbody><body name='a'><joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
         "<geom type='mesh' mesh='c' pos='4 5 6'/><geom type='mesh' mesh='no'/></body></worldbody></mujoco>";
-    kt_scene scene, again;
-    kt_error error = {0};
-    if (!kt_check_equal_int(error.message, kt_robot_parse("m", text, strlen(text), NULL, &scene, NULL, NULL, &error),
-                            KT_OK))
-        return;
-    kt_check_equal_int("one without a surface is left out", count_notes(&scene, "a scene cannot place: 1"), 1);
-    char *written = kt_write_text(&scene);
-    if (kt_check_true("it is written", written != NULL) && kt_parse_right(written, &again)) {
-        if (kt_check_equal_int("meshes", again.mesh_count, 1)) {
-            kt_check_text("builtin", again.meshes[0].builtin, "cone 20 0.5");
-            kt_check_true("no file", again.meshes[0].file == NULL);
-            kt_check_equal_bits("scale, place", &again.meshes[0].scale.x,
-                                (const double[]){1.0, 1.0, 0.5, 4.0, 5.0, 6.0}, 6);
-        }
-        kt_scene_free(&again);
+    const kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("one without a surface is left out", count_notes(scene, "a scene cannot place: 1"), 1);
+    const kt_scene *again = kt_test_scene(kt_test_written(scene));
+    if (kt_check_equal_int("meshes", again->mesh_count, 1)) {
+        kt_check_text("builtin", again->meshes[0].builtin, "cone 20 0.5");
+        kt_check_true("no file", again->meshes[0].file == NULL);
+        kt_check_equal_bits("scale, place", &again->meshes[0].scale.x, (const double[]){1.0, 1.0, 0.5, 4.0, 5.0, 6.0},
+                            6);
     }
-    free(written);
-    kt_scene_free(&scene);
 }
 
 /* The prism of a cone of four corners with equal ends: a base of 2 x 2 / 2, a height of 2. */
 KT_TEST(a_surface_that_is_built_in_encloses_a_solid) {
     static const char text[] = "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}}\n"
                                "meshes:\n  - {body: a, builtin: cone 4 1, density: 3, at: [0, 0, 5]}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    kt_check_near("mass", scene.description.bodies[0].mass, 3.0 * 2.0 * 2.0, 1e-6);
-    kt_check_near("centre", scene.description.bodies[0].com.z, 5.0, 1e-6);
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene(text);
+    kt_check_near("mass", scene->description.bodies[0].mass, 3.0 * 2.0 * 2.0, 1e-6);
+    kt_check_near("centre", scene->description.bodies[0].com.z, 5.0, 1e-6);
 }
 
 KT_TEST(a_mesh_needs_either_a_file_or_a_surface_that_exists) {

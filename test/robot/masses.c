@@ -47,28 +47,22 @@ KT_TEST(transmission_by_a_word_is_told_and_left_out) {
         "ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='base'/>"
         "<child link='a'/></joint><transmission name='t'><joint name='j'/><actuator name='m'><mechanicalReduction>"
         "reduction</mechanicalReduction><rotorInertia>3</rotorInertia></actuator></transmission></robot>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_equal_bits("armature", find_body(&scene, "a")->joint.armature, &(double){0.0}, 1);
-    kt_check_true("told", has_note(&scene, "transmissions with a reduction or an inertia that is no number"));
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_bits("armature", find_body(scene, "a")->joint.armature, &(double){0.0}, 1);
+    kt_check_true("told", has_note(scene, "transmissions with a reduction or an inertia that is no number"));
 }
 
 KT_TEST(density_acts_in_every_format_and_not_on_masses_that_the_file_gives) {
     const kt_robot_options options = {.density = 250.0};
     for (int i = 0; i < 3; i++) {
-        kt_scene scene;
-        if (!parse_right(texts[i], &options, &scene))
-            continue;
-        check_solids(find_body(&scene, "a"), 250.0);
-        kt_check_equal_bits("that of the file", &find_body(&scene, "b")->mass, &(double){2.0}, 1);
-        kt_check_true("told", has_note(&scene, "--density"));
+        kt_scene *scene = test_robot(texts[i], &options);
+        check_solids(find_body(scene, "a"), 250.0);
+        kt_check_equal_bits("that of the file", &find_body(scene, "b")->mass, &(double){2.0}, 1);
+        kt_check_true("told", has_note(scene, "--density"));
         if (i == 1)
-            kt_check_near("a density of the file", find_body(&scene, "c")->mass, 500.0 * 4.0 / 3.0 * pi * 1e-3, 1e-15);
+            kt_check_near("a density of the file", find_body(scene, "c")->mass, 500.0 * 4.0 / 3.0 * pi * 1e-3, 1e-15);
         if (i == 2)
-            kt_check_equal_bits("no solids", &find_body(&scene, "n__c")->mass, &(double){1.0}, 1);
-        kt_scene_free(&scene);
+            kt_check_equal_bits("no solids", &find_body(scene, "n__c")->mass, &(double){1.0}, 1);
     }
 }
 
@@ -76,22 +70,18 @@ KT_TEST(masses_of_links_act_in_every_format) {
     static const char *const masses[][2] = {{"a=3", "b=8"}, {"b=8", "a=3"}};
     for (int i = 0; i < 3; i++) {
         const kt_robot_options options = {.masses = masses[i % 2], .mass_count = 2};
-        kt_scene scene, plain;
-        if (!parse_right(texts[i], &options, &scene))
-            continue;
-        const kt_body *b = find_body(&scene, "b");
+        kt_scene *scene = test_robot(texts[i], &options);
+        const kt_body *b = find_body(scene, "b");
         kt_check_equal_bits("in place of another", &b->mass, &(double){8.0}, 1);
         kt_check_equal_bits("its inertia grows with it", &b->inertia.xx, &(double){4.0}, 1);
-        kt_check_equal_bits("the other", &find_body(&scene, "a")->mass, &(double){3.0}, 1);
+        kt_check_equal_bits("the other", &find_body(scene, "a")->mass, &(double){3.0}, 1);
         if (i == 0)
-            check_solids(find_body(&scene, "a"), 3.0 / (0.006 + 4.0 / 3.0 * pi * 1e-3));
-        else if (parse_right(texts[i], NULL, &plain)) {
-            const kt_body *was = find_body(&plain, "a");
-            kt_check_near("inertia as the mass", find_body(&scene, "a")->inertia.xx / was->inertia.xx, 3.0 / was->mass,
+            check_solids(find_body(scene, "a"), 3.0 / (0.006 + 4.0 / 3.0 * pi * 1e-3));
+        else {
+            const kt_body *was = find_body(test_robot(texts[i], NULL), "a");
+            kt_check_near("inertia as the mass", find_body(scene, "a")->inertia.xx / was->inertia.xx, 3.0 / was->mass,
                           4.0 * DBL_EPSILON * 3.0 / was->mass);
-            kt_scene_free(&plain);
         }
-        kt_scene_free(&scene);
     }
 }
 
@@ -99,11 +89,8 @@ KT_TEST(links_of_nested_models_are_named_as_in_the_file_or_in_the_scene) {
     static const char *const names[] = {"n::c=5", "n__c=5"};
     for (int i = 0; i < 2; i++) {
         const kt_robot_options options = {.masses = &names[i], .mass_count = 1};
-        kt_scene scene;
-        if (!parse_right(SDF, &options, &scene))
-            continue;
-        kt_check_equal_bits(names[i], &find_body(&scene, "n__c")->mass, &(double){5.0}, 1);
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot(SDF, &options);
+        kt_check_equal_bits(names[i], &find_body(scene, "n__c")->mass, &(double){5.0}, 1);
     }
 }
 
@@ -133,18 +120,15 @@ KT_TEST(surfaces_that_mujoco_has_built_in_have_masses) {
         "<geom type='mesh' mesh='h'/></body><body name='b'><joint/><geom type='mesh' mesh='p' mass='3'/></body>"
         "<body name='c'><joint/><geom type='mesh' mesh='t'/></body>"
         "</worldbody></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
+    kt_scene *scene = test_robot(text, NULL);
     const double volume = 2e-3 / 3.0;
-    const kt_body *b = find_body(&scene, "b");
-    kt_check_near("by density", find_body(&scene, "a")->mass, 1000.0 * volume, 4.0 * DBL_EPSILON);
+    const kt_body *b = find_body(scene, "b");
+    kt_check_near("by density", find_body(scene, "a")->mass, 1000.0 * volume, 4.0 * DBL_EPSILON);
     kt_check_equal_bits("given", &b->mass, &(double){3.0}, 1);
     kt_check_near("height", b->com.z, -2.0, 4.0 * DBL_EPSILON);
     kt_check_near("about z, of edges 1", b->inertia.zz, 3.0 / 6.0, 16.0 * DBL_EPSILON);
-    kt_check_near("of vertices, none is built in", find_body(&scene, "c")->mass, 1000.0 / 3072.0, 1e-15);
-    kt_check_true("not left out", !has_note(&scene, "builtin"));
-    kt_scene_free(&scene);
+    kt_check_near("of vertices, none is built in", find_body(scene, "c")->mass, 1000.0 / 3072.0, 1e-15);
+    kt_check_true("not left out", !has_note(scene, "builtin"));
 }
 
 KT_TEST(builtin_that_makes_no_surface_is_warned_of_by_name) {
@@ -152,16 +136,13 @@ KT_TEST(builtin_that_makes_no_surface_is_warned_of_by_name) {
         "<mujoco><asset><mesh name='p' builtin='prism' params='3'/><mesh name='s' builtin='sphere' params='5'/></asset>"
         "<worldbody><body name='a'><joint/><geom size='0.1'/><geom type='mesh' mesh='p'/><geom type='mesh' mesh='s'/>"
         "</body></worldbody></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    for (int i = 0; i < scene.note_count; i++)
-        if (strstr(scene.notes[i].what, "builtin") != NULL)
-            kt_check_equal_int("rank", scene.notes[i].rank, KT_NOTE_RANK_MOTION);
+    kt_scene *scene = test_robot(text, NULL);
+    for (int i = 0; i < scene->note_count; i++)
+        if (strstr(scene->notes[i].what, "builtin") != NULL)
+            kt_check_equal_int("rank", scene->notes[i].rank, KT_NOTE_RANK_MOTION);
     kt_check_true("the number, and the first with its reason",
-                  has_note(&scene, "meshes whose 'builtin' and 'params' make no surface, left out: 2; the first: there "
-                                   "is no surface 'prism'"));
-    kt_scene_free(&scene);
+                  has_note(scene, "meshes whose 'builtin' and 'params' make no surface, left out: 2; the first: there "
+                                  "is no surface 'prism'"));
 }
 
 #define PI 3.14159265358979323846
@@ -182,24 +163,19 @@ KT_TEST(solids_are_fitted_to_meshes) {
         {"true", "type='box' mass='3'", 3.0},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[800];
-        kt_scene scene;
-        (void)snprintf(
-            text, sizeof text,
+        kt_scene *scene = test_robot_of(
+            NULL,
             "<mujoco><compiler fitaabb='%s'/><asset><mesh name='m' scale='0.2 0.2 0.2' vertex='5 10 15 6 10 15 "
             "5 12 15 6 12 15 5 10 18 6 10 18 5 12 18 6 12 18'/></asset><worldbody><body name='b'><joint/>"
             "<geom mesh='m' %s/></body></worldbody></mujoco>",
             table[i].setting, table[i].geom);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        const kt_body *b = find_body(&scene, "b");
+        const kt_body *b = find_body(scene, "b");
         kt_note("%s, fitaabb %s", table[i].geom, table[i].setting);
         kt_check_near("mass", b->mass, table[i].mass, 1e-12 * table[i].mass);
         kt_check_near("place along y", b->com.y, 2.2, 1e-13);
         if (strcmp(table[i].geom, "type='box'") == 0)
             kt_check_near("about z", b->inertia.zz, 48.0 / 12.0 * (0.04 + 0.16), 1e-12);
-        kt_check_true("no mass is missing", !has_note(&scene, "is missing"));
-        kt_scene_free(&scene);
+        kt_check_true("no mass is missing", !has_note(scene, "is missing"));
     }
 }
 
@@ -227,16 +203,12 @@ KT_TEST(what_cannot_be_fitted_is_rejected) {
 KT_TEST(hull_of_few_vertices_is_warned_of) {
     static const char *const faces[] = {"", " face='0 2 1 0 1 3 0 3 2 1 2 3'"};
     for (int i = 0; i < 2; i++) {
-        char text[600];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' maxhullvert='5'%s/></asset>"
-                       "<worldbody><body><joint/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>",
-                       faces[i]);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        kt_check_equal_int("a hull alone", has_note(&scene, "a hull with a bounded number of vertices"), i == 0);
-        kt_scene_free(&scene);
+        kt_scene *scene =
+            test_robot_of(NULL,
+                          "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' maxhullvert='5'%s/></asset>"
+                          "<worldbody><body><joint/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>",
+                          faces[i]);
+        kt_check_equal_int("a hull alone", has_note(scene, "a hull with a bounded number of vertices"), i == 0);
     }
 }
 
@@ -246,42 +218,31 @@ KT_TEST(vertices_of_meshes_are_single_precision_numbers) {
         "<mujoco><asset><mesh name='t' vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1' scale='1 1 2'/></asset><worldbody>"
         "<body name='b'><joint/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>";
     const double edge = (double)0.1f, mass = 1000.0 * edge * edge * edge / 3.0;
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_near("mass", find_body(&scene, "b")->mass, mass, 8.0 * DBL_EPSILON * mass);
-    kt_check_near("place along z", find_body(&scene, "b")->com.z, 0.5 * edge, 8.0 * DBL_EPSILON);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_near("mass", find_body(scene, "b")->mass, mass, 8.0 * DBL_EPSILON * mass);
+    kt_check_near("place along z", find_body(scene, "b")->com.z, 0.5 * edge, 8.0 * DBL_EPSILON);
 }
 
 KT_TEST(vertices_beyond_single_precision_are_reported) {
     static const char text[] =
         "<mujoco><asset><mesh name='t' vertex='0 0 0 1e39 0 0 0 1 0 0 0 1'/></asset><worldbody><body name='b'><joint/>"
         "<geom size='.1'/><geom type='mesh' mesh='t'/></body></worldbody></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_true("named", has_note(&scene, "(t: a vertex is beyond the range of single-precision numbers)"));
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_true("named", has_note(scene, "(t: a vertex is beyond the range of single-precision numbers)"));
 }
 
 /* A field of heights without a name has that of its file. It weighs as a box with a quarter of its heights. */
 KT_TEST(fields_of_heights_without_a_name_have_that_of_their_file) {
     static const char *const names[] = {"a", "b"};
     for (int i = 0; i < 2; i++) {
-        char text[400];
-        kt_scene scene;
-        (void)snprintf(
-            text, sizeof text,
+        kt_scene *scene = test_robot_of(
+            NULL,
             "<mujoco><asset><hfield file='folder/a.png' size='1 2 .4 .2'/></asset><worldbody><body name='b'>"
             "<joint/><geom size='.1' mass='1'/><geom type='hfield' hfield='%s'/></body></worldbody></mujoco>",
             names[i]);
-        if (!parse_right(text, NULL, &scene))
-            continue;
         const double mass = i == 0 ? 1.0 + 1000.0 * 8.0 * 1.0 * 2.0 * 0.2 : 1.0;
-        kt_check_near("mass", find_body(&scene, "b")->mass, mass, 1e-12 * mass);
-        kt_check_equal_int("missing", has_note(&scene, "(a field of heights without a size)"), i == 1);
-        kt_scene_free(&scene);
+        kt_check_near("mass", find_body(scene, "b")->mass, mass, 1e-12 * mass);
+        kt_check_equal_int("missing", has_note(scene, "(a field of heights without a size)"), i == 1);
     }
 }
 
@@ -289,12 +250,9 @@ KT_TEST(meshes_of_plugins_are_warned_of_with_the_reason) {
     static const char text[] =
         "<mujoco><asset><mesh name='t'><plugin plugin='mujoco.sdf.torus'/></mesh></asset><worldbody><body name='b'>"
         "<joint/><geom size='.1'/><geom type='sdf' mesh='t'/></body></worldbody></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_true("named", has_ranked_note(&scene, KT_NOTE_RANK_MOTION,
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_true("named", has_ranked_note(scene, KT_NOTE_RANK_MOTION,
                                            "(t: a plugin makes the mesh: give its body an <inertial>)"));
-    kt_scene_free(&scene);
 }
 
 /* MuJoCo rejects these meshes. */
@@ -309,21 +267,16 @@ KT_TEST(meshes_without_mass_are_warned_of_with_the_reason) {
          "(t: the vertices of the mesh are in one plane, so that their hull encloses nothing)"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[600];
-        kt_scene scene;
-        (void)snprintf(
-            text, sizeof text,
+        kt_scene *scene = test_robot_of(
+            NULL,
             "<mujoco><asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' %s/></asset>"
             "<worldbody><body name='b'><joint/><geom size='.1'/><geom type='mesh' mesh='t'/></body></worldbody>"
             "</mujoco>",
             table[i][0]);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        for (int n = 0; n < scene.note_count; n++)
-            if (has_note(&scene, "the mass of geoms is missing") && strstr(scene.notes[n].what, "is missing") != NULL)
-                kt_check_contains("reason", scene.notes[n].what, table[i][1]);
+        for (int n = 0; n < scene->note_count; n++)
+            if (has_note(scene, "the mass of geoms is missing") && strstr(scene->notes[n].what, "is missing") != NULL)
+                kt_check_contains("reason", scene->notes[n].what, table[i][1]);
         kt_check_true("warned of",
-                      has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "the mass of geoms is missing in 1 body"));
-        kt_scene_free(&scene);
+                      has_ranked_note(scene, KT_NOTE_RANK_MOTION, "the mass of geoms is missing in 1 body"));
     }
 }

@@ -16,71 +16,49 @@
 /* ---- what becomes of a model ------------------------------------------------------------------------------------- */
 
 KT_TEST(single_joint_at_the_origin_is_that_of_its_body) {
-    kt_scene scene;
-    if (!parse_right(WORLD("<body name='a' pos='1 2 3'><joint name='j' axis='0 1 0' armature='0.5'/>" BALL "</body>"),
-                     NULL, &scene))
-        return;
-    const kt_body *a = find_body(&scene, "a");
-    kt_check_equal_int("bodies", scene.description.body_count, 1);
+    kt_scene *scene = test_robot(
+        WORLD("<body name='a' pos='1 2 3'><joint name='j' axis='0 1 0' armature='0.5'/>" BALL "</body>"), NULL);
+    const kt_body *a = find_body(scene, "a");
+    kt_check_equal_int("bodies", scene->description.body_count, 1);
     kt_check_equal_int("type", a->joint.type, KT_JOINT_REVOLUTE);
     kt_check_equal_bits("place", &a->joint.at.x, (const double[]){1.0, 2.0, 3.0}, 3);
     kt_check_equal_bits("armature", &a->joint.armature[0], &(double){0.5}, 1);
     kt_check_near("mass", a->mass, 4.0 / 3.0 * acos(-1.0), 1e-15);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(further_joints_of_a_body_and_those_off_its_origin_have_bodies_of_their_own) {
-    kt_scene scene;
-    if (!parse_right(WORLD("<body name='a'><joint name='x' axis='1 0 0'/><joint name='y' pos='0 0 1'/>" BALL "</body>"),
-                     NULL, &scene))
-        return;
-    kt_check_equal_int("bodies", scene.description.body_count, 3);
-    kt_check_text("y is on x", find_body(&scene, "y")->parent, "x");
-    kt_check_text("a is on y", find_body(&scene, "a")->parent, "y");
-    kt_check_equal_int("fixed", find_body(&scene, "a")->joint.type, KT_JOINT_FIXED);
-    kt_check_equal_bits("back at the origin", &find_body(&scene, "a")->joint.at.x, (const double[]){-0.0, -0.0, -1.0},
+    kt_scene *scene = test_robot(
+        WORLD("<body name='a'><joint name='x' axis='1 0 0'/><joint name='y' pos='0 0 1'/>" BALL "</body>"), NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 3);
+    kt_check_text("y is on x", find_body(scene, "y")->parent, "x");
+    kt_check_text("a is on y", find_body(scene, "a")->parent, "y");
+    kt_check_equal_int("fixed", find_body(scene, "a")->joint.type, KT_JOINT_FIXED);
+    kt_check_equal_bits("back at the origin", &find_body(scene, "a")->joint.at.x, (const double[]){-0.0, -0.0, -1.0},
                         3);
-    kt_check_equal_bits("without mass", &find_body(&scene, "y")->mass, &(double){0.0}, 1);
-    kt_scene_free(&scene);
+    kt_check_equal_bits("without mass", &find_body(scene, "y")->mass, &(double){0.0}, 1);
 }
 
 /* The mass matrix at the start, by the compiled model. */
-static int mass_of(const kt_scene *scene, double *matrix) {
-    kt_model *model = NULL;
-    kt_data *data = NULL;
+static int mass_of(const char *text, double *matrix) {
+    const kt_opened robot = kt_test_open(test_robot(text, NULL), NULL);
+    const int nv = kt_model_nv(robot.model);
     kt_error error = {0};
-    int nv = -1;
-    double q[64];
-    if (kt_model_compile(&scene->description, NULL, &model, &error) == KT_OK && kt_model_nv(model) <= 8 &&
-        kt_data_create(model, &data, &error) == KT_OK) {
-        nv = kt_model_nv(model);
-        double v[8];
-        kt_model_initial(model, q, v);
-        nv = kt_dynamics_mass(model, data, q, matrix, &error) == KT_OK ? nv : -1;
-    }
-    kt_data_free(data);
-    kt_model_free(model);
+    double q[64], v[8];
+    kt_need(kt_check_below("degrees of freedom", nv, 8));
+    kt_model_initial(robot.model, q, v);
+    kt_need_fine("mass", kt_dynamics_mass(robot.model, robot.data, q, matrix, &error), &error);
     return nv;
 }
 
 /* Two texts that describe the same mechanism. */
 static void check_same(const char *what, const char *one, const char *other) {
     double a[64], b[64];
-    kt_scene first, second;
-    if (!parse_right(one, NULL, &first))
-        return;
-    if (!parse_right(other, NULL, &second)) {
-        kt_scene_free(&first);
-        return;
-    }
     kt_worst worst = kt_worst_make(what);
-    const int n = mass_of(&first, a);
-    if (kt_check_equal_int("degrees of freedom", n, mass_of(&second, b)) && kt_check_above("of both", n, 0.5))
+    const int n = mass_of(one, a);
+    if (kt_check_equal_int("degrees of freedom", n, mass_of(other, b)) && kt_check_above("of both", n, 0.5))
         for (int i = 0; i < n * n; i++)
             kt_worst_near(&worst, a[i], b[i], 64.0 * DBL_EPSILON * fmax(fabs(b[i]), 1.0), "%d", i);
     kt_check_worst(&worst);
-    kt_scene_free(&first);
-    kt_scene_free(&second);
 }
 
 #define ARM(placing, extra)                                                                                            \
@@ -104,33 +82,27 @@ KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
 }
 
 KT_TEST(joints_keep_their_names_and_limits) {
-    kt_scene scene;
-    if (!parse_right(WORLD("<body name='a'><joint name='hip' range='-90 45' limited='true' actuatorfrcrange='-20 30' "
-                           "actuatorfrclimited='true'/>" BALL "<body name='b'><joint name='a' type='slide'/>" BALL
-                           "<body name='c'><joint/>" BALL "</body></body></body>"),
-                     NULL, &scene))
-        return;
-    const kt_joint *hip = &scene.description.bodies[0].joint;
+    kt_scene *scene =
+        test_robot(WORLD("<body name='a'><joint name='hip' range='-90 45' limited='true' actuatorfrcrange='-20 30' "
+                         "actuatorfrclimited='true'/>" BALL "<body name='b'><joint name='a' type='slide'/>" BALL
+                         "<body name='c'><joint/>" BALL "</body></body></body>"),
+                   NULL);
+    const kt_joint *hip = &scene->description.bodies[0].joint;
     kt_check_text("its own", hip->name, "hip");
     kt_check_near("lower", hip->limits.lower, -1.5707963267948966, 1e-15);
     kt_check_near("upper", hip->limits.upper, 0.78539816339744828, 1e-15);
     kt_check_near("effort", hip->limits.effort, 30.0, 1e-15);
-    kt_check_text("that of another body, whose joint has its own", scene.description.bodies[1].joint.name, "a");
-    kt_check_true("none: that of the body", scene.description.bodies[2].joint.name == NULL);
-    kt_scene_free(&scene);
+    kt_check_text("that of another body, whose joint has its own", scene->description.bodies[1].joint.name, "a");
+    kt_check_true("none: that of the body", scene->description.bodies[2].joint.name == NULL);
 }
 
 KT_TEST(copies_bear_numbers) {
-    kt_scene scene;
-    if (!parse_right(
-            WORLD("<replicate count='10' offset='0 1 0' sep='-'><body name='a'><joint/>" BALL "</body></replicate>"),
-            NULL, &scene))
-        return;
-    kt_check_equal_int("bodies", scene.description.body_count, 10);
-    kt_check_text("first", scene.description.bodies[0].name, "a-00");
-    kt_check_text("last", scene.description.bodies[9].name, "a-09");
-    kt_check_near("place of the last", scene.description.bodies[9].joint.at.y, 9.0, 1e-14);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(
+        WORLD("<replicate count='10' offset='0 1 0' sep='-'><body name='a'><joint/>" BALL "</body></replicate>"), NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, 10);
+    kt_check_text("first", scene->description.bodies[0].name, "a-00");
+    kt_check_text("last", scene->description.bodies[9].name, "a-09");
+    kt_check_near("place of the last", scene->description.bodies[9].joint.at.y, 9.0, 1e-14);
 }
 
 KT_TEST(keyframe_is_the_start_and_gives_controls) {
@@ -142,24 +114,19 @@ KT_TEST(keyframe_is_the_start_and_gives_controls) {
         "name='k' "
         "qpos='1 2 3 0 1 0 0 0.5 0 0 1 0' qvel='1 2 3 4 5 6 7 8 9 10' ctrl='0.25 0.5'/></keyframe></mujoco>";
     const kt_robot_options options = {.keyframe = "k"};
-    kt_scene scene;
-    if (!parse_right(text, &options, &scene))
-        return;
-    const kt_body *f = find_body(&scene, "f");
+    kt_scene *scene = test_robot(text, &options);
+    const kt_body *f = find_body(scene, "f");
     kt_check_equal_bits("free", f->joint.position, (const double[]){1, 2, 3, 0, 1, 0, 0}, 7);
     kt_check_equal_bits("its velocity", f->joint.velocity, (const double[]){1, 2, 3, 4, 5, 6}, 6);
-    kt_check_equal_bits("hinge", find_body(&scene, "a")->joint.position, (const double[]){0.5}, 1);
-    kt_check_equal_bits("ball", find_body(&scene, "b")->joint.position, (const double[]){0, 0, 1, 0}, 4);
-    const kt_effect *effects = scene.description.effects;
+    kt_check_equal_bits("hinge", find_body(scene, "a")->joint.position, (const double[]){0.5}, 1);
+    kt_check_equal_bits("ball", find_body(scene, "b")->joint.position, (const double[]){0, 0, 1, 0}, 4);
+    const kt_effect *effects = scene->description.effects;
     kt_check_near("torque of the motor, gear u", effects[0].torque.value, 0.75, 1e-15);
     kt_check_near("stiffness of the servo, gear^2 kp", effects[1].stiffness, 16.0, 1e-15);
     kt_check_near("its target, u / gear", effects[1].target.value, 0.25, 1e-15);
-    kt_scene_free(&scene);
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_near("without a keyframe the reference position", find_body(&scene, "a")->joint.position[0],
+    scene = test_robot(text, NULL);
+    kt_check_near("without a keyframe the reference position", find_body(scene, "a")->joint.position[0],
                   acos(-1.0) / 6.0, 1e-15);
-    kt_scene_free(&scene);
 }
 
 #define SWING(name, ref)                                                                                               \
@@ -185,19 +152,16 @@ KT_TEST(keyframe_of_a_model_with_copies_has_numbers_for_one_of_them) {
                  {"k", {1.0, 0.2, 0.2, 0.3}, {3.0, 0.0, 0.0, 0.0}, {6.0, 0.0, 0.0}}};
     for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
         const kt_robot_options options = {.keyframe = table[n].key};
-        kt_scene scene;
-        if (!parse_right(COPIED, &options, &scene))
-            continue;
-        kt_check_equal_int("bodies", scene.description.body_count, 4);
-        for (int i = 0; i < 4 && i < scene.description.body_count; i++) {
-            const kt_joint *joint = &scene.description.bodies[i].joint;
+        kt_scene *scene = test_robot(COPIED, &options);
+        kt_check_equal_int("bodies", scene->description.body_count, 4);
+        for (int i = 0; i < 4 && i < scene->description.body_count; i++) {
+            const kt_joint *joint = &scene->description.bodies[i].joint;
             kt_check_equal_bits(table[n].key, joint->position, &table[n].position[i], 1);
             kt_check_equal_bits("velocity", joint->velocity, &table[n].velocity[i], 1);
         }
-        kt_check_equal_int("motors", scene.description.effect_count, 3);
-        for (int i = 0; i < 3 && i < scene.description.effect_count; i++)
-            kt_check_equal_bits("control", &scene.description.effects[i].torque.value, &table[n].control[i], 1);
-        kt_scene_free(&scene);
+        kt_check_equal_int("motors", scene->description.effect_count, 3);
+        for (int i = 0; i < 3 && i < scene->description.effect_count; i++)
+            kt_check_equal_bits("control", &scene->description.effects[i].torque.value, &table[n].control[i], 1);
     }
     const kt_robot_options options = {.keyframe = "k-2"};
     kt_scene scene;
@@ -219,30 +183,26 @@ KT_TEST(keyframe_of_a_model_with_copies_has_activations_and_moved_bodies) {
                  {"qpos='1 2' act='3 4' ctrl='5 6' mpos='1 2 3' mquat='0 2 0 0'", "k-0", 0.0, 1.0, 1.0}};
     for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
         const kt_robot_options options = {.keyframe = table[n].key};
-        char text[1500];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><compiler angle='radian'/><worldbody>" SWING(
-                           "z", "0") "<body name='m' mocap='true' pos='7 8 9'/><replicate count='2' offset='0 1 0' "
-                                     "sep='-'>" SWING("j", "0") "</replicate><body name='n' mocap='true' pos='5 5 "
-                                                                "5'/></worldbody><actuator><general joint='j' "
-                                                                "dyntype='integrator'/><general joint='z' "
-                                                                "dyntype='integrator'/></actuator><keyframe><key "
-                                                                "name='k' %s/></keyframe></mujoco>",
-                       table[n].numbers);
-        if (!parse_right(text, &options, &scene))
-            continue;
-        if (kt_check_equal_int(table[n].numbers, scene.description.state_count, 3))
+        kt_scene *scene =
+            test_robot_of(&options,
+                          "<mujoco><compiler angle='radian'/><worldbody>" SWING(
+                              "z", "0") "<body name='m' mocap='true' pos='7 8 9'/><replicate count='2' offset='0 1 0' "
+                                        "sep='-'>" SWING("j", "0") "</replicate><body name='n' mocap='true' pos='5 5 "
+                                                                   "5'/></worldbody><actuator><general joint='j' "
+                                                                   "dyntype='integrator'/><general joint='z' "
+                                                                   "dyntype='integrator'/></actuator><keyframe><key "
+                                                                   "name='k' %s/></keyframe></mujoco>",
+                          table[n].numbers);
+        if (kt_check_equal_int(table[n].numbers, scene->description.state_count, 3))
             for (int i = 0; i < 3; i++)
-                kt_check_near("activation", scene.description.states[i].initial, i == 0 ? table[n].activation : 0.0,
+                kt_check_near("activation", scene->description.states[i].initial, i == 0 ? table[n].activation : 0.0,
                               0.0);
-        const kt_joint *first = &find_body(&scene, "m")->joint, *last = &find_body(&scene, "n")->joint;
+        const kt_joint *first = &find_body(scene, "m")->joint, *last = &find_body(scene, "n")->joint;
         kt_check_near("place", first->at.x, table[n].x, 0.0);
         kt_check_near("turn", first->rotation.type == KT_ROTATION_QUATERNION ? fabs(first->rotation.value[1]) : 0.0,
                       table[n].quaternion, 0.0);
         kt_check_near("the other stays", last->at.x, 5.0, 0.0);
         kt_check_equal_int("nor turns", last->rotation.type, KT_ROTATION_NONE);
-        kt_scene_free(&scene);
     }
 }
 
@@ -256,11 +216,8 @@ KT_TEST(activations_of_a_keyframe_are_read_within_bounds_if_actuators_are_left_o
         "e='s' refsite='t'/><motor joint='j'/></actuator><keyframe><key name='k' qpos='0 0' act='1 "
         "2 3'/></keyframe></mujoco>";
     const kt_robot_options options = {.keyframe = "k"};
-    kt_scene scene;
-    if (!parse_right(text, &options, &scene))
-        return;
-    kt_check_true("left out", has_note(&scene, "tendons, equalities and actuators that are left out"));
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, &options);
+    kt_check_true("left out", has_note(scene, "tendons, equalities and actuators that are left out"));
 }
 
 /* The address sanitizer watches the reads here, too. */
@@ -269,15 +226,9 @@ KT_TEST(actuators_of_unknown_tendons_are_left_out_and_told) {
                                             "<position joint='z' tendon='t' kp='3' inheritrange='1'/>",
                                             "<position joint='z' tendon='t' kp='3' dampratio='1'/>"};
     for (size_t n = 0; n < sizeof actuators / sizeof *actuators; n++) {
-        char text[300];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><worldbody>" SWING("z", "0") "</worldbody><actuator>%s</actuator></mujoco>",
-                       actuators[n]);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        kt_check_true(actuators[n], n > 0 || has_note(&scene, "actuator of a tendon that is left out"));
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot_of(
+            NULL, "<mujoco><worldbody>" SWING("z", "0") "</worldbody><actuator>%s</actuator></mujoco>", actuators[n]);
+        kt_check_true(actuators[n], n > 0 || has_note(scene, "actuator of a tendon that is left out"));
     }
 }
 
@@ -285,19 +236,15 @@ KT_TEST(places_of_moved_bodies_in_copies_are_left_out_with_a_warning) {
     static const char *const numbers[] = {"qpos='1 2' mpos='4 5 6' mquat='1 0 0 0'", "mpos='4 5 6' mquat='1 0 0 0'"};
     for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
         const kt_robot_options options = {.keyframe = "k"};
-        char text[900];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><worldbody>" SWING("z", "0") "<replicate count='2' offset='0 1 0'>" SWING(
-                           "j", "0") "<body name='r' mocap='true' pos='7 0 0'/></replicate></worldbody><keyframe><key "
-                                     "name='k' %s/></keyframe></mujoco>",
-                       numbers[n]);
-        if (!parse_right(text, &options, &scene))
-            continue;
-        kt_check_true("mpos", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "mpos of a keyframe with bodies"));
-        kt_check_true("mquat", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "mquat of a keyframe with bodies"));
-        kt_check_near("it stays", find_body(&scene, "r0")->joint.at.x, 7.0, 0.0);
-        kt_scene_free(&scene);
+        kt_scene *scene = test_robot_of(
+            &options,
+            "<mujoco><worldbody>" SWING("z", "0") "<replicate count='2' offset='0 1 0'>" SWING(
+                "j", "0") "<body name='r' mocap='true' pos='7 0 0'/></replicate></worldbody><keyframe><key "
+                          "name='k' %s/></keyframe></mujoco>",
+            numbers[n]);
+        kt_check_true("mpos", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "mpos of a keyframe with bodies"));
+        kt_check_true("mquat", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "mquat of a keyframe with bodies"));
+        kt_check_near("it stays", find_body(scene, "r0")->joint.at.x, 7.0, 0.0);
     }
 }
 
@@ -309,17 +256,14 @@ KT_TEST(bodies_that_a_program_moves_are_where_the_keyframe_puts_them) {
         "qpos='1' mpos='2 3 4 5 6 8' mquat='1 0 0 0 2 0 0 2'/></keyframe></mujoco>";
     const kt_robot_options options = {.keyframe = "k"};
     for (int n = 0; n < 2; n++) {
-        kt_scene scene;
-        if (!parse_right(text, n == 0 ? &options : NULL, &scene))
-            continue;
-        const kt_joint *b = &find_body(&scene, "b")->joint, *c = &find_body(&scene, "c")->joint;
+        kt_scene *scene = test_robot(text, n == 0 ? &options : NULL);
+        const kt_joint *b = &find_body(scene, "b")->joint, *c = &find_body(scene, "c")->joint;
         const double at[2][3] = {{5.0, 6.0, 8.0}, {5.0, 6.0, 7.0}};
         kt_check_near("x of the first", b->at.x, n == 0 ? 2.0 : 1.0, 0.0);
         kt_check_equal_bits("the second", &c->at.x, at[n], 3);
         kt_check_equal_int("turns", c->rotation.type, n == 0 ? KT_ROTATION_QUATERNION : KT_ROTATION_NONE);
         if (n == 0)
             kt_check_near("by a quarter", c->rotation.value[3], sqrt(0.5), 4e-16);
-        kt_scene_free(&scene);
     }
 }
 
@@ -331,21 +275,17 @@ KT_TEST(quaternions_of_a_keyframe_have_any_length) {
                                             {{0.5, 0.0, 0.0, 0.5}, {0.5, 0.5, 0.5, 0.5}}};
     for (int n = 0; n < 3; n++) {
         const kt_robot_options options = {.keyframe = "k"};
-        char text[600];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<mujoco><worldbody><body name='a'><freejoint/>" BALL "<body name='b'><joint type='ball'/>" BALL
-                       "</body></body></worldbody><keyframe><key name='k' qpos='%s'/></keyframe></mujoco>",
-                       qpos[n]);
-        if (!parse_right(text, &options, &scene))
-            continue;
+        kt_scene *scene = test_robot_of(
+            &options,
+            "<mujoco><worldbody><body name='a'><freejoint/>" BALL "<body name='b'><joint type='ball'/>" BALL
+            "</body></body></worldbody><keyframe><key name='k' qpos='%s'/></keyframe></mujoco>",
+            qpos[n]);
         const double root = n != 1 ? sqrt(2.0) : 1.0;
         for (int i = 0; i < 4; i++) {
-            kt_check_near("of a free joint", find_body(&scene, "a")->joint.position[3 + i], root * expected[n][0][i],
+            kt_check_near("of a free joint", find_body(scene, "a")->joint.position[3 + i], root * expected[n][0][i],
                           4e-16);
-            kt_check_near("of a ball", find_body(&scene, "b")->joint.position[i], expected[n][1][i], 4e-16);
+            kt_check_near("of a ball", find_body(scene, "b")->joint.position[i], expected[n][1][i], 4e-16);
         }
-        kt_scene_free(&scene);
     }
 }
 
@@ -358,52 +298,43 @@ KT_TEST(servo_has_a_ratio_of_the_critical_damping_and_the_range_of_its_joint) {
         "range='0.2 1'/>"
         "<geom size='0.1' pos='0 0 -0.5' mass='3'/></body></worldbody>"
         "<actuator><position joint='a' kp='50' dampratio='0.5' gear='2' inheritrange='0.5'/></actuator></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    if (kt_check_equal_int("effects", scene.description.effect_count, 1)) {
-        const kt_effect *servo = &scene.description.effects[0];
+    kt_scene *scene = test_robot(text, NULL);
+    if (kt_check_equal_int("effects", scene->description.effect_count, 1)) {
+        const kt_effect *servo = &scene->description.effects[0];
         const double inertia = 0.1 + 0.4 * 3.0 * 0.01 + 3.0 * 0.25;
         kt_check_near("stiffness, g^2 kp", servo->stiffness, 200.0, 1e-13);
         kt_check_near("damping", servo->damping, 2.0 * sqrt(50.0 * inertia), 1e-13);
         kt_check_near("target", servo->target.value, 0.2, 1e-15);
     }
-    kt_scene_free(&scene);
 }
 
 /* Of radii 1, 4, 9 m along z, x and y: 9 m along y, and sqrt(1 4) = 2 m across. */
 KT_TEST(ellipsoids_are_drawn_as_rods_as_long_or_spheres) {
-    kt_scene scene;
-    if (!parse_right(WORLD("<body name='a'><geom type='ellipsoid' size='4 9 1' pos='1 2 3'/></body>"
-                           "<body name='b'><geom type='ellipsoid' size='2 2 2' pos='1 2 3'/></body>"),
-                     NULL, &scene))
-        return;
-    const kt_shape *rod = &find_body(&scene, "a")->shape, *ball = &find_body(&scene, "b")->shape;
+    kt_scene *scene = test_robot(WORLD("<body name='a'><geom type='ellipsoid' size='4 9 1' pos='1 2 3'/></body>"
+                                       "<body name='b'><geom type='ellipsoid' size='2 2 2' pos='1 2 3'/></body>"),
+                                 NULL);
+    const kt_shape *rod = &find_body(scene, "a")->shape, *ball = &find_body(scene, "b")->shape;
     kt_check_equal_int("rod", rod->type, KT_SHAPE_ROD);
     kt_check_near("radius", rod->radius, 2.0, 1e-15);
     kt_check_equal_bits("from", &rod->from.x, (const double[]){1.0, -5.0, 3.0}, 3);
     kt_check_equal_bits("to", &rod->to.x, (const double[]){1.0, 9.0, 3.0}, 3);
     kt_check_equal_int("ball", ball->type, KT_SHAPE_SPHERE);
     kt_check_near("its radius", ball->radius, 2.0, 1e-15);
-    kt_check_contains("told", scene.notes[2].what, "ellipsoids, which pictures have as rods");
-    kt_scene_free(&scene);
+    kt_check_contains("told", scene->notes[2].what, "ellipsoids, which pictures have as rods");
 }
 
 KT_TEST(sites_are_markers_limits_are_stops_and_floating_frees) {
     const kt_robot_options options = {.floating = true, .stop_stiffness = 10.0, .stop_damping = 2.0};
-    kt_scene scene;
-    if (!parse_right(WORLD("<body name='base'>" BALL "<body name='a'><joint range='-90 45'/>" BALL
-                           "<site name='tip' pos='1 2 3'/></body></body>"),
-                     &options, &scene))
-        return;
-    const kt_body *a = find_body(&scene, "a");
-    kt_check_equal_int("base", find_body(&scene, "base")->joint.type, KT_JOINT_FREE);
+    kt_scene *scene = test_robot(WORLD("<body name='base'>" BALL "<body name='a'><joint range='-90 45'/>" BALL
+                                       "<site name='tip' pos='1 2 3'/></body></body>"),
+                                 &options);
+    const kt_body *a = find_body(scene, "a");
+    kt_check_equal_int("base", find_body(scene, "base")->joint.type, KT_JOINT_FREE);
     kt_check_equal_int("markers", a->marker_count, 1);
     kt_check_equal_bits("place", &a->markers[0].at.x, (const double[]){1.0, 2.0, 3.0}, 3);
-    kt_check_equal_int("effects", scene.description.effect_count, 1);
-    kt_check_near("lower", scene.description.effects[0].lower, -acos(-1.0) / 2.0, 1e-15);
-    kt_check_near("upper", scene.description.effects[0].upper, acos(-1.0) / 4.0, 1e-15);
-    kt_scene_free(&scene);
+    kt_check_equal_int("effects", scene->description.effect_count, 1);
+    kt_check_near("lower", scene->description.effects[0].lower, -acos(-1.0) / 2.0, 1e-15);
+    kt_check_near("upper", scene->description.effects[0].upper, acos(-1.0) / 4.0, 1e-15);
 }
 
 /* ---- what is told ------------------------------------------------------------------------------------------------ */
@@ -440,16 +371,13 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         KT_NOTE_RANK_DETAIL, KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START,  KT_NOTE_RANK_START, KT_NOTE_RANK_START,
         KT_NOTE_RANK_MOTION, KT_NOTE_RANK_MOTION, KT_NOTE_RANK_NAME,   KT_NOTE_RANK_DETAIL};
     const int count = (int)(sizeof expected / sizeof *expected);
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_equal_int("notes", scene.note_count, count);
-    for (int i = 0; i < scene.note_count && i < count; i++) {
-        kt_check_text("where", scene.notes[i].where, expected[i][0]);
-        kt_check_text("what", scene.notes[i].what, expected[i][1]);
-        kt_check_equal_int(expected[i][1], scene.notes[i].rank, ranks[i]);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("notes", scene->note_count, count);
+    for (int i = 0; i < scene->note_count && i < count; i++) {
+        kt_check_text("where", scene->notes[i].where, expected[i][0]);
+        kt_check_text("what", scene->notes[i].what, expected[i][1]);
+        kt_check_equal_int(expected[i][1], scene->notes[i].rank, ranks[i]);
     }
-    kt_scene_free(&scene);
 }
 
 /* Elements that change the motion have a warning of their own. Flags that turn elements off are obeyed. */
@@ -463,38 +391,32 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
         "<equality><joint joint1='j' joint2='k'/></equality></mujoco>";
     static const char *const expected[] = {"give a replicate for points: 1", "is missing in 1 body (a), since",
                                            "wind, so that the medium is at rest: 1", "on which no medium acts: 1"};
-    kt_scene scene;
     int warnings = 0;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    for (int i = 0; i < scene.note_count; i++)
-        warnings += scene.notes[i].rank == KT_NOTE_RANK_MOTION;
+    kt_scene *scene = test_robot(text, NULL);
+    for (int i = 0; i < scene->note_count; i++)
+        warnings += scene->notes[i].rank == KT_NOTE_RANK_MOTION;
     kt_check_equal_int("warnings", warnings, 4);
     for (size_t k = 0; k < sizeof expected / sizeof *expected; k++) {
         int found = 0;
-        for (int i = 0; i < scene.note_count; i++)
-            found += scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, expected[k]) != NULL;
+        for (int i = 0; i < scene->note_count; i++)
+            found += scene->notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene->notes[i].what, expected[k]) != NULL;
         kt_check_equal_int(expected[k], found, 1);
     }
-    kt_check_equal_int("effects: a damper and a drag", scene.description.effect_count, 2);
-    kt_check_equal_int("loops", scene.description.loop_count, 0);
-    kt_scene_free(&scene);
+    kt_check_equal_int("effects: a damper and a drag", scene->description.effect_count, 2);
+    kt_check_equal_int("loops", scene->description.loop_count, 0);
 }
 
 /* Such an element has no class with a number to look up. */
 KT_TEST(default_that_is_not_at_the_root_is_no_class) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
                                "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_equal_int("effects", scene.description.effect_count, 0);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("effects", scene->description.effect_count, 0);
     int warnings = 0;
-    for (int i = 0; i < scene.note_count; i++)
+    for (int i = 0; i < scene->note_count; i++)
         warnings +=
-            scene.notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[i].what, "left out, default: 1") != NULL;
+            scene->notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene->notes[i].what, "left out, default: 1") != NULL;
     kt_check_equal_int("warnings", warnings, 1);
-    kt_scene_free(&scene);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

@@ -7,6 +7,7 @@
  * KT_ROBOT_FILES names more files, separated by blanks. They may include files of the folder KT_ROBOT_ROOT. With
  * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader rejects
  * is reported. */
+#include "../folder.h"
 #include "import_pair.h"
 
 #include "../scene_files.h"
@@ -336,10 +337,9 @@ static void compare_random(int count, bool has_meshes, double bound) {
     enum { MOST = 150 };
     static model_file files[MOST];
     static char paths[MOST][80];
-    char folder[] = "/tmp/kinetree-mjcf-XXXXXX";
+    const char *folder = kt_test_folder();
     kt_random random = kt_random_of_test();
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL && count <= MOST))
-        return;
+    kt_need(count <= MOST || kt_check_true("there is room", false));
     for (int i = 0; i < count; i++) {
         (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
         files[i] = (model_file){paths[i], bound, "k", false, false};
@@ -354,9 +354,6 @@ static void compare_random(int count, bool has_meshes, double bound) {
         kt_check_above("lengths of tendons", lengths_compared, 0.1 * count);
         kt_check_above("equalities", equalities_compared, 0.5 * count * STATES);
     }
-    for (int i = 0; i < count && getenv("KT_KEEP") == NULL; i++)
-        (void)remove(paths[i]);
-    (void)rmdir(folder);
 }
 
 /* Random models of all features that decide forces and accelerations. They have bounds of actuators, joints and tendons
@@ -383,7 +380,6 @@ static bool write_export(const kt_scene *scene, kt_robot_format format, const ch
     (void)fclose(file);
     if (status == KT_OK)
         return true;
-    (void)remove(path);
     (void)kt_check_true("URDF lacks a joint", format == KT_ROBOT_URDF && strstr(error.message, "URDF has no ") != NULL);
     return false;
 }
@@ -393,11 +389,9 @@ KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     static char names[EXPORTS_MOST][EXPORT_NAME];
     static model_file files[EXPORTS_MOST];
     struct dirent **entries;
-    char folder[] = "/tmp/kinetree-exports-XXXXXX";
+    const char *folder = kt_test_folder();
     int count = 0, scenes = 0;
     if (!has_mujoco())
-        return;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
         return;
     const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     for (int i = 0; i < listed; i++) {
@@ -424,7 +418,4 @@ KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     kt_check_above("exports", count, 2 * scenes - 10);
     kt_check_equal_int("exports that both read", read, count);
     kt_check_above("equalities", equalities_compared, 100.0);
-    for (int i = 0; i < count; i++)
-        (void)remove(names[i]);
-    (void)remove(folder);
 }

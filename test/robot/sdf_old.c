@@ -9,21 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The scene of a text, written; NULL where it has none. */
-static char *written(const char *text) {
-    char *buffer = NULL;
-    size_t size = 0;
-    kt_scene scene;
-    kt_error error = {0};
-    FILE *to = open_memstream(&buffer, &size);
-    if (to == NULL || !parse_right(text, NULL, &scene))
-        return NULL;
-    kt_check_equal_int("written", kt_scene_write(&scene, to, &error), KT_OK);
-    (void)fclose(to);
-    kt_scene_free(&scene);
-    return buffer;
-}
-
 /* One model in the words of three versions: `1.0, 1.3, and 1.4`. The last is written in our order of elements. */
 KT_TEST(versions_before_1_4_are_the_same_models) {
     static const char *const texts[] = {
@@ -51,19 +36,13 @@ KT_TEST(versions_before_1_4_are_the_same_models) {
         "0</friction></dynamics><limit><lower>-1</lower><upper>2</upper><effort>30</effort></limit></axis></joint></"
         "model>"
         "</sdf>"};
-    char *old = written(texts[0]), *next = written(texts[1]);
     char copy[3000];
     (void)snprintf(copy, sizeof copy, "%s", texts[1]);
     strstr(copy, "1.3")[2] = '4';
-    char *current = written(copy);
-    if (kt_check_true("all are read", old != NULL && next != NULL && current != NULL)) {
-        kt_check_text("1.0", old, current);
-        kt_check_text("1.3", next, current);
-        kt_check_contains("of which the damper is one", current, "damping: 0.7");
-    }
-    free(old);
-    free(next);
-    free(current);
+    const char *current = kt_test_written(test_robot(copy, NULL));
+    kt_check_text("1.0", kt_test_written(test_robot(texts[0], NULL)), current);
+    kt_check_text("1.3", kt_test_written(test_robot(texts[1], NULL)), current);
+    kt_check_contains("of which the damper is one", current, "damping: 0.7");
 }
 
 /* Before 1.7, frames have names of their own only as far as they need them: others keep theirs. */
@@ -74,17 +53,14 @@ KT_TEST(frames_of_old_versions_are_renamed_if_others_have_their_name) {
         "<link name='b'><pose relative_to='a_frame'>1 0 0 0 0 0</pose></link>"
         "<link name='c'><pose relative_to='a'>2 0 0 0 0 0</pose></link></model></sdf>";
     static const kt_vec3 places[] = {{0.0, 0.0, 1.0}, {1.0, 0.0, 3.0}, {2.0, 0.0, 1.0}};
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_true("it is told", has_note(&scene, "called NAME_frame here: 2"));
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_true("it is told", has_note(scene, "called NAME_frame here: 2"));
     for (int i = 0; i < 3; i++) {
         const char name[] = {(char)('a' + i), '\0'};
-        const double *at = find_body(&scene, name)->joint.position;
+        const double *at = find_body(scene, name)->joint.position;
         kt_check_near("x", at[0], places[i].x, 0.0);
         kt_check_near("z", at[2], places[i].z, 0.0);
     }
-    kt_scene_free(&scene);
 }
 
 KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
@@ -97,14 +73,11 @@ KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
              "</collision><collision name='d'><geometry><box><size>1 1 1</size></box></geometry></collision></link>"),
          "the mass of collisions that are meshes is missing: of 1 link (a); --mass LINK=MASS gives one"}};
     for (int i = 0; i < 2; i++) {
-        kt_scene scene;
-        if (!parse_right(texts[i][0], NULL, &scene))
-            continue;
+        kt_scene *scene = test_robot(texts[i][0], NULL);
         bool warned = false;
-        for (int k = 0; k < scene.note_count; k++)
+        for (int k = 0; k < scene->note_count; k++)
             warned = warned ||
-                     (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, texts[i][1]) != NULL);
+                     (scene->notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene->notes[k].what, texts[i][1]) != NULL);
         kt_check_true(texts[i][1], warned);
-        kt_scene_free(&scene);
     }
 }

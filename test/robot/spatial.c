@@ -1,5 +1,8 @@
 /* Spatial tendons of MJCF: stops, and what of them is left out. test/robot/mujoco_wasm compares their forces. */
-#include "check.h"
+#define ROBOT "m.xml"
+#include "../folder.h"
+#include "robot.h"
+#include "run_file.h"
 
 #include "kinetree/export.h"
 #include "kinetree/import.h"
@@ -25,31 +28,13 @@
 #define LONG FIVE(FIVE(FIVE("jj"))) /* a name of 250 bytes */
 #define SITES "<site site='h'/><site site='s'/>"
 
-static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    const kt_status status = kt_robot_parse("m.xml", text, strlen(text), options, scene, NULL, NULL, &error);
-    return kt_check_equal_int(error.message, status, KT_OK);
-}
-
 /* The positions of the mass after each of two times; it starts at 0, and the rope's length is then 0.5 m. */
 static void run_text(const char *text, const kt_robot_options *options, const double times[2], double q[2]) {
-    char folder[] = "/tmp/kinetree-spatial-XXXXXX", path[60];
-    kt_mechanism m;
     kt_error error = {0};
-    q[0] = q[1] = (double)NAN;
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
-    (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-    FILE *to = fopen(path, "w");
-    kt_check_true("the file is written", to != NULL && fputs(text, to) >= 0 && fclose(to) == 0);
-    if (kt_check_equal_int(error.message, kt_mechanism_load(path, options, NULL, &m, &error), KT_OK)) {
-        for (int i = 0; i < 2; i++)
-            if (kt_check_equal_int("it runs", kt_simulation_advance(m.simulation, times[i], &error), KT_OK))
-                q[i] = kt_simulation_positions(m.simulation)[0];
-        kt_mechanism_free(&m);
-    }
-    (void)remove(path);
-    (void)rmdir(folder);
+    const kt_mechanism *m = run_file(kt_test_file(kt_test_folder(), "m.xml", text), options, NULL, times[0]);
+    q[0] = kt_simulation_positions(m->simulation)[0];
+    kt_need_fine("run on", kt_simulation_advance(m->simulation, times[1], &error), &error);
+    q[1] = kt_simulation_positions(m->simulation)[0];
 }
 
 /* A mass on a rope of 1 m falls freely by 0.5 m, which takes 0.32 s. It comes to rest where the stop holds its weight,
@@ -124,14 +109,8 @@ KT_TEST(what_tendons_lose_is_told) {
          "spring or damper of a joint whose name is too long for a formula: 1"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        bool found = false;
-        if (!read_text(table[i].text, NULL, &scene))
-            continue;
-        for (int k = 0; k < scene.note_count; k++)
-            found = found || (scene.notes[k].rank == KT_NOTE_RANK_MOTION && strstr(scene.notes[k].what, table[i].note));
-        kt_check_true(table[i].note, found);
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot(table[i].text, NULL);
+        kt_check_true(table[i].note, has_ranked_note(scene, KT_NOTE_RANK_MOTION, table[i].note));
     }
 }
 
@@ -161,31 +140,23 @@ static const struct {
                           {NULL, "b", {{.3, .1, .2}, {.1, .2, .1}}, 2.0}};
 
 typedef struct arm {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
+    kt_opened at;
     double q[64], v[64];
 } arm;
 
 /* Reads the arm and closes its loops at the start of the keyframe. */
-static bool open_arm(const char *tendon, const double q[ARM_NQ], const double v[ARM_NV], arm *a) {
-    const kt_robot_options options = {.keyframe = "k"};
-    char text[3000];
+static arm open_scene_of_arm(kt_scene *scene) {
+    arm a = {.at = kt_test_open(scene, NULL)};
     kt_error error = {0};
-    (void)snprintf(text, sizeof text, ARM, tendon, q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[2], v[3], v[4]);
-    memset(a, 0, sizeof *a);
-    if (!read_text(text, &options, &a->scene) ||
-        !kt_check_equal_int(error.message, kt_model_compile(&a->scene.description, NULL, &a->model, &error), KT_OK) ||
-        !kt_check_equal_int(error.message, kt_data_create(a->model, &a->data, &error), KT_OK))
-        return false;
-    (void)kt_model_initial(a->model, a->q, a->v);
-    return kt_check_equal_int(error.message, kt_state_assemble(a->model, a->data, 0.0, a->q, a->v, &error), KT_OK);
+    (void)kt_model_initial(a.at.model, a.q, a.v);
+    kt_need_fine("assembled", kt_state_assemble(a.at.model, a.at.data, 0.0, a.q, a.v, &error), &error);
+    return a;
 }
 
-static void close_arm(arm *a) {
-    kt_data_free(a->data);
-    kt_model_free(a->model);
-    kt_scene_free(&a->scene);
+static arm open_arm(const char *tendon, const double q[ARM_NQ], const double v[ARM_NV]) {
+    const kt_robot_options options = {.keyframe = "k"};
+    return open_scene_of_arm(
+        test_robot_of(&options, ARM, tendon, q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[2], v[3], v[4]));
 }
 
 /* Adds armature (J a + dJ/dt v) J' of a straight part to the forces, where J a + dJ/dt v is the acceleration of its
@@ -195,12 +166,12 @@ static double part_of_arm(const arm *t, int part, double gradient[ARM_NV]) {
     double jacobian[2][6 * ARM_NV];
     for (int k = 0; k < 2; k++) {
         const char *name = k == 0 ? arm_parts[part].from : arm_parts[part].to;
-        const int body = name != NULL ? kt_body_find(t->model, name) : 0;
+        const int body = name != NULL ? kt_body_find(t->at.model, name) : 0;
         const kt_vec3 at = arm_parts[part].at[k];
-        x[k] = kt_point_position(t->model, t->data, body, at);
-        u[k] = kt_point_velocity(t->model, t->data, body, at);
-        w[k] = kt_point_acceleration(t->model, t->data, body, at);
-        kt_point_jacobian(t->model, t->data, body, at, jacobian[k]);
+        x[k] = kt_point_position(t->at.model, t->at.data, body, at);
+        u[k] = kt_point_velocity(t->at.model, t->at.data, body, at);
+        w[k] = kt_point_acceleration(t->at.model, t->at.data, body, at);
+        kt_point_jacobian(t->at.model, t->at.data, body, at, jacobian[k]);
     }
     const kt_vec3 d = kt_vec3_sub(x[1], x[0]), rate = kt_vec3_sub(u[1], u[0]), n = kt_vec3_normalize(d);
     const kt_vec3 across = kt_vec3_cross(n, rate);
@@ -213,11 +184,11 @@ static double part_of_arm(const arm *t, int part, double gradient[ARM_NV]) {
 }
 
 /* The forces that the accelerations of the arm need: those of the tree, and of both armatures. */
-static bool forces_of_arm(arm *tree, const double a[ARM_NV], double f[ARM_NV]) {
+static bool forces_of_arm(const arm *tree, const double a[ARM_NV], double f[ARM_NV]) {
     kt_error error = {0};
     double gradient[ARM_NV] = {0.0}, rate = 0.0;
-    if (kt_dynamics_inverse(tree->model, tree->data, tree->q, tree->v, a, NULL, f, &error) != KT_OK ||
-        kt_kinematics_update(tree->model, tree->data, tree->q, tree->v, a, &error) != KT_OK)
+    if (kt_dynamics_inverse(tree->at.model, tree->at.data, tree->q, tree->v, a, NULL, f, &error) != KT_OK ||
+        kt_kinematics_update(tree->at.model, tree->at.data, tree->q, tree->v, a, &error) != KT_OK)
         return kt_check_text("the tree", error.message, "");
     for (int part = 0; part < ARM_PARTS; part++)
         rate += part_of_arm(tree, part, gradient);
@@ -234,7 +205,6 @@ KT_TEST(armatures_of_tendons_are_inertias_along_their_lengths) {
     kt_random random = kt_random_of_test();
     kt_worst force = kt_worst_make("force"), kept = kt_worst_make("start");
     for (int n = 0; n < 20; n++) {
-        arm arms[2] = {{.model = NULL}, {.model = NULL}};
         double q[ARM_NQ], v[ARM_NV], tau[64] = {0.0}, a[64], f[ARM_NV];
         kt_error error = {0};
         for (int i = 0; i < ARM_NQ; i++)
@@ -244,22 +214,19 @@ KT_TEST(armatures_of_tendons_are_inertias_along_their_lengths) {
             q[i] /= size;
         for (int i = 0; i < ARM_NV; i++)
             v[i] = i == 1 || (i == 4 && n % 3 == 0) ? 0.0 : kt_random_uniform(&random, -2.0, 2.0);
-        const bool is_open = open_arm(arm_tendon, q, v, &arms[0]) && open_arm("", q, v, &arms[1]);
+        const arm arms[2] = {open_arm(arm_tendon, q, v), open_arm("", q, v)};
         for (int i = 0; i < ARM_NV; i++)
             tau[i] = kt_random_uniform(&random, -20.0, 20.0);
-        if (is_open &&
-            kt_check_equal_int(
-                error.message,
-                kt_acceleration_evaluate(arms[0].model, arms[0].data, 0.0, arms[0].q, arms[0].v, tau, NULL, a, &error),
-                KT_OK) &&
-            forces_of_arm(&arms[1], a, f))
+        kt_need_fine("acceleration",
+                     kt_acceleration_evaluate(arms[0].at.model, arms[0].at.data, 0.0, arms[0].q, arms[0].v, tau, NULL,
+                                              a, &error),
+                     &error);
+        if (forces_of_arm(&arms[1], a, f))
             for (int i = 0; i < ARM_NV; i++) {
                 kt_worst_near(&force, f[i], tau[i], 1e-12, "%d, %d", n, i);
                 kt_worst_near(&kept, arms[0].q[i], arms[1].q[i], 0.0, "position %d, %d", n, i);
                 kt_worst_near(&kept, arms[0].v[i], arms[1].v[i], 0.0, "velocity %d, %d", n, i);
             }
-        close_arm(&arms[0]);
-        close_arm(&arms[1]);
     }
     kt_check_worst(&force);
     kt_check_worst(&kept);
@@ -270,21 +237,17 @@ static void add_lost(void *user, const char *what, int count) {
     *(int *)user += count;
 }
 
-/* Writes the arm and reads it back; NULL bodies if it fails. */
-static bool give_arm_back(const arm *from, kt_scene *back, int *lost) {
+/* Writes the arm and reads it back. */
+static arm give_arm_back(const arm *from, int *lost) {
     const kt_robot_options options = {.keyframe = "start"};
-    char written[8000] = "";
+    const char *path = kt_test_path(kt_test_folder(), "m.xml");
     kt_error error = {0};
-    FILE *to = tmpfile();
-    if (to == NULL ||
-        !kt_check_equal_int("written",
-                            kt_robot_write_scene(&from->scene, KT_ROBOT_MJCF, NULL, to, add_lost, lost, &error), KT_OK))
-        return false;
-    rewind(to);
-    const size_t length = fread(written, 1, sizeof written - 1, to);
+    FILE *to = fopen(path, "w");
+    kt_need(kt_check_true("a file", to != NULL));
+    kt_need_fine("written", kt_robot_write_scene(from->at.scene, KT_ROBOT_MJCF, NULL, to, add_lost, lost, &error),
+                 &error);
     (void)fclose(to);
-    return kt_check_true("it is written", length > 0 && length < sizeof written - 1) &&
-           read_text(written, &options, back);
+    return open_scene_of_arm(test_robot_file(path, &options));
 }
 
 /* A path with parts within bodies alone has a constant length, and no inertia. */
@@ -312,31 +275,22 @@ KT_TEST(armatures_of_tendons_come_back) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("acceleration");
     for (int n = 0; n < 5; n++) {
-        arm here = {.model = NULL}, back = {.model = NULL};
         double q[ARM_NQ] = {0.3, 0.5, -0.5, 0.5, 0.5, 0.1}, v[ARM_NV], a[2][64];
         kt_error error = {0};
         int lost = 0;
         for (int i = 0; i < ARM_NV; i++)
             v[i] = i == 1 ? 0.0 : kt_random_uniform(&random, -2.0, 2.0);
-        if (open_arm(arm_tendon, q, v, &here) && give_arm_back(&here, &back.scene, &lost) &&
-            kt_check_equal_int(error.message, kt_model_compile(&back.scene.description, NULL, &back.model, &error),
-                               KT_OK) &&
-            kt_check_equal_int(error.message, kt_data_create(back.model, &back.data, &error), KT_OK)) {
-            kt_model_initial(back.model, back.q, back.v);
-            kt_check_equal_int("closed", kt_state_assemble(back.model, back.data, 0.0, back.q, back.v, &error), KT_OK);
-            kt_check_equal_int("lost", lost, 0);
-            kt_check_equal_int("loops", back.scene.description.loop_count, here.scene.description.loop_count);
-            arm *const arms[] = {&here, &back};
-            for (int k = 0; k < 2; k++)
-                kt_check_equal_int(error.message,
-                                   kt_acceleration_evaluate(arms[k]->model, arms[k]->data, 0.0, arms[k]->q, arms[k]->v,
-                                                            NULL, NULL, a[k], &error),
-                                   KT_OK);
-            for (int i = 0; i < ARM_NV; i++)
-                kt_worst_near(&worst, a[1][i], a[0][i], 1e-12 * (1.0 + fabs(a[0][i])), "%d, %d", n, i);
-        }
-        close_arm(&here);
-        close_arm(&back);
+        const arm here = open_arm(arm_tendon, q, v), back = give_arm_back(&here, &lost);
+        kt_check_equal_int("lost", lost, 0);
+        kt_check_equal_int("loops", back.at.scene->description.loop_count, here.at.scene->description.loop_count);
+        const arm *const arms[] = {&here, &back};
+        for (int k = 0; k < 2; k++)
+            kt_need_fine("acceleration",
+                         kt_acceleration_evaluate(arms[k]->at.model, arms[k]->at.data, 0.0, arms[k]->q, arms[k]->v,
+                                                  NULL, NULL, a[k], &error),
+                         &error);
+        for (int i = 0; i < ARM_NV; i++)
+            kt_worst_near(&worst, a[1][i], a[0][i], 1e-12 * (1.0 + fabs(a[0][i])), "%d, %d", n, i);
     }
     kt_check_worst(&worst);
 }

@@ -1,10 +1,12 @@
 /* Robots on the ground of their file: four legs with servos, open or closed, dropped from a small height. The contacts
  * of open legs have random stiffness, damping, friction and cone. After 3 s the robots rest at the places that today's
  * MuJoCo computes (mujoco_wasm.mjs). KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
+#include "../folder.h"
 #include "check.h"
 #include "node.h"
 #include "note.h"
 #include "random.h"
+#include "run_file.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -123,24 +125,13 @@ static bool write_closed_legs(const char *path, kt_random *random) {
 }
 
 /* Positions in MuJoCo's order; `joints` has the letters of the joints of a leg. */
-static bool run_here(const char *path, const char *joints, double *q) {
+static void run_here(const char *path, const char *joints, double *q) {
     const kt_robot_options options = {.keyframe = "home", .contacts = true};
-    kt_mechanism m;
-    kt_error error = {0};
-    kt_status status = kt_mechanism_load(path, &options, NULL, &m, &error);
-    if (status == KT_OK)
-        status = kt_simulation_advance(m.simulation, SECONDS, &error);
-    if (!kt_check_equal_int(error.message, status, KT_OK))
-        return false;
-    const double *ours = kt_simulation_positions(m.simulation);
-    memcpy(q, ours + kt_body_coordinates(m.model, kt_body_find(m.model, "trunk")).q, 7 * sizeof *q);
+    const kt_mechanism *m = run_file(path, &options, NULL, SECONDS);
+    memcpy(q, positions_of(m, "trunk"), 7 * sizeof *q);
     const int of_leg = (int)strlen(joints);
-    for (int i = 0; i < of_leg * LEGS; i++) {
-        const char name[] = {joints[i % of_leg], (char)('0' + i / of_leg), '\0'};
-        q[7 + i] = ours[kt_body_coordinates(m.model, kt_body_find(m.model, name)).q];
-    }
-    kt_mechanism_free(&m);
-    return true;
+    for (int i = 0; i < of_leg * LEGS; i++)
+        q[7 + i] = *positions_of(m, (const char[]){joints[i % of_leg], (char)('0' + i / of_leg), '\0'});
 }
 
 static bool read_theirs(FILE *from, const char *path, int coordinates, double *q) {
@@ -409,15 +400,14 @@ static void compare_standing(int count, bool (*write)(const char *, kt_random *)
                              double tilt_bound, double joint_bound) {
     static char paths[ROBOTS][80];
     const char *asked[ROBOTS];
-    char folder[] = "/tmp/kinetree-standing-XXXXXX", states[20];
+    const char *folder = kt_test_folder();
+    char states[20];
     kt_random random = kt_random_of_test();
     kt_worst height = kt_worst_make("height, m"), tilt = kt_worst_make("tilt"), joints = kt_worst_make("joints, rad");
     const int coordinates = 7 + LEGS * (int)strlen(joints_of_leg);
     if (!has_mujoco())
         return;
     (void)snprintf(states, sizeof states, "rest=%d", SECONDS);
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
     for (int i = 0; i < count; i++) {
         (void)snprintf(paths[i], sizeof paths[i], "%s/%d.xml", folder, i);
         kt_check_true("it is written", write(paths[i], &random));
@@ -426,8 +416,9 @@ static void compare_standing(int count, bool (*write)(const char *, kt_random *)
     FILE *from = ask_mujoco(states, asked, count);
     for (int i = 0; i < count && from != NULL; i++) {
         double ours[COORDINATES_MOST], theirs[COORDINATES_MOST];
-        if (!read_theirs(from, paths[i], coordinates, theirs) || !run_here(paths[i], joints_of_leg, ours))
+        if (!read_theirs(from, paths[i], coordinates, theirs))
             continue;
+        run_here(paths[i], joints_of_leg, ours);
         kt_check_above("it stands, m", theirs[2], 0.3);
         kt_worst_near(&height, ours[2], theirs[2], 1e-3, "%d", i);
         for (int k = 3; k < 7; k++)
@@ -441,9 +432,6 @@ static void compare_standing(int count, bool (*write)(const char *, kt_random *)
     kt_check_worst(&tilt);
     kt_check_worst(&joints);
     kt_check_equal_int("robots compared", (int)height.count, count);
-    for (int i = 0; i < count && getenv("KT_KEEP") == NULL; i++)
-        (void)remove(paths[i]);
-    (void)rmdir(folder);
 }
 
 KT_TEST(robots_stand_where_those_of_mujoco_of_today_do) { compare_standing(ROBOTS, write_robot, "hk", 5e-4, 2e-4); }

@@ -22,33 +22,28 @@ KT_TEST(joint_types_are_ours) {
     } table[] = {{"revolute", KT_JOINT_REVOLUTE}, {"continuous", KT_JOINT_REVOLUTE}, {"prismatic", KT_JOINT_PRISMATIC},
                  {"fixed", KT_JOINT_FIXED},       {"floating", KT_JOINT_FREE},       {"planar", KT_JOINT_PLANAR}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[600];
-        kt_scene scene;
-        (void)snprintf(text, sizeof text,
-                       "<robot name='r'><link name='a'/><link name='b'>" MASS "</link><joint name='j' type='%s'>"
-                       "<parent link='a'/><child link='b'/><origin xyz='1 2 3' rpy='0.1 0.2 0.3'/></joint></robot>",
-                       table[i].type);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        const kt_joint *joint = &find_body(&scene, "b")->joint;
+        kt_scene *scene =
+            test_robot_of(NULL,
+                          "<robot name='r'><link name='a'/><link name='b'>" MASS "</link><joint name='j' type='%s'>"
+                          "<parent link='a'/><child link='b'/><origin xyz='1 2 3' rpy='0.1 0.2 0.3'/></joint></robot>",
+                          table[i].type);
+        const kt_joint *joint = &find_body(scene, "b")->joint;
         kt_check_equal_int(table[i].type, joint->type, table[i].ours);
         kt_check_equal_bits("place", &joint->at.x, (const double[]){1.0, 2.0, 3.0}, 3);
         kt_check_equal_bits("roll, pitch, yaw", joint->rotation.value, (const double[]){0.1, 0.2, 0.3}, 3);
         if (table[i].ours != KT_JOINT_FIXED && table[i].ours != KT_JOINT_FREE)
             kt_check_equal_bits("axis that is not given", &joint->axis.x, (const double[]){1.0, 0.0, 0.0}, 3);
-        kt_scene_free(&scene);
     }
 }
 
 /* Axes turned by 90 degrees about z: x' = y and y' = -x. */
 KT_TEST(inertia_is_turned_to_the_axes_of_the_link) {
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='a'><inertial><origin xyz='0 0.5 0' rpy='0 0 1.5707963267948966'/>"
-                     "<mass value='2'/><inertia ixx='2' iyy='3' izz='4' ixy='0.2' ixz='0.3' iyz='0.4'/></inertial>"
-                     "</link></robot>",
-                     NULL, &scene))
-        return;
-    const kt_body *body = find_body(&scene, "a");
+    kt_scene *scene =
+        test_robot("<robot name='r'><link name='a'><inertial><origin xyz='0 0.5 0' rpy='0 0 1.5707963267948966'/>"
+                   "<mass value='2'/><inertia ixx='2' iyy='3' izz='4' ixy='0.2' ixz='0.3' iyz='0.4'/></inertial>"
+                   "</link></robot>",
+                   NULL);
+    const kt_body *body = find_body(scene, "a");
     const double seen[] = {body->inertia.xx, body->inertia.yy, body->inertia.zz,
                            body->inertia.xy, body->inertia.xz, body->inertia.yz};
     const double expected[] = {3.0, 2.0, 4.0, -0.2, -0.4, 0.3};
@@ -56,7 +51,6 @@ KT_TEST(inertia_is_turned_to_the_axes_of_the_link) {
         kt_check_near("entry", seen[i], expected[i], 8.0 * DBL_EPSILON);
     kt_check_equal_bits("mass", &body->mass, &(double){2.0}, 1);
     kt_check_equal_bits("com", &body->com.x, (const double[]){0.0, 0.5, 0.0}, 3);
-    kt_scene_free(&scene);
 }
 
 #define PAIR(limit, rest)                                                                                              \
@@ -65,36 +59,29 @@ KT_TEST(inertia_is_turned_to_the_axes_of_the_link) {
 
 KT_TEST(limits_become_stops_where_a_stiffness_is_given) {
     const kt_robot_options options = {.stop_stiffness = 1e4, .stop_damping = 5.0};
-    kt_scene scene;
-    if (!parse_right(PAIR("<limit lower='-2' upper='-0.5' effort='1' velocity='1'/>", ""), &options, &scene))
-        return;
-    const kt_effect *stop = &scene.description.effects[0];
-    kt_check_equal_int("effects", scene.description.effect_count, 1);
+    kt_scene *scene = test_robot(PAIR("<limit lower='-2' upper='-0.5' effort='1' velocity='1'/>", ""), &options);
+    const kt_effect *stop = &scene->description.effects[0];
+    kt_check_equal_int("effects", scene->description.effect_count, 1);
     kt_check_equal_int("type", stop->type, KT_EFFECT_JOINT_LIMIT);
     kt_check_equal_bits("numbers", (const double[]){stop->lower, stop->upper, stop->stiffness, stop->damping},
                         (const double[]){-2.0, -0.5, 1e4, 5.0}, 4);
-    kt_check_equal_bits("start at the limit next to zero", &find_body(&scene, "b")->joint.position[0], &(double){-0.5},
+    kt_check_equal_bits("start at the limit next to zero", &find_body(scene, "b")->joint.position[0], &(double){-0.5},
                         1);
-    kt_scene_free(&scene);
-    if (!parse_right(PAIR("<limit effort='1' velocity='1'/>", ""), &options, &scene))
-        return;
-    kt_check_equal_int("no limits of position, no stops", scene.description.effect_count, 0);
-    kt_scene_free(&scene);
+    scene = test_robot(PAIR("<limit effort='1' velocity='1'/>", ""), &options);
+    kt_check_equal_int("no limits of position, no stops", scene->description.effect_count, 0);
 }
 
 /* The motion of a damped pendulum read from URDF is, to the bit, that of the description written by hand. */
 KT_TEST(damped_pendulum_swings_as_described_by_hand) {
-    kt_scene scene;
     double q[2];
     kt_error error = {0};
-    if (!parse_right(
-            "<robot name='p'><link name='world'/><link name='bob'><inertial><origin xyz='0 0 -1'/><mass value='2'/>"
-            "<inertia ixx='0.1' iyy='0.2' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
-            "<joint name='pivot' type='revolute'><parent link='world'/><child link='bob'/><axis xyz='0 1 0'/>"
-            "<limit lower='0.7' upper='3' effort='0' velocity='0'/><dynamics damping='0.3' friction='0.1'/></joint>"
-            "</robot>",
-            NULL, &scene))
-        return;
+    kt_scene *scene = test_robot(
+        "<robot name='p'><link name='world'/><link name='bob'><inertial><origin xyz='0 0 -1'/><mass value='2'/>"
+        "<inertia ixx='0.1' iyy='0.2' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+        "<joint name='pivot' type='revolute'><parent link='world'/><child link='bob'/><axis xyz='0 1 0'/>"
+        "<limit lower='0.7' upper='3' effort='0' velocity='0'/><dynamics damping='0.3' friction='0.1'/></joint>"
+        "</robot>",
+        NULL);
     kt_body bob = kt_body_default();
     bob.name = "bob";
     bob.joint.type = KT_JOINT_REVOLUTE;
@@ -115,31 +102,23 @@ KT_TEST(damped_pendulum_swings_as_described_by_hand) {
     by_hand.body_count = 1;
     by_hand.effects = effects;
     by_hand.effect_count = 2;
-    const kt_description *descriptions[] = {&scene.description, &by_hand};
+    const kt_description *descriptions[] = {&scene->description, &by_hand};
     for (int i = 0; i < 2; i++) {
-        kt_model *model = NULL;
-        kt_simulation *simulation = NULL;
-        q[i] = (double)NAN;
-        if (kt_model_compile(descriptions[i], NULL, &model, &error) == KT_OK &&
-            kt_simulation_create(model, NULL, NULL, &simulation, &error) == KT_OK &&
-            kt_simulation_advance(simulation, 2.0, &error) == KT_OK)
-            q[i] = kt_simulation_positions(simulation)[0];
-        kt_simulation_free(simulation);
-        kt_model_free(model);
+        kt_simulation *simulation = kt_test_simulation(kt_test_model(descriptions[i], NULL), NULL, NULL);
+        kt_need_fine("run", kt_simulation_advance(simulation, 2.0, &error), &error);
+        q[i] = kt_simulation_positions(simulation)[0];
     }
     kt_check_equal_bits("angle after 2 s", &q[0], &q[1], 1);
     kt_check_below("it has swung", q[0], 0.65);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(mimic_joint_is_a_coupling) {
-    kt_scene scene;
-    if (!parse_right(PAIR("", "<link name='c'>" MASS "</link><joint name='k' type='prismatic'><parent link='a'/>"
-                              "<child link='c'/><mimic joint='j' multiplier='-2' offset='0.25'/></joint>"),
-                     NULL, &scene))
-        return;
-    const kt_loop *loop = &scene.description.loops[0];
-    if (kt_check_equal_int("loops", scene.description.loop_count, 1)) {
+    kt_scene *scene =
+        test_robot(PAIR("", "<link name='c'>" MASS "</link><joint name='k' type='prismatic'><parent link='a'/>"
+                            "<child link='c'/><mimic joint='j' multiplier='-2' offset='0.25'/></joint>"),
+                   NULL);
+    const kt_loop *loop = &scene->description.loops[0];
+    if (kt_check_equal_int("loops", scene->description.loop_count, 1)) {
         kt_check_text("name", loop->name, "mimic_k");
         kt_check_text("joint", loop->terms[0].joint, "k");
         kt_check_text("the other", loop->terms[1].joint, "j");
@@ -147,65 +126,51 @@ KT_TEST(mimic_joint_is_a_coupling) {
                             (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
                             (const double[]){1.0, 2.0, 0.25}, 3);
     }
-    kt_scene_free(&scene);
 }
 
 KT_TEST(joints_keep_their_names_and_limits) {
-    kt_scene scene;
-    kt_model *model = NULL;
     kt_error error = {0};
-    if (!parse_right(PAIR("<limit lower='-2' upper='0.5' effort='7' velocity='3'/>",
-                          "<link name='c'>" MASS "</link><joint name='a' type='continuous'><parent link='b'/>"
-                          "<child link='c'/><limit effort='2' velocity='-1'/></joint>"),
-                     NULL, &scene))
-        return;
-    if (kt_check_equal_int("compiled", kt_model_compile(&scene.description, NULL, &model, &error), KT_OK)) {
-        int j = 0, c = 0;
-        kt_check_equal_int("j", kt_joint_find(model, "j", &j, &error), KT_OK);
-        kt_check_text("carries", kt_body_name(model, j), "b");
-        const kt_joint_limits limits = kt_joint_limits_of(model, j);
-        kt_check_equal_bits("limits", &limits.lower, (const double[]){-2.0, 0.5, 3.0, 7.0}, 4);
-        kt_check_equal_int("the name of the root", kt_joint_find(model, "a_2", &c, &error), KT_OK);
-        const kt_joint_limits other = kt_joint_limits_of(model, c);
-        kt_check_equal_bits("a speed below zero is none", &other.lower,
-                            (const double[]){-HUGE_VAL, HUGE_VAL, HUGE_VAL, 2.0}, 4);
-    }
-    kt_model_free(model);
-    kt_scene_free(&scene);
+    kt_scene *scene =
+        test_robot(PAIR("<limit lower='-2' upper='0.5' effort='7' velocity='3'/>",
+                        "<link name='c'>" MASS "</link><joint name='a' type='continuous'><parent link='b'/>"
+                        "<child link='c'/><limit effort='2' velocity='-1'/></joint>"),
+                   NULL);
+    const kt_model *model = kt_test_model(&scene->description, NULL);
+    int j = 0, c = 0;
+    kt_check_equal_int("j", kt_joint_find(model, "j", &j, &error), KT_OK);
+    kt_check_text("carries", kt_body_name(model, j), "b");
+    const kt_joint_limits limits = kt_joint_limits_of(model, j);
+    kt_check_equal_bits("limits", &limits.lower, (const double[]){-2.0, 0.5, 3.0, 7.0}, 4);
+    kt_check_equal_int("the name of the root", kt_joint_find(model, "a_2", &c, &error), KT_OK);
+    const kt_joint_limits other = kt_joint_limits_of(model, c);
+    kt_check_equal_bits("a speed below zero is none", &other.lower,
+                        (const double[]){-HUGE_VAL, HUGE_VAL, HUGE_VAL, 2.0}, 4);
 }
 
 KT_TEST(root_is_the_world_or_fixed_or_free) {
     const kt_robot_options floats = {.floating = true};
-    kt_scene scene;
-    if (parse_right("<robot name='r'><link name='base'>" MASS "</link></robot>", NULL, &scene)) {
-        kt_check_equal_int("fixed", find_body(&scene, "base")->joint.type, KT_JOINT_FIXED);
-        kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){0.0, 0.0, -9.81}, 3);
-        kt_scene_free(&scene);
-    }
-    if (parse_right("<robot name='r'><link name='base'>" MASS "</link></robot>", &floats, &scene)) {
-        kt_check_equal_int("free", find_body(&scene, "base")->joint.type, KT_JOINT_FREE);
-        kt_scene_free(&scene);
-    }
-    if (parse_right("<robot name='r'><link name='world'/><link name='b'>" MASS "</link><joint name='j' type='fixed'>"
-                    "<parent link='world'/><child link='b'/></joint></robot>",
-                    NULL, &scene)) {
-        kt_check_equal_int("bodies besides the world", scene.description.body_count, 1);
-        kt_check_true("on the world", find_body(&scene, "b")->parent == NULL);
-        kt_scene_free(&scene);
-    }
+    kt_scene *scene = test_robot("<robot name='r'><link name='base'>" MASS "</link></robot>", NULL);
+    kt_check_equal_int("fixed", find_body(scene, "base")->joint.type, KT_JOINT_FIXED);
+    kt_check_equal_bits("gravity", &scene->description.gravity.x, (const double[]){0.0, 0.0, -9.81}, 3);
+    scene = test_robot("<robot name='r'><link name='base'>" MASS "</link></robot>", &floats);
+    kt_check_equal_int("free", find_body(scene, "base")->joint.type, KT_JOINT_FREE);
+    scene = test_robot("<robot name='r'><link name='world'/><link name='b'>" MASS "</link><joint name='j' type='fixed'>"
+                       "<parent link='world'/><child link='b'/></joint></robot>",
+                       NULL);
+    kt_check_equal_int("bodies besides the world", scene->description.body_count, 1);
+    kt_check_true("on the world", find_body(scene, "b")->parent == NULL);
 }
 
 KT_TEST(picture_is_the_first_solid_of_visuals_or_collisions) {
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='a'><visual><geometry><mesh filename='m.dae'/></geometry></visual>"
-                     "<visual><origin xyz='0 0 1' rpy='0.5 0 0'/><geometry><box size='1 2 3'/></geometry></visual>"
-                     "<collision><geometry><sphere radius='1'/></geometry></collision></link>"
-                     "<link name='b'><collision><origin xyz='1 0 0'/><geometry><cylinder radius='0.1' length='2'/>"
-                     "</geometry></collision></link>"
-                     "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
-                     NULL, &scene))
-        return;
-    const kt_shape *box = &find_body(&scene, "a")->shape, *cylinder = &find_body(&scene, "b")->shape;
+    kt_scene *scene =
+        test_robot("<robot name='r'><link name='a'><visual><geometry><mesh filename='m.dae'/></geometry></visual>"
+                   "<visual><origin xyz='0 0 1' rpy='0.5 0 0'/><geometry><box size='1 2 3'/></geometry></visual>"
+                   "<collision><geometry><sphere radius='1'/></geometry></collision></link>"
+                   "<link name='b'><collision><origin xyz='1 0 0'/><geometry><cylinder radius='0.1' length='2'/>"
+                   "</geometry></collision></link>"
+                   "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
+                   NULL);
+    const kt_shape *box = &find_body(scene, "a")->shape, *cylinder = &find_body(scene, "b")->shape;
     kt_check_equal_int("box", box->type, KT_SHAPE_BOX);
     kt_check_equal_bits("edges", &box->size.x, (const double[]){1.0, 2.0, 3.0}, 3);
     kt_check_equal_bits("place", &box->at.x, (const double[]){0.0, 0.0, 1.0}, 3);
@@ -213,7 +178,6 @@ KT_TEST(picture_is_the_first_solid_of_visuals_or_collisions) {
     kt_check_equal_int("cylinder", cylinder->type, KT_SHAPE_CYLINDER);
     kt_check_equal_bits("radius, length", (const double[]){cylinder->radius, cylinder->length},
                         (const double[]){0.1, 2.0}, 2);
-    kt_scene_free(&scene);
 }
 
 /* n^2 J at the joint. */
@@ -226,13 +190,10 @@ KT_TEST(rotors_of_transmissions_are_armature) {
                  "value='0.5'/></actuator></transmission>"
                  "<transmission name='u'><joint name='j'/><actuator name='n'><mechanicalReduction>7"
                  "</mechanicalReduction></actuator></transmission>");
-    kt_scene scene;
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_near("armature", find_body(&scene, "b")->joint.armature[0], 50.0 * 50.0 * 2e-4 + 9.0 * 0.5, 1e-15);
-    kt_check_true("both are told", has_note(&scene, "transmissions whose rotor inertia"));
-    kt_check_true("the third is left out", has_note(&scene, "transmissions that are left out"));
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_near("armature", find_body(scene, "b")->joint.armature[0], 50.0 * 50.0 * 2e-4 + 9.0 * 0.5, 1e-15);
+    kt_check_true("both are told", has_note(scene, "transmissions whose rotor inertia"));
+    kt_check_true("the third is left out", has_note(scene, "transmissions that are left out"));
 }
 
 /* ---- what simulators add ----------------------------------------------------------------------------------------- */
@@ -246,18 +207,17 @@ static const kt_effect *find_urdf_effect(const kt_scene *scene, kt_effect_type t
 
 /* A link without weight has the force -m g at its centre of mass, for gravity that <mujoco> gives. */
 KT_TEST(springs_and_weights_of_simulators_act) {
-    kt_scene scene;
-    if (!parse_right(PAIR("", "<gazebo reference='j'><springStiffness>5</springStiffness><springReference>0.1"
-                              "</springReference><stopErp>0.2</stopErp></gazebo><gazebo reference='b'><kp>1e6</kp>"
-                              "<turnGravityOff> true </turnGravityOff></gazebo><gazebo reference='a'>"
-                              "<turnGravityOff>false</turnGravityOff></gazebo><gazebo><static>false</static></gazebo>"
-                              "<mujoco><compiler balanceinertia='true'/><option gravity='1 2 -3'/></mujoco>"),
-                     NULL, &scene))
-        return;
-    const kt_effect *spring = find_urdf_effect(&scene, KT_EFFECT_JOINT_SPRING);
-    const kt_effect *force = find_urdf_effect(&scene, KT_EFFECT_FORCE);
-    kt_check_equal_int("effects", scene.description.effect_count, 2);
-    kt_check_equal_bits("gravity", &scene.description.gravity.x, (const double[]){1.0, 2.0, -3.0}, 3);
+    kt_scene *scene =
+        test_robot(PAIR("", "<gazebo reference='j'><springStiffness>5</springStiffness><springReference>0.1"
+                            "</springReference><stopErp>0.2</stopErp></gazebo><gazebo reference='b'><kp>1e6</kp>"
+                            "<turnGravityOff> true </turnGravityOff></gazebo><gazebo reference='a'>"
+                            "<turnGravityOff>false</turnGravityOff></gazebo><gazebo><static>false</static></gazebo>"
+                            "<mujoco><compiler balanceinertia='true'/><option gravity='1 2 -3'/></mujoco>"),
+                   NULL);
+    const kt_effect *spring = find_urdf_effect(scene, KT_EFFECT_JOINT_SPRING);
+    const kt_effect *force = find_urdf_effect(scene, KT_EFFECT_FORCE);
+    kt_check_equal_int("effects", scene->description.effect_count, 2);
+    kt_check_equal_bits("gravity", &scene->description.gravity.x, (const double[]){1.0, 2.0, -3.0}, 3);
     if (kt_check_true("both act", spring != NULL && force != NULL)) {
         kt_check_text("joint", spring->joint, "j");
         kt_check_equal_bits("stiffness", &spring->stiffness, &(double){5.0}, 1);
@@ -266,24 +226,20 @@ KT_TEST(springs_and_weights_of_simulators_act) {
         for (int i = 0; i < 3; i++)
             kt_check_equal_bits("against a weight", &force->value[i].value, &(double[]){-1.0, -2.0, 3.0}[i], 1);
     }
-    kt_check_true("all are read", !has_note(&scene, "not known") && !has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "'"));
-    kt_scene_free(&scene);
+    kt_check_true("all are read", !has_note(scene, "not known") && !has_ranked_note(scene, KT_NOTE_RANK_MOTION, "'"));
 }
 
 KT_TEST(additions_of_simulators_that_move_a_robot_are_warnings) {
     static const char *const words[] = {"'static' is left out: 1", "'plugin' is left out: 1",
                                         "'dampingFactor' is left out: 1", "'density' is left out: 1"};
-    kt_scene scene;
-    if (!parse_right(PAIR("",
-                          "<gazebo><static>true</static><plugin name='p' filename='p.so'/></gazebo>"
-                          "<gazebo reference='b'><dampingFactor>0.1</dampingFactor><material>Red</material></gazebo>"
-                          "<mujoco><option density='1.2'/></mujoco>"),
-                     NULL, &scene))
-        return;
+    kt_scene *scene =
+        test_robot(PAIR("", "<gazebo><static>true</static><plugin name='p' filename='p.so'/></gazebo>"
+                            "<gazebo reference='b'><dampingFactor>0.1</dampingFactor><material>Red</material></gazebo>"
+                            "<mujoco><option density='1.2'/></mujoco>"),
+                   NULL);
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        kt_check_true(words[i], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, words[i]));
-    kt_check_equal_int("warnings", count_notes(&scene, "is left out: "), 4);
-    kt_scene_free(&scene);
+        kt_check_true(words[i], has_ranked_note(scene, KT_NOTE_RANK_MOTION, words[i]));
+    kt_check_equal_int("warnings", count_notes(scene, "is left out: "), 4);
 }
 
 /* ---- what is left out -------------------------------------------------------------------------------------------- */
@@ -302,22 +258,20 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
         {"r.urdf:3:16", "collision shapes that are left out, since contacts are effects: 1"},
         {"r.urdf:6:1", "names that are not known here, and left out: ryp (1)"},
     };
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='a'>\n"
-                     "<visual><geometry><mesh filename='m.dae'/></geometry></visual></link>\n"
-                     "<link name='b'><collision><geometry><sphere radius='1'/></geometry></collision></link>\n"
-                     "<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n"
-                     "<limit lower='1' upper='2' effort='1' velocity='fast'/>\n"
-                     "<origin xyz='0 0 1' ryp='1 0 0'/></joint><gazebo/><gazebo/></robot>",
-                     NULL, &scene))
-        return;
+    kt_scene *scene =
+        test_robot("<robot name='r'><link name='a'>\n"
+                   "<visual><geometry><mesh filename='m.dae'/></geometry></visual></link>\n"
+                   "<link name='b'><collision><geometry><sphere radius='1'/></geometry></collision></link>\n"
+                   "<joint name='j' type='revolute'><parent link='a'/><child link='b'/>\n"
+                   "<limit lower='1' upper='2' effort='1' velocity='fast'/>\n"
+                   "<origin xyz='0 0 1' ryp='1 0 0'/></joint><gazebo/><gazebo/></robot>",
+                   NULL);
     const int count = (int)(sizeof expected / sizeof *expected);
-    kt_check_equal_int("notes", scene.note_count, count);
-    for (int i = 0; i < count && i < scene.note_count; i++) {
-        kt_check_text("where", scene.notes[i].where, expected[i][0]);
-        kt_check_text("what", scene.notes[i].what, expected[i][1]);
+    kt_check_equal_int("notes", scene->note_count, count);
+    for (int i = 0; i < count && i < scene->note_count; i++) {
+        kt_check_text("where", scene->notes[i].where, expected[i][0]);
+        kt_check_text("what", scene->notes[i].what, expected[i][1]);
     }
-    kt_scene_free(&scene);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
@@ -408,22 +362,11 @@ KT_TEST(stops_of_negative_or_endless_stiffness_are_rejected) {
 /* ---- whole robots ------------------------------------------------------------------------------------------------ */
 
 KT_TEST(robot_that_is_written_as_a_scene_reads_back_the_same) {
-    kt_scene robot, again;
+    kt_scene *robot = kt_test_scene_place();
     kt_error error = {0};
-    if (kt_robot_read(ARM, NULL, &robot, NULL, NULL, &error) != KT_OK) {
-        kt_note("%s: %s", error.where, error.message);
-        kt_check_true("it is read", false);
-        return;
-    }
-    char *text = kt_write_text(&robot);
-    if (text != NULL && kt_parse_right(text, &again)) {
-        char *twice = kt_write_text(&again);
-        kt_check_text("the same scene", twice, text);
-        free(twice);
-        kt_scene_free(&again);
-    }
-    free(text);
-    kt_scene_free(&robot);
+    kt_need_fine("robot", kt_robot_read(ARM, NULL, robot, NULL, NULL, &error), &error);
+    const char *text = kt_test_written(robot);
+    kt_check_text("the same scene", kt_test_written(kt_test_scene(text)), text);
 }
 
 /* Time and memory in proportion: the second half of the links costs as much as the first. */
@@ -431,7 +374,6 @@ KT_TEST(robot_of_many_links_is_read) {
     enum { LINKS = 20000 };
     char *text = malloc((size_t)LINKS * 400);
     size_t n = 0;
-    kt_scene scene;
     if (text == NULL) {
         kt_check_true("memory", false);
         return;
@@ -443,10 +385,8 @@ KT_TEST(robot_of_many_links_is_read) {
                              "<child link='l%d'/></joint>",
                              i, i, i - 1, i);
     (void)sprintf(text + n, "</robot>");
-    if (parse_right(text, NULL, &scene)) {
-        kt_check_equal_int("bodies", scene.description.body_count, LINKS);
-        kt_scene_free(&scene);
-    }
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("bodies", scene->description.body_count, LINKS);
     free(text);
 }
 
@@ -458,39 +398,31 @@ KT_TEST(robot_of_many_links_is_read) {
 
 /* q = multiplier q' + offset, along a chain of followers in any order: `c = 2 b + 0.5, b = -3 a + 0.25, a = 0.1`. */
 KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
-                         HINGE("jc", "base", "c", "<mimic joint='jb' multiplier='2' offset='0.5'/>")
-                             HINGE("jb", "base", "b",
-                                   "<limit lower='-0.01' upper='1'/><mimic joint='ja' multiplier='-3' offset='0.25'/>")
-                                 HINGE("ja", "base", "a", "<limit lower='0.1' upper='1'/>") "</robot>",
-                     NULL, &scene))
-        return;
+    kt_scene *scene =
+        test_robot("<robot name='r'><link name='base'/>" LINK("a") LINK("b") LINK("c")
+                       HINGE("jc", "base", "c", "<mimic joint='jb' multiplier='2' offset='0.5'/>")
+                           HINGE("jb", "base", "b",
+                                 "<limit lower='-0.01' upper='1'/><mimic joint='ja' multiplier='-3' offset='0.25'/>")
+                               HINGE("ja", "base", "a", "<limit lower='0.1' upper='1'/>") "</robot>",
+                   NULL);
     const double b = -3.0 * 0.1 + 0.25;
     const double expected[] = {0.1, b, 2.0 * b + 0.5};
     static const char *const names[] = {"a", "b", "c"};
     for (int i = 0; i < 3; i++)
-        kt_check_equal_bits(names[i], find_body(&scene, names[i])->joint.position, &expected[i], 1);
-    kt_check_equal_int("loops", scene.description.loop_count, 2);
-    kt_check_equal_int("of followers", count_notes(&scene, "follow put them, which is not zero: 2"), 1);
-    kt_check_equal_int("beyond limits", count_notes(&scene, "beyond their own limits, since they follow others: 1"), 1);
-    kt_check_equal_int("at a limit", count_notes(&scene, "start at a limit"), 1);
+        kt_check_equal_bits(names[i], find_body(scene, names[i])->joint.position, &expected[i], 1);
+    kt_check_equal_int("loops", scene->description.loop_count, 2);
+    kt_check_equal_int("of followers", count_notes(scene, "follow put them, which is not zero: 2"), 1);
+    kt_check_equal_int("beyond limits", count_notes(scene, "beyond their own limits, since they follow others: 1"), 1);
+    kt_check_equal_int("at a limit", count_notes(scene, "start at a limit"), 1);
 
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
-    kt_error error = {0};
+    const kt_model *model = kt_test_model(&scene->description, NULL);
     kt_run run = kt_run_default();
     run.duration = 1.0;
-    const bool fine = kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK &&
-                      kt_simulation_create(model, &run, NULL, &simulation, &error) == KT_OK;
-    kt_check_true("it is simulated", fine);
-    for (int i = 0; i < 3 && fine; i++) {
+    const kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
+    for (int i = 0; i < 3; i++) {
         const int q = kt_body_coordinates(model, kt_body_find(model, names[i])).q;
         kt_check_near(names[i], kt_simulation_positions(simulation)[q], expected[i], 4.0 * DBL_EPSILON);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&scene);
 }
 
 /* Circles of fixed joints. Their rigid parts are traversed before the check of the description. */
@@ -524,46 +456,37 @@ KT_TEST(joints_that_follow_each_other_in_a_circle_are_rejected) {
 }
 
 KT_TEST(what_is_fixed_follows_nothing) {
-    kt_scene scene;
-    if (!parse_right("<robot name='r'><link name='base'/>" LINK("a") "<link name='b'/>" HINGE(
-                         "ja", "base", "a", "") "<joint name='k' type='fixed'><parent link='a'/><child "
-                                                "link='b'/><mimic joint='ja'/></joint></robot>",
-                     NULL, &scene))
-        return;
-    kt_check_equal_int("loops", scene.description.loop_count, 0);
-    kt_check_equal_int("told", count_notes(&scene, "mimics that are left out"), 1);
-    kt_scene_free(&scene);
+    kt_scene *scene = test_robot("<robot name='r'><link name='base'/>" LINK("a") "<link name='b'/>" HINGE(
+                                     "ja", "base", "a", "") "<joint name='k' type='fixed'><parent link='a'/><child "
+                                                            "link='b'/><mimic joint='ja'/></joint></robot>",
+                                 NULL);
+    kt_check_equal_int("loops", scene->description.loop_count, 0);
+    kt_check_equal_int("told", count_notes(scene, "mimics that are left out"), 1);
 }
 
 KT_TEST(shapes_without_a_size_and_limits_without_order_are_told) {
-    kt_scene scene;
+    kt_scene rejected;
     const kt_robot_options stops = {.stop_stiffness = 1.0};
     static const char text[] =
         "<robot name='r'><link name='base'><visual><geometry><box size='0 0 0'/></geometry></visual><visual><geometry>"
         "<sphere radius='1e51'/></geometry></visual><visual><geometry><sphere "
         "radius='0.2'/></geometry></visual></link>" LINK("a")
             HINGE("ja", "base", "a", "<limit lower='1' upper='-1'/>") "</robot>";
-    kt_check_equal_int("with stops the order matters", parse(text, &stops, &scene), KT_ERROR_SCENE);
-    if (!parse_right(text, NULL, &scene))
-        return;
-    kt_check_equal_int("the shape that has a size", find_body(&scene, "base")->shape.type, KT_SHAPE_SPHERE);
-    kt_check_equal_bits("start", find_body(&scene, "a")->joint.position, &(double){0.0}, 1);
-    kt_check_equal_int("of shapes", count_notes(&scene, "since a dimension is not above zero, or above 1e50: 2"), 1);
-    kt_check_equal_int("of limits", count_notes(&scene, "since lower is above upper: 1"), 1);
-    kt_scene_free(&scene);
+    kt_check_equal_int("with stops the order matters", parse(text, &stops, &rejected), KT_ERROR_SCENE);
+    const kt_scene *scene = test_robot(text, NULL);
+    kt_check_equal_int("the shape that has a size", find_body(scene, "base")->shape.type, KT_SHAPE_SPHERE);
+    kt_check_equal_bits("start", find_body(scene, "a")->joint.position, &(double){0.0}, 1);
+    kt_check_equal_int("of shapes", count_notes(scene, "since a dimension is not above zero, or above 1e50: 2"), 1);
+    kt_check_equal_int("of limits", count_notes(scene, "since lower is above upper: 1"), 1);
 }
 
 KT_TEST(declaration_may_follow_blanks_and_comments) {
     static const char *const before[] = {"\n", "<!-- made\nby hand -->\n "};
     for (int i = 0; i < 2; i++) {
-        kt_scene scene;
-        char text[600];
-        (void)snprintf(text, sizeof text, "%s<?xml version='1.0'?><robot name='r'><link name='a'/></robot>", before[i]);
-        if (!parse_right(text, NULL, &scene))
-            continue;
-        kt_check_equal_int("told", count_notes(&scene, "declaration is not at the beginning"), 1);
-        kt_check_text("where", scene.notes[scene.note_count - 1].where, i == 0 ? "r.urdf:2:1" : "r.urdf:3:2");
-        kt_scene_free(&scene);
+        const kt_scene *scene =
+            test_robot_of(NULL, "%s<?xml version='1.0'?><robot name='r'><link name='a'/></robot>", before[i]);
+        kt_check_equal_int("told", count_notes(scene, "declaration is not at the beginning"), 1);
+        kt_check_text("where", scene->notes[scene->note_count - 1].where, i == 0 ? "r.urdf:2:1" : "r.urdf:3:2");
     }
     kt_scene scene;
     kt_check_equal_int("after an element", parse("<robot name='r'/><?xml version='1.0'?>", NULL, &scene),
@@ -578,20 +501,16 @@ KT_TEST(declaration_may_follow_blanks_and_comments) {
 KT_TEST(world_need_not_be_declared_and_frees_what_is_fixed_to_it) {
     const kt_robot_options floating = {.floating = true};
     static const char *const texts[] = {ON_WORLD("<link name='world'/>", "fixed"), ON_WORLD("", "fixed")};
-    kt_scene scene;
+    kt_scene *scene;
     for (int i = 0; i < 2; i++) {
-        if (!parse_right(texts[i], &floating, &scene))
-            continue;
-        const kt_joint *joint = &find_body(&scene, "arm")->joint;
-        kt_check_equal_int("bodies", scene.description.body_count, 1);
+        scene = test_robot(texts[i], &floating);
+        const kt_joint *joint = &find_body(scene, "arm")->joint;
+        kt_check_equal_int("bodies", scene->description.body_count, 1);
         kt_check_equal_int("it is free", joint->type, KT_JOINT_FREE);
         kt_check_equal_bits("and starts where it was", &joint->at.x, (const double[]){1.0, 2.0, 3.0}, 3);
-        kt_check_equal_int("told", count_notes(&scene, "move freely, by --floating: 1"), 1);
-        kt_check_equal_int("of the world", count_notes(&scene, "no link 'world' is declared"), i);
-        kt_scene_free(&scene);
+        kt_check_equal_int("told", count_notes(scene, "move freely, by --floating: 1"), 1);
+        kt_check_equal_int("of the world", count_notes(scene, "no link 'world' is declared"), i);
     }
-    if (!parse_right(ON_WORLD("", "revolute"), &floating, &scene))
-        return;
-    kt_check_equal_int("nothing to free", count_notes(&scene, "--floating frees nothing"), 1);
-    kt_scene_free(&scene);
+    scene = test_robot(ON_WORLD("", "revolute"), &floating);
+    kt_check_equal_int("nothing to free", count_notes(scene, "--floating frees nothing"), 1);
 }

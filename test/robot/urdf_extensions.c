@@ -9,16 +9,14 @@
 #define MASS "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
 
 /* A ball on a slider above the ground. */
-static bool read_extended(const char *extensions, kt_scene *scene) {
+static kt_scene *read_extended(const char *extensions) {
     static const kt_robot_options options = {.contacts = true, .has_ground = true};
-    char text[1500];
-    (void)snprintf(text, sizeof text,
-                   "<robot name='r'><link name='a'/><link name='b'>" MASS
-                   "<collision><geometry><sphere radius='0.1'/></geometry></collision></link><joint name='j' "
-                   "type='prismatic'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/><origin xyz='0 0 1'/>"
-                   "</joint>%s</robot>",
-                   extensions);
-    return parse_right(text, &options, scene);
+    return test_robot_of(&options,
+                         "<robot name='r'><link name='a'/><link name='b'>" MASS
+                         "<collision><geometry><sphere radius='0.1'/></geometry></collision></link><joint name='j' "
+                         "type='prismatic'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/><origin xyz='0 0 1'/>"
+                         "</joint>%s</robot>",
+                         extensions);
 }
 
 static const kt_effect *find_extended(const kt_scene *scene, kt_effect_type type) {
@@ -42,21 +40,18 @@ KT_TEST(extensions_have_their_value_as_an_attribute_or_as_text) {
         "<gazebo reference='b'><mu value='0.25'/><gravity>0</gravity></gazebo><gazebo><static value='1'/></gazebo>";
     static const char *const forms[] = {attributes, texts, both};
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
-        kt_scene scene;
-        if (!read_extended(forms[i], &scene))
-            continue;
-        const kt_effect *spring = find_extended(&scene, KT_EFFECT_JOINT_SPRING);
-        const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+        const kt_scene *scene = read_extended(forms[i]);
+        const kt_effect *spring = find_extended(scene, KT_EFFECT_JOINT_SPRING);
+        const kt_effect *contact = find_extended(scene, KT_EFFECT_CONTACT);
         if (kt_check_true("spring", spring != NULL)) {
             kt_check_near("stiffness", spring->stiffness, 5.0, 0.0);
             kt_check_near("rest", spring->rest.value, 0.1, 0.0);
         }
         if (kt_check_true("contact", contact != NULL))
             kt_check_near("friction", contact->friction, 0.25, 0.0);
-        kt_check_true("no weight", find_extended(&scene, KT_EFFECT_FORCE) != NULL);
-        kt_check_true("static", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "'static' is left out: 1"));
-        kt_check_true("all are known", !has_note(&scene, "not known") && !has_note(&scene, "'value'"));
-        kt_scene_free(&scene);
+        kt_check_true("no weight", find_extended(scene, KT_EFFECT_FORCE) != NULL);
+        kt_check_true("static", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "'static' is left out: 1"));
+        kt_check_true("all are known", !has_note(scene, "not known") && !has_note(scene, "'value'"));
     }
 }
 
@@ -78,12 +73,9 @@ KT_TEST(only_words_for_no_decide_about_weight) {
                  {"<gravity value='FALSE'/>", true}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[200];
-        kt_scene scene;
         (void)snprintf(text, sizeof text, "<gazebo reference='b'>%s</gazebo>", table[i].extension);
-        if (!read_extended(text, &scene))
-            continue;
-        kt_check_equal_int(table[i].extension, find_extended(&scene, KT_EFFECT_FORCE) != NULL, table[i].is_light);
-        kt_scene_free(&scene);
+        const kt_scene *scene = read_extended(text);
+        kt_check_equal_int(table[i].extension, find_extended(scene, KT_EFFECT_FORCE) != NULL, table[i].is_light);
     }
 }
 
@@ -98,29 +90,23 @@ KT_TEST(friction_below_zero_is_ignored_and_mu1_counts_before_mu) {
                  {"<mu1>0</mu1>", 0.0}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[200];
-        kt_scene scene;
         (void)snprintf(text, sizeof text, "<gazebo reference='b'>%s</gazebo>", table[i].extension);
-        if (!read_extended(text, &scene))
-            continue;
-        const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+        const kt_scene *scene = read_extended(text);
+        const kt_effect *contact = find_extended(scene, KT_EFFECT_CONTACT);
         if (kt_check_true(table[i].extension, contact != NULL))
             kt_check_near("friction", contact->friction, table[i].friction, 0.0);
-        kt_scene_free(&scene);
     }
 }
 
 KT_TEST(unreadable_numbers_of_extensions_are_left_out_with_a_warning) {
-    kt_scene scene;
-    if (!read_extended("<gazebo reference='b'><mu1>high</mu1></gazebo><gazebo reference='j'><springStiffness value=''/>"
-                       "<springReference/></gazebo>",
-                       &scene))
-        return;
+    const kt_scene *scene =
+        read_extended("<gazebo reference='b'><mu1>high</mu1></gazebo><gazebo reference='j'><springStiffness value=''/>"
+                      "<springReference/></gazebo>");
     static const char *const words[] = {"'mu1' is left out: 1", "'springStiffness' is left out: 1",
                                         "'springReference' is left out: 1"};
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        kt_check_true(words[i], has_ranked_note(&scene, KT_NOTE_RANK_MOTION, words[i]));
-    const kt_effect *contact = find_extended(&scene, KT_EFFECT_CONTACT);
+        kt_check_true(words[i], has_ranked_note(scene, KT_NOTE_RANK_MOTION, words[i]));
+    const kt_effect *contact = find_extended(scene, KT_EFFECT_CONTACT);
     if (kt_check_true("contact", contact != NULL))
         kt_check_near("friction", contact->friction, 1.0, 0.0);
-    kt_scene_free(&scene);
 }

@@ -13,9 +13,7 @@
     "<axis xyz='1 -2 0.5'/></joint></robot>"
 
 typedef struct askew {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
+    kt_opened at;
     kt_pose joint; /* its frame, from the file */
     double q[7], mass[36], bias[6];
     kt_pose pose; /* of the link */
@@ -23,35 +21,24 @@ typedef struct askew {
 } askew;
 
 /* Reads the robot with this joint; places and forces at q, from rest. */
-static bool open_askew(askew *r, const char *type) {
-    char text[900];
-    kt_error error = {0};
+static void open_askew(askew *r, const char *type, int nv) {
     memset(r, 0, sizeof *r);
-    (void)snprintf(text, sizeof text, ASKEW, type);
+    r->at = kt_test_open(test_robot_of(NULL, ASKEW, type), NULL);
     r->joint.position = kt_vec3_make(1.0, 2.0, 3.0);
     r->joint.rotation = kt_matrix_from_rpy(kt_vec3_make(0.4, -0.7, 1.1));
-    if (!parse_right(text, NULL, &r->scene) ||
-        !kt_check_equal_int("compiled", kt_model_compile(&r->scene.description, NULL, &r->model, &error), KT_OK) ||
-        !kt_check_equal_int("data", kt_data_create(r->model, &r->data, &error), KT_OK))
-        return false;
-    r->nv = kt_model_nv(r->model);
-    return true;
+    r->nv = kt_model_nv(r->at.model);
+    kt_need(kt_check_equal_int("degrees of freedom", r->nv, nv));
 }
 
-static bool move_askew(askew *r) {
+static void move_askew(askew *r) {
     const double zero[6] = {0.0};
+    const kt_model *model = r->at.model;
+    kt_data *data = r->at.data;
     kt_error error = {0};
-    const bool done = kt_kinematics_update(r->model, r->data, r->q, zero, NULL, &error) == KT_OK;
-    r->pose = kt_body_pose(r->model, r->data, kt_body_find(r->model, "b"));
-    return kt_check_true("computed",
-                         done && kt_dynamics_mass(r->model, r->data, r->q, r->mass, &error) == KT_OK &&
-                             kt_dynamics_inverse(r->model, r->data, r->q, zero, zero, NULL, r->bias, &error) == KT_OK);
-}
-
-static void close_askew(askew *r) {
-    kt_data_free(r->data);
-    kt_model_free(r->model);
-    kt_scene_free(&r->scene);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, r->q, zero, NULL, &error), &error);
+    r->pose = kt_body_pose(model, data, kt_body_find(model, "b"));
+    kt_need_fine("mass", kt_dynamics_mass(model, data, r->q, r->mass, &error), &error);
+    kt_need_fine("bias", kt_dynamics_inverse(model, data, r->q, zero, zero, NULL, r->bias, &error), &error);
 }
 
 /* Each unit rate gives the link's origin the velocity V_i and the link the angular velocity W_i, in the world. The
@@ -82,34 +69,30 @@ KT_TEST(planar_joint_moves_in_the_plane_normal_to_its_axis_and_turns_about_it) {
     askew r;
     const double at[3] = {0.7, -0.4, 1.3};
     kt_vec3 linear[3], angular[3];
-    if (open_askew(&r, "planar") && kt_check_equal_int("degrees of freedom", r.nv, 3)) {
-        const kt_vec3 own = kt_vec3_normalize(kt_vec3_make(1.0, -2.0, 0.5));
-        const kt_vec3 axis = kt_mat3_apply(r.joint.rotation, own), zero = kt_vec3_make(0.0, 0.0, 0.0);
-        for (int k = 0; k < 2; k++) {
-            memset(r.q, 0, sizeof r.q);
-            r.q[k] = 1.0;
-            if (move_askew(&r))
-                linear[k] = kt_vec3_sub(r.pose.position, r.joint.position);
-            angular[k] = zero;
-            kt_check_near("normal to the axis", kt_vec3_dot(linear[k], axis), 0.0, 4.0 * DBL_EPSILON);
-            kt_check_near("a metre is a metre", kt_vec3_norm(linear[k]), 1.0, 4.0 * DBL_EPSILON);
-        }
-        linear[2] = zero;
-        angular[2] = axis;
-        kt_check_near("right-handed", kt_vec3_dot(kt_vec3_cross(linear[0], linear[1]), axis), 1.0, 8.0 * DBL_EPSILON);
-        memcpy(r.q, at, sizeof at);
-        if (move_askew(&r)) {
-            const kt_vec3 shift = kt_vec3_add(kt_vec3_scale(at[0], linear[0]), kt_vec3_scale(at[1], linear[1]));
-            const kt_mat3 turn =
-                kt_mat3_multiply(r.joint.rotation, kt_matrix_from_euler_vector(kt_vec3_scale(at[2], own)));
-            const kt_vec3 off = kt_vec3_sub(r.pose.position, kt_vec3_add(r.joint.position, shift));
-            kt_check_near("place", kt_vec3_norm(off), 0.0, 8.0 * DBL_EPSILON);
-            kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.x, turn.x)), 0.0, 8.0 * DBL_EPSILON);
-            kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.y, turn.y)), 0.0, 8.0 * DBL_EPSILON);
-            check_askew(&r, linear, angular);
-        }
+    open_askew(&r, "planar", 3);
+    const kt_vec3 own = kt_vec3_normalize(kt_vec3_make(1.0, -2.0, 0.5));
+    const kt_vec3 axis = kt_mat3_apply(r.joint.rotation, own), zero = kt_vec3_make(0.0, 0.0, 0.0);
+    for (int k = 0; k < 2; k++) {
+        memset(r.q, 0, sizeof r.q);
+        r.q[k] = 1.0;
+        move_askew(&r);
+        linear[k] = kt_vec3_sub(r.pose.position, r.joint.position);
+        angular[k] = zero;
+        kt_check_near("normal to the axis", kt_vec3_dot(linear[k], axis), 0.0, 4.0 * DBL_EPSILON);
+        kt_check_near("a metre is a metre", kt_vec3_norm(linear[k]), 1.0, 4.0 * DBL_EPSILON);
     }
-    close_askew(&r);
+    linear[2] = zero;
+    angular[2] = axis;
+    kt_check_near("right-handed", kt_vec3_dot(kt_vec3_cross(linear[0], linear[1]), axis), 1.0, 8.0 * DBL_EPSILON);
+    memcpy(r.q, at, sizeof at);
+    move_askew(&r);
+    const kt_vec3 shift = kt_vec3_add(kt_vec3_scale(at[0], linear[0]), kt_vec3_scale(at[1], linear[1]));
+    const kt_mat3 turn = kt_mat3_multiply(r.joint.rotation, kt_matrix_from_euler_vector(kt_vec3_scale(at[2], own)));
+    const kt_vec3 off = kt_vec3_sub(r.pose.position, kt_vec3_add(r.joint.position, shift));
+    kt_check_near("place", kt_vec3_norm(off), 0.0, 8.0 * DBL_EPSILON);
+    kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.x, turn.x)), 0.0, 8.0 * DBL_EPSILON);
+    kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.y, turn.y)), 0.0, 8.0 * DBL_EPSILON);
+    check_askew(&r, linear, angular);
 }
 
 KT_TEST(floating_joint_moves_along_the_axes_of_its_frame_and_turns_in_the_link) {
@@ -117,23 +100,19 @@ KT_TEST(floating_joint_moves_along_the_axes_of_its_frame_and_turns_in_the_link) 
     kt_vec3 linear[6], angular[6];
     const kt_quat turned = kt_quat_normalize(kt_quat_make(0.6, -0.3, 0.5, 0.2));
     const double at[7] = {0.7, -0.4, 1.3, turned.w, turned.x, turned.y, turned.z};
-    if (open_askew(&r, "floating") && kt_check_equal_int("degrees of freedom", r.nv, 6)) {
-        memcpy(r.q, at, sizeof at);
-        if (move_askew(&r)) {
-            const kt_pose moved = {.rotation = kt_matrix_from_quat(turned), .position = kt_vec3_make(0.7, -0.4, 1.3)};
-            const kt_pose expected = kt_pose_compose(r.joint, moved);
-            const kt_vec3 *frame = &r.joint.rotation.x, *link = &expected.rotation.x;
-            for (int k = 0; k < 3; k++) {
-                linear[k] = frame[k];
-                angular[k] = linear[3 + k] = kt_vec3_make(0.0, 0.0, 0.0);
-                angular[3 + k] = link[k];
-            }
-            kt_check_near("place", kt_vec3_norm(kt_vec3_sub(r.pose.position, expected.position)), 0.0,
-                          8.0 * DBL_EPSILON);
-            kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.x, expected.rotation.x)), 0.0,
-                          8.0 * DBL_EPSILON);
-            check_askew(&r, linear, angular);
-        }
+    open_askew(&r, "floating", 6);
+    memcpy(r.q, at, sizeof at);
+    move_askew(&r);
+    const kt_pose moved = {.rotation = kt_matrix_from_quat(turned), .position = kt_vec3_make(0.7, -0.4, 1.3)};
+    const kt_pose expected = kt_pose_compose(r.joint, moved);
+    const kt_vec3 *frame = &r.joint.rotation.x, *link = &expected.rotation.x;
+    for (int k = 0; k < 3; k++) {
+        linear[k] = frame[k];
+        angular[k] = linear[3 + k] = kt_vec3_make(0.0, 0.0, 0.0);
+        angular[3 + k] = link[k];
     }
-    close_askew(&r);
+    kt_check_near("place", kt_vec3_norm(kt_vec3_sub(r.pose.position, expected.position)), 0.0, 8.0 * DBL_EPSILON);
+    kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.x, expected.rotation.x)), 0.0,
+                  8.0 * DBL_EPSILON);
+    check_askew(&r, linear, angular);
 }

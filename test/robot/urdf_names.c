@@ -11,29 +11,26 @@
 
 KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
     static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
-    kt_scene scene;
-    if (!parse_right(
-            "<robot name='r'><link name='left arm'/><link name='left/arm'/><link name='7th'/><link name='world'/>"
-            "<link name='h&#228;b'/>"
-            "<joint name='1' type='fixed'><parent link='left arm'/><child link='left/arm'/></joint>"
-            "<joint name='2' type='fixed'><parent link='left arm'/><child link='7th'/></joint>"
-            "<joint name='3' type='fixed'><parent link='left arm'/><child link='world'/></joint>"
-            "<joint name='4' type='fixed'><parent link='world'/><child link='h&#228;b'/></joint></robot>",
-            NULL, &scene))
-        return;
+    kt_scene *scene = test_robot(
+        "<robot name='r'><link name='left arm'/><link name='left/arm'/><link name='7th'/><link name='world'/>"
+        "<link name='h&#228;b'/>"
+        "<joint name='1' type='fixed'><parent link='left arm'/><child link='left/arm'/></joint>"
+        "<joint name='2' type='fixed'><parent link='left arm'/><child link='7th'/></joint>"
+        "<joint name='3' type='fixed'><parent link='left arm'/><child link='world'/></joint>"
+        "<joint name='4' type='fixed'><parent link='world'/><child link='h&#228;b'/></joint></robot>",
+        NULL);
     for (int i = 0; i < 4; i++)
-        kt_check_text("name", scene.description.bodies[i].name, expected[i]);
-    kt_check_equal_int("notes: of the root, and of names of links and of joints", scene.note_count, 3);
+        kt_check_text("name", scene->description.bodies[i].name, expected[i]);
+    kt_check_equal_int("notes: of the root, and of names of links and of joints", scene->note_count, 3);
     kt_check_text(
-        "of joints", scene.notes[2].what,
+        "of joints", scene->notes[2].what,
         "names of joints that are changed, with '_' in place of what is not allowed, or a number where another "
         "joint has the name: 4");
-    kt_check_text("joint", scene.description.bodies[1].joint.name, "_1");
-    kt_check_text("what", scene.notes[1].what,
+    kt_check_text("joint", scene->description.bodies[1].joint.name, "_1");
+    kt_check_text("what", scene->notes[1].what,
                   "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
-    kt_check_text("a name in UTF-8: a byte, a '_'", scene.description.bodies[4].name, "h__b");
-    kt_check_text("parent", scene.description.bodies[4].parent, "world_2");
-    kt_scene_free(&scene);
+    kt_check_text("a name in UTF-8: a byte, a '_'", scene->description.bodies[4].name, "h__b");
+    kt_check_text("parent", scene->description.bodies[4].parent, "world_2");
 }
 
 /* Reads a robot of `count` links: with one name (self is not NULL), or with names that become one. */
@@ -78,16 +75,13 @@ KT_TEST(names_that_collide_get_numbers) {
                                            {"a/b", "a_b_3"},    {"a_b.2", "a_b_2_3"}, {"world", "world_2"},
                                            {"wor.ld", "wor_ld"}};
     char text[4000] = "<robot name='r'><link name='base'/>";
-    kt_scene scene;
     for (int i = 0; i < 7; i++)
         (void)snprintf(
             text + strlen(text), sizeof text - strlen(text),
             "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
             names[i][0], i, names[i][0]);
     (void)snprintf(text + strlen(text), sizeof text - strlen(text), "</robot>");
-    if (!parse_right(text, NULL, &scene))
-        return;
+    kt_scene *scene = test_robot(text, NULL);
     for (int i = 0; i < 7; i++)
-        kt_check_text(names[i][0], scene.description.bodies[i + 1].name, names[i][1]);
-    kt_scene_free(&scene);
+        kt_check_text(names[i][0], scene->description.bodies[i + 1].name, names[i][1]);
 }

@@ -1,10 +1,10 @@
 /* Mechanisms written as robots. Read back, they have the same mass matrix, places and loops. The writer reports all
  * losses. */
+#include "../folder.h"
 #include "write_back.h"
 
 #include "../scene_files.h"
 #include "check.h"
-#include "folder.h"
 #include "random.h"
 
 #include "kinetree/import.h"
@@ -570,7 +570,7 @@ KT_TEST(meshes_that_mujoco_rejects_are_left_out_of_mjcf) {
         scene.description.body_count = scene.mesh_count = 1;
         scene.meshes = &mesh;
         (void)snprintf(file, sizeof file, "%s/%s", folder, table[i][0]);
-        (void)put_file(folder, table[i][0], table[i][1]);
+        (void)kt_test_file(folder, table[i][0], table[i][1]);
         kt_check_equal_int("written", kt_robot_write_scene(&scene, KT_ROBOT_MJCF, folder, nowhere, hear, &t, &error),
                            KT_OK);
         if (table[i][2][0] != '\0')

@@ -51,13 +51,9 @@ static int see(const kt_record *record, void *user) {
 }
 
 KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
-    running r;
     events_seen seen = {0};
     kt_error error = {0};
-    if (!running_start(hardens, NULL, &r)) {
-        running_stop(&r);
-        return;
-    }
+    const running r = running_start(hardens, NULL);
     const kt_status status = kt_simulation_run(r.simulation, see, &seen, &error);
     kt_check_text("runs", status == KT_OK ? "" : error.message, "");
     const double at = acos((0.2 - 0.03) / 0.97) / sqrt(50.0);
@@ -75,16 +71,14 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     const kt_work work = kt_simulation_work(r.simulation);
     kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 2e-10);
     kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
-    running_stop(&r);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 KT_TEST(checkpoints_hold_what_events_have_set) {
-    running a, b;
     kt_error error = {0};
-    if (!running_start(hardens, NULL, &a) || !running_start(hardens, NULL, &b))
-        return;
+    const running a = running_start(hardens, NULL);
+    const running b = running_start(hardens, NULL);
     kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
     void *block = malloc(kt_simulation_state_size(a.simulation));
     if (block != NULL) {
@@ -98,8 +92,6 @@ KT_TEST(checkpoints_hold_what_events_have_set) {
             memcmp(kt_simulation_positions(a.simulation), kt_simulation_positions(b.simulation), sizeof(double)), 0);
     }
     free(block);
-    running_stop(&a);
-    running_stop(&b);
 }
 
 /* Replaces the first occurrence in a scene of at most 2000 characters. */
@@ -127,28 +119,23 @@ KT_TEST(checkpoints_are_rejected_where_numbers_follow_otherwise) {
         {"pull + 0*twice", "pull - 0*twice", "types or formulas"},
         {"pull + 0*twice", "twice + 0*pull", "types or formulas"},
     };
-    running a, b;
     char other[2000];
     kt_error error = {0};
-    if (!running_start(hardens, NULL, &a))
-        return;
+    const running a = running_start(hardens, NULL);
     kt_check_equal_int("to 1 s", kt_simulation_advance(a.simulation, 1.0, &error), KT_OK);
     void *block = malloc(kt_simulation_state_size(a.simulation));
     if (block != NULL)
         kt_simulation_save(a.simulation, block);
     for (size_t i = 0; block != NULL && i < sizeof rows / sizeof *rows; i++) {
         replace(hardens, rows[i].old, rows[i].new, other);
-        if (!running_start(other, NULL, &b))
-            break;
+        const running b = running_start(other, NULL);
         error = (kt_error){0};
         kt_check_equal_int(rows[i].new, kt_simulation_restore(b.simulation, block, &error),
                            rows[i].words == NULL ? KT_OK : KT_ERROR_ARGUMENT);
         if (rows[i].words != NULL)
             kt_check_contains("words", error.message, rows[i].words);
-        running_stop(&b);
     }
     free(block);
-    running_stop(&a);
 }
 
 /* A checkpoint at each record of events, before and after their actions. */
@@ -181,11 +168,10 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
                                   "effects: [{type: expression, joint: rotor, force: 0.3*charge}]\n"
                                   "events: [{name: full, when: charge - 1, then: {set: {charge: 0.5*charge}}}]\n"
                                   "simulate: {duration: 2, integrator: dopri5, tolerance: 1e-8}\n";
-    running a, b;
     kt_error error = {0};
     int differ = 0;
-    if (!running_start(charged, NULL, &a) || !running_start(charged, NULL, &b))
-        return;
+    const running a = running_start(charged, NULL);
+    const running b = running_start(charged, NULL);
     saves s = {.of = a.simulation, .blocks = malloc(SAVES_MOST * kt_simulation_state_size(a.simulation))};
     if (kt_check_true("memory", s.blocks != NULL) &&
         kt_check_equal_int("runs", kt_simulation_run(a.simulation, save_at_events, &s, &error), KT_OK)) {
@@ -203,8 +189,6 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
         kt_check_equal_int("ends of other bits", differ, 0);
     }
     free(s.blocks);
-    running_stop(&a);
-    running_stop(&b);
 }
 
 /* Breakpoints of formulas of time are roots, whose last bits depend on where the search began: steps behind a
@@ -218,11 +202,10 @@ KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
         "effects:\n"
         "  - {type: expression, joint: arm, force: \"6*sin(3*t) + 2*sin(2.3*t) - 0.2*velocity.arm\"}\n"
         "simulate: {duration: 3, integrator: dopri5, tolerance: 1e-8}\n";
-    running a, b;
     kt_error error = {0};
     int steps = 0, differ = 0;
-    if (!running_start(driven, NULL, &a) || !running_start(driven, NULL, &b))
-        return;
+    const running a = running_start(driven, NULL);
+    const running b = running_start(driven, NULL);
     if (!kt_check_equal_int("to the end", kt_simulation_advance(b.simulation, 3.0, &error), KT_OK))
         return;
     const double end = kt_simulation_positions(b.simulation)[0];
@@ -237,8 +220,6 @@ KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
     kt_check_above("steps", steps, 20);
     kt_check_equal_int("ends of other bits", differ, 0);
     free(block);
-    running_stop(&a);
-    running_stop(&b);
 }
 
 /* ---- all that can be set ----------------------------------------------------------------------------------------- */
@@ -270,10 +251,9 @@ static const char all_of_it[] =
 KT_TEST(behind_an_event_the_equations_are_those_of_the_new_numbers) {
     static const char *const settings[] = {"p=1.5"};
     const kt_scene_options options = {.settings = settings, .setting_count = 1};
-    running r, anew;
     kt_error error = {0};
-    if (!running_start(all_of_it, NULL, &r) || !running_start(all_of_it, &options, &anew))
-        return;
+    const running r = running_start(all_of_it, NULL);
+    const running anew = running_start(all_of_it, &options);
     double before[8], a[8], expected[8];
     const int nv = kt_model_nv(r.model);
     kt_check_equal_int("velocities", nv, 5);
@@ -291,8 +271,6 @@ KT_TEST(behind_an_event_the_equations_are_those_of_the_new_numbers) {
     }
     /* And every one of them counts. */
     kt_check_true("it matters", fabs(before[0] - a[0]) > 0.1);
-    running_stop(&r);
-    running_stop(&anew);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
@@ -305,31 +283,22 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
         "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
         "effects: [{type: expression, joint: a, force: \"n + charge\"}]\n"
         "events: [{name: e, when: \"sin(5*t)\", then: [{set: {n: n + 1, charge: 30 deg}}]}]\n";
-    kt_scene scene, again;
-    if (!kt_check_true("reads", running_parse(formulas, NULL, &scene)))
-        return;
-    kt_check_equal_int("states", scene.description.state_count, 2);
-    char *text = kt_write_text(&scene);
-    if (kt_check_true("writes", text != NULL) && kt_check_contains("the set", text, "set: {n:") &&
-        kt_check_true("reads again", running_parse(text, NULL, &again))) {
-        kt_check_equal_int("sets", again.event_count > 0 ? again.events[0].set_count : 0, 2);
-        kt_check_equal_int("states", again.description.state_count, 2);
-        kt_scene_free(&again);
-    }
-    free(text);
-    kt_scene_free(&scene);
+    const kt_scene *scene = running_read(formulas, NULL);
+    kt_check_equal_int("states", scene->description.state_count, 2);
+    const char *text = kt_test_written(scene);
+    kt_check_contains("the set", text, "set: {n:");
+    const kt_scene *again = running_read(text, NULL);
+    kt_check_equal_int("sets", again->event_count > 0 ? again->events[0].set_count : 0, 2);
+    kt_check_equal_int("states", again->description.state_count, 2);
     static const char follows[] = "kinetree: 1\n"
                                   "parameters: {n: 3, torque: =2*n}\n"
                                   "bodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
                                   "effects: [{type: expression, joint: a, force: torque - velocity.a}]\n"
                                   "events: [{name: e, when: \"sin(5*t)\", then: [{set: {n: 2}}]}]\n";
     static const char *const rejected[] = {hardens, follows};
-    for (int i = 0; i < 2; i++) {
-        if (!kt_check_true("reads", running_parse(rejected[i], NULL, &scene)))
-            return;
-        kt_check_unwritable("rejects", &scene, KT_ERROR_UNSUPPORTED, "numbers of the scene follow");
-        kt_scene_free(&scene);
-    }
+    for (int i = 0; i < 2; i++)
+        kt_check_unwritable("rejects", running_read(rejected[i], NULL), KT_ERROR_UNSUPPORTED,
+                            "numbers of the scene follow");
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
@@ -380,11 +349,9 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
                                    "effects: [{type: joint_spring, joint: a, stiffness: =k}]\n"
                                    "events: [{name: soften, when: t - 0.5, then: {set: {k: k + 1, m: m - 2}}}]\n"
                                    "simulate: {duration: 1}\n";
-    running r;
     kt_error error = {0};
     double mass = 0.0;
-    if (!running_start(negative, NULL, &r))
-        return;
+    const running r = running_start(negative, NULL);
     kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
     kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
     kt_check_contains("words", error.message, "mass");
@@ -392,7 +359,6 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     kt_check_equal_int("reads", kt_parameter_get(r.model, &parameter, &mass, &error), KT_OK);
     kt_check_near("the mass", mass, 1.0, 0.0);
     kt_check_near("the state", kt_simulation_own_states(r.simulation)[0], 5.0, 0.0);
-    running_stop(&r);
 }
 
 /* It names the parameter, and a NaN has no sign. */
@@ -403,12 +369,9 @@ KT_TEST(a_value_that_is_no_number_ends_the_run_in_words) {
                                "effects: [{type: joint_spring, joint: a, stiffness: =k}]\n"
                                "events: [{name: soften, when: t - 0.5, then: {set: {k: sqrt(2 - k)}}}]\n"
                                "simulate: {duration: 1}\n";
-    running r;
     kt_error error = {0};
-    if (!running_start(root, NULL, &r))
-        return;
+    const running r = running_start(root, NULL);
     kt_check_true("ends", kt_simulation_advance(r.simulation, 1.0, &error) != KT_OK);
     kt_check_contains("where", error.where, "event 'soften' at t = 0.5 s");
     kt_check_text("words", error.message, "'k' is nan; give a finite number");
-    running_stop(&r);
 }

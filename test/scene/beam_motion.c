@@ -32,30 +32,19 @@ static int look(const kt_record *record, void *user) {
 }
 
 /* Runs a scene with bodies `hub` and `last`. */
-static bool run(const char *text, const char *last, const char *method, double step, watch *w) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
+static void run(const char *text, const char *last, const char *method, double step, watch *w) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_error e = {0};
-    if (!kt_parse_right(text, &scene))
-        return false;
-    scene.run.integrator = method;
-    scene.run.step = step;
+    kt_scene *scene = kt_test_scene(text);
+    scene->run.integrator = method;
+    scene->run.step = step;
     options.record = KT_RECORD_ENERGY; /* and so kinematics */
-    bool done = fine("compiled", kt_model_compile(&scene.description, NULL, &model, &e), &e);
-    if (done) {
-        w->hub = kt_body_find(model, "hub");
-        w->last = kt_body_find(model, last);
-        w->at = kt_marker_at(model, w->last, 0);
-        w->most = 0.0;
-        done = fine("made", kt_simulation_create(model, &scene.run, &options, &simulation, &e), &e) &&
-               fine("run", kt_simulation_run(simulation, look, w, &e), &e);
-    }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return done;
+    const kt_model *model = kt_test_model(&scene->description, NULL);
+    w->hub = kt_body_find(model, "hub");
+    w->last = kt_body_find(model, last);
+    w->at = kt_marker_at(model, w->last, 0);
+    w->most = 0.0;
+    kt_need_fine("run", kt_simulation_run(kt_test_simulation(model, &scene->run, &options), look, w, &e), &e);
 }
 
 /* ---- spin-up ----------------------------------------------------------------------------------------------------- */
@@ -143,7 +132,8 @@ static double spin_by_segments(int segments, double speed, double step) {
         "beams:\n  - {name: b, from: hub, segments: %d, length: 10, mass_per_length: 1.2, EI: 1.4e4}\n"
         "simulate: {duration: 15}\noutput: {interval: 0.01}\n",
         -1e9 * speed / SPIN_TIME, 1e9 * speed / SPIN_TIME, segments);
-    return run(text, last, "rk4", step, &w) ? w.most : (double)NAN;
+    run(text, last, "rk4", step, &w);
+    return w.most;
 }
 
 /* Segments converge at second order to the linear equation, but for the square of the deflection over the length. Half
@@ -173,8 +163,8 @@ KT_TEST(a_beam_that_has_been_spun_up_is_longer) {
         "GJ: 1e4, EI: [1.4e4, 1.4e4], damping: 0.02}\n"
         "simulate: {duration: 1.5}\noutput: {interval: 0.5}\n";
     watch w = {.component = 1};
-    if (run(text, "b-8", "radau5", 0.02, &w))
-        kt_check_near("extension, m", w.end.x - 10.0, 1.2 * 36.0 * 1000.0 / (3.0 * 2.8e7), 5e-6);
+    run(text, "b-8", "radau5", 0.02, &w);
+    kt_check_near("extension, m", w.end.x - 10.0, 1.2 * 36.0 * 1000.0 / (3.0 * 2.8e7), 5e-6);
 }
 
 /* ---- a shaft through its first critical speed -------------------------------------------------------------------- */
@@ -239,8 +229,7 @@ KT_TEST(a_shaft_runs_through_its_first_critical_speed_as_jeffcotts_rotor) {
     char text[1024];
     watch w = {.component = 2};
     snprintf(text, sizeof text, format, SHAFT_OFF, SHAFT_MASS, SHAFT_EI, SHAFT_EI, 1e9 * SHAFT_SLOPE);
-    if (!run(text, "disc", "rk4", 5e-5, &w))
-        return;
+    run(text, "disc", "rk4", 5e-5, &w);
     const double whole = jeffcott(chain_stiffness(SEGMENTS), 1.0 + 33.0 / 140.0 * SHAFT_MASS, 3.0);
     const double plain = jeffcott(3.0 * SHAFT_EI, 1.0, 3.0);
     kt_note("%.6g mm; Jeffcott's rotor %.6g mm, with neither the mass of the shaft nor its segments %.6g mm",
@@ -286,40 +275,25 @@ static kt_vec3 bend_rod(kt_vec3 force) {
 }
 
 /* The end of the strip of segments, at rest. */
-static bool bend_segments(int segments, kt_vec3 force, kt_vec3 *end) {
-    char text[512], last[16];
+static kt_vec3 bend_segments(int segments, kt_vec3 force) {
+    char last[16];
     static double q[400], v[300];
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_data *data = NULL;
-    kt_linearization *linearization = NULL;
     kt_error e = {0};
     const kt_equilibrium_options options = {.nearest = false, .most = 2000};
     snprintf(last, sizeof last, "b-%d", segments);
-    snprintf(
-        text, sizeof text,
-        "kinetree: 1\nbeams:\n  - {name: b, segments: %d, length: %g, mass_per_length: 1, inertia_per_length: 1e-4, "
-        "GJ: %g, EI: [%g, %g]}\neffects:\n  - {type: force, at: %s.end, value: [%.17g, %.17g, %.17g]}\n",
-        segments, strip_length, strip[0], strip[1], strip[2], last, force.x, force.y, force.z);
-    if (!kt_parse_right(text, &scene))
-        return false;
-    bool done = fine("compiled", kt_model_compile(&scene.description, NULL, &model, &e), &e) &&
-                fine("data", kt_data_create(model, &data, &e), &e) &&
-                fine("linearisation", kt_linearization_create(model, NULL, &linearization, &e), &e);
-    if (done) {
-        kt_model_initial(model, q, v);
-        done = fine("equilibrium", kt_equilibrium_find(linearization, &options, 0.0, q, NULL, NULL, &e), &e) &&
-               fine("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e), &e);
-    }
-    if (done) {
-        const int body = kt_body_find(model, last);
-        *end = kt_point_position(model, data, body, kt_marker_at(model, body, 0));
-    }
-    kt_linearization_free(linearization);
-    kt_data_free(data);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return done;
+    const kt_opened at = kt_test_open(
+        kt_test_scene_of(
+            "kinetree: 1\nbeams:\n  - {name: b, segments: %d, length: %g, mass_per_length: 1, inertia_per_length: "
+            "1e-4, "
+            "GJ: %g, EI: [%g, %g]}\neffects:\n  - {type: force, at: %s.end, value: [%.17g, %.17g, %.17g]}\n",
+            segments, strip_length, strip[0], strip[1], strip[2], last, force.x, force.y, force.z),
+        NULL);
+    kt_model_initial(at.model, q, v);
+    kt_need_fine("equilibrium", kt_equilibrium_find(kt_test_linearization(at.model), &options, 0.0, q, NULL, NULL, &e),
+                 &e);
+    kt_need_fine("kinematics", kt_kinematics_update(at.model, at.data, q, NULL, NULL, &e), &e);
+    const int body = kt_body_find(at.model, last);
+    return kt_point_position(at.model, at.data, body, kt_marker_at(at.model, body, 0));
 }
 
 KT_TEST(the_princeton_beam_bends_and_twists_as_kirchhoffs_rod) {
@@ -327,9 +301,7 @@ KT_TEST(the_princeton_beam_bends_and_twists_as_kirchhoffs_rod) {
     for (int angle = 0; angle <= 90; angle += 30) {
         const double a = angle * pi / 180.0;
         const kt_vec3 force = {0.0, 13.345 * sin(a), -13.345 * cos(a)}, rod = bend_rod(force);
-        kt_vec3 end[2];
-        if (!bend_segments(8, force, &end[0]) || !bend_segments(16, force, &end[1]))
-            return;
+        const kt_vec3 end[2] = {bend_segments(8, force), bend_segments(16, force)};
         const double coarse = kt_vec3_norm(kt_vec3_sub(end[0], rod)), finer = kt_vec3_norm(kt_vec3_sub(end[1], rod));
         const kt_vec3 limit = kt_vec3_add(end[1], kt_vec3_scale(1.0 / 3.0, kt_vec3_sub(end[1], end[0])));
         kt_note("%d degrees: the end at (%.5f, %.5f, %.5f) m; off by %.2e and %.2e m with 8 and 16 segments", angle,

@@ -2,6 +2,7 @@
 
 #include "check.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,30 +50,55 @@ kt_status kt_collect_parse(kt_collected *faults, const char *text, kt_scene *sce
     return kt_scene_parse(faults->path, text, strlen(text), scene, kt_collect, faults, &error);
 }
 
-bool kt_parse_right(const char *text, kt_scene *scene) {
-    static kt_collected faults;
-    kt_status status = kt_collect_parse(&faults, text, scene);
-    if (status == KT_OK && faults.count == 0)
-        return true;
-    kt_note("%.400s", faults.text);
-    (void)kt_check_true("a right scene is read without a fault", false);
-    return false;
+static void release_scene(void *scene) {
+    kt_scene_free(scene);
+    free(scene);
 }
 
-char *kt_write_text(const kt_scene *scene) {
+kt_scene *kt_test_scene_place(void) {
+    kt_scene *scene = malloc(sizeof *scene);
+    kt_need(scene != NULL || kt_check_true("there is memory", false));
+    *scene = kt_scene_default();
+    kt_at_end(release_scene, scene);
+    return scene;
+}
+
+kt_scene *kt_test_scene(const char *text) {
+    static kt_collected faults;
+    kt_scene *scene = kt_test_scene_place();
+    const kt_status status = kt_collect_parse(&faults, text, scene);
+    if (status != KT_OK || faults.count > 0) {
+        kt_note("%.400s", faults.text);
+        kt_need(kt_check_true("a right scene is read without a fault", false));
+    }
+    return scene;
+}
+
+kt_scene *kt_test_scene_of(const char *format, ...) {
+    static char text[1 << 16];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    return kt_test_scene(text);
+}
+
+kt_opened kt_test_open(kt_scene *scene, const kt_model_options *options) {
+    kt_model *model = kt_test_model(&scene->description, options);
+    return (kt_opened){scene, model, kt_test_data(model)};
+}
+
+const char *kt_test_written(const kt_scene *scene) {
     char *text = NULL;
     size_t size = 0;
     kt_error error;
     FILE *stream = open_memstream(&text, &size);
-    if (stream == NULL)
-        return NULL;
-    kt_status status = kt_scene_write(scene, stream, &error);
+    kt_need(stream != NULL || kt_check_true("there is memory", false));
+    const kt_status status = kt_scene_write(scene, stream, &error);
     (void)fclose(stream);
-    if (status == KT_OK)
-        return text;
-    kt_note("%s: %s", error.where, error.message);
-    free(text);
-    return NULL;
+    kt_at_end(free, text);
+    kt_need_fine("a scene is written", status, &error);
+    return text;
 }
 
 void kt_check_unwritable(const char *what, const kt_scene *scene, kt_status expected, const char *part) {

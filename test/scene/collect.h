@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "check.h"
+#include "fixture.h"
 
 /* All faults of a reading, "LINE:COLUMN: MESSAGE" and a line end each. Faults that do not fit are only counted. */
 typedef struct kt_collected {
@@ -25,23 +25,31 @@ void kt_collect(void *user, const kt_error *fault);
 /* Reads text. */
 kt_status kt_collect_parse(kt_collected *faults, const char *text, kt_scene *scene);
 
-/* Reads text that must be right: returns whether it is, and shows the faults where it is not. */
-bool kt_parse_right(const char *text, kt_scene *scene);
+/* The scene of a text, for the running test (see fixture.h). */
+kt_scene *kt_test_scene(const char *text);
+
+/* printf-style. */
+kt_scene *kt_test_scene_of(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* An empty scene, for other readers to fill. */
+kt_scene *kt_test_scene_place(void);
 
 /* Equal in every byte. */
 bool kt_same_bytes(const void *a, const void *b, size_t size);
 
-/* Writes into memory that the caller frees; NULL after showing why not. */
-char *kt_write_text(const kt_scene *scene);
+/* A scene with its model and data. */
+typedef struct kt_opened {
+    kt_scene *scene;
+    kt_model *model;
+    kt_data *data;
+} kt_opened;
+
+kt_opened kt_test_open(kt_scene *scene, const kt_model_options *options);
+
+/* The text of a scene, in memory that the end of the test frees. */
+const char *kt_test_written(const kt_scene *scene);
 
 /* Checks that a scene cannot be written, with this part of the message, and that nothing is. */
 void kt_check_unwritable(const char *what, const kt_scene *scene, kt_status expected, const char *part);
-
-/* Whether a call has succeeded, after a check that shows why not. */
-static inline bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s", error->where, error->message);
-    return status == KT_OK || kt_check_true(what, false);
-}
 
 #endif

@@ -64,34 +64,20 @@ static double time_at(double level, double sign) {
 }
 
 KT_TEST(a_run_has_the_events_of_its_scene) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
+    running untold;
     kt_scene_watch *watch = NULL;
     kt_error error = {0};
     rows r = {0};
     const kt_scene_call calls[] = {{"tell", tell, &r}};
-    if (!kt_check_true("the scene is read", running_parse(thrown, NULL, &scene)))
-        return;
+    kt_scene *scene = running_read(thrown, NULL);
     kt_simulation_options options = kt_simulation_options_default();
-    options.events = kt_scene_event_room(&scene);
+    options.events = kt_scene_event_room(scene);
     kt_check_equal_int("room", options.events, 4);
-    kt_status status = kt_model_compile(&scene.description, NULL, &model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&scene, model, simulation, NULL, 0, &watch, &error);
-    kt_check_equal_int("a call that is not given", status, KT_ERROR_SCENE);
+    kt_check_equal_int("a call that is not given", running_open(&untold, scene, &options, &error), KT_ERROR_SCENE);
     kt_check_contains("words", error.message, "no action 'tell'");
-    kt_simulation_free(simulation);
-    simulation = NULL;
-    status = kt_simulation_create(model, &scene.run, &options, &simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&scene, model, simulation, calls, 1, &watch, &error);
-    kt_scene_free(&scene);
-    if (status == KT_OK)
-        status = kt_simulation_run(simulation, keep, &r, &error);
-    kt_check_text("runs", status == KT_OK ? "" : error.message, "");
+    kt_simulation *simulation = kt_test_simulation(untold.model, &scene->run, &options);
+    kt_need_fine("events", kt_scene_watch_create(scene, untold.model, simulation, calls, 1, &watch, &error), &error);
+    kt_need_fine("run", kt_simulation_run(simulation, keep, &r, &error), &error);
     const double expected[] = {time_at(1.2, -1.0), 4.0 / 9.81, time_at(0.25, 1.0)};
     static const char *const names[] = {"above", "top", "until"};
     kt_check_equal_int("records", r.count, 3);
@@ -103,8 +89,6 @@ KT_TEST(a_run_has_the_events_of_its_scene) {
     kt_check_near("far, s", r.told_at[1], 0.5 / 3.0, 16.0 * DBL_EPSILON);
     kt_check_near("the end, s", kt_simulation_time(simulation), expected[2], 16.0 * DBL_EPSILON);
     kt_scene_watch_free(watch);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- long steps -------------------------------------------------------------------------------------------------- */
@@ -123,15 +107,12 @@ KT_TEST(events_of_a_crank_are_found_in_long_steps) {
         "  - {name: crest, when: cos(40*t) > 0.9999, then: record}\n"
         "  - {name: spike, when: abs(t - 41.123) < 1e-3, then: record}\n"
         "simulate: {duration: 50}\n";
-    running r;
-    if (running_start(text, NULL, &r)) {
-        kt_error error = {0};
-        kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
-        kt_check_equal_int("turns", (long)kt_simulation_event_count(r.simulation, "turn"), 7);
-        kt_check_equal_int("crests", (long)kt_simulation_event_count(r.simulation, "crest"), 318);
-        kt_check_equal_int("spike", (long)kt_simulation_event_count(r.simulation, "spike"), 1);
-    }
-    running_stop(&r);
+    const running r = running_start(text, NULL);
+    kt_error error = {0};
+    kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
+    kt_check_equal_int("turns", (long)kt_simulation_event_count(r.simulation, "turn"), 7);
+    kt_check_equal_int("crests", (long)kt_simulation_event_count(r.simulation, "crest"), 318);
+    kt_check_equal_int("spike", (long)kt_simulation_event_count(r.simulation, "spike"), 1);
 }
 
 /* Three events happen at t = 2. The first ends a part of the step, and the second is its breakpoint. They happen in the
@@ -148,37 +129,23 @@ KT_TEST(events_at_a_breakpoint_happen_together_in_order) {
                                "  - {name: b, when: step(t - 2) > 0.5, then: {set: {x: 10*x + 2}}}\n"
                                "  - {name: c, when: position.slide > 2, then: {set: {x: 10*x + 3}}}\n"
                                "simulate: {duration: 50}\n";
-    running r;
-    if (running_start(text, NULL, &r)) {
-        kt_error error = {0};
-        kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
-        kt_check_near("x", kt_simulation_own_states(r.simulation)[0], 123.0, 0.0);
-    }
-    running_stop(&r);
+    const running r = running_start(text, NULL);
+    kt_error error = {0};
+    kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
+    kt_check_near("x", kt_simulation_own_states(r.simulation)[0], 123.0, 0.0);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
 KT_TEST(events_are_written_and_read_again) {
-    kt_scene scene, again;
-    if (!kt_check_true("reads", running_parse(thrown, NULL, &scene)))
-        return;
-    char *text = kt_write_text(&scene), *second = NULL;
-    const bool is_read = text != NULL && running_parse(text, NULL, &again);
-    kt_check_text("reads again", is_read ? "" : running_faults.first.message, "");
-    if (is_read) {
-        second = kt_write_text(&again);
-        kt_check_text("the same text", second, text);
-        kt_check_contains("a parameter is its number", text, "2*(0.25)");
-        kt_check_equal_int("events", again.event_count, 3);
-        kt_check_equal_int("a comparison rises", again.events[1].direction, KT_DIRECTION_RISING);
-        kt_check_equal_int("limit", again.events[2].limit, 1);
-        kt_check_true("until stops", again.until.stop && again.until.direction == KT_DIRECTION_RISING);
-        kt_scene_free(&again);
-    }
-    free(text);
-    free(second);
-    kt_scene_free(&scene);
+    const char *text = kt_test_written(running_read(thrown, NULL));
+    const kt_scene *again = running_read(text, NULL);
+    kt_check_text("the same text", kt_test_written(again), text);
+    kt_check_contains("a parameter is its number", text, "2*(0.25)");
+    kt_check_equal_int("events", again->event_count, 3);
+    kt_check_equal_int("a comparison rises", again->events[1].direction, KT_DIRECTION_RISING);
+    kt_check_equal_int("limit", again->events[2].limit, 1);
+    kt_check_true("until stops", again->until.stop && again->until.direction == KT_DIRECTION_RISING);
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

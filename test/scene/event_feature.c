@@ -24,7 +24,7 @@ typedef struct featured {
 } featured;
 
 /* A mass that a force moves. Its event is a change of sign of the formula less the level. */
-static bool begin(featured *f, const char *force, const char *formula, double level) {
+static void begin(featured *f, const char *force, const char *formula, double level) {
     char text[TEXT];
     (void)snprintf(text, sizeof text,
                    "kinetree: 1\n"
@@ -39,10 +39,8 @@ static bool begin(featured *f, const char *force, const char *formula, double le
                    "output: {interval: 0.1}\n",
                    force, formula, level);
     f->count = 0;
-    return running_start(text, NULL, &f->run);
+    f->run = running_start(text, NULL);
 }
-
-static void end(featured *f) { running_stop(&f->run); }
 
 static int keep(const kt_record *record, void *user) {
     featured *f = user;
@@ -102,27 +100,25 @@ KT_TEST(searches_of_events_share_a_limit) {
             kt_formula_of_time(text, memory, sizeof memory, &formula, NULL, &error) != KT_OK)
             continue;
         const double level = kt_expression_evaluate(formula, &at);
-        if (begin(&f, "1", text, level)) {
-            f.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - LIMIT;
-            const kt_status status = kt_simulation_run(f.run.simulation, keep, &f, &error);
-            if (status != KT_OK)
-                kt_check_text(text, error.message, "");
-            const double used = (double)(f.run.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
-            const uint64_t count = kt_simulation_counts_get(f.run.simulation).cut;
-            kt_worst_below(&taken, used, LIMIT + 60.0 * (double)formula->count, "%s", text);
-            kt_worst_below(&cuts, (double)count, 16 + 16 * 7, "%s", text);
-            if (count > 0)
-                least = fmin(least, used);
-            cut += count > 0;
-            const faults found = compare(&f, formula, level);
-            kt_worst_below(&wrong, found.wrong, 0.5, "%s", text);
-            if (count == 0) {
-                kt_worst_below(&missed, found.missed, 0.5, "%s", text);
-                compared++;
-                sampled += found.sampled;
-            }
+        begin(&f, "1", text, level);
+        f.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - LIMIT;
+        const kt_status status = kt_simulation_run(f.run.simulation, keep, &f, &error);
+        if (status != KT_OK)
+            kt_check_text(text, error.message, "");
+        const double used = (double)(f.run.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
+        const uint64_t count = kt_simulation_counts_get(f.run.simulation).cut;
+        kt_worst_below(&taken, used, LIMIT + 60.0 * (double)formula->count, "%s", text);
+        kt_worst_below(&cuts, (double)count, 16 + 16 * 7, "%s", text);
+        if (count > 0)
+            least = fmin(least, used);
+        cut += count > 0;
+        const faults found = compare(&f, formula, level);
+        kt_worst_below(&wrong, found.wrong, 0.5, "%s", text);
+        if (count == 0) {
+            kt_worst_below(&missed, found.missed, 0.5, "%s", text);
+            compared++;
+            sampled += found.sampled;
         }
-        end(&f);
     }
     kt_check_worst(&taken);
     kt_check_worst(&cuts);
@@ -143,26 +139,24 @@ KT_TEST(restored_run_cuts_the_same_searches_of_events) {
     static const char force[] = "exp(-((t - 5)/2)^2)"; /* its first feature is at 2.55 s */
     static const char formula[] = "tanh(20*sin(200*t)) + exp(-(5*sin(190*t))^2)";
     kt_error error = {0};
-    if (begin(&first, force, formula, 0.3) && begin(&second, force, formula, 0.3) &&
-        kt_check_true("room", kt_simulation_state_size(first.run.simulation) <= sizeof block)) {
-        first.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
-        kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 1.5, &error), KT_OK);
-        const uint64_t before = kt_simulation_counts_get(first.run.simulation).cut;
-        kt_simulation_save(first.run.simulation, block);
-        kt_check_equal_int("restore", kt_simulation_restore(second.run.simulation, block, &error), KT_OK);
-        kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 3.0, &error), KT_OK);
-        kt_check_equal_int("advance", kt_simulation_advance(second.run.simulation, 3.0, &error), KT_OK);
-        const kt_simulation_counts a = kt_simulation_counts_get(first.run.simulation),
-                                   b = kt_simulation_counts_get(second.run.simulation);
-        kt_check_above("cut before", (double)before, 0.5);
-        kt_check_above("cut behind", (double)(a.cut - before), 0.5);
-        kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
-        kt_check_equal_int("operations", second.run.simulation->memory.sought, first.run.simulation->memory.sought);
-        kt_check_equal_int("events", (long)kt_simulation_event_count(second.run.simulation, "level"),
-                           (long)kt_simulation_event_count(first.run.simulation, "level"));
-        kt_check_equal_bits("velocities", kt_simulation_velocities(second.run.simulation),
-                            kt_simulation_velocities(first.run.simulation), 1);
-    }
-    end(&second);
-    end(&first);
+    begin(&first, force, formula, 0.3);
+    begin(&second, force, formula, 0.3);
+    kt_need(kt_check_true("room", kt_simulation_state_size(first.run.simulation) <= sizeof block));
+    first.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
+    kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 1.5, &error), KT_OK);
+    const uint64_t before = kt_simulation_counts_get(first.run.simulation).cut;
+    kt_simulation_save(first.run.simulation, block);
+    kt_check_equal_int("restore", kt_simulation_restore(second.run.simulation, block, &error), KT_OK);
+    kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 3.0, &error), KT_OK);
+    kt_check_equal_int("advance", kt_simulation_advance(second.run.simulation, 3.0, &error), KT_OK);
+    const kt_simulation_counts a = kt_simulation_counts_get(first.run.simulation),
+                               b = kt_simulation_counts_get(second.run.simulation);
+    kt_check_above("cut before", (double)before, 0.5);
+    kt_check_above("cut behind", (double)(a.cut - before), 0.5);
+    kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
+    kt_check_equal_int("operations", second.run.simulation->memory.sought, first.run.simulation->memory.sought);
+    kt_check_equal_int("events", (long)kt_simulation_event_count(second.run.simulation, "level"),
+                       (long)kt_simulation_event_count(first.run.simulation, "level"));
+    kt_check_equal_bits("velocities", kt_simulation_velocities(second.run.simulation),
+                        kt_simulation_velocities(first.run.simulation), 1);
 }

@@ -299,13 +299,9 @@ KT_TEST(chain_of_many_bodies_is_read) {
     (void)snprintf(parent, sizeof parent, "link%d", COUNT - 2);
     kt_check_text("first", scene.description.bodies[0].name, first);
     kt_check_text("its parent", scene.description.bodies[0].parent, parent);
-    char *written = kt_write_text(&scene);
-    kt_scene again;
-    if (kt_check_true("it is written", written != NULL) && kt_parse_right(written, &again)) {
-        kt_check_text("last", again.description.bodies[COUNT - 1].name, "link0");
-        kt_scene_free(&again);
-    }
-    free(written);
+    const char *written = kt_test_written(&scene);
+    kt_scene *again = kt_test_scene(written);
+    kt_check_text("last", again->description.bodies[COUNT - 1].name, "link0");
     kt_scene_free(&scene);
 }
 

@@ -58,17 +58,13 @@ static kt_status parse_with(const char *text, const char *const *settings, int c
 
 /* The numbers of both differ by the rounding of a few operations. */
 KT_TEST(a_scene_with_parameters_is_that_with_their_numbers) {
-    kt_scene a, b;
     char text[2048];
     (void)snprintf(text, sizeof text, "%s", with_parameters);
     char *end = strstr(text, "tilt: 30 deg");
     memmove(end + strlen("g: 9.81, "), end, strlen(end) + 1);
     memcpy(end, "g: 9.81, ", strlen("g: 9.81, "));
-    if (!kt_parse_right(text, &a) || !kt_parse_right(with_numbers, &b)) {
-        kt_check_true("both are read", false);
-        return;
-    }
-    const kt_body *arm = a.description.bodies, *same = b.description.bodies;
+    const kt_scene *a = kt_test_scene(text), *b = kt_test_scene(with_numbers);
+    const kt_body *arm = a->description.bodies, *same = b->description.bodies;
     kt_check_near("position", arm->joint.position[0], same->joint.position[0], 0.0);
     kt_check_near("velocity", arm->joint.velocity[0], same->joint.velocity[0], DBL_EPSILON);
     kt_check_near("mass", arm->mass, same->mass, 4.0 * DBL_EPSILON * 263.25);
@@ -76,37 +72,31 @@ KT_TEST(a_scene_with_parameters_is_that_with_their_numbers) {
     kt_check_near("com", arm->com.x, same->com.x, 0.0);
     kt_check_near("angle of a list", arm[1].joint.position[0], same[1].joint.position[0], 0.0);
     kt_check_near("length of a list", arm[1].joint.position[1], same[1].joint.position[1], 0.0);
-    kt_check_near("gravity", a.description.gravity.y, b.description.gravity.y, 0.0);
-    kt_check_near("coefficient", a.description.loops[0].terms[0].coefficient, 5.0, 0.0);
-    kt_check_near("offset", a.description.loops[0].offset, b.description.loops[0].offset, 4.0 * DBL_EPSILON);
-    kt_check_near("stiffness", a.description.effects[0].stiffness, 15600.0, 0.0);
-    kt_check_near("length", a.description.effects[0].length, 3.0, 0.0);
-    kt_check_near("amplitude", a.description.effects[1].torque.amplitude, 156.0, 0.0);
-    kt_check_near("frequency", a.description.effects[1].torque.frequency, 1.0 / 1.5, DBL_EPSILON);
-    kt_check_near("duration", a.run.duration, 1.5, 0.0);
-    kt_check_near("tolerance", a.run.relative, 1e-6, DBL_EPSILON * 1e-6);
-    kt_check_equal_int("parameters", a.parameter_count, 7);
-    kt_check_text("the first", a.parameters[0].name, "area");
-    kt_check_near("its value", a.parameters[0].value, 0.0225, DBL_EPSILON * 0.0225);
-    kt_check_equal_int("notes", a.note_count, 0);
-    kt_scene_free(&a);
-    kt_scene_free(&b);
+    kt_check_near("gravity", a->description.gravity.y, b->description.gravity.y, 0.0);
+    kt_check_near("coefficient", a->description.loops[0].terms[0].coefficient, 5.0, 0.0);
+    kt_check_near("offset", a->description.loops[0].offset, b->description.loops[0].offset, 4.0 * DBL_EPSILON);
+    kt_check_near("stiffness", a->description.effects[0].stiffness, 15600.0, 0.0);
+    kt_check_near("length", a->description.effects[0].length, 3.0, 0.0);
+    kt_check_near("amplitude", a->description.effects[1].torque.amplitude, 156.0, 0.0);
+    kt_check_near("frequency", a->description.effects[1].torque.frequency, 1.0 / 1.5, DBL_EPSILON);
+    kt_check_near("duration", a->run.duration, 1.5, 0.0);
+    kt_check_near("tolerance", a->run.relative, 1e-6, DBL_EPSILON * 1e-6);
+    kt_check_equal_int("parameters", a->parameter_count, 7);
+    kt_check_text("the first", a->parameters[0].name, "area");
+    kt_check_near("its value", a->parameters[0].value, 0.0225, DBL_EPSILON * 0.0225);
+    kt_check_equal_int("notes", a->note_count, 0);
 }
 
 KT_TEST(a_parameter_that_nothing_uses_is_noted) {
-    kt_scene scene;
-    kt_check_true("read",
-                  kt_parse_right("kinetree: 1\nparameters: {L: 1, M: =N, N: 2}\n"
-                                 "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n",
-                                 &scene));
-    kt_check_equal_int("notes", scene.note_count, 2);
-    if (scene.note_count == 2) {
-        kt_check_text("where", scene.notes[0].where, "test.yaml:2:20");
-        kt_check_contains("what", scene.notes[0].what, "nothing uses the parameter 'M'; write =M");
-        kt_check_text("where", scene.notes[1].where, "test.yaml:2:27");
-        kt_check_contains("what", scene.notes[1].what, "nothing uses the parameter 'N' but others that nothing uses");
+    kt_scene *scene = kt_test_scene("kinetree: 1\nparameters: {L: 1, M: =N, N: 2}\n"
+                                    "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n");
+    kt_check_equal_int("notes", scene->note_count, 2);
+    if (scene->note_count == 2) {
+        kt_check_text("where", scene->notes[0].where, "test.yaml:2:20");
+        kt_check_contains("what", scene->notes[0].what, "nothing uses the parameter 'M'; write =M");
+        kt_check_text("where", scene->notes[1].where, "test.yaml:2:27");
+        kt_check_contains("what", scene->notes[1].what, "nothing uses the parameter 'N' but others that nothing uses");
     }
-    kt_scene_free(&scene);
 }
 
 /* The scene keeps its meaning: the formula has the distance of the ends, and the number has the parameter. */
@@ -125,56 +115,41 @@ KT_TEST(a_parameter_that_a_variable_of_a_formula_hides_is_noted) {
         {"=length*speed", "-1", NULL, NULL},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char scene_text[400];
-        kt_scene scene;
-        snprintf(scene_text, sizeof scene_text, text, cases[i].mass, cases[i].force);
-        kt_check_true("read", kt_parse_right(scene_text, &scene));
-        kt_check_equal_int("notes", scene.note_count, cases[i].where != NULL);
-        if (scene.note_count == 1 && cases[i].where != NULL) {
-            kt_check_text("where", scene.notes[0].where, cases[i].where);
-            kt_check_contains("what", scene.notes[0].what, cases[i].what);
+        kt_scene *scene = kt_test_scene_of(text, cases[i].mass, cases[i].force);
+        kt_check_equal_int("notes", scene->note_count, cases[i].where != NULL);
+        if (scene->note_count == 1 && cases[i].where != NULL) {
+            kt_check_text("where", scene->notes[0].where, cases[i].where);
+            kt_check_contains("what", scene->notes[0].what, cases[i].what);
         }
-        kt_scene_free(&scene);
     }
 }
 
 /* An expression that nothing uses is in no formula, so that nothing is hidden there. */
 KT_TEST(an_expression_that_nothing_uses_hides_no_parameter) {
-    kt_scene scene;
-    kt_check_true("read", kt_parse_right("kinetree: 1\nparameters: {length: 4}\nexpressions: {twice: \"2*length\"}\n"
-                                         "bodies:\n  - {name: a, joint: {type: prismatic}, mass: =length, "
-                                         "inertia: [1, 1, 1]}\n",
-                                         &scene));
-    kt_check_equal_int("notes", scene.note_count, 1);
-    if (scene.note_count == 1)
-        kt_check_contains("what", scene.notes[0].what, "nothing uses the expression 'twice'");
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene("kinetree: 1\nparameters: {length: 4}\nexpressions: {twice: \"2*length\"}\n"
+                                    "bodies:\n  - {name: a, joint: {type: prismatic}, mass: =length, "
+                                    "inertia: [1, 1, 1]}\n");
+    kt_check_equal_int("notes", scene->note_count, 1);
+    if (scene->note_count == 1)
+        kt_check_contains("what", scene->notes[0].what, "nothing uses the expression 'twice'");
 }
 
 /* An event sets an auxiliary state of the parameter's name, which the formula reads: nothing is hidden. */
 KT_TEST(a_parameter_that_an_event_sets_is_not_hidden) {
-    kt_scene scene;
-    kt_check_true("read",
-                  kt_parse_right("kinetree: 1\nparameters: {k: 4}\n"
-                                 "bodies:\n  - {name: a, joint: {type: prismatic}, mass: 1, inertia: [1, 1, 1]}\n"
-                                 "effects:\n  - {type: expression, joint: a, force: \"-k*position.a\"}\n"
-                                 "events:\n  - {name: late, when: t - 1, then: {set: {k: 2}}}\n",
-                                 &scene));
-    kt_check_equal_int("notes", scene.note_count, 0);
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene("kinetree: 1\nparameters: {k: 4}\n"
+                                    "bodies:\n  - {name: a, joint: {type: prismatic}, mass: 1, inertia: [1, 1, 1]}\n"
+                                    "effects:\n  - {type: expression, joint: a, force: \"-k*position.a\"}\n"
+                                    "events:\n  - {name: late, when: t - 1, then: {set: {k: 2}}}\n");
+    kt_check_equal_int("notes", scene->note_count, 0);
 }
 
 /* K is used by L, which a number uses. Only an expression that nothing uses contains M. */
 KT_TEST(uses_are_followed_through_parameters_and_not_from_unused_expressions) {
-    kt_scene scene;
-    kt_check_true("read",
-                  kt_parse_right("kinetree: 1\nparameters: {L: =K, K: 1, M: 2}\nexpressions: {lift: \"M*t\"}\n"
-                                 "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n",
-                                 &scene));
-    kt_check_equal_int("notes", scene.note_count, 2);
-    for (int k = 0; k < scene.parameter_count; k++)
-        kt_check_true(scene.parameters[k].name, scene.parameters[k].is_used == (scene.parameters[k].name[0] != 'M'));
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene("kinetree: 1\nparameters: {L: =K, K: 1, M: 2}\nexpressions: {lift: \"M*t\"}\n"
+                                    "bodies:\n  - {name: a, joint: {type: revolute}, mass: =L, inertia: [1, 1, 1]}\n");
+    kt_check_equal_int("notes", scene->note_count, 2);
+    for (int k = 0; k < scene->parameter_count; k++)
+        kt_check_true(scene->parameters[k].name, scene->parameters[k].is_used == (scene->parameters[k].name[0] != 'M'));
 }
 
 /* A chain of parameters, each one more than the next, in the order that is worst for a reader that goes through them in
@@ -184,20 +159,16 @@ static double read_chain_of_parameters(const void *self, int count) {
     char *text = malloc((size_t)count * 40 + 200), *to = text;
     if (text == NULL)
         return (double)NAN;
-    kt_scene scene;
     to += sprintf(to, "kinetree: 1\nparameters:\n");
     for (int k = 0; k + 1 < count; k++)
         to += sprintf(to, "  p%d: =p%d + 1\n", k, k + 1);
     (void)sprintf(to, "  p%d: 1\nbodies:\n  - {name: a, joint: {type: prismatic}, mass: =p0}\n", count - 1);
     const double start = kt_growth_now();
-    const bool read = kt_parse_right(text, &scene);
+    const kt_scene *scene = kt_test_scene(text);
     const double seconds = kt_growth_now() - start;
-    if (kt_check_true("read", read)) {
-        kt_check_near("the last of the chain", scene.description.bodies[0].mass, (double)count, 0.0);
-        kt_scene_free(&scene);
-    }
+    kt_check_near("the last of the chain", scene->description.bodies[0].mass, (double)count, 0.0);
     free(text);
-    return read ? seconds : (double)NAN;
+    return seconds;
 }
 
 /* Eight times the work; quadratic time would be 64 times. */

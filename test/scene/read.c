@@ -83,10 +83,8 @@ static void check_run(const kt_run *run) {
 }
 
 KT_TEST(scene_of_the_contract_is_read) {
-    kt_scene scene;
-    if (!kt_parse_right(contract, &scene))
-        return;
-    const kt_description *d = &scene.description;
+    kt_scene *scene = kt_test_scene(contract);
+    const kt_description *d = &scene->description;
     kt_check_text("name", d->name, "four-bar linkage");
     CHECK_VECTOR("gravity", d->gravity, 0, -9.81, 0);
     kt_check_equal_int("bodies", d->body_count, 2);
@@ -94,24 +92,21 @@ KT_TEST(scene_of_the_contract_is_read) {
 
     kt_check_text("parent", d->bodies[1].parent, "crank");
     check_crank(&d->bodies[0]);
-    check_run(&scene.run);
-    kt_scene_free(&scene);
-    kt_check_true("a scene that was freed is empty", scene.memory == NULL && scene.description.body_count == 0);
-    kt_scene_free(&scene);
+    check_run(&scene->run);
+    kt_scene_free(scene);
+    kt_check_true("a scene that was freed is empty", scene->memory == NULL && scene->description.body_count == 0);
     kt_scene_free(NULL);
 }
 
 KT_TEST(what_is_not_there_is_the_default) {
-    kt_scene scene;
     const kt_scene rest = kt_scene_default();
     const kt_body body = kt_body_default();
-    if (!kt_parse_right("kinetree: 1\nbodies: [{name: a}]\n", &scene))
-        return;
-    kt_check_true("no name", scene.description.name == NULL);
-    CHECK_VECTOR("no gravity", scene.description.gravity, 0, 0, 0);
-    kt_check_text("the run is kt_run_default", kt_run_difference(&scene.run, &rest.run), "");
-    kt_check_true("no method is named", scene.run.integrator == NULL);
-    const kt_body *a = &scene.description.bodies[0];
+    kt_scene *scene = kt_test_scene("kinetree: 1\nbodies: [{name: a}]\n");
+    kt_check_true("no name", scene->description.name == NULL);
+    CHECK_VECTOR("no gravity", scene->description.gravity, 0, 0, 0);
+    kt_check_text("the run is kt_run_default", kt_run_difference(&scene->run, &rest.run), "");
+    kt_check_true("no method is named", scene->run.integrator == NULL);
+    const kt_body *a = &scene->description.bodies[0];
     kt_check_true("no parent", a->parent == NULL);
     kt_check_equal_int("joint", a->joint.type, KT_JOINT_FIXED);
     CHECK_VECTOR("axis", a->joint.axis, body.joint.axis.x, body.joint.axis.y, body.joint.axis.z);
@@ -119,11 +114,8 @@ KT_TEST(what_is_not_there_is_the_default) {
     kt_check_equal_int("shape", a->shape.type, KT_SHAPE_NONE);
     kt_check_true("nothing of a shape's", !a->com_of_shape && !a->inertia_of_shape);
     kt_check_equal_int("markers", a->marker_count, 0);
-    kt_scene_free(&scene);
-    if (!kt_parse_right("kinetree: 1\n", &scene))
-        return;
-    kt_check_equal_int("bodies of a scene without any", scene.description.body_count, 0);
-    kt_scene_free(&scene);
+    scene = kt_test_scene("kinetree: 1\n");
+    kt_check_equal_int("bodies of a scene without any", scene->description.body_count, 0);
 }
 
 /* Mark at the beginning, lines of Windows, no line end at the end, flow style throughout: all the same to YAML. */
@@ -139,13 +131,9 @@ KT_TEST(one_scene_reads_alike_in_every_spelling) {
         "kinetree: 1\nname: >-\n  a\nbodies:\n    -   name:   b\n        mass: +2.\n",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
-        kt_scene scene;
-        if (!kt_parse_right(texts[i], &scene))
-            continue;
-        char *written = kt_write_text(&scene);
+        kt_scene *scene = kt_test_scene(texts[i]);
+        const char *written = kt_test_written(scene);
         kt_check_text(texts[i], written, "kinetree: 1\nname: a\n\nbodies:\n  - name: b\n    mass: 2\n");
-        free(written);
-        kt_scene_free(&scene);
     }
 }
 
@@ -162,10 +150,8 @@ KT_TEST(shapes_take_their_keys) {
         "  - {name: e, shape: {type: cylinder, radius: 1, length: 2, axis: x, at: [3, 0, 0], rotation: {rpy: [1, 0, "
         "0]}}}\n"
         "  - {name: f, shape: {type: cylinder, radius: 1, length: 2}}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_body *b = scene.description.bodies;
+    kt_scene *scene = kt_test_scene(text);
+    const kt_body *b = scene->description.bodies;
     kt_check_equal_int("point", b[0].shape.type, KT_SHAPE_POINT);
     CHECK_VECTOR("at", b[0].shape.at, 1, 2, 3);
     kt_check_equal_int("rod", b[1].shape.type, KT_SHAPE_ROD);
@@ -184,7 +170,6 @@ KT_TEST(shapes_take_their_keys) {
     CHECK_VECTOR("at", b[4].shape.at, 3, 0, 0);
     kt_check_equal_int("rotation", b[4].shape.rotation.type, KT_ROTATION_RPY);
     CHECK_VECTOR("axis by default", b[5].shape.axis, 0, 0, 1);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(com_and_inertia_are_the_shapes_where_they_are_missing) {
@@ -203,35 +188,25 @@ KT_TEST(com_and_inertia_are_the_shapes_where_they_are_missing) {
         {"mass: 1", false, false, false},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[300];
-        kt_scene scene;
-        snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, %s%s%s}\n", table[i].keys,
-                 table[i].has_shape ? ", " : "", table[i].has_shape ? shape : "");
-        if (!kt_parse_right(text, &scene))
-            continue;
-        kt_check_equal_int(table[i].keys, scene.description.bodies[0].com_of_shape, table[i].com_of_shape);
-        kt_check_equal_int(table[i].keys, scene.description.bodies[0].inertia_of_shape, table[i].inertia_of_shape);
-        kt_scene_free(&scene);
+        kt_scene *scene = kt_test_scene_of("kinetree: 1\nbodies:\n  - {name: a, %s%s%s}\n", table[i].keys,
+                                           table[i].has_shape ? ", " : "", table[i].has_shape ? shape : "");
+        kt_check_equal_int(table[i].keys, scene->description.bodies[0].com_of_shape, table[i].com_of_shape);
+        kt_check_equal_int(table[i].keys, scene->description.bodies[0].inertia_of_shape, table[i].inertia_of_shape);
     }
 }
 
 KT_TEST(inertia_has_three_or_six_numbers) {
-    kt_scene scene;
-    if (!kt_parse_right("kinetree: 1\nbodies:\n  - {name: a, mass: 1, inertia: [4, 5, 6, 0.1, 0.2, 0.3]}\n", &scene))
-        return;
-    const kt_sym3 i = scene.description.bodies[0].inertia;
+    kt_scene *scene =
+        kt_test_scene("kinetree: 1\nbodies:\n  - {name: a, mass: 1, inertia: [4, 5, 6, 0.1, 0.2, 0.3]}\n");
+    const kt_sym3 i = scene->description.bodies[0].inertia;
     const double seen[] = {i.xx, i.yy, i.zz, i.xy, i.xz, i.yz};
     CHECK_NUMBERS("Ixx Iyy Izz Ixy Ixz Iyz", seen, 4, 5, 6, 0.1, 0.2, 0.3);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(bodies_stand_in_any_order) {
-    kt_scene scene;
-    if (!kt_parse_right("kinetree: 1\nbodies: [{name: b, parent: a}, {name: a, parent: c}, {name: c}]\n", &scene))
-        return;
-    kt_check_text("first", scene.description.bodies[0].name, "b");
-    kt_check_text("its parent", scene.description.bodies[0].parent, "a");
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene("kinetree: 1\nbodies: [{name: b, parent: a}, {name: a, parent: c}, {name: c}]\n");
+    kt_check_text("first", scene->description.bodies[0].name, "b");
+    kt_check_text("its parent", scene->description.bodies[0].parent, "a");
 }
 
 /* ---- running ----------------------------------------------------------------------------------------------------- */
@@ -239,53 +214,36 @@ KT_TEST(bodies_stand_in_any_order) {
 KT_TEST(every_method_is_known_by_its_name) {
     kt_check_above("methods", kt_method_count(), 8.0);
     for (int i = 0; i < kt_method_count(); i++) {
-        char text[200];
-        kt_scene scene;
-        snprintf(text, sizeof text, "kinetree: 1\nsimulate: {integrator: %s, step: 0.25}\n", kt_method_at(i)->name);
-        if (!kt_parse_right(text, &scene))
-            continue;
-        kt_check_text("integrator", scene.run.integrator, kt_method_at(i)->name);
-        CHECK_NUMBERS("step", &scene.run.step, 0.25);
-        kt_scene_free(&scene);
+        kt_scene *scene =
+            kt_test_scene_of("kinetree: 1\nsimulate: {integrator: %s, step: 0.25}\n", kt_method_at(i)->name);
+        kt_check_text("integrator", scene->run.integrator, kt_method_at(i)->name);
+        CHECK_NUMBERS("step", &scene->run.step, 0.25);
     }
 }
 
 KT_TEST(the_two_step_method_has_a_radius_at_infinity) {
-    kt_scene scene;
     kt_method storage;
-    if (kt_parse_right("kinetree: 1\nsimulate: {integrator: two-step, step: 0.1, rho: 0.25}\n", &scene)) {
-        CHECK_NUMBERS("rho", &scene.run.rho, 0.25);
-        CHECK_NUMBERS("of its method", &kt_run_method(&scene.run, NULL, &storage)->rho, 0.25);
-        kt_scene_free(&scene);
-    }
-    if (kt_parse_right("kinetree: 1\nsimulate: {integrator: bdf2, step: 0.1}\n", &scene)) {
-        kt_check_true("bdf2 has its own", kt_run_method(&scene.run, NULL, &storage) == kt_method_find("bdf2"));
-        kt_scene_free(&scene);
-    }
+    kt_scene *scene = kt_test_scene("kinetree: 1\nsimulate: {integrator: two-step, step: 0.1, rho: 0.25}\n");
+    CHECK_NUMBERS("rho", &scene->run.rho, 0.25);
+    CHECK_NUMBERS("of its method", &kt_run_method(&scene->run, NULL, &storage)->rho, 0.25);
+    scene = kt_test_scene("kinetree: 1\nsimulate: {integrator: bdf2, step: 0.1}\n");
+    kt_check_true("bdf2 has its own", kt_run_method(&scene->run, NULL, &storage) == kt_method_find("bdf2"));
 }
 
 KT_TEST(tolerances_are_one_number_or_two) {
-    kt_scene scene;
-    if (kt_parse_right("kinetree: 1\nsimulate: {tolerance: 1e-6}\n", &scene)) {
-        CHECK_NUMBERS("relative", &scene.run.relative, 1e-6);
-        CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-6);
-        kt_scene_free(&scene);
-    }
-    if (kt_parse_right("kinetree: 1\nsimulate: {tolerance: {relative: 0, absolute: 1e-8}}\n", &scene)) {
-        CHECK_NUMBERS("relative", &scene.run.relative, 0);
-        CHECK_NUMBERS("absolute", &scene.run.absolute, 1e-8);
-        kt_scene_free(&scene);
-    }
+    kt_scene *scene = kt_test_scene("kinetree: 1\nsimulate: {tolerance: 1e-6}\n");
+    CHECK_NUMBERS("relative", &scene->run.relative, 1e-6);
+    CHECK_NUMBERS("absolute", &scene->run.absolute, 1e-6);
+    scene = kt_test_scene("kinetree: 1\nsimulate: {tolerance: {relative: 0, absolute: 1e-8}}\n");
+    CHECK_NUMBERS("relative", &scene->run.relative, 0);
+    CHECK_NUMBERS("absolute", &scene->run.absolute, 1e-8);
 }
 
 KT_TEST(records_are_bits) {
-    kt_scene scene;
-    if (!kt_parse_right("kinetree: 1\noutput: {record: [reaction, constraint, energy, acceleration, velocity, "
-                        "position]}\n",
-                        &scene))
-        return;
-    kt_check_equal_int("all", scene.run.record, 63);
-    kt_scene_free(&scene);
+    kt_scene *scene =
+        kt_test_scene("kinetree: 1\noutput: {record: [reaction, constraint, energy, acceleration, velocity, "
+                      "position]}\n");
+    kt_check_equal_int("all", scene->run.record, 63);
 }
 
 KT_TEST(files_that_a_scene_names_are_listed) {
@@ -342,20 +300,17 @@ KT_TEST(fault_that_compiling_finds_is_put_where_it_stands) {
 }
 
 KT_TEST(fault_of_nothing_in_the_scene_is_not_put_anywhere) {
-    kt_scene scene;
     kt_error error, before;
-    if (!kt_parse_right("kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n", &scene))
-        return;
+    kt_scene *scene = kt_test_scene("kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n");
     static const char *const elsewhere[] = {"", "t = 0 s", "body 'b'", "loop 'a'", "body 'a"};
     for (size_t i = 0; i < sizeof elsewhere / sizeof elsewhere[0]; i++) {
         (void)kt_error_set(&error, KT_ERROR_MODEL, elsewhere[i], "words");
         before = error;
-        kt_check_true(elsewhere[i], !kt_scene_locate(&scene, &error));
+        kt_check_true(elsewhere[i], !kt_scene_locate(scene, &error));
         kt_check_true("untouched", kt_same_bytes(&error, &before, sizeof error));
     }
     kt_scene made = kt_scene_default();
-    made.description = scene.description;
+    made.description = scene->description;
     (void)kt_error_set(&error, KT_ERROR_MODEL, "body 'a'", "words");
     kt_check_true("a scene that was made, not read", !kt_scene_locate(&made, &error));
-    kt_scene_free(&scene);
 }

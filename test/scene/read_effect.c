@@ -23,10 +23,8 @@ KT_TEST(effects_in_joints_take_their_keys) {
              "  - {type: joint_spring, joint: crank, rest: {sine: {amplitude: 90 deg, frequency: 2}}, stiffness: 1}\n"
              "  - {type: servo, joint: crank, target: 90 deg, stiffness: 2, damping: 3, limit: 4}\n"
              "  - {type: servo, joint: slide, target: {ramp: {from: 0, to: 2, start: 0, end: 1}}, damping: 3}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_effect *e = scene.description.effects;
+    kt_scene *scene = kt_test_scene(text);
+    const kt_effect *e = scene->description.effects;
     kt_check_equal_int("type", e[0].type, KT_EFFECT_JOINT_SPRING);
     kt_check_text("joint", e[0].joint, "crank");
     CHECK_NUMBERS("stiffness", &e[0].stiffness, 2);
@@ -55,7 +53,6 @@ KT_TEST(effects_in_joints_take_their_keys) {
     kt_check_equal_int("target that moves", e[6].target.type, KT_FUNCTION_RAMP);
     CHECK_NUMBERS("stiffness", &e[6].stiffness, 0);
     kt_check_true("no limit", isinf(e[6].limit) && e[6].limit > 0.0);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(effects_on_bodies_take_their_keys) {
@@ -71,10 +68,8 @@ KT_TEST(effects_on_bodies_take_their_keys) {
              "  - {type: attraction, between: [crank, slide], strength: -2}\n"
              "  - {type: contact, point: crank.tip, radius: 0.1, plane: slide, axis: -x, stiffness: 2, exponent: 3, "
              "dissipation: 4, friction: 5, slip: 6}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_effect *e = scene.description.effects;
+    kt_scene *scene = kt_test_scene(text);
+    const kt_effect *e = scene->description.effects;
     for (int i = 0; i < 6; i++) {
         kt_check_near("stiffness", e[0].stiffnesses[i], i + 1.0, 0.0);
         kt_check_near("damping", e[0].dampings[i], 6.0 - i, 0.0);
@@ -103,7 +98,6 @@ KT_TEST(effects_on_bodies_take_their_keys) {
     CHECK_NUMBERS("dissipation", &e[7].dissipation, 4);
     CHECK_NUMBERS("friction", &e[7].friction, 5);
     CHECK_NUMBERS("slip", &e[7].slip, 6);
-    kt_scene_free(&scene);
 }
 
 /* The defaults of the header, from which a C caller starts. */
@@ -113,10 +107,8 @@ KT_TEST(effects_have_defaults) {
                                     "  - {type: contact, point: crank, plane: world, stiffness: 1}\n"
                                     "  - {type: drag, on: crank, linear: 1}\n";
     const kt_effect rest = kt_effect_default();
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_effect *e = scene.description.effects;
+    kt_scene *scene = kt_test_scene(text);
+    const kt_effect *e = scene->description.effects;
     kt_check_equal_int("rest", e[0].rest.type, KT_FUNCTION_NONE);
     CHECK_NUMBERS("static: as coulomb", &e[1].breakaway, 0);
     CHECK_NUMBERS("stribeck", &e[1].stribeck, 0.01);
@@ -130,5 +122,4 @@ KT_TEST(effects_have_defaults) {
     CHECK_VECTOR("at", e[3].between[0].at, 0, 0, 0);
     CHECK_NUMBERS("of the struct", &rest.exponent, 1.5);
     kt_check_true("no stops", isinf(rest.lower) && isinf(rest.upper) && rest.lower < rest.upper);
-    kt_scene_free(&scene);
 }

@@ -53,11 +53,9 @@ KT_TEST(joints_take_their_coordinates) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[400];
-        kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: %s}\n", table[i].text);
-        if (!kt_parse_right(text, &scene))
-            continue;
-        const kt_joint *joint = &scene.description.bodies[0].joint;
+        kt_scene *scene = kt_test_scene(text);
+        const kt_joint *joint = &scene->description.bodies[0].joint;
         kt_check_equal_int(table[i].text, joint->type, table[i].type);
         /* Half an ulp of 1/sqrt(2) where a rotation was converted, else to the bit. */
         kt_worst error = kt_worst_make("coordinates");
@@ -66,7 +64,6 @@ KT_TEST(joints_take_their_coordinates) {
         for (int k = 0; k < 6; k++)
             kt_worst_near(&error, joint->velocity[k], table[i].velocity[k], 0.0, "velocity %d", k);
         kt_check_worst(&error);
-        kt_scene_free(&scene);
     }
 }
 
@@ -86,15 +83,12 @@ KT_TEST(armature_is_one_number_or_one_for_each_degree_of_freedom) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[400];
-        kt_scene scene;
         snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: %s}\n", table[i].text);
-        if (!kt_parse_right(text, &scene))
-            continue;
+        kt_scene *scene = kt_test_scene(text);
         kt_worst error = kt_worst_make(table[i].text);
         for (int k = 0; k < 6; k++)
-            kt_worst_near(&error, scene.description.bodies[0].joint.armature[k], table[i].armature[k], 0.0, "%d", k);
+            kt_worst_near(&error, scene->description.bodies[0].joint.armature[k], table[i].armature[k], 0.0, "%d", k);
         kt_check_worst(&error);
-        kt_scene_free(&scene);
     }
 }
 
@@ -106,16 +100,13 @@ KT_TEST(axes_are_letters_or_lists) {
                  {"-y", 0, -1, 0}, {"-z", 0, 0, -1}, {"[3, -4, 0]", 3, -4, 0}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[200];
-        kt_scene scene;
         snprintf(text, sizeof text,
                  "kinetree: 1\nbodies:\n  - {name: a, joint: {type: universal, axis: %s, axis2: [1, 1, 1]}}\n",
                  table[i].text);
-        if (!kt_parse_right(text, &scene))
-            continue;
-        const kt_joint *joint = &scene.description.bodies[0].joint;
+        kt_scene *scene = kt_test_scene(text);
+        const kt_joint *joint = &scene->description.bodies[0].joint;
         CHECK_VECTOR(table[i].text, joint->axis, table[i].x, table[i].y, table[i].z);
         CHECK_VECTOR("axis2", joint->axis2, 1, 1, 1);
-        kt_scene_free(&scene);
     }
 }
 
@@ -138,20 +129,17 @@ KT_TEST(rotations_are_kept_as_they_are_given) {
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[300];
-        kt_scene scene;
         snprintf(text, sizeof text,
                  "kinetree: 1\nbodies:\n  - {name: a, joint: {type: fixed, rotation: %s}, "
                  "shape: {type: box, size: [1, 2, 3], at: [4, 5, 6], rotation: %s}}\n",
                  table[i].text, table[i].text);
-        if (!kt_parse_right(text, &scene))
-            continue;
-        const kt_rotation *rotation = &scene.description.bodies[0].joint.rotation;
+        kt_scene *scene = kt_test_scene(text);
+        const kt_rotation *rotation = &scene->description.bodies[0].joint.rotation;
         kt_check_equal_int(table[i].text, rotation->type, table[i].type);
         kt_check_equal_int("sequence", rotation->sequence, table[i].sequence);
         kt_check_equal_bits("value", rotation->value, table[i].value, 9);
         kt_check_true("the same for a shape",
-                      kt_same_bytes(rotation, &scene.description.bodies[0].shape.rotation, sizeof *rotation));
-        kt_scene_free(&scene);
+                      kt_same_bytes(rotation, &scene->description.bodies[0].shape.rotation, sizeof *rotation));
     }
 }
 
@@ -162,27 +150,18 @@ KT_TEST(quaternions_are_normalised) {
     int moved = 0;
     for (int i = 0; i < 300; i++) {
         double q[4], off = 1.0 + kt_random_uniform(&random, -0.999e-3, 0.999e-3);
-        char text[400];
-        kt_scene scene, again;
         kt_random_direction(&random, 4, q);
-        snprintf(
-            text, sizeof text,
+        kt_scene *scene = kt_test_scene_of(
             "kinetree: 1\nbodies:\n  - {name: a, joint: {type: spherical, position: [%.17g, %.17g, %.17g, %.17g]}}\n",
             off * q[0], off * q[1], off * q[2], off * q[3]);
-        if (!kt_parse_right(text, &scene))
-            continue;
-        const double *p = scene.description.bodies[0].joint.position;
+        const double *p = scene->description.bodies[0].joint.position;
         /* Five roundings of eps / 2 in each component. */
         kt_worst_near(&norm, sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]), 1.0, 8e-16, "%d", i);
         for (int k = 0; k < 4; k++)
             kt_worst_near(&norm, p[k], q[k], 1.2e-15, "component %d of %d", k, i);
-        char *written = kt_write_text(&scene);
-        if (written != NULL && kt_parse_right(written, &again)) {
-            moved += !kt_same_bytes(p, again.description.bodies[0].joint.position, 4 * sizeof *p);
-            kt_scene_free(&again);
-        }
-        free(written);
-        kt_scene_free(&scene);
+        const char *written = kt_test_written(scene);
+        kt_scene *again = kt_test_scene(written);
+        moved += !kt_same_bytes(p, again->description.bodies[0].joint.position, 4 * sizeof *p);
     }
     kt_check_worst(&norm);
     kt_check_equal_int("changed by reading them again", moved, 0);

@@ -29,11 +29,9 @@ KT_TEST(loops_take_their_keys) {
         "  - {name: h, type: distance, between: [crank, slide]}\n"
         "  - {name: i, type: distance, between: [crank, slide], length: 2}\n"
         "initial: {hold: [slide, crank]}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_loop *l = scene.description.loops;
-    kt_check_equal_int("loops", scene.description.loop_count, 9);
+    kt_scene *scene = kt_test_scene(text);
+    const kt_loop *l = scene->description.loops;
+    kt_check_equal_int("loops", scene->description.loop_count, 9);
     kt_check_text("name", l[0].name, "a");
     kt_check_equal_int("type", l[0].type, KT_LOOP_SPHERICAL);
     kt_check_text("first body", l[0].between[0].body, "crank");
@@ -62,9 +60,8 @@ KT_TEST(loops_take_their_keys) {
     kt_check_equal_int("length by default", l[7].function.type, KT_FUNCTION_NONE);
     kt_check_equal_int("length", l[8].function.type, KT_FUNCTION_CONSTANT);
     CHECK_NUMBERS("length", &l[8].function.value, 2);
-    kt_check_equal_int("hold", scene.description.hold_count, 2);
-    kt_check_text("hold", scene.description.hold[1], "crank");
-    kt_scene_free(&scene);
+    kt_check_equal_int("hold", scene->description.hold_count, 2);
+    kt_check_text("hold", scene->description.hold[1], "crank");
 }
 
 /* The joints that a formula reads become terms without a coefficient. */
@@ -81,19 +78,16 @@ KT_TEST(couplings_take_formulas_of_joints_of_one_coordinate) {
         {"formula: \"position.crank*(\"", "6:61: loop"},
         {"offset: 1", "coefficients are missing"},
     };
-    kt_scene scene;
-    if (!kt_parse_right("kinetree: 1\nparameters: {c: 0.25}\n" HEAD_BODIES "loops:\n"
-                        "  - {name: f, type: coupling, coefficients: {slide: 1}, formula: \"-c*position.crank^2 + "
-                        "0*position.slide\", offset: 2}\n",
-                        &scene))
-        return;
-    const kt_loop *l = scene.description.loops;
+    kt_scene *scene =
+        kt_test_scene("kinetree: 1\nparameters: {c: 0.25}\n" HEAD_BODIES "loops:\n"
+                      "  - {name: f, type: coupling, coefficients: {slide: 1}, formula: \"-c*position.crank^2 + "
+                      "0*position.slide\", offset: 2}\n");
+    const kt_loop *l = scene->description.loops;
     kt_check_equal_int("terms", l->term_count, 2);
     kt_check_text("joint of a coefficient", l->terms[0].joint, "slide");
     kt_check_text("joint of the formula alone", l->terms[1].joint, "crank");
     CHECK_NUMBERS("its coefficient", &l->terms[1].coefficient, 0);
     kt_check_text("formula", l->formula, "-(0.25)*position.crank^2 + 0*position.slide");
-    kt_scene_free(&scene);
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         char text[600];
         snprintf(text, sizeof text, HEAD "loops: [{name: l, type: coupling, %s}]\n", wrong[i].loop);
@@ -116,14 +110,9 @@ KT_TEST(every_loop_between_two_ends_has_its_name) {
         KT_LOOP_PRISMATIC, KT_LOOP_SCREW,     KT_LOOP_CYLINDRICAL, KT_LOOP_PLANAR,
         KT_LOOP_WELD,      KT_LOOP_UNIVERSAL, KT_LOOP_KNIFE_EDGE,  KT_LOOP_HOMOKINETIC};
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
-        char text[500];
-        kt_scene scene;
-        snprintf(text, sizeof text, HEAD "loops: [{name: l, type: %s, between: [crank, slide]%s}]\n", types[i],
-                 values[i] == KT_LOOP_SCREW ? ", pitch: 1" : "");
-        if (!kt_parse_right(text, &scene))
-            continue;
-        kt_check_equal_int(types[i], scene.description.loops[0].type, values[i]);
-        kt_scene_free(&scene);
+        kt_scene *scene = kt_test_scene_of(HEAD "loops: [{name: l, type: %s, between: [crank, slide]%s}]\n", types[i],
+                                           values[i] == KT_LOOP_SCREW ? ", pitch: 1" : "");
+        kt_check_equal_int(types[i], scene->description.loops[0].type, values[i]);
     }
 }
 
@@ -140,10 +129,8 @@ KT_TEST(surfaces_curves_and_rates_take_their_keys) {
              "  - {name: h, type: curve, between: [world, crank], curve: {spline: [[1, 2, 3], [4, 5, 6]]}}\n"
              "  - {name: i, type: rates, coefficients: {crank: 1, slide: 2}, rate: 90 deg}\n"
              "  - {name: j, type: rates, coefficients: {slide: 2}}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_loop *l = scene.description.loops;
+    kt_scene *scene = kt_test_scene(text);
+    const kt_loop *l = scene->description.loops;
     for (int i = 0; i < 4; i++) {
         kt_check_equal_int("surface", l[i].surface.type, KT_SURFACE_PLANE + i);
         kt_check_equal_int("curve", l[4 + i].curve.type, KT_TRACK_LINE + i);
@@ -161,7 +148,6 @@ KT_TEST(surfaces_curves_and_rates_take_their_keys) {
     CHECK_NUMBERS("rate, of an angle", &l[8].function.value, PI / 2);
     kt_check_equal_int("terms", l[8].term_count, 2);
     kt_check_equal_int("rate by default", l[9].function.type, KT_FUNCTION_NONE);
-    kt_scene_free(&scene);
 }
 
 /* One fault each, and how to mend it. */
@@ -220,12 +206,10 @@ KT_TEST(functions_give_angles_where_the_joint_turns) {
     for (size_t i = 0; i < 2 * sizeof table / sizeof *table; i++) {
         const function_row *row = &table[i / 2];
         char text[600];
-        kt_scene scene;
         snprintf(text, sizeof text, HEAD "loops: [{name: l, type: motion, position: %s, joint: %s}]\n", row->text,
                  i % 2 == 0 ? "crank" : "bolt");
-        if (!kt_parse_right(text, &scene))
-            continue;
-        const kt_function *f = &scene.description.loops[0].function;
+        kt_scene *scene = kt_test_scene(text);
+        const kt_function *f = &scene->description.loops[0].function;
         kt_check_equal_int(row->text, f->type, row->function.type);
         const kt_function *e = &row->function;
         const double seen[] = {f->value, f->amplitude, f->frequency, f->phase, f->offset,
@@ -236,7 +220,6 @@ KT_TEST(functions_give_angles_where_the_joint_turns) {
         if (f->number_count == row->function.number_count && f->number_count > 0)
             kt_check_equal_bits("numbers", f->numbers, row->function.numbers, (size_t)f->number_count);
         kt_check_equal_int("interpolation", f->interpolation, row->function.interpolation);
-        kt_scene_free(&scene);
     }
 }
 
@@ -248,11 +231,9 @@ KT_TEST(effects_take_their_keys) {
              "  - {type: joint_damper, joint: slide, damping: 0.5}\n"
              "  - {type: motor, joint: crank, torque: 3}\n"
              "  - {type: motor, joint: slide, force: {polynomial: [1, 2]}}\n";
-    kt_scene scene;
-    if (!kt_parse_right(text, &scene))
-        return;
-    const kt_effect *e = scene.description.effects;
-    kt_check_equal_int("effects", scene.description.effect_count, 5);
+    kt_scene *scene = kt_test_scene(text);
+    const kt_effect *e = scene->description.effects;
+    kt_check_equal_int("effects", scene->description.effect_count, 5);
     kt_check_equal_int("type", e[0].type, KT_EFFECT_SPRING);
     kt_check_true("no name", e[0].name == NULL);
     kt_check_text("first end", e[0].between[0].marker, "tip");
@@ -270,7 +251,6 @@ KT_TEST(effects_take_their_keys) {
     kt_check_equal_int("type", e[3].type, KT_EFFECT_MOTOR);
     CHECK_NUMBERS("torque", &e[3].torque.value, 3);
     kt_check_equal_int("force", e[4].torque.type, KT_FUNCTION_POLYNOMIAL);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(unknown_key_is_offered_those_there_are) {

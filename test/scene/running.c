@@ -12,33 +12,48 @@ bool running_parse(const char *text, const kt_scene_options *options, kt_scene *
     return kt_scene_parse_with("x", text, strlen(text), options, scene, kt_collect, &running_faults, &error) == KT_OK;
 }
 
-bool running_start_read(running *to) {
-    kt_error error = {0};
-    kt_model_options compiled = kt_model_options_default();
-    kt_simulation_options made = kt_simulation_options_default();
-    compiled.settable = kt_scene_sets(&to->scene);
-    made.events = kt_scene_event_room(&to->scene);
-    made.contact = to->scene.contact;
-    kt_status status = kt_model_compile(&to->scene.description, &compiled, &to->model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(to->model, &to->scene.run, &made, &to->simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&to->scene, to->model, to->simulation, NULL, 0, &to->watch, &error);
-    return kt_check_text("begins", status == KT_OK ? "" : error.message, "");
-}
-
-bool running_start(const char *text, const kt_scene_options *options, running *to) {
-    *to = (running){.model = NULL};
-    if (!kt_check_true("the scene is read", running_parse(text, options, &to->scene))) {
+kt_scene *running_read(const char *text, const kt_scene_options *options) {
+    kt_scene *scene = kt_test_scene_place();
+    if (!running_parse(text, options, scene)) {
         kt_note("%s: %s", running_faults.first.where, running_faults.first.message);
-        return false;
+        kt_need(kt_check_true("the scene is read", false));
     }
-    return running_start_read(to);
+    return scene;
 }
 
-void running_stop(running *of) {
-    kt_scene_watch_free(of->watch);
-    kt_simulation_free(of->simulation);
-    kt_model_free(of->model);
-    kt_scene_free(&of->scene);
+static void release_simulation(void *simulation) { kt_simulation_free(simulation); }
+
+static void release_watch(void *watch) { kt_scene_watch_free(watch); }
+
+kt_status running_open(running *to, kt_scene *scene, const kt_simulation_options *options, kt_error *error) {
+    kt_model_options compiled = kt_model_options_default();
+    kt_simulation_options made = *options;
+    compiled.settable = kt_scene_sets(scene);
+    made.events = kt_scene_event_room(scene);
+    made.contact = scene->contact;
+    *to = (running){.scene = scene, .model = kt_test_model(&scene->description, &compiled)};
+    kt_status status = kt_simulation_create(to->model, &scene->run, &made, &to->simulation, error);
+    kt_at_end(release_simulation, to->simulation);
+    if (status == KT_OK)
+        status = kt_scene_watch_create(scene, to->model, to->simulation, NULL, 0, &to->watch, error);
+    kt_at_end(release_watch, to->watch);
+    return status;
+}
+
+running running_begin(kt_scene *scene, unsigned record) {
+    running r;
+    kt_error error = {0};
+    kt_simulation_options options = kt_simulation_options_default();
+    options.record = record;
+    kt_need_fine("events", running_open(&r, scene, &options, &error), &error);
+    return r;
+}
+
+running running_start(const char *text, const kt_scene_options *options) {
+    return running_begin(running_read(text, options), kt_simulation_options_default().record);
+}
+
+void running_advance(const running *r, double time) {
+    kt_error error = {0};
+    kt_need_fine("advance", kt_simulation_advance(r->simulation, time, &error), &error);
 }

@@ -1,4 +1,4 @@
-/* A scene that runs with its events. */
+/* A scene that runs with its events, for the running test (see fixture.h). */
 #ifndef KT_TEST_SCENE_RUNNING_H
 #define KT_TEST_SCENE_RUNNING_H
 
@@ -7,7 +7,7 @@
 #include "collect.h"
 
 typedef struct running {
-    kt_scene scene;
+    kt_scene *scene;
     kt_model *model;
     kt_simulation *simulation;
     kt_scene_watch *watch;
@@ -18,12 +18,17 @@ extern kt_collected running_faults;
 
 bool running_parse(const char *text, const kt_scene_options *options, kt_scene *scene);
 
-/* Starts `to->scene`. */
-bool running_start_read(running *to);
+/* The scene of a text that must be right. */
+kt_scene *running_read(const char *text, const kt_scene_options *options);
 
-bool running_start(const char *text, const kt_scene_options *options, running *to);
+/* Begins a scene whose simulation or events may be rejected. */
+kt_status running_open(running *to, kt_scene *scene, const kt_simulation_options *options, kt_error *error);
 
-/* Also after a start that failed. */
-void running_stop(running *of);
+/* Begins a scene, of which nothing may fail. */
+running running_begin(kt_scene *scene, unsigned record);
+running running_start(const char *text, const kt_scene_options *options);
+
+/* Advances to a time, which must not fail. */
+void running_advance(const running *r, double time);
 
 #endif

@@ -8,39 +8,30 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The only body of a scene; false after showing why not. */
-static bool read_body(const char *keys, kt_scene *scene) {
-    char text[1000];
-    snprintf(text, sizeof text, "kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, %s}\n", keys);
-    return kt_parse_right(text, scene);
+/* A scene with one body. */
+static kt_scene *read_body(const char *keys) {
+    return kt_test_scene_of("kinetree: 1\nbodies:\n  - {name: a, joint: {type: free}, %s}\n", keys);
 }
 
 /* The body that the first keys describe is that of the second. Sums of some terms of the size of mass and lengths. */
 static void check_same(const char *what, const char *parts, const char *whole) {
-    kt_scene a, b;
-    if (!read_body(parts, &a))
-        return;
-    if (read_body(whole, &b)) {
-        kt_vec3 com[2];
-        kt_sym3 inertia[2];
-        kt_error error = {0};
-        const kt_body *bodies[] = {a.description.bodies, b.description.bodies};
-        for (int i = 0; i < 2; i++)
-            kt_check_equal_int(what, kt_body_inertia(bodies[i], &com[i], &inertia[i], &error), KT_OK);
-        const double *c = &com[0].x, *d = &com[1].x;
-        const kt_sym3 s = inertia[0], t = inertia[1];
-        const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
-        const double scale = fmax(1.0, bodies[1]->mass) * 16.0 * DBL_EPSILON;
-        kt_check_near("mass", bodies[0]->mass, bodies[1]->mass, scale);
-        for (int k = 0; k < 3; k++)
-            kt_check_near("com", c[k], d[k], 16.0 * DBL_EPSILON);
-        kt_worst worst = kt_worst_make("inertia");
-        for (int k = 0; k < 6; k++)
-            kt_worst_near(&worst, one[k], other[k], 4.0 * scale, "%d", k);
-        kt_check_worst(&worst);
-        kt_scene_free(&b);
-    }
-    kt_scene_free(&a);
+    kt_vec3 com[2];
+    kt_sym3 inertia[2];
+    kt_error error = {0};
+    const kt_body *bodies[] = {read_body(parts)->description.bodies, read_body(whole)->description.bodies};
+    for (int i = 0; i < 2; i++)
+        kt_check_equal_int(what, kt_body_inertia(bodies[i], &com[i], &inertia[i], &error), KT_OK);
+    const double *c = &com[0].x, *d = &com[1].x;
+    const kt_sym3 s = inertia[0], t = inertia[1];
+    const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
+    const double scale = fmax(1.0, bodies[1]->mass) * 16.0 * DBL_EPSILON;
+    kt_check_near("mass", bodies[0]->mass, bodies[1]->mass, scale);
+    for (int k = 0; k < 3; k++)
+        kt_check_near("com", c[k], d[k], 16.0 * DBL_EPSILON);
+    kt_worst worst = kt_worst_make("inertia");
+    for (int k = 0; k < 6; k++)
+        kt_worst_near(&worst, one[k], other[k], 4.0 * scale, "%d", k);
+    kt_check_worst(&worst);
 }
 
 KT_TEST(pieces_weigh_as_the_whole) {
@@ -77,34 +68,23 @@ KT_TEST(dumb_bell_has_its_closed_form) {
 KT_TEST(what_is_given_counts_and_shapes_without_masses_are_pictures) {
     check_same("com", "mass: 1, com: [1, 0, 0], inertia: [1, 1, 1], shapes: [{type: rod, to: [0, 0, 1]}]",
                "mass: 1, com: [1, 0, 0], inertia: [1, 1, 1]");
-    kt_scene scene;
-    if (!read_body("shapes: [{type: rod, to: [0, 0, 1]}, {type: point, at: [0, 0, 2]}]", &scene))
-        return;
-    kt_check_equal_int("shapes", scene.description.bodies[0].shape_count, 2);
-    kt_check_true("no mass", scene.description.bodies[0].mass == 0.0);
-    kt_scene_free(&scene);
+    const kt_scene *scene = read_body("shapes: [{type: rod, to: [0, 0, 1]}, {type: point, at: [0, 0, 2]}]");
+    kt_check_equal_int("shapes", scene->description.bodies[0].shape_count, 2);
+    kt_check_true("no mass", scene->description.bodies[0].mass == 0.0);
 }
 
 KT_TEST(shapes_are_written_and_read_again) {
-    kt_scene scene, again;
-    if (!read_body(
-            "mass: 6, shapes: [{type: box, size: [1, 0.4, 0.2], at: [0.5, 0, 0]}, {type: sphere, radius: 0.1, at: "
-            "[0, 0.3, 0.7], mass: 1.1}]",
-            &scene))
-        return;
-    char *text = kt_write_text(&scene);
-    if (text != NULL && kt_parse_right(text, &again)) {
-        const kt_body *a = scene.description.bodies, *b = again.description.bodies;
-        kt_check_equal_int("shapes", b->shape_count, 2);
-        kt_check_true("each",
-                      b->shape_count == 2 && kt_same_bytes(&a->shapes[1].at, &b->shapes[1].at, sizeof a->shapes[1].at));
-        kt_check_equal_bits("com", &b->com.x, &a->com.x, 3);
-        kt_check_equal_bits("inertia", &b->inertia.xx, &a->inertia.xx, 6);
-        kt_check_equal_bits("mass", &b->mass, &a->mass, 1);
-        kt_scene_free(&again);
-    }
-    free(text);
-    kt_scene_free(&scene);
+    const kt_scene *scene = read_body(
+        "mass: 6, shapes: [{type: box, size: [1, 0.4, 0.2], at: [0.5, 0, 0]}, {type: sphere, radius: 0.1, at: "
+        "[0, 0.3, 0.7], mass: 1.1}]");
+    const kt_scene *again = kt_test_scene(kt_test_written(scene));
+    const kt_body *a = scene->description.bodies, *b = again->description.bodies;
+    kt_check_equal_int("shapes", b->shape_count, 2);
+    kt_check_true("each",
+                  b->shape_count == 2 && kt_same_bytes(&a->shapes[1].at, &b->shapes[1].at, sizeof a->shapes[1].at));
+    kt_check_equal_bits("com", &b->com.x, &a->com.x, 3);
+    kt_check_equal_bits("inertia", &b->inertia.xx, &a->inertia.xx, 6);
+    kt_check_equal_bits("mass", &b->mass, &a->mass, 1);
 }
 
 KT_TEST(faults_of_shapes_are_told_at_their_places) {
@@ -160,7 +140,7 @@ static void read_meshes(const char *keys, const char *meshes, kt_collected *faul
 KT_TEST(closed_meshes_weigh_as_their_solids) {
     static kt_collected faults;
     char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];
-    kt_scene a = kt_scene_default(), b;
+    kt_scene a = kt_scene_default();
     kt_vec3 com;
     kt_sym3 inertia;
     if (!write_box(path, false))
@@ -171,38 +151,31 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
                    "  - {body: a, file: %s, scale: [1e-3, 1e-3, 1e-3], at: [1.03, 2, 3], density: 5400}\n",
                    path, path);
     read_meshes("", meshes, &faults, &a);
-    if (kt_check_text("faults", faults.text, "")) {
-        const double m = 2700.0 * 24e-6;
-        char text[600];
-        (void)snprintf(text, sizeof text,
-                       "shapes: [{type: box, size: [0.03, 0.02, 0.04], at: [1.015, 2.01, 3.02], mass: %.17g}, "
-                       "{type: box, size: [0.02, 0.03, 0.04], at: [1.04, 2.015, 3.02], mass: %.17g}]",
-                       m, 2.0 * m);
-        if (read_body(text, &b)) {
-            kt_error error = {0};
-            const kt_body *solid = a.description.bodies, *boxes = b.description.bodies;
-            kt_check_equal_int("body", kt_body_inertia(solid, &com, &inertia, &error), KT_OK);
-            kt_check_near("mass", solid->mass, 3.0 * m, 8.0 * DBL_EPSILON * m);
-            kt_check_near("com x", com.x, boxes->com.x, 1e-15);
-            kt_check_near("com y", com.y, boxes->com.y, 1e-15);
-            kt_check_near("com z", com.z, boxes->com.z, 1e-15);
-            const kt_sym3 s = inertia, t = boxes->inertia;
-            const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
-            kt_worst worst = kt_worst_make("inertia");
-            for (int k = 0; k < 6; k++) /* m d e, where d = 0.03 m has the rounding error of places of 3 m */
-                kt_worst_near(&worst, one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON, "%d", k);
-            kt_check_worst(&worst);
-            kt_scene_free(&b);
-        }
-        char *written = kt_write_text(&a);
-        if (kt_check_true("written", written != NULL && strstr(written, "density") == NULL) &&
-            kt_parse_right(written, &b)) {
-            kt_check_true("the same body", b.description.bodies[0].mass == a.description.bodies[0].mass);
-            kt_check_equal_int("meshes", b.mesh_count, 2);
-            kt_scene_free(&b);
-        }
-        free(written);
-    }
+    kt_need(kt_check_text("faults", faults.text, ""));
+    const double m = 2700.0 * 24e-6;
+    char text[600];
+    (void)snprintf(text, sizeof text,
+                   "shapes: [{type: box, size: [0.03, 0.02, 0.04], at: [1.015, 2.01, 3.02], mass: %.17g}, "
+                   "{type: box, size: [0.02, 0.03, 0.04], at: [1.04, 2.015, 3.02], mass: %.17g}]",
+                   m, 2.0 * m);
+    kt_error error = {0};
+    const kt_body *solid = a.description.bodies, *boxes = read_body(text)->description.bodies;
+    kt_check_equal_int("body", kt_body_inertia(solid, &com, &inertia, &error), KT_OK);
+    kt_check_near("mass", solid->mass, 3.0 * m, 8.0 * DBL_EPSILON * m);
+    kt_check_near("com x", com.x, boxes->com.x, 1e-15);
+    kt_check_near("com y", com.y, boxes->com.y, 1e-15);
+    kt_check_near("com z", com.z, boxes->com.z, 1e-15);
+    const kt_sym3 s = inertia, t = boxes->inertia;
+    const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
+    kt_worst worst = kt_worst_make("inertia");
+    for (int k = 0; k < 6; k++) /* m d e, where d = 0.03 m has the rounding error of places of 3 m */
+        kt_worst_near(&worst, one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON, "%d", k);
+    kt_check_worst(&worst);
+    const char *written = kt_test_written(&a);
+    kt_check_true("no density is written", strstr(written, "density") == NULL);
+    const kt_scene *again = kt_test_scene(written);
+    kt_check_true("the same body", again->description.bodies[0].mass == a.description.bodies[0].mass);
+    kt_check_equal_int("meshes", again->mesh_count, 2);
     kt_scene_free(&a);
     (void)remove(path);
 }

@@ -31,30 +31,22 @@ static int keep_ends(const kt_record *record, void *user) {
 }
 
 /* Runs a scene to its end, with a balance of energies. */
-static kt_status run_text(const char *text, const char *method, double step, double tolerance, ending *last,
-                          kt_error *error) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
+static ending run_text(const char *text, const char *method, double step, double tolerance) {
+    ending last = {.nq = 0};
+    kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();
-    if (!kt_parse_right(text, &scene))
-        return KT_ERROR_SCENE;
-    scene.run.integrator = method;
-    scene.run.step = step;
-    scene.run.relative = scene.run.absolute = tolerance;
-    scene.run.interval = scene.run.duration;
+    kt_scene *scene = kt_test_scene(text);
+    scene->run.integrator = method;
+    scene->run.step = step;
+    scene->run.relative = scene->run.absolute = tolerance;
+    scene->run.interval = scene->run.duration;
     options.record = KT_RECORD_ENERGY | KT_RECORD_BALANCE;
-    kt_status status = kt_model_compile(&scene.description, NULL, &model, error);
-    last->nq = kt_model_nq(model);
-    last->nv = kt_model_nv(model);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, &scene.run, &options, &simulation, error);
-    if (status == KT_OK)
-        status = kt_simulation_run(simulation, keep_ends, last, error);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return status;
+    const kt_model *model = kt_test_model(&scene->description, NULL);
+    last.nq = kt_model_nq(model);
+    last.nv = kt_model_nv(model);
+    kt_simulation *simulation = kt_test_simulation(model, &scene->run, &options);
+    kt_need_fine("run", kt_simulation_run(simulation, keep_ends, &last, &error), &error);
+    return last;
 }
 
 static void check_balance(const ending *last, double bound) {
@@ -82,16 +74,13 @@ KT_TEST(rocket_keeps_tsiolkovskys_equation) {
     };
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         char text[512];
-        ending last = {.nq = 0};
-        kt_error e = {0};
         snprintf(
             text, sizeof text,
             "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
             "  - {name: rocket, joint: {type: prismatic, axis: z}, mass: %s, com: [0, 0, 1], exhaust: [0, 0, -900]}\n"
             "simulate: {duration: 2}\n",
             runs[i].mass);
-        if (!fine("run", run_text(text, runs[i].method, runs[i].step, 1e-10, &last, &e), &e))
-            continue;
+        const ending last = run_text(text, runs[i].method, runs[i].step, 1e-10);
         const double v = 900.0 * log(10.0 / (i == 0 ? 5.0 : runs[i].end)) - 2.0 * 9.81;
         kt_check_near(runs[i].method, last.v[0] / v, 1.0, runs[i].bound);
         check_balance(&last, runs[i].balance);
@@ -107,10 +96,7 @@ KT_TEST(chain_slides_off_its_table) {
                                "  - {name: hanging, joint: {type: prismatic, axis: -z}, mass: \"2*0.1*cosh(k*t)\"}\n"
                                "loops:\n  - {name: edge, type: coupling, coefficients: {lying: 1, hanging: -1}}\n"
                                "simulate: {duration: 0.8}\n";
-    ending last = {.nq = 0};
-    kt_error e = {0};
-    if (!fine("run", run_text(text, "dopri5", 0.0, 1e-12, &last, &e), &e))
-        return;
+    const ending last = run_text(text, "dopri5", 0.0, 1e-12);
     const double k = sqrt(9.81);
     kt_check_near("x, m", last.q[1], 0.1 * (cosh(0.8 * k) - 1.0), 1e-11);
     kt_check_near("v, m/s", last.v[0], 0.1 * k * sinh(0.8 * k), 1e-11);
@@ -149,18 +135,14 @@ KT_TEST(leaking_pendulum_swings_as_its_equation_says) {
         "-1]}}\n"
         "  - {name: vessel, parent: rod, joint: {type: fixed, at: [0, 0, -1]}, mass: {polynomial: [3, -0.5]}}\n"
         "simulate: {duration: 4}\n";
-    ending last = {.nq = 0};
     double y[2] = {1.2, 0.0};
-    kt_error e = {0};
     integrate(leaking, 2, y, 4.0, 40000);
-    if (!fine("run", run_text(text, "dop853", 0.0, 1e-13, &last, &e), &e))
-        return;
+    const ending last = run_text(text, "dop853", 0.0, 1e-13);
     kt_check_near("angle", last.q[0], y[0], 1e-11);
     kt_check_near("rate", last.v[0], y[1], 1e-11);
     check_balance(&last, 1e-12);
     /* by a method that needs the derivative by time */
-    if (fine("run", run_text(text, "rodas5p", 0.02, 1e-13, &last, &e), &e))
-        kt_check_near("angle by rodas5p", last.q[0], y[0], 1e-9);
+    kt_check_near("angle by rodas5p", run_text(text, "rodas5p", 0.02, 1e-13).q[0], y[0], 1e-9);
 }
 
 /* A vessel of 3 kg falls on a floor from 0.2 m. It leaks, and its mass falls evenly (Hunt and Crossley):
@@ -180,28 +162,19 @@ KT_TEST(leaking_vessel_bounces) {
     "  - {name: vessel, joint: {type: prismatic, axis: z, position: 0.2}, mass: {polynomial: [3, -0.8]}, markers: "    \
     "{foot: "                                                                                                          \
     "[0, 0, 0]}}\neffects:\n  - {type: contact, point: vessel.foot, radius: 0, plane: world, axis: z, "
-    ending last = {.nq = 0};
-    kt_error e = {0};
     double y[2] = {0.2, 0.0};
     integrate(bouncing, 2, y, 1.5, 300000);
-    if (fine("soft",
-             run_text(VESSEL "stiffness: 4e3, exponent: 1.5, dissipation: 0.3}\nsimulate: {duration: 1.5}\n", "dop853",
-                      0.0, 1e-12, &last, &e),
-             &e)) {
-        kt_check_near("place, m", last.q[0], y[0], 1e-12);
-        kt_check_near("speed, m/s", last.v[0], y[1], 3e-11);
-        kt_check_near("energy gained", last.energy[1] - last.energy[0], last.work.supplied - last.work.dissipated,
-                      1e-9);
-    }
+    ending last = run_text(VESSEL "stiffness: 4e3, exponent: 1.5, dissipation: 0.3}\nsimulate: {duration: 1.5}\n",
+                           "dop853", 0.0, 1e-12);
+    kt_check_near("place, m", last.q[0], y[0], 1e-12);
+    kt_check_near("speed, m/s", last.v[0], y[1], 3e-11);
+    kt_check_near("energy gained", last.energy[1] - last.energy[0], last.work.supplied - last.work.dissipated, 1e-9);
     const double g = 9.81, down = sqrt(2.0 * 0.2 / g), up = 0.6 * sqrt(2.0 * 0.2 * g), second = down + 2.0 * up / g;
     const double since = 0.55 - second, v = 0.6 * up;
-    if (fine("hard",
-             run_text(VESSEL "restitution: 0.6}\nsimulate: {duration: 0.55}\n", "dopri5", 0.0, 1e-11, &last, &e), &e)) {
-        kt_check_near("after two bounces, m", last.q[0], v * since - 0.5 * g * since * since, 2e-14);
-        kt_check_near("its speed, m/s", last.v[0], v - g * since, 2e-13);
-        kt_check_near("energy gained", last.energy[1] - last.energy[0], last.work.supplied - last.work.dissipated,
-                      3e-13);
-    }
+    last = run_text(VESSEL "restitution: 0.6}\nsimulate: {duration: 0.55}\n", "dopri5", 0.0, 1e-11);
+    kt_check_near("after two bounces, m", last.q[0], v * since - 0.5 * g * since * since, 2e-14);
+    kt_check_near("its speed, m/s", last.v[0], v - g * since, 2e-13);
+    kt_check_near("energy gained", last.energy[1] - last.energy[0], last.work.supplied - last.work.dissipated, 3e-13);
 #undef VESSEL
 }
 
@@ -219,12 +192,9 @@ KT_TEST(given_moments_turn_by_eulers_equations) {
         "kinetree: 1\nbodies:\n  - {name: body, joint: {type: free, velocity: {angular: [1, 2, 0.5]}}, mass: 5 - t,\n"
         "     inertia: [{polynomial: [2, -0.3]}, {polynomial: [3, -0.2]}, 4 - 0.4*t]}\n"
         "simulate: {duration: 3}\n";
-    ending last = {.nq = 0};
     double w[3] = {1.0, 2.0, 0.5};
-    kt_error e = {0};
     integrate(tumbling, 3, w, 3.0, 30000);
-    if (!fine("run", run_text(text, "dop853", 0.0, 1e-13, &last, &e), &e))
-        return;
+    const ending last = run_text(text, "dop853", 0.0, 1e-13);
     for (int k = 0; k < 3; k++)
         kt_check_near("angular velocity", last.v[3 + k], w[k], 1e-11);
     check_balance(&last, 1e-12);
@@ -264,50 +234,34 @@ static const char *const mechanisms[] = {
     "loops:\n  - {name: hold, type: universal, between: [a.tip, b]}\n"};
 enum { MECHANISMS = sizeof mechanisms / sizeof *mechanisms };
 
-typedef struct instance {
-    kt_scene scene;
-    kt_model *model;
-    kt_data *data;
-} instance;
-
-static bool open_instance(instance *i, int mechanism, const char *first, const char *second) {
+static kt_opened open_instance(int mechanism, const char *first, const char *second) {
     char text[2048] = "kinetree: 1\n";
     const char *from = mechanisms[mechanism];
-    kt_error e = {0};
-    *i = (instance){.model = NULL};
     for (int k = 0; k < 2; k++) {
         const int before = (int)strcspn(from, "@");
         snprintf(text + strlen(text), sizeof text - strlen(text), "%.*s%s", before, from, k ? second : first);
         from += before + 1;
     }
     snprintf(text + strlen(text), sizeof text - strlen(text), "%s", from);
-    return kt_parse_right(text, &i->scene) &&
-           fine("compiled", kt_model_compile(&i->scene.description, NULL, &i->model, &e), &e) &&
-           fine("data", kt_data_create(i->model, &i->data, &e), &e);
-}
-
-static void close_instance(instance *i) {
-    kt_data_free(i->data);
-    kt_model_free(i->model);
-    kt_scene_free(&i->scene);
+    return kt_test_open(kt_test_scene(text), NULL);
 }
 
 static double mass_a(double t) { return 2.0 + sin(3.0 * t); }
 static double mass_b(double t) { return 4.0 - t; }
 
 /* The variable one, and the one whose masses are constant. */
-static bool open_pair(instance *varies, instance *rests, int mechanism, double t) {
+static void open_pair(kt_opened *varies, kt_opened *rests, int mechanism, double t) {
     char first[40], second[40];
     snprintf(first, sizeof first, "%.17g", mass_a(t));
     snprintf(second, sizeof second, "%.17g", mass_b(t));
-    const bool opened = open_instance(varies, mechanism, "2 + sin(3*t)", "4 - t");
-    return open_instance(rests, mechanism, first, second) && opened;
+    *varies = open_instance(mechanism, "2 + sin(3*t)", "4 - t");
+    *rests = open_instance(mechanism, first, second);
 }
 
 enum { MOST = 12 };
 
 /* A state near the start that closes the loops. */
-static bool draw_state(kt_random *random, const instance *i, double t, double *q, double *v) {
+static void draw_state(kt_random *random, const kt_opened *i, double t, double *q, double *v) {
     double turn[MOST];
     kt_error e = {0};
     kt_model_initial(i->model, q, v);
@@ -316,29 +270,28 @@ static bool draw_state(kt_random *random, const instance *i, double t, double *q
         v[k] += kt_random_normal(random);
     }
     kt_position_add(i->model, q, turn, q);
-    return fine("assembled", kt_state_assemble(i->model, i->data, t, q, v, &e), &e);
+    kt_need_fine("assembled", kt_state_assemble(i->model, i->data, t, q, v, &e), &e);
 }
 
 /* Inertias in proportion: those of the constant one are made so by a parameter, where they are given by numbers. */
-static void proportion(instance *rests, const instance *varies, double t) {
+static void proportion(kt_opened *rests, const kt_opened *varies, double t) {
     static const char *const names[] = {"a", "b", "c"};
     kt_error e = {0};
-    for (int b = 0; b < rests->scene.description.body_count; b++) {
-        const kt_body *from = &varies->scene.description.bodies[b];
+    for (int b = 0; b < rests->scene->description.body_count; b++) {
+        const kt_body *from = &varies->scene->description.bodies[b];
         if (!from->variable_mass)
             continue;
         double mass[3];
         kt_vec3 com;
         kt_sym3 j;
-        if (!fine("function", kt_function_evaluate(&from->variable_mass->mass, t, mass, &e), &e) ||
-            !fine("inertia", kt_body_inertia(from, &com, &j, &e), &e))
-            return;
+        kt_need_fine("function", kt_function_evaluate(&from->variable_mass->mass, t, mass, &e), &e);
+        kt_need_fine("inertia", kt_body_inertia(from, &com, &j, &e), &e);
         const double s = mass[0] / from->mass, x[6] = {s * j.xx, s * j.yy, s * j.zz, s * j.xy, s * j.xz, s * j.yz};
         char name[40];
         kt_parameter parameter;
         snprintf(name, sizeof name, "%s.inertia", names[b]);
-        (void)(fine("found", kt_parameter_find(rests->model, name, &parameter, &e), &e) &&
-               fine("set", kt_parameter_set(rests->model, &parameter, x, &e), &e));
+        kt_need_fine("found", kt_parameter_find(rests->model, name, &parameter, &e), &e);
+        kt_need_fine("set", kt_parameter_set(rests->model, &parameter, x, &e), &e);
     }
 }
 
@@ -349,31 +302,28 @@ KT_TEST(evaluations_are_those_of_the_masses_of_the_instant) {
         kt_worst worst = kt_worst_make("mechanism");
         for (int n = 0; n < 20; n++) {
             const double t = kt_random_uniform(&random, 0.0, 2.0);
-            instance varies, rests;
+            kt_opened varies, rests;
             double q[16], v[MOST], a[2][MOST], tau[2][MOST], mass[2][MOST * MOST], energy[2][2];
             kt_wrench joint[2][4], loop[2][1];
             kt_error e = {0};
             kt_model *copy = NULL;
-            if (!open_pair(&varies, &rests, m, t) || !draw_state(&random, &varies, t, q, v))
-                return;
-            kt_model *compiled = rests.model;
+            open_pair(&varies, &rests, m, t);
+            draw_state(&random, &varies, t, q, v);
             void *at = memory + (64 - (size_t)memory % 64) % 64;
-            if (!fine("copy", kt_model_copy(compiled, at, sizeof memory - 64, &copy, &e), &e))
-                return;
+            kt_need_fine("copy", kt_model_copy(rests.model, at, sizeof memory - 64, &copy, &e), &e);
             rests.model = copy;
             proportion(&rests, &varies, t);
             const int nv = kt_model_nv(copy);
-            const instance *both[] = {&varies, &rests};
+            const kt_opened *both[] = {&varies, &rests};
             for (int i = 0; i < 2; i++) { /* at first without a call that has a time but the one that sets it */
-                const instance *x = both[i];
-                if (!fine("date", kt_masses_update(x->model, x->data, t, &e), &e) ||
-                    !fine("mass", kt_dynamics_mass(x->model, x->data, q, mass[i], &e), &e) ||
-                    !fine("a", kt_acceleration_evaluate(x->model, x->data, t, q, v, NULL, NULL, a[i], &e), &e) ||
-                    !fine("reactions",
-                          kt_reaction_evaluate(x->model, x->data, t, q, v, NULL, NULL, joint[i], loop[i], &e), &e) ||
-                    !fine("inverse", kt_dynamics_inverse(x->model, x->data, q, v, a[0], NULL, tau[i], &e), &e) ||
-                    !fine("kinematics", kt_kinematics_update(x->model, x->data, q, v, NULL, &e), &e))
-                    return;
+                const kt_opened *x = both[i];
+                kt_need_fine("date", kt_masses_update(x->model, x->data, t, &e), &e);
+                kt_need_fine("mass", kt_dynamics_mass(x->model, x->data, q, mass[i], &e), &e);
+                kt_need_fine("a", kt_acceleration_evaluate(x->model, x->data, t, q, v, NULL, NULL, a[i], &e), &e);
+                kt_need_fine("reactions",
+                             kt_reaction_evaluate(x->model, x->data, t, q, v, NULL, NULL, joint[i], loop[i], &e), &e);
+                kt_need_fine("inverse", kt_dynamics_inverse(x->model, x->data, q, v, a[0], NULL, tau[i], &e), &e);
+                kt_need_fine("kinematics", kt_kinematics_update(x->model, x->data, q, v, NULL, &e), &e);
                 energy[i][0] = kt_kinetic_energy(x->model, x->data);
                 energy[i][1] = kt_potential_energy(x->model, x->data);
             }
@@ -388,9 +338,6 @@ KT_TEST(evaluations_are_those_of_the_masses_of_the_instant) {
             for (int b = 1; b < kt_model_body_count(copy); b++)
                 kt_worst_near(&worst, kt_vec3_norm(kt_vec3_sub(joint[0][b].force, joint[1][b].force)), 0.0, 1e-10,
                               "reaction %d", b);
-            rests.model = compiled;
-            close_instance(&varies);
-            close_instance(&rests);
         }
         kt_check_worst(&worst);
     }
@@ -401,20 +348,18 @@ KT_TEST(derivatives_are_those_of_accelerations) {
     kt_random random = kt_random_of_test();
     static double work[1 << 16];
     for (int m = 0; m < 2; m++) { /* trees: their coordinates are free */
-        instance varies;
+        const kt_opened varies = open_instance(m, "2 + sin(3*t)", "4 - t");
         double q[16], v[MOST], dq[MOST * MOST], dv[MOST * MOST];
         const double t = 0.7, h = 1e-5;
         kt_error e = {0};
         kt_worst worst = kt_worst_make("derivative");
-        if (!open_instance(&varies, m, "2 + sin(3*t)", "4 - t") || !draw_state(&random, &varies, t, q, v))
-            return;
+        draw_state(&random, &varies, t, q, v);
         const int nv = kt_model_nv(varies.model);
         void *at = (char *)work + (64 - (size_t)work % 64) % 64;
-        if (!fine("derivatives",
-                  kt_acceleration_derivatives(varies.model, varies.data, at, sizeof work - 64, t, q, v, NULL, NULL, dq,
-                                              dv, NULL, &e),
-                  &e))
-            return;
+        kt_need_fine("derivatives",
+                     kt_acceleration_derivatives(varies.model, varies.data, at, sizeof work - 64, t, q, v, NULL, NULL,
+                                                 dq, dv, NULL, &e),
+                     &e);
         for (int j = 0; j < nv; j++) {
             double near[2][2][MOST];
             for (int side = 0; side < 2; side++) {
@@ -423,14 +368,13 @@ KT_TEST(derivatives_are_those_of_accelerations) {
                 kt_position_add(varies.model, q, step, moved);
                 memcpy(w, v, sizeof w);
                 w[j] += step[j];
-                if (!fine(
-                        "by q",
-                        kt_acceleration_evaluate(varies.model, varies.data, t, moved, v, NULL, NULL, near[0][side], &e),
-                        &e) ||
-                    !fine("by v",
-                          kt_acceleration_evaluate(varies.model, varies.data, t, q, w, NULL, NULL, near[1][side], &e),
-                          &e))
-                    return;
+                kt_need_fine(
+                    "by q",
+                    kt_acceleration_evaluate(varies.model, varies.data, t, moved, v, NULL, NULL, near[0][side], &e),
+                    &e);
+                kt_need_fine(
+                    "by v", kt_acceleration_evaluate(varies.model, varies.data, t, q, w, NULL, NULL, near[1][side], &e),
+                    &e);
             }
             for (int i = 0; i < nv; i++) {
                 kt_worst_near(&worst, dq[j * nv + i], (near[0][0][i] - near[0][1][i]) / (2.0 * h), 1e-7, "q %d %d", i,
@@ -440,7 +384,6 @@ KT_TEST(derivatives_are_those_of_accelerations) {
             }
         }
         kt_check_worst(&worst);
-        close_instance(&varies);
     }
 }
 
@@ -448,34 +391,24 @@ KT_TEST(derivatives_are_those_of_accelerations) {
 
 #define ONE "kinetree: 1\nbodies:\n  - {name: body, joint: {type: prismatic}, "
 
-KT_TEST(masses_that_end_are_told_with_body_and_time) {
-    ending last = {.nq = 0};
+/* The mass is 0 at t = 1. Returns the time at which the run ends. */
+static double check_end_of_mass(const char *method, double step) {
     kt_error e = {0};
-    const kt_status status =
-        run_text(ONE "mass: {polynomial: [1, -1]}}\nsimulate: {duration: 2}\n", "rk4", 0.01, 1e-9, &last, &e);
-    kt_check_equal_int("status", status, KT_ERROR_SINGULAR);
+    kt_scene *scene = kt_test_scene(ONE "mass: {polynomial: [1, -1]}}\nsimulate: {duration: 2}\n");
+    scene->run.integrator = method;
+    scene->run.step = step;
+    kt_simulation *simulation = kt_test_simulation(kt_test_model(&scene->description, NULL), &scene->run, NULL);
+    kt_check_equal_int("status", kt_simulation_advance(simulation, 2.0, &e), KT_ERROR_SINGULAR);
     kt_check_contains("where", e.where, "body 'body', t = 1");
     kt_check_contains("mend", e.message, "must stay above 0");
+    return kt_simulation_time(simulation);
 }
 
-/* The mass is 0 at t = 1. A step that tries a later time is repeated with a shorter one. */
+KT_TEST(masses_that_end_are_told_with_body_and_time) { (void)check_end_of_mass("rk4", 0.01); }
+
+/* A step that tries a later time is repeated with a shorter one. */
 KT_TEST(adaptive_steps_approach_the_time_at_which_a_mass_ends) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
-    kt_error e = {0};
-    if (!kt_parse_right(ONE "mass: {polynomial: [1, -1]}}\nsimulate: {duration: 2}\n", &scene))
-        return;
-    if (fine("compiles", kt_model_compile(&scene.description, NULL, &model, &e), &e) &&
-        fine("begins", kt_simulation_create(model, &scene.run, NULL, &simulation, &e), &e)) {
-        kt_check_equal_int("ends", kt_simulation_advance(simulation, 2.0, &e) != KT_OK, true);
-        kt_check_near("time", kt_simulation_time(simulation), 1.0, 1e-9);
-        kt_check_contains("where", e.where, "body 'body', t = 1");
-        kt_check_contains("mend", e.message, "must stay above 0");
-    }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&scene);
+    kt_check_near("time", check_end_of_mass(NULL, 0.0), 1.0, 1e-9);
 }
 
 KT_TEST(what_makes_no_sense_is_a_fault_of_the_file) {
@@ -494,41 +427,27 @@ KT_TEST(what_makes_no_sense_is_a_fault_of_the_file) {
 }
 
 KT_TEST(what_does_not_know_them_rejects_them) {
-    kt_scene scene;
-    kt_model *model = NULL;
     kt_batch *batch = NULL;
     kt_error e = {0};
     static double memory[1 << 14];
     kt_batch_options options = kt_batch_options_default();
-    if (!kt_parse_right(ONE "mass: 2 - t}\n", &scene) ||
-        !fine("compiled", kt_model_compile(&scene.description, NULL, &model, &e), &e))
-        return;
+    const kt_model *model = kt_test_model(&kt_test_scene(ONE "mass: 2 - t}\n")->description, NULL);
     options.states = 2;
     kt_check_equal_int("a batch", kt_batch_init(model, &options, memory, sizeof memory, &batch, &e),
                        KT_ERROR_UNSUPPORTED);
     kt_check_contains("words", e.message, "the mass of body 'body' is a function of time");
-    kt_model_free(model);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(scenes_with_them_are_written_and_read_again) {
-    kt_scene scene, again;
-    if (!kt_parse_right(
-            ONE "mass: {ramp: {from: 3, to: 1, start: 0, end: 2}}, inertia: [1, 2 - t, 2], exhaust: [0, 0, -7]}\n",
-            &scene))
-        return;
-    char *text = kt_write_text(&scene);
-    if (text && kt_parse_right(text, &again)) {
-        const kt_body *body = &again.description.bodies[0];
-        kt_check_true("its mass is variable", body->variable_mass != NULL && body->variable_mass->mass.to == 1.0);
-        kt_check_text("its inertia", body->variable_mass ? body->variable_mass->inertia[1].text : "", "2 - t");
-        kt_check_equal_int("thrust", again.description.effects[0].type, KT_EFFECT_THRUST);
-        kt_check_text("name", again.description.effects[0].name, "body-exhaust");
-        kt_check_near("exhaust", again.description.effects[0].exhaust.z, -7.0, 0.0);
-        kt_scene_free(&again);
-    }
-    free(text);
-    kt_scene_free(&scene);
+    kt_scene *scene = kt_test_scene(
+        ONE "mass: {ramp: {from: 3, to: 1, start: 0, end: 2}}, inertia: [1, 2 - t, 2], exhaust: [0, 0, -7]}\n");
+    const kt_scene *again = kt_test_scene(kt_test_written(scene));
+    const kt_body *body = &again->description.bodies[0];
+    kt_check_true("its mass is variable", body->variable_mass != NULL && body->variable_mass->mass.to == 1.0);
+    kt_check_text("its inertia", body->variable_mass ? body->variable_mass->inertia[1].text : "", "2 - t");
+    kt_check_equal_int("thrust", again->description.effects[0].type, KT_EFFECT_THRUST);
+    kt_check_text("name", again->description.effects[0].name, "body-exhaust");
+    kt_check_near("exhaust", again->description.effects[0].exhaust.z, -7.0, 0.0);
 }
 
 /* ---- functions without a model ----------------------------------------------------------------------------------- */
@@ -541,7 +460,7 @@ KT_TEST(functions_are_evaluated_before_a_model_has_them) {
     double x[3] = {7.0, 7.0, 7.0};
     kt_error e = {0};
     const double y = exp(3.0);
-    if (fine("evaluated", kt_function_evaluate(&sum, 1.5, x, &e), &e)) {
+    if (kt_fine("evaluated", kt_function_evaluate(&sum, 1.5, x, &e), &e)) {
         kt_check_near("value", x[0], 10.75 + y, 1e-14 * y);
         kt_check_near("first derivative", x[1], 11.0 + 2.0 * y, 1e-14 * y);
         kt_check_near("second derivative", x[2], 6.0 + 4.0 * y, 2e-14 * y);

@@ -9,16 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "check.h"
-#include "collect.h"
-
-static kt_collected faults;
-
-static bool parse(const char *text, kt_scene *scene) {
-    kt_error error = {0};
-    memset(&faults, 0, sizeof faults);
-    return kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) == KT_OK;
-}
+#include "running.h"
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
@@ -47,85 +38,49 @@ static int keep(const kt_record *record, void *user) {
     return 0;
 }
 
-/* A scene's simulation with its events. */
-typedef struct watched {
-    kt_scene scene;
-    kt_model *model;
-    kt_simulation *simulation;
-    kt_scene_watch *watch;
-    kt_error error;
-} watched;
-
-/* `integrator`: NULL, the scene's own. */
-static kt_status watched_open(watched *w, const char *text, const char *integrator, unsigned record) {
-    memset(w, 0, sizeof *w);
-    if (!kt_check_true("it is read", parse(text, &w->scene))) {
-        kt_note("%s", faults.text);
-        return KT_ERROR_SCENE;
-    }
+/* Begins a scene with a method, or its own (NULL). */
+static running begin_with(const char *text, const char *integrator, unsigned record) {
+    kt_scene *scene = running_read(text, NULL);
     if (integrator != NULL)
-        w->scene.run.integrator = integrator;
-    kt_simulation_options options = kt_simulation_options_default();
-    options.events = kt_scene_event_room(&w->scene);
-    options.record = record;
-    kt_status status = kt_model_compile(&w->scene.description, NULL, &w->model, &w->error);
-    if (status == KT_OK)
-        status = kt_simulation_create(w->model, &w->scene.run, &options, &w->simulation, &w->error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&w->scene, w->model, w->simulation, NULL, 0, &w->watch, &w->error);
-    return status;
+        scene->run.integrator = integrator;
+    return running_begin(scene, record);
 }
 
-static void watched_free(watched *w) {
-    kt_simulation_free(w->simulation);
-    kt_scene_watch_free(w->watch);
-    kt_model_free(w->model);
-    kt_scene_free(&w->scene);
-}
-
-/* Returns whether all went well, after a check of that. */
-static bool watched_close(watched *w, kt_status status) {
-    watched_free(w);
-    if (!kt_check_true("it runs", status == KT_OK))
-        kt_note("%s: %s", w->error.where, w->error.message);
-    return status == KT_OK;
-}
-
-/* Reads and runs a scene; false after a failed check. */
-static bool run_scene(const char *text, const char *integrator, rows *r) {
-    watched w;
+/* Reads and runs a scene. */
+static void run_scene(const char *text, const char *integrator, rows *r) {
+    const running run = begin_with(text, integrator, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
+    kt_error error = {0};
     memset(r, 0, sizeof *r);
-    kt_status status = watched_open(&w, text, integrator, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
-    if (status == KT_OK) {
-        r->nq = kt_model_nq(w.model);
-        r->nv = kt_model_nv(w.model);
-        status = kt_simulation_run(w.simulation, keep, r, &w.error);
-        r->counts = kt_simulation_contacts(w.simulation);
-    }
-    return watched_close(&w, status);
+    r->nq = kt_model_nq(run.model);
+    r->nv = kt_model_nv(run.model);
+    kt_need_fine("run", kt_simulation_run(run.simulation, keep, r, &error), &error);
+    r->counts = kt_simulation_contacts(run.simulation);
 }
 
-/* Makes a scene's simulation. Gives the column of A at t_end for the velocity j, and the state there of a simulation
- * that begins with `speed`. */
-static bool release_scene(const char *text, double t_end, int j, double speed, double *column, double *state) {
+/* The memory for derivatives of a motion. */
+static void *take_motion_work(const running *r, size_t *size) {
+    *size = kt_motion_work_size(r->simulation);
+    void *work = aligned_alloc(KT_ALIGNMENT, (*size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_at_end(free, work);
+    kt_need(work != NULL || kt_check_true("there is memory", false));
+    return work;
+}
+
+/* Gives the column of A at t_end for the velocity j, and the state there of a simulation that begins with `speed`. */
+static void release_at(const char *text, double t_end, int j, double speed, double *column, double *state) {
     double v[NUMBERS] = {0.0}, A[4 * NUMBERS * NUMBERS];
-    watched w;
-    kt_status status = watched_open(&w, text, NULL, 0);
-    if (status != KT_OK)
-        return watched_close(&w, status);
-    const size_t nv = (size_t)kt_model_nv(w.model), size = kt_motion_work_size(w.simulation);
-    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT);
+    const running w = begin_with(text, NULL, 0);
+    const size_t nv = (size_t)kt_model_nv(w.model);
+    kt_error error = {0};
+    size_t size;
+    void *work = take_motion_work(&w, &size);
     v[j] = speed;
-    status = kt_simulation_set_state(w.simulation, 0.0, kt_simulation_positions(w.simulation), v, &w.error);
-    if (status == KT_OK)
-        status = kt_motion_derivatives(w.simulation, work, size, t_end, A, NULL, &w.error);
-    if (status == KT_OK) {
-        memcpy(column, A + 2 * nv * (nv + (size_t)j), 2 * nv * sizeof *column);
-        memcpy(state, kt_simulation_positions(w.simulation), nv * sizeof *state);
-        memcpy(state + nv, kt_simulation_velocities(w.simulation), nv * sizeof *state);
-    }
-    free(work);
-    return watched_close(&w, status);
+    kt_need_fine("state", kt_simulation_set_state(w.simulation, 0.0, kt_simulation_positions(w.simulation), v, &error),
+                 &error);
+    kt_need_fine("A", kt_motion_derivatives(w.simulation, work, size, t_end, A, NULL, &error), &error);
+    memcpy(column, A + 2 * nv * (nv + (size_t)j), 2 * nv * sizeof *column);
+    memcpy(state, kt_simulation_positions(w.simulation), nv * sizeof *state);
+    memcpy(state + nv, kt_simulation_velocities(w.simulation), nv * sizeof *state);
 }
 
 /* A column of A at t_end against a central difference: how the end changes with the second speed at the start, which is
@@ -133,9 +88,9 @@ static bool release_scene(const char *text, double t_end, int j, double speed, d
 static void check_derivatives(const char *text, double t_end, double speed) {
     const double s = 1e-4;
     double column[NUMBERS] = {0.0}, none[NUMBERS], early[NUMBERS] = {0.0}, late[NUMBERS] = {0.0}, worst = 0.0;
-    if (!release_scene(text, t_end, 1, speed + s, none, late) ||
-        !release_scene(text, t_end, 1, speed - s, none, early) || !release_scene(text, t_end, 1, speed, column, none))
-        return;
+    release_at(text, t_end, 1, speed + s, none, late);
+    release_at(text, t_end, 1, speed - s, none, early);
+    release_at(text, t_end, 1, speed, column, none);
     for (int i = 0; i < NUMBERS; i++)
         worst = fmax(worst, fabs(column[i] - 0.5 / s * (late[i] - early[i])));
     kt_note("%.6g %.6g", column[0], column[3]);

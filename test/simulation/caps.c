@@ -34,8 +34,7 @@ static kt_iterations assemble(double angle, double x, double *reached) {
     if (!linkage_compile(&l))
         return seen;
     seen = kt_data_iterations(l.data);
-    kt_check_true("assembles",
-                  linkage_fine("assemble", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &error), &error));
+    kt_check_true("assembles", kt_fine("assemble", kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &error), &error));
     kt_check_below("open, m", linkage_residual(&l, 0.0).position, 1e-12);
     *reached = l.q[0];
     seen = kt_data_iterations(l.data);

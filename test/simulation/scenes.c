@@ -29,13 +29,6 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity) {
     lone->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
 }
 
-bool kt_fine(const char *what, kt_status status, const kt_error *error) {
-    if (status == KT_OK)
-        return true;
-    kt_note("%s: %s: %s", what, error->where, error->message);
-    return kt_check_true(what, false);
-}
-
 kt_model *kt_scene_compile(const kt_description *description) {
     kt_error error;
     kt_model *model = NULL;

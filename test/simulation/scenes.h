@@ -2,7 +2,7 @@
 #ifndef KT_TEST_SIMULATION_SCENES_H
 #define KT_TEST_SIMULATION_SCENES_H
 
-#include "check.h"
+#include "fixture.h"
 
 #include "kinetree/simulation.h"
 
@@ -47,9 +47,6 @@ double kt_scene_balance(kt_simulation *simulation);
 
 /* Fixed steps of this method. */
 kt_run kt_run_fixed(const char *integrator, double step, double duration);
-
-/* Whether the call succeeded; a failure is a failed check with the error's words. */
-bool kt_fine(const char *what, kt_status status, const kt_error *error);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 

@@ -244,8 +244,7 @@ KT_TEST(compilation_without_memory_leaks_nothing) {
     kt_model *model = NULL;
     kt_error error = {0};
     mechanism_fill(&m);
-    if (!kt_tree_fine("model", kt_model_compile(&m.description, NULL, &model, &error), &error))
-        return;
+    kt_need_fine("model", kt_model_compile(&m.description, NULL, &model, &error), &error);
     int tried = 0, leaks = 0, wrong = 0;
     for (long n = 1;; n++) {
         kt_absolute *formulation = NULL;

@@ -6,17 +6,15 @@
 kt_constraint_formulation *closure_set(const kt_model *model, const kt_constraint_formulation_options *options) {
     kt_error error = {0};
     kt_constraint_formulation *set = NULL;
-    (void)linkage_fine(kt_constraint_formulation_name(options->type),
-                       kt_constraint_formulation_create(model, options, &set, &error), &error);
+    (void)kt_fine(kt_constraint_formulation_name(options->type),
+                  kt_constraint_formulation_create(model, options, &set, &error), &error);
     return set;
 }
 
 bool closure_at(const linkage *l, double t, const double *q, const double *v, double *phi, double *slip) {
     static double jacobian[6 * LINKAGE_LOOPS * LINKAGE_NQ], rate[6 * LINKAGE_LOOPS];
     kt_error error = {0};
-    if (!linkage_fine("equations", kt_loop_equations(l->model, l->data, t, q, v, jacobian, phi, rate, NULL, &error),
-                      &error))
-        return false;
+    kt_need_fine("equations", kt_loop_equations(l->model, l->data, t, q, v, jacobian, phi, rate, NULL, &error), &error);
     for (int r = 0; r < l->rows; r++) {
         slip[r] = -rate[r];
         for (int i = 0; i < l->nv; i++)
@@ -52,16 +50,14 @@ bool closure_start(closure_run *r, linkage *l, kt_constraint_formulation *set, c
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
     return set != NULL &&
-           linkage_fine("integrator", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error),
-                        &error) &&
-           linkage_fine("start", kt_integrator_start(r->integrator, 0.0, y, &callbacks, &error), &error);
+           kt_fine("integrator", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error), &error) &&
+           kt_fine("start", kt_integrator_start(r->integrator, 0.0, y, &callbacks, &error), &error);
 }
 
 bool closure_to(closure_run *r, double t) {
     kt_error error = {0};
     while (kt_integrator_time(r->integrator) < t)
-        if (!linkage_fine("step", kt_integrator_step(r->integrator, t, &error), &error))
-            return false;
+        kt_need_fine("step", kt_integrator_step(r->integrator, t, &error), &error);
     memcpy(r->l->q, kt_integrator_state(r->integrator), (size_t)r->l->nq * sizeof(double));
     memcpy(r->l->v, kt_integrator_state(r->integrator) + r->l->nq, (size_t)r->l->nv * sizeof(double));
     return true;

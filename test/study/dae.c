@@ -50,14 +50,14 @@ static bool find_end(motion *m, kt_dae *dae) {
     run.duration = m->duration;
     run.relative = run.absolute = 1e-13;
     options.method = kt_method_find("dop853");
-    bool fine = linkage_fine("reference", kt_simulation_create(m->model, &run, &options, &simulation, &e), &e) &&
-                linkage_fine("its start", kt_simulation_set_state(simulation, 0.0, m->q, m->v, &e), &e) &&
-                linkage_fine("its run", kt_simulation_advance(simulation, m->duration, &e), &e);
+    bool fine = kt_fine("reference", kt_simulation_create(m->model, &run, &options, &simulation, &e), &e) &&
+                kt_fine("its start", kt_simulation_set_state(simulation, 0.0, m->q, m->v, &e), &e) &&
+                kt_fine("its run", kt_simulation_advance(simulation, m->duration, &e), &e);
     if (fine) {
         memcpy(m->end_q, kt_simulation_positions(simulation), (size_t)kt_model_nq(m->model) * sizeof(double));
         memcpy(m->end_v, kt_simulation_velocities(simulation), (size_t)kt_model_nv(m->model) * sizeof(double));
-        fine = linkage_fine("its multipliers",
-                            kt_dae_consistent(dae, m->duration, m->end_q, m->end_v, m->end_multiplier, &e), &e);
+        fine = kt_fine("its multipliers",
+                       kt_dae_consistent(dae, m->duration, m->end_q, m->end_v, m->end_multiplier, &e), &e);
     }
     kt_simulation_free(simulation);
     return fine;
@@ -85,7 +85,7 @@ static outcome compare(const motion *m, kt_dae *dae) {
     o.position = largest(d, NULL, kt_model_nv(m->model));
     o.velocity = largest(kt_dae_velocities(dae), m->end_v, kt_model_nv(m->model));
     o.multiplier = largest(kt_dae_multipliers(dae), m->end_multiplier, kt_model_mobility(m->model).equations);
-    (void)linkage_fine("residual", kt_dae_residual(dae, &o.residual, &e), &e);
+    (void)kt_fine("residual", kt_dae_residual(dae, &o.residual, &e), &e);
     return o;
 }
 
@@ -94,11 +94,10 @@ static outcome run(motion *m, const kt_dae_options *options, int steps) {
     outcome o = {.position = (double)NAN, .velocity = (double)NAN, .multiplier = (double)NAN};
     kt_dae *dae = NULL;
     kt_error e = {0};
-    if (!linkage_fine("baseline", kt_dae_create(m->model, options, &dae, &e), &e))
-        return o;
-    bool fine = linkage_fine("start", kt_dae_start(dae, 0.0, m->q, m->v, &e), &e) && find_end(m, dae);
+    kt_need_fine("baseline", kt_dae_create(m->model, options, &dae, &e), &e);
+    bool fine = kt_fine("start", kt_dae_start(dae, 0.0, m->q, m->v, &e), &e) && find_end(m, dae);
     for (int i = 0; i < steps && fine; i++)
-        fine = linkage_fine("step", kt_dae_step(dae, m->duration / steps, &e), &e);
+        fine = kt_fine("step", kt_dae_step(dae, m->duration / steps, &e), &e);
     if (fine)
         o = compare(m, dae);
     kt_dae_free(dae);
@@ -244,14 +243,14 @@ static bool follow(const kt_method *method, double *lambda, int steps) {
     kt_error e = {0};
     kt_dae_options options = kt_dae_options_default(KT_DAE_INDEX3);
     options.method = method;
-    bool fine = make_pendulum(&l, 0.7, 0.0) && linkage_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
+    bool fine = make_pendulum(&l, 0.7, 0.0) && kt_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
     if (fine) {
         l.v[1] -= 1e-3 * cos(0.7);
         l.v[0] += 1e-3 * sin(0.7);
-        fine = linkage_fine("start", kt_dae_start(dae, 0.0, l.q, l.v, &e), &e);
+        fine = kt_fine("start", kt_dae_start(dae, 0.0, l.q, l.v, &e), &e);
     }
     for (int i = 0; i < steps && fine; i++) {
-        fine = linkage_fine("step", kt_dae_step(dae, 1e-3, &e), &e);
+        fine = kt_fine("step", kt_dae_step(dae, 1e-3, &e), &e);
         lambda[i] = kt_dae_multipliers(dae)[0];
     }
     kt_dae_free(dae);
@@ -343,11 +342,11 @@ KT_TEST(absolute_coordinates_keep_the_orders) {
         kt_absolute *absolute = NULL;
         kt_data *data = NULL;
         kt_error e = {0};
-        if (linkage_fine("absolute", kt_absolute_create(&l.description, &l.options, l.model, &absolute, &e), &e)) {
+        if (kt_fine("absolute", kt_absolute_create(&l.description, &l.options, l.model, &absolute, &e), &e)) {
             motion m = {.model = kt_absolute_model(absolute), .duration = 0.1};
             kt_model_initial(m.model, m.q, m.v);
-            if (linkage_fine("data", kt_data_create(m.model, &data, &e), &e) &&
-                linkage_fine("assembly", kt_state_assemble(m.model, data, 0.0, m.q, m.v, &e), &e)) {
+            if (kt_fine("data", kt_data_create(m.model, &data, &e), &e) &&
+                kt_fine("assembly", kt_state_assemble(m.model, data, 0.0, m.q, m.v, &e), &e)) {
                 check_linkage(&m, KT_DAE_INDEX3, 4, index3);
                 check_linkage(&m, KT_DAE_GGL, 2, index2);
             }
@@ -400,7 +399,7 @@ KT_TEST(an_n_four_bar_is_followed_to_its_singular_position) {
     kt_dae *dae = NULL;
     kt_error e = {0};
     const kt_dae_options options = kt_dae_options_default(KT_DAE_GGL);
-    if (linkage_build(&l, 0.0) && linkage_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e)) {
+    if (linkage_build(&l, 0.0) && kt_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e)) {
         kt_check_equal_int("at the position itself", kt_dae_start(dae, 0.0, l.q, l.v, &e), KT_ERROR_SINGULAR);
         kt_check_contains("message", e.message, "singular position");
         kt_check_true("there is no state", kt_dae_step(dae, 1e-3, &e) != KT_OK);
@@ -445,8 +444,8 @@ KT_TEST(a_step_that_fails_leaves_the_state) {
     kt_dae *dae = NULL;
     kt_error e = {0};
     const kt_dae_options options = kt_dae_options_default(KT_DAE_INDEX3);
-    if (make_pendulum(&l, 1.0, 9.0) && linkage_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e) &&
-        linkage_fine("start", kt_dae_start(dae, 0.0, l.q, l.v, &e), &e)) {
+    if (make_pendulum(&l, 1.0, 9.0) && kt_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e) &&
+        kt_fine("start", kt_dae_start(dae, 0.0, l.q, l.v, &e), &e)) {
         kt_check_true("fails", kt_dae_step(dae, 40.0, &e) != KT_OK);
         kt_check_contains("where", e.where, "t = 0 s");
         kt_check_equal_bits("positions", kt_dae_positions(dae), l.q, 2);

@@ -139,11 +139,10 @@ static void check_contraction(const tangle *g, kt_constraint_formulation *set, d
     double terms = 0.0;
     for (int k = 0; k < 3; k++) {
         set->options.iterations = k + 1;
-        if (!kt_tree_fine("set",
-                          kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external,
-                                                             NULL, a, &error),
-                          &error))
-            return;
+        kt_need_fine("set",
+                     kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, NULL,
+                                                        a, &error),
+                     &error);
         for (int r = 0; r < g->rows; r++) {
             double size = fabs(s.drift[r]);
             e[k][r] = -s.drift[r];
@@ -162,13 +161,10 @@ static void check_contraction(const tangle *g, kt_constraint_formulation *set, d
         }
         /* M^-1 of it by the recursion, without velocities and gravity: the difference of two accelerations */
         double with[KT_TREE_NV], without[KT_TREE_NV];
-        if (!kt_tree_fine("with",
-                          kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, pushed, NULL, with, &error),
-                          &error) ||
-            !kt_tree_fine("without",
-                          kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, NULL, NULL, without, &error),
-                          &error))
-            return;
+        kt_need_fine("with", kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, pushed, NULL, with, &error),
+                     &error);
+        kt_need_fine("without",
+                     kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, NULL, NULL, without, &error), &error);
         for (int i = 0; i < g->tree.nv; i++)
             felt[i] = with[i] - without[i];
         for (int r = 0; r < g->rows; r++) {
@@ -215,8 +211,8 @@ static double left_after(const linkage *l, kt_constraint_formulation *set, int i
     set->options.iterations = iterations;
     set->options.tolerance = 0.0;
     kt_constraint_formulation_reset(set);
-    (void)linkage_fine("set",
-                       kt_constraint_formulation_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e), &e);
+    (void)kt_fine("set", kt_constraint_formulation_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e),
+                  &e);
     return kt_constraint_formulation_statistics_get(set).residual;
 }
 
@@ -263,8 +259,8 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
         const kt_instant at = {.model = l.model, .data = l.data, .t = 0.0, .q = l.q, .v = l.v};
         const int projected = placed == KT_OK ? kt_formulation_project_positions(&at, l.q, l.v, &changed, &e, set) : -1;
         kt_check_equal_int("allocations", kt_interpose_stop(), 0);
-        (void)linkage_fine("placed", placed, &e);
-        (void)linkage_fine("evaluated", moved, &e);
+        (void)kt_fine("placed", placed, &e);
+        (void)kt_fine("evaluated", moved, &e);
         kt_check_equal_int("projected", projected, 0);
         free(memory);
     }
@@ -287,12 +283,12 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
             q[i] = l.q[i] + 0.1 * i;
             v[i] = 2.0 - l.v[i];
         }
-        (void)linkage_fine(
-            "first", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, first, &e), &e);
-        (void)linkage_fine("other",
-                           kt_constraint_formulation_evaluate(set, l.data, 0.0, q, v, NULL, NULL, NULL, other, &e), &e);
-        (void)linkage_fine(
-            "again", kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, again, &e), &e);
+        (void)kt_fine("first",
+                      kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, first, &e), &e);
+        (void)kt_fine("other", kt_constraint_formulation_evaluate(set, l.data, 0.0, q, v, NULL, NULL, NULL, other, &e),
+                      &e);
+        (void)kt_fine("again",
+                      kt_constraint_formulation_evaluate(set, l.data, 0.0, l.q, l.v, NULL, NULL, NULL, again, &e), &e);
         kt_check_equal_bits(kt_constraint_formulation_name((kt_constraint_formulation_type)type), again, first,
                             (size_t)l.nv);
         kt_check_true("elsewhere it is another", memcmp(other, first, (size_t)l.nv * sizeof *other) != 0);
@@ -375,7 +371,7 @@ KT_TEST(a_simulation_rejects_the_set_of_another_model) {
         kt_error e = {0};
         kt_constraint_formulation *set = closure_set(other.model, &o);
         kt_constraint_formulation_use(set, &options);
-        (void)linkage_fine("simulation", kt_simulation_create(l.model, NULL, &options, &simulation, &e), &e);
+        (void)kt_fine("simulation", kt_simulation_create(l.model, NULL, &options, &simulation, &e), &e);
         kt_check_true("a step fails", kt_simulation_step(simulation, 1.0, &e) != KT_OK);
         kt_check_contains("message", e.message, "another model");
         kt_simulation_free(simulation);

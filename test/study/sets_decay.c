@@ -176,8 +176,7 @@ KT_TEST(gains_are_stable_up_to_the_limit_of_the_method_and_no_further) {
 static double row_length(const linkage *l, double t) {
     double jacobian[ROWS_MAX * 8], sum = 0.0;
     kt_error e = {0};
-    (void)linkage_fine("equations", kt_loop_equations(l->model, l->data, t, l->q, l->v, jacobian, NULL, NULL, NULL, &e),
-                       &e);
+    (void)kt_fine("equations", kt_loop_equations(l->model, l->data, t, l->q, l->v, jacobian, NULL, NULL, NULL, &e), &e);
     for (int i = 0; i < l->nv; i++)
         sum += jacobian[i] * jacobian[i];
     return sqrt(sum);

@@ -1,0 +1,23 @@
+/* The objects that tests begin with. If one cannot be made, the reason is a failed check, and the test ends. The
+ * objects are released at the end of the test. */
+#ifndef KT_TEST_FIXTURE_H
+#define KT_TEST_FIXTURE_H
+
+#include "check.h"
+
+#include "kinetree/analysis.h"
+#include "kinetree/simulation.h"
+
+/* Whether the call succeeded; a failure is a failed check with the error's words. */
+bool kt_fine(const char *what, kt_status status, const kt_error *error);
+
+/* The same, and ends the test after a failure. */
+void kt_need_fine(const char *what, kt_status status, const kt_error *error);
+
+/* With the options of the library where they are NULL. */
+kt_model *kt_test_model(const kt_description *description, const kt_model_options *options);
+kt_data *kt_test_data(const kt_model *model);
+kt_linearization *kt_test_linearization(const kt_model *model);
+kt_simulation *kt_test_simulation(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
+
+#endif

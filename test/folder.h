@@ -1,0 +1,18 @@
+/* Folders and files of the running test. They are removed at its end, unless KT_KEEP is set. All paths are absolute and
+ * valid until then. What cannot be made ends the test after a failed check. */
+#ifndef KT_TEST_FOLDER_H
+#define KT_TEST_FOLDER_H
+
+#include <stddef.h>
+
+/* A new folder. */
+const char *kt_test_folder(void);
+
+/* The path FOLDER/NAME. */
+const char *kt_test_path(const char *folder, const char *name);
+
+/* Writes FOLDER/NAME and returns its path. Folders in NAME are made. */
+const char *kt_test_file(const char *folder, const char *name, const char *text);
+const char *kt_test_bytes(const char *folder, const char *name, const void *bytes, size_t size);
+
+#endif
