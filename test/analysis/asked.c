@@ -204,7 +204,7 @@ KT_TEST(free_body_sinks_into_its_bushing) {
     if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
         double q[7];
         memcpy(q, l.q, sizeof q);
-        if (linkage_fine("rests", kt_equilibrium_find(s.linearization, NULL, 0.0, q, NULL, NULL, &e), &e)) {
+        if (kt_fine("rests", kt_equilibrium_find(s.linearization, NULL, 0.0, q, NULL, NULL, &e), &e)) {
             kt_check_near("y", q[1], -2.0 * 9.81 / 50.0, 1e-14);
             kt_check_near("w", fabs(q[3]), 1.0, 4.0 * DBL_EPSILON);
         }
@@ -226,7 +226,7 @@ KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
     motion->function = (kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = numbers, .number_count = 3};
     l.body[0].joint.velocity[0] = 0.0;
     if (linkage_build(&l, 0.0) &&
-        linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
+        kt_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
         const double before = l.q[1];
         check_words("driven", kt_equilibrium_find(linearization, NULL, 0.0, l.q, NULL, NULL, &e), &e,
                     KT_ERROR_CONSTRAINT, "it drives the mechanism at t = 0 s");
@@ -245,7 +245,7 @@ KT_TEST(change_point_is_rejected_by_the_loop_s_name) {
     kt_linearization *linearization = NULL;
     linkage_four_bar(&l, &f);
     if (linkage_compile(&l) &&
-        linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
+        kt_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e)) {
         kt_check_equal_int("status", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e),
                            KT_ERROR_SINGULAR);
         kt_note("%s: %s", e.where, e.message);
@@ -281,7 +281,7 @@ KT_TEST(modes_of_a_strange_system_are_rejected) {
         broken = *s.system;
         broken.states = 3; /* of one coordinate there are two at most */
         kt_check_equal_int("too many states", kt_modes_evaluate(s.modes, &broken, &e), KT_ERROR_ARGUMENT);
-        (void)linkage_fine("again", kt_modes_evaluate(s.modes, s.system, &e), &e);
+        (void)kt_fine("again", kt_modes_evaluate(s.modes, s.system, &e), &e);
         const kt_mode after = kt_modes_at(s.modes, 0);
         kt_check_equal_bits("frequency", &after.frequency, &before.frequency, 1);
     }
@@ -300,11 +300,11 @@ KT_TEST(mechanism_without_freedoms_has_no_modes) {
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0)->joint.type = KT_JOINT_FIXED;
     if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL) &&
-        linkage_fine("spectrum", kt_spectrum_create(l.model, 2, &spectrum, &e), &e)) {
+        kt_fine("spectrum", kt_spectrum_create(l.model, 2, &spectrum, &e), &e)) {
         kt_check_equal_int("states", s.system->states, 0);
         kt_check_equal_int("modes", kt_modes_count(s.modes), 0);
         kt_check_near("error", s.system->error, 0.0, 0.0);
-        (void)linkage_fine("add", kt_spectrum_add(spectrum, 0.0, l.q, l.v, NULL, &e), &e);
+        (void)kt_fine("add", kt_spectrum_add(spectrum, 0.0, l.q, l.v, NULL, &e), &e);
         kt_check_equal_int("fastest", kt_spectrum_fastest(spectrum), -1);
         const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find("rk4"), 1.0, 0.1);
         kt_check_true("no limit", isinf(limit.step) && limit.mode == -1);
@@ -320,7 +320,7 @@ KT_TEST(mechanism_without_freedoms_has_no_modes) {
 /* A bar with a small swing: a cosine of frequency `w = sqrt(3 g / 2 l) / (2 pi)`, at every state. */
 static void check_along(kt_spectrum *spectrum, const kt_run *run, const char *what) {
     kt_error e = {KT_OK, "", ""};
-    if (!linkage_fine(what, kt_spectrum_along(spectrum, run, &e), &e))
+    if (!kt_fine(what, kt_spectrum_along(spectrum, run, &e), &e))
         return;
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 3);
     for (int i = 0; i < kt_spectrum_count(spectrum); i++)
@@ -332,7 +332,7 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     kt_spectrum *spectrum = NULL;
     kt_error e = {KT_OK, "", ""};
     kt_run run = kt_run_default();
-    if (!make_bar(&l, 1e-3) || !linkage_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e))
+    if (!make_bar(&l, 1e-3) || !kt_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e))
         return;
     run.duration = 0.5;
     check_along(spectrum, &run, "adaptive");
@@ -376,7 +376,7 @@ KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
     kt_error e = {KT_OK, "", ""};
     kt_run run = kt_run_default();
     elastic_bar(&l, &effect, &spring);
-    if (!linkage_compile(&l) || !linkage_fine("spectrum", kt_spectrum_create(l.model, 20, &spectrum, &e), &e))
+    if (!linkage_compile(&l) || !kt_fine("spectrum", kt_spectrum_create(l.model, 20, &spectrum, &e), &e))
         return;
     run.duration = 1.0;
     check_words("along", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_CALLBACK,

@@ -322,8 +322,8 @@ KT_TEST(four_bar_has_the_matrix_of_its_one_coordinate_model_at_rest_and_in_motio
         expect_four_bar(&f, &l, &moving);
         kt_check_worst(&moving);
         kt_linearization *search = NULL;
-        if (linkage_fine("has a linearisation", kt_linearization_create(l.model, NULL, &search, &error), &error) &&
-            linkage_fine("rests", kt_equilibrium_find(search, NULL, 0.0, l.q, NULL, NULL, &error), &error)) {
+        if (kt_fine("has a linearisation", kt_linearization_create(l.model, NULL, &search, &error), &error) &&
+            kt_fine("rests", kt_equilibrium_find(search, NULL, 0.0, l.q, NULL, NULL, &error), &error)) {
             memset(l.v, 0, sizeof l.v);
             expect_four_bar(&f, &l, &resting);
             kt_check_worst(&resting);

@@ -26,7 +26,7 @@ static bool found(const linkage *l, bool nearest, double *q, const double *tau) 
     const kt_status status = find(l, nearest, q, tau, &result, &error);
     if (status == KT_OK)
         kt_note("%d steps, the last %.2g, acceleration %.2g", result.steps, result.distance, result.acceleration);
-    return linkage_fine("has an equilibrium", status, &error);
+    return kt_fine("has an equilibrium", status, &error);
 }
 
 static const kt_vec3 none = {0.0, 0.0, 0.0}, down = {0.0, -1.0, 0.0};

@@ -17,8 +17,8 @@ static kt_floquet *multipliers(const linkage *l, double period, int steps) {
     kt_floquet *floquet = NULL;
     kt_error e = {0};
     options.steps = steps;
-    if (linkage_fine("create", kt_floquet_create(l->model, &options, &floquet, &e), &e) &&
-        linkage_fine("evaluate", kt_floquet_evaluate(floquet, 0.0, l->q, l->v, &e), &e))
+    if (kt_fine("create", kt_floquet_create(l->model, &options, &floquet, &e), &e) &&
+        kt_fine("evaluate", kt_floquet_evaluate(floquet, 0.0, l->q, l->v, &e), &e))
         return floquet;
     kt_floquet_free(floquet);
     return NULL;
@@ -241,10 +241,10 @@ KT_TEST(linearisation_at_an_instant_does_not_see_ground_resonance) {
     kt_error e = {0};
     double most = (double)NAN;
     if (make_rotor(&l, &hammond) &&
-        linkage_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e) &&
-        linkage_fine("evaluation", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e), &e) &&
-        linkage_fine("modes", kt_modes_create(l.model, &modes, &e), &e) &&
-        linkage_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e)) {
+        kt_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e) &&
+        kt_fine("evaluation", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e), &e) &&
+        kt_fine("modes", kt_modes_create(l.model, &modes, &e), &e) &&
+        kt_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e)) {
         most = 0.0;
         for (int i = 0; i < kt_modes_count(modes); i++)
             most = fmax(most, kt_modes_at(modes, i).real);

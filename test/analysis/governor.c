@@ -13,21 +13,10 @@ typedef struct governor {
     int shaft, slider, right;
 } governor;
 
-static bool governor_open(governor *g) {
-    memset(g, 0, sizeof *g);
-    const bool is_open = kt_case_open(&g->c, "flyball-governor") &&
-                         kt_table_open(&g->table, "A05_flyball_governor", "phi_rad s_m alpha_rad phidot sdot alphadot");
-    if (is_open) {
-        g->shaft = kt_case_q(&g->c, "shaft");
-        g->slider = kt_case_q(&g->c, "slider");
-        g->right = kt_case_q(&g->c, "right");
-    }
-    return is_open;
-}
-
-static void governor_close(governor *g) {
-    kt_table_free(&g->table);
-    kt_case_close(&g->c);
+static governor governor_open(void) {
+    const kt_case c = kt_case_open("flyball-governor");
+    const kt_table table = kt_table_open("A05_flyball_governor", "phi_rad s_m alpha_rad phidot sdot alphadot");
+    return (governor){c, table, kt_case_q(&c, "shaft"), kt_case_q(&c, "slider"), kt_case_q(&c, "right")};
 }
 
 /* Largest error against the table (angles, height, rates; all nq = nv here) up to `duration`; HUGE_VAL where the run
@@ -66,30 +55,28 @@ static kt_run fixed_run(const char *integrator, double step, double duration) {
 
 /* Published at t = 0 (4 decimals): `-8117.2033, -20.0507, +-7.346i`. The shaft's angle enters nothing: two zeros. */
 KT_TEST(eigenvalues_at_the_start_are_the_published_ones) {
-    governor g;
+    const governor g = governor_open();
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;
-    if (governor_open(&g) && kt_fine("made", kt_spectrum_create(g.c.model, 1, &spectrum, &error), &error) &&
-        kt_fine("along", kt_spectrum_along(spectrum, &g.c.scene.run, &error), &error)) {
-        static const kt_complex published[] = {{-8117.2033, 0.0}, {-20.0507, 0.0}, {-0.0001, 7.346}};
-        kt_worst worst = kt_worst_make("lambda");
-        for (int k = 0; k < 3; k++) {
-            double nearest = HUGE_VAL;
-            for (int i = 0; i < kt_spectrum_count(spectrum); i++) {
-                const kt_mode mode = kt_spectrum_at(spectrum, i).mode;
-                nearest = fmin(nearest, hypot(mode.real - published[k].re, mode.imaginary - published[k].im));
-            }
-            kt_worst_below(&worst, nearest, k == 2 ? 5e-4 : 5e-5, "%g + %gi", published[k].re, published[k].im);
+    kt_need_fine("made", kt_spectrum_create(g.c.model, 1, &spectrum, &error), &error);
+    kt_need_fine("along", kt_spectrum_along(spectrum, &g.c.scene.run, &error), &error);
+    static const kt_complex published[] = {{-8117.2033, 0.0}, {-20.0507, 0.0}, {-0.0001, 7.346}};
+    kt_worst worst = kt_worst_make("lambda");
+    for (int k = 0; k < 3; k++) {
+        double nearest = HUGE_VAL;
+        for (int i = 0; i < kt_spectrum_count(spectrum); i++) {
+            const kt_mode mode = kt_spectrum_at(spectrum, i).mode;
+            nearest = fmin(nearest, hypot(mode.real - published[k].re, mode.imaginary - published[k].im));
         }
-        kt_check_worst(&worst);
-        const kt_spectrum_mode fastest = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
-        kt_check_near("in it the slider moves", fastest.moves[kt_case_v(&g.c, "slider")], 1.0, 1e-12);
-        kt_check_near("the arms alike", fastest.moves[kt_case_v(&g.c, "left")], fastest.moves[kt_case_v(&g.c, "right")],
-                      1e-13); /* measured: 3e-15 */
-        kt_check_below("not the shaft", fastest.moves[kt_case_v(&g.c, "shaft")], 1e-3);
+        kt_worst_below(&worst, nearest, k == 2 ? 5e-4 : 5e-5, "%g + %gi", published[k].re, published[k].im);
     }
+    kt_check_worst(&worst);
+    const kt_spectrum_mode fastest = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
+    kt_check_near("in it the slider moves", fastest.moves[kt_case_v(&g.c, "slider")], 1.0, 1e-12);
+    kt_check_near("the arms alike", fastest.moves[kt_case_v(&g.c, "left")], fastest.moves[kt_case_v(&g.c, "right")],
+                  1e-13); /* measured: 3e-15 */
+    kt_check_below("not the shaft", fastest.moves[kt_case_v(&g.c, "shaft")], 1e-3);
     kt_spectrum_free(spectrum);
-    governor_close(&g);
 }
 
 /* ---- where runs blow up ------------------------------------------------------------------------------------------ */
@@ -103,28 +90,25 @@ static bool blows_up(const governor *g, const char *integrator, double step, dou
 
 KT_TEST(the_governor_blows_up_within_three_tenths_of_the_predicted_step) {
     static const char *const methods[] = {"euler", "heun", "kutta3", "rk4", "dopri5", "tsit5", "dop853"};
-    governor g;
+    const governor g = governor_open();
     kt_error error = {0};
     kt_spectrum *spectrum = NULL;
     kt_run run = kt_run_default();
     run.duration = 2.0;
-    if (governor_open(&g) &&
-        kt_fine("made", kt_spectrum_create(g.c.model, KT_SPECTRUM_SAMPLES, &spectrum, &error), &error) &&
-        kt_fine("along", kt_spectrum_along(spectrum, &run, &error), &error)) {
-        kt_worst worst = kt_worst_make("step of blow-up over the predicted one");
-        for (int i = 0; i < 7; i++) {
-            const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find(methods[i]), run.duration, 0.0);
-            double low = 0.5 * limit.step, high = 2.0 * limit.step;
-            for (int k = 0; k < 8; k++) {
-                const double middle = sqrt(low * high);
-                *(blows_up(&g, methods[i], middle, run.duration) ? &high : &low) = middle;
-            }
-            kt_worst_near(&worst, sqrt(low * high) / limit.step, 1.0, 0.3, "%s at %g s", methods[i], limit.step);
+    kt_need_fine("made", kt_spectrum_create(g.c.model, KT_SPECTRUM_SAMPLES, &spectrum, &error), &error);
+    kt_need_fine("along", kt_spectrum_along(spectrum, &run, &error), &error);
+    kt_worst worst = kt_worst_make("step of blow-up over the predicted one");
+    for (int i = 0; i < 7; i++) {
+        const kt_step_limit limit = kt_spectrum_limit(spectrum, kt_method_find(methods[i]), run.duration, 0.0);
+        double low = 0.5 * limit.step, high = 2.0 * limit.step;
+        for (int k = 0; k < 8; k++) {
+            const double middle = sqrt(low * high);
+            *(blows_up(&g, methods[i], middle, run.duration) ? &high : &low) = middle;
         }
-        kt_check_worst(&worst);
+        kt_worst_near(&worst, sqrt(low * high) / limit.step, 1.0, 0.3, "%s at %g s", methods[i], limit.step);
     }
+    kt_check_worst(&worst);
     kt_spectrum_free(spectrum);
-    governor_close(&g);
 }
 
 /* ---- what a stabilised method costs ------------------------------------------------------------------------------ */
@@ -153,19 +137,16 @@ KT_TEST(stabilised_methods_hold_the_table_with_a_fifth_of_the_evaluations_of_rk4
                  {"rkc2", 0.0, 1e-8, 1e-4, 5.0},
                  {"rkc4", 0.0, 1e-6, 1e-4, 8.0},
                  {"rkc4", 0.01, 0.0, 1e-6, 5.0}};
-    governor g;
-    if (governor_open(&g)) {
-        kt_simulation_counts rk4, counts;
-        const kt_run fixed = fixed_run("rk4", 1e-4, 10.0);
-        kt_check_below("error of rk4", run_error(&g, &fixed, &rk4), 1e-9);
-        for (int i = 0; i < 4; i++) {
-            kt_run run = fixed_run(cases[i].method, cases[i].step, 10.0);
-            run.relative = run.absolute = cases[i].tolerance;
-            kt_check_below(cases[i].method, run_error(&g, &run, &counts), cases[i].error);
-            kt_note("%llu evaluations", (unsigned long long)counts.evaluations);
-            kt_check_above("rk4's evaluations over them", (double)rk4.evaluations / (double)counts.evaluations,
-                           cases[i].factor);
-        }
+    const governor g = governor_open();
+    kt_simulation_counts rk4, counts;
+    const kt_run fixed = fixed_run("rk4", 1e-4, 10.0);
+    kt_check_below("error of rk4", run_error(&g, &fixed, &rk4), 1e-9);
+    for (int i = 0; i < 4; i++) {
+        kt_run run = fixed_run(cases[i].method, cases[i].step, 10.0);
+        run.relative = run.absolute = cases[i].tolerance;
+        kt_check_below(cases[i].method, run_error(&g, &run, &counts), cases[i].error);
+        kt_note("%llu evaluations", (unsigned long long)counts.evaluations);
+        kt_check_above("rk4's evaluations over them", (double)rk4.evaluations / (double)counts.evaluations,
+                       cases[i].factor);
     }
-    governor_close(&g);
 }

@@ -108,7 +108,7 @@ KT_TEST(linearisation_survives_each_failing_evaluation) {
             for (int i = 0; i < 4 && status == KT_OK; i++)
                 seen.wrong += !(fabs(s->state[i] - known[i]) <= 4.0 * s->state_error[i] + 1e-9 * fabs(known[i]));
             d.c = (counted){0};
-            if (!linkage_fine("again", kt_linearization_evaluate(d.s.linearization, 0.0, d.l.q, d.l.v, NULL, &e), &e))
+            if (!kt_fine("again", kt_linearization_evaluate(d.s.linearization, 0.0, d.l.q, d.l.v, NULL, &e), &e))
                 return;
         }
     check("linearisation", &seen, 50.0);
@@ -126,7 +126,7 @@ KT_TEST(equilibrium_survives_each_failing_evaluation) {
         if (!open_stand(&d))
             return;
         memcpy(rest, d.l.q, sizeof rest);
-        if (!linkage_fine("rest", kt_equilibrium_find(d.s.linearization, &options, 0.0, rest, NULL, NULL, &e), &e))
+        if (!kt_fine("rest", kt_equilibrium_find(d.s.linearization, &options, 0.0, rest, NULL, NULL, &e), &e))
             return;
         for (int n = 1;; n += n < 60 ? 1 : 7) {
             double q[3];
@@ -151,9 +151,9 @@ KT_TEST(spectrum_survives_each_failing_evaluation) {
     outcome seen = {0};
     kt_spectrum *spectrum = NULL;
     kt_error e = {KT_OK, "", ""};
-    if (!open_stand(&d) || !linkage_fine("spectrum", kt_spectrum_create(d.l.model, 2, &spectrum, &e), &e))
+    if (!open_stand(&d) || !kt_fine("spectrum", kt_spectrum_create(d.l.model, 2, &spectrum, &e), &e))
         return;
-    (void)linkage_fine("first", kt_spectrum_add(spectrum, 0.0, d.l.q, d.l.v, NULL, &e), &e);
+    (void)kt_fine("first", kt_spectrum_add(spectrum, 0.0, d.l.q, d.l.v, NULL, &e), &e);
     const int count = kt_spectrum_count(spectrum);
     for (int n = 1;; n++) {
         d.c = (counted){.failing = n, .lasting = true};
@@ -179,8 +179,8 @@ KT_TEST(singular_states_of_a_motion_are_left_out) {
     kt_run run = kt_run_default();
     run.duration = 0.2;
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
-    if (linkage_compile(&l) && linkage_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e) &&
-        linkage_fine("along", kt_spectrum_along(spectrum, &run, &e), &e)) {
+    if (linkage_compile(&l) && kt_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e) &&
+        kt_fine("along", kt_spectrum_along(spectrum, &run, &e), &e)) {
         kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
         kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).time, 0.1, 1e-15);
     }

@@ -89,7 +89,7 @@ KT_TEST(each_failing_allocation_is_an_error_of_setting_up) {
     check_each("modes", make_modes, 1);
     check_each("spectrum", make_spectrum, 1);
     check_each("set", make_set, 2);
-    if (linkage_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &error), &error))
+    if (kt_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &error), &error))
         check_each("spectrum along a motion", look_along, 1);
     kt_spectrum_free(spectrum);
     linkage_free(&l);

@@ -22,16 +22,14 @@ typedef struct opened {
 static bool open_scene(opened *o, const char *name) {
     kt_error e = {0};
     memset(o, 0, sizeof *o);
-    if (!kt_case_open(&o->c, name) || !kt_fine("data", kt_data_create(o->c.model, &o->data, &e), &e))
+    o->c = kt_case_open(name);
+    if (!kt_fine("data", kt_data_create(o->c.model, &o->data, &e), &e))
         return false;
     kt_model_initial(o->c.model, o->q, o->v);
     return kt_fine("assembled", kt_state_assemble(o->c.model, o->data, 0.0, o->q, o->v, &e), &e);
 }
 
-static void close_scene(opened *o) {
-    kt_data_free(o->data);
-    kt_case_close(&o->c);
-}
+static void close_scene(opened *o) { kt_data_free(o->data); }
 
 /* Modes about the state, by rising |lambda|; how many. */
 static int modes_of(const opened *o, kt_mode *mode, int most) {

@@ -54,29 +54,23 @@ KT_TEST(rotor_blades_flap_and_lag_at_their_frequencies) {
     static const kt_setting setting = {"dop853", 0.0, 1e-13, 0.0};
     const double e = 0.35, length = 6.65, ratio = e / (e + length);
     blades b = {.flap = sqrt(1.0 + 1.5 * ratio / (1.0 - ratio)), .lag = sqrt(1.5 * e / length), .omega = 27.0};
-    kt_case c;
     b.size = 1e-5;
     b.error[0] = kt_worst_make("flap angle, relative");
     b.error[1] = kt_worst_make("lag angle, relative");
-    if (kt_case_open(&c, "articulated-rotor")) {
-        static kt_body bodies[16];
-        kt_description d = c.scene.description;
-        kt_error error;
-        memcpy(bodies, d.bodies, sizeof *bodies * (size_t)d.body_count);
-        for (int i = 1; i < d.body_count; i++)
-            bodies[i].joint.position[0] = i == 1 || i == 4 ? b.size : 0.0;
-        d.bodies = bodies;
-        d.gravity = kt_vec3_make(0.0, 0.0, 0.0);
-        d.effect_count = 0;
-        kt_model_free(c.model);
-        c.model = NULL;
-        if (kt_fine("model", kt_model_compile(&d, NULL, &c.model, &error), &error))
-            (void)kt_case_run(&c, &setting, 0.01, follow_blades, &b);
-        kt_check_near("flap frequency of the rotor's", b.flap, 1.0387, 1e-4);
-        kt_check_worst(&b.error[0]);
-        kt_check_worst(&b.error[1]);
-    }
-    kt_case_close(&c);
+    kt_case c = kt_case_open("articulated-rotor");
+    static kt_body bodies[16];
+    kt_description d = c.scene.description;
+    memcpy(bodies, d.bodies, sizeof *bodies * (size_t)d.body_count);
+    for (int i = 1; i < d.body_count; i++)
+        bodies[i].joint.position[0] = i == 1 || i == 4 ? b.size : 0.0;
+    d.bodies = bodies;
+    d.gravity = kt_vec3_make(0.0, 0.0, 0.0);
+    d.effect_count = 0;
+    c.model = kt_test_model(&d, NULL);
+    (void)kt_case_run(&c, &setting, 0.01, follow_blades, &b);
+    kt_check_near("flap frequency of the rotor's", b.flap, 1.0387, 1e-4);
+    kt_check_worst(&b.error[0]);
+    kt_check_worst(&b.error[1]);
 }
 
 /* ---- the tether -------------------------------------------------------------------------------------------------- */
@@ -115,13 +109,12 @@ KT_TEST(tether_librates_at_root_three_of_its_orbit) {
     const double longer = 450.0 / 550.0 * 2e4 / radius + 0.25 * amplitude * amplitude;
     kt_case c;
     libration l = {.c = &c};
-    if (kt_case_open(&c, "tethered-satellites") && kt_case_run(&c, &own, 0.0, follow_tether, &l) &&
-        kt_check_equal_int("crossings", l.count, 3)) {
+    c = kt_case_open("tethered-satellites");
+    if (kt_case_run(&c, &own, 0.0, follow_tether, &l) && kt_check_equal_int("crossings", l.count, 3)) {
         const double measured = 0.5 * (l.crossing[2] - l.crossing[0]);
         kt_check_near("period of small swings of a short tether", measured / period, 1.0 + longer, 2e-5);
         kt_check_above("stretch, m: never slack", l.shortest, 0.2);
     }
-    kt_case_close(&c);
 }
 
 /* ---- the ball ---------------------------------------------------------------------------------------------------- */
@@ -153,22 +146,16 @@ static void roll(double spin) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     kt_case c;
     ball b = {.c = &c, .momentum = kt_worst_make("angular momentum about the ground / m")};
-    if (kt_case_open(&c, "rolling-ball")) {
-        kt_description d = c.scene.description;
-        kt_body body = d.bodies[0];
-        kt_error error;
-        body.joint.velocity[4] = spin;
-        d.bodies = &body;
-        kt_model_free(c.model);
-        c.model = NULL;
-        if (kt_fine("model", kt_model_compile(&d, NULL, &c.model, &error), &error) &&
-            kt_case_run(&c, &own, 0.0, follow_ball, &b)) {
-            kt_check_worst(&b.momentum);
-            kt_check_near("slip at the end", b.slip, 0.0, 1e-15);
-            kt_check_near("speed at the end", b.speed, (5.0 * 1.5 + 2.0 * 0.03 * spin) / 7.0, 5e-15);
-        }
-    }
-    kt_case_close(&c);
+    c = kt_case_open("rolling-ball");
+    kt_description d = c.scene.description;
+    kt_body body = d.bodies[0];
+    body.joint.velocity[4] = spin;
+    d.bodies = &body;
+    c.model = kt_test_model(&d, NULL);
+    kt_need(kt_case_run(&c, &own, 0.0, follow_ball, &b));
+    kt_check_worst(&b.momentum);
+    kt_check_near("slip at the end", b.slip, 0.0, 1e-15);
+    kt_check_near("speed at the end", b.speed, (5.0 * 1.5 + 2.0 * 0.03 * spin) / 7.0, 5e-15);
 }
 
 KT_TEST(ball_ends_up_rolling_with_five_sevenths_of_its_speed) { roll(0.0); }
@@ -186,10 +173,7 @@ static double pump_error(const kt_case *c, const kt_record *record, const void *
 
 KT_TEST(pump_rod_follows_the_beam) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-14}, {"rk4", 0.01, 0.0, 1e-14}};
-    kt_case c;
-    if (kt_case_open(&c, "walking-beam-pump"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), pump_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("walking-beam-pump", settings, COUNT_OF(settings), pump_error, NULL);
 }
 
 /* ---- the landing gear -------------------------------------------------------------------------------------------- */
@@ -221,11 +205,11 @@ KT_TEST(axle_of_a_spinning_wheel_resists_being_turned) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     kt_case c;
     gear g = {.c = &c, .moment = kt_worst_make("gyroscopic moment, N m")};
-    if (kt_case_open(&c, "landing-gear") && kt_case_run(&c, &own, 0.0, follow_gear, &g)) {
+    c = kt_case_open("landing-gear");
+    if (kt_case_run(&c, &own, 0.0, follow_gear, &g)) {
         kt_check_worst(&g.moment);
         kt_check_above("the largest, N m", g.most, 180.0);
     }
-    kt_case_close(&c);
 }
 
 /* ---- the arm with servos ----------------------------------------------------------------------------------------- */
@@ -249,7 +233,7 @@ KT_TEST(servos_guide_the_tool_along_its_circle) {
     static const kt_setting own = {NULL, 0.0, 0.0, 0.0};
     kt_case c;
     circle s = {.c = &c, .off = kt_worst_make("off the circle, m")};
-    if (kt_case_open(&c, "servo-arm") && kt_case_run(&c, &own, 0.0, follow_circle, &s))
+    c = kt_case_open("servo-arm");
+    if (kt_case_run(&c, &own, 0.0, follow_circle, &s))
         kt_check_worst(&s.off);
-    kt_case_close(&c);
 }

@@ -1,4 +1,5 @@
 /* Every bundled scene: that it is there, described, and runs in a blink. */
+#include "../scene/collect.h"
 #include "scene.h"
 #include "scene_files.h"
 
@@ -87,35 +88,27 @@ static const char *const promised[] = {"pendulum",
                                        "shot"};
 
 KT_TEST(scenes_that_were_promised_are_there) {
-    for (size_t i = 0; i < sizeof promised / sizeof promised[0]; i++) {
-        kt_case c;
-        kt_check_true(promised[i], kt_case_open(&c, promised[i]));
-        kt_case_close(&c);
-    }
+    for (size_t i = 0; i < sizeof promised / sizeof promised[0]; i++)
+        kt_check_true(promised[i], kt_case_open(promised[i]).model != NULL);
 }
 
 KT_TEST(human_figure_is_a_tree_of_thirty_bodies) {
-    kt_case c;
-    if (kt_case_open(&c, "humanoid")) {
-        double mass = 0.0;
-        for (int i = 1; i < kt_model_body_count(c.model); i++)
-            mass += kt_body_mass(c.model, i);
-        kt_check_equal_int("bodies", kt_model_body_count(c.model) - 1, 30);
-        kt_check_equal_int("freedoms", kt_model_nv(c.model), 53);
-        kt_check_near("mass", mass, 75.0, 1e-12);
-    }
-    kt_case_close(&c);
+    kt_case c = kt_case_open("humanoid");
+    double mass = 0.0;
+    for (int i = 1; i < kt_model_body_count(c.model); i++)
+        mass += kt_body_mass(c.model, i);
+    kt_check_equal_int("bodies", kt_model_body_count(c.model) - 1, 30);
+    kt_check_equal_int("freedoms", kt_model_nv(c.model), 53);
+    kt_check_near("mass", mass, 75.0, 1e-12);
 }
 
 /* Each joint type is shown in some scene. */
 static bool shown[KT_JOINT_TYPE_COUNT];
 
 static void note_joints(const char *name) {
-    kt_case c;
-    if (kt_case_open(&c, name))
-        for (int i = 1; i < kt_model_body_count(c.model); i++)
-            shown[kt_body_coordinates(c.model, i).type] = true;
-    kt_case_close(&c);
+    kt_case c = kt_case_open(name);
+    for (int i = 1; i < kt_model_body_count(c.model); i++)
+        shown[kt_body_coordinates(c.model, i).type] = true;
 }
 
 KT_TEST(every_joint_type_is_shown_in_a_scene) {
@@ -129,11 +122,9 @@ KT_TEST(every_joint_type_is_shown_in_a_scene) {
 static bool acts[KT_EFFECT_TYPE_COUNT];
 
 static void note_effects(const char *name) {
-    kt_case c;
-    if (kt_case_open(&c, name))
-        for (int i = 0; i < c.scene.description.effect_count; i++)
-            acts[c.scene.description.effects[i].type] = true;
-    kt_case_close(&c);
+    kt_case c = kt_case_open(name);
+    for (int i = 0; i < c.scene.description.effect_count; i++)
+        acts[c.scene.description.effects[i].type] = true;
 }
 
 KT_TEST(every_effect_type_is_shown_in_a_scene) {
@@ -165,39 +156,20 @@ static int count_comment(const char *name, int *longest) {
 }
 
 static void check_words(const char *name) {
-    kt_case c;
     int longest, comment = count_comment(name, &longest);
     kt_note("%s", name);
     if (comment < 2 || comment > 4)
         kt_check_equal_int("lines of comment, 2 to 4", comment, 3);
     kt_check_below("longest line", longest, 120);
-    if (kt_case_open(&c, name)) {
-        const char *title = c.scene.description.name;
-        kt_check_below("length of the title", title == NULL ? (double)NAN : (double)strlen(title), 64);
-        kt_check_above("markers recorded", c.scene.run.marker_count, 1);
-    }
-    kt_case_close(&c);
+    kt_case c = kt_case_open(name);
+    const char *title = c.scene.description.name;
+    kt_check_below("length of the title", title == NULL ? (double)NAN : (double)strlen(title), 64);
+    kt_check_above("markers recorded", c.scene.run.marker_count, 1);
 }
 
 KT_TEST(every_scene_says_what_it_is) { visit_all(check_words); }
 
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
-
-/* The text of a written scene, which the caller frees; NULL, reported, if it cannot be written. */
-static char *write_text(const kt_scene *scene) {
-    char *text = NULL;
-    size_t size = 0;
-    kt_error error = {KT_OK, "", ""};
-    FILE *stream = open_memstream(&text, &size);
-    if (stream == NULL)
-        return NULL;
-    const kt_status status = kt_scene_write(scene, stream, &error);
-    (void)fclose(stream);
-    if (kt_fine("writing", status, &error))
-        return text;
-    free(text);
-    return NULL;
-}
 
 /* Accelerations of the start. If an open contact touches there, a simulation finds its set. */
 static kt_status accelerate(const kt_model *model, kt_data *data, const double *q, const double *v, double *a,
@@ -218,46 +190,31 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const double *
 static void check_same_motion(const kt_case *c, const kt_scene *again) {
     enum { NUMBERS = 256 };
     double q[2][NUMBERS], v[2][NUMBERS], a[2][NUMBERS];
-    kt_model *model = NULL;
+    const kt_model *model = kt_test_model(&again->description, NULL);
     kt_error error = {KT_OK, "", ""};
-    if (!kt_fine("compiling", kt_model_compile(&again->description, NULL, &model, &error), &error))
-        return;
     const kt_model *models[2] = {c->model, model};
-    bool fine = kt_model_nq(model) == kt_model_nq(c->model) && kt_model_nq(model) <= NUMBERS;
-    for (int k = 0; k < 2 && fine; k++) {
-        kt_data *data = NULL;
+    kt_need(kt_check_equal_int("positions", kt_model_nq(model), kt_model_nq(c->model)) &&
+            kt_check_below("positions", kt_model_nq(model), NUMBERS));
+    for (int k = 0; k < 2; k++) {
+        kt_data *data = kt_test_data(models[k]);
         kt_model_initial(models[k], q[k], v[k]);
-        fine = kt_fine("data", kt_data_create(models[k], &data, &error), &error) &&
-               kt_fine("assembly", kt_state_assemble(models[k], data, 0.0, q[k], v[k], &error), &error) &&
-               kt_fine("accelerations", accelerate(models[k], data, q[k], v[k], a[k], &error), &error);
-        kt_data_free(data);
+        kt_need_fine("assembly", kt_state_assemble(models[k], data, 0.0, q[k], v[k], &error), &error);
+        kt_need_fine("accelerations", accelerate(models[k], data, q[k], v[k], a[k], &error), &error);
     }
     const size_t nv = (size_t)kt_model_nv(c->model) * sizeof(double);
     kt_check_true("moves the same, to the bit",
-                  fine && memcmp(q[0], q[1], (size_t)kt_model_nq(c->model) * sizeof(double)) == 0 &&
+                  memcmp(q[0], q[1], (size_t)kt_model_nq(c->model) * sizeof(double)) == 0 &&
                       memcmp(v[0], v[1], nv) == 0 && memcmp(a[0], a[1], nv) == 0);
-    kt_model_free(model);
 }
 
 static void check_written(const char *name) {
-    kt_case c;
-    kt_scene again;
-    kt_error error = {KT_OK, "", ""};
     kt_note("%s", name);
-    if (kt_case_open(&c, name)) {
-        char *first = write_text(&c.scene), *second = NULL;
-        if (first != NULL &&
-            kt_fine("reading", kt_scene_parse(name, first, strlen(first), &again, NULL, NULL, &error), &error)) {
-            second = write_text(&again);
-            kt_check_true("writing what was read of what was written gives the same bytes",
-                          second != NULL && strcmp(first, second) == 0);
-            check_same_motion(&c, &again);
-            kt_scene_free(&again);
-        }
-        free(first);
-        free(second);
-    }
-    kt_case_close(&c);
+    const kt_case c = kt_case_open(name);
+    const char *text = kt_test_written(&c.scene);
+    kt_scene *again = kt_test_scene(text);
+    kt_check_true("writing what was read of what was written gives the same bytes",
+                  strcmp(kt_test_written(again), text) == 0);
+    check_same_motion(&c, again);
 }
 
 KT_TEST(every_scene_comes_back_from_the_writer_to_the_bit) { visit_all(check_written); }
@@ -273,25 +230,20 @@ static int count_finite(const kt_record *record, void *user) {
 /* In a blink: a million evaluations of a body take some 0.1 s. A scene has enough records for smooth curves, and not
  * more than a picture needs. */
 static void check_run(const char *name) {
-    kt_case c;
-    kt_simulation *simulation = NULL;
     kt_simulation_options options = kt_simulation_options_default();
     kt_error error = {KT_OK, "", ""};
     long long finite = 0;
     options.record = KT_RECORD_ENERGY;
     kt_note("%s", name);
-    if (kt_case_open(&c, name) &&
-        kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, &options, &simulation, &error), &error) &&
-        kt_fine("run", kt_simulation_run(simulation, count_finite, &finite, &error), &error)) {
-        long long records = (long long)kt_simulation_record_count(simulation);
-        kt_check_equal_int("records, all finite", finite, records);
-        kt_check_above("records", (double)records, 200);
-        kt_check_below("records", (double)records, 2001);
-        kt_check_below("evaluations times bodies",
-                       (double)kt_simulation_counts_get(simulation).evaluations * kt_model_body_count(c.model), 1.2e6);
-    }
-    kt_simulation_free(simulation);
-    kt_case_close(&c);
+    kt_case c = kt_case_open(name);
+    kt_simulation *simulation = kt_test_simulation(c.model, &c.scene.run, &options);
+    kt_need_fine("run", kt_simulation_run(simulation, count_finite, &finite, &error), &error);
+    const long long records = (long long)kt_simulation_record_count(simulation);
+    kt_check_equal_int("records, all finite", finite, records);
+    kt_check_above("records", (double)records, 200);
+    kt_check_below("records", (double)records, 2001);
+    kt_check_below("evaluations times bodies",
+                   (double)kt_simulation_counts_get(simulation).evaluations * kt_model_body_count(c.model), 1.2e6);
 }
 
 KT_TEST(every_scene_runs_to_its_end_in_a_blink) { visit_all(check_run); }

@@ -4,19 +4,18 @@
 
 #include <math.h>
 
-bool kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric) {
+void kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric) {
     kt_model_options options = kt_model_options_default();
-    kt_error error = {KT_OK, "", ""};
     options.reduction = kt_reduction_method_of(reduction);
     options.metric = metric;
-    kt_model_free(c->model);
-    c->model = NULL;
-    return kt_fine("model", kt_model_compile(&c->scene.description, &options, &c->model, &error), &error);
+    c->model = kt_test_model(&c->scene.description, &options);
 }
 
-bool kt_closed_open(kt_case *c, const char *name, kt_reduction reduction, kt_metric metric) {
+kt_case kt_closed_open(const char *name, kt_reduction reduction, kt_metric metric) {
     kt_note("%s, %s, %s", name, kt_reduction_name(reduction), kt_metric_name(metric));
-    return kt_case_open(c, name) && kt_closed_compile(c, reduction, metric);
+    kt_case c = kt_case_open(name);
+    kt_closed_compile(&c, reduction, metric);
+    return c;
 }
 
 kt_vec3 kt_closed_place(const kt_case *c, const kt_record *record, const char *body, const char *marker) {

@@ -4,11 +4,11 @@
 
 #include "scene.h"
 
-/* Opens a scene, to be reduced in this way; notes which. To be closed with kt_case_close in either case. */
-bool kt_closed_open(kt_case *c, const char *name, kt_reduction reduction, kt_metric metric);
+/* Opens a scene, to be reduced in this way; notes which. */
+kt_case kt_closed_open(const char *name, kt_reduction reduction, kt_metric metric);
 
 /* Compiles the scene's description again, as it is now. */
-bool kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric);
+void kt_closed_compile(kt_case *c, kt_reduction reduction, kt_metric metric);
 
 /* The place of a marker in a record; a failed check and NaN where there is none. */
 kt_vec3 kt_closed_place(const kt_case *c, const kt_record *record, const char *body, const char *marker);

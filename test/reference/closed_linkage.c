@@ -14,11 +14,8 @@ static const kt_setting OWN = {NULL, 0.0, 0.0, 0.0};
 /* The error of every record of the scene as it is, with its own settings. */
 static void follow(const char *scene, kt_error_of *error_of, double bound) {
     kt_setting setting = OWN;
-    kt_case c;
     setting.bound = bound;
-    if (kt_case_open(&c, scene))
-        kt_case_follow(&c, &setting, 1, error_of, NULL);
-    kt_case_close(&c);
+    kt_scene_follow(scene, &setting, 1, error_of, NULL);
 }
 
 /* ---- geometry ---------------------------------------------------------------------------------------------------- */
@@ -108,10 +105,8 @@ KT_TEST(closed_scenes_that_nothing_drives_keep_their_energy) {
     for (size_t i = 0; i < COUNT_OF(conservative); i++) {
         const kt_setting settings[] = {{NULL, 0.0, 0.0, conservative[i].own},
                                        {"dop853", 0.0, 1e-12, conservative[i].dop853}};
-        kt_case c;
-        if (kt_case_open(&c, conservative[i].scene))
-            kt_case_conserve_energy(&c, settings, COUNT_OF(settings));
-        kt_case_close(&c);
+        kt_case c = kt_case_open(conservative[i].scene);
+        kt_case_conserve_energy(&c, settings, COUNT_OF(settings));
     }
 }
 
@@ -124,10 +119,8 @@ KT_TEST(squeezer_takes_up_the_work_of_its_drive) {
     static const char *const names[KT_INVARIANTS_MAX] = {"energy less torque times angle"};
     static const double scale[] = {1.0};
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 2.4e-11}, {"dop853", 0.0, 1e-12, 4e-12}};
-    kt_case c;
-    if (kt_case_open(&c, "andrews"))
-        kt_case_conserve(&c, settings, COUNT_OF(settings), squeezer_balance, names, scale);
-    kt_case_close(&c);
+    kt_case c = kt_case_open("andrews");
+    kt_case_conserve(&c, settings, COUNT_OF(settings), squeezer_balance, names, scale);
 }
 
 /* The ends of steps keep 5e-9 J or better. Records between them are less exact if a step crosses a singular position.
@@ -141,10 +134,8 @@ KT_TEST(records_across_singular_positions_keep_the_energy) {
                                           {"tsit5", 0.0, 1e-10, 1.3e-7},
                                           {"dop853", 0.0, 1e-11, 1.2e-7},
                                           {"dop853", 0.0, 1e-12, 7e-7}};
-    kt_case c;
-    if (kt_case_open(&c, "n-four-bar-2"))
-        kt_case_conserve_energy(&c, settings, COUNT_OF(settings));
-    kt_case_close(&c);
+    kt_case c = kt_case_open("n-four-bar-2");
+    kt_case_conserve_energy(&c, settings, COUNT_OF(settings));
 }
 
 typedef struct fall {
@@ -164,12 +155,11 @@ static int note_fall(const kt_record *record, void *user) {
 /* Its springs are damped. Records are 5 ms apart; at turning points of the motion nothing is lost. */
 KT_TEST(platform_on_damped_legs_only_loses_energy) {
     fall f = {0.0, 0.0, 0.0};
-    kt_case c;
-    if (kt_case_open(&c, "stewart") && kt_case_run(&c, &OWN, 0.0, note_fall, &f)) {
+    kt_case c = kt_case_open("stewart");
+    if (kt_case_run(&c, &OWN, 0.0, note_fall, &f)) {
         kt_check_below("largest rise", f.rise, 1e-10);
         kt_check_above("loss", f.first - f.last, 1.5);
     }
-    kt_case_close(&c);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
@@ -215,10 +205,8 @@ KT_TEST(loops_are_closed_in_every_record) {
     for (size_t i = 0; i < COUNT_OF(closed); i++) {
         const double size[] = {closed[i].length, closed[i].speed, closed[i].flat};
         kt_setting setting = OWN;
-        kt_case c;
         setting.bound = closed[i].bound;
-        if (kt_case_open(&c, closed[i].scene))
-            kt_case_follow(&c, &setting, 1, gap, size);
-        kt_case_close(&c);
+        kt_case c = kt_case_open(closed[i].scene);
+        kt_case_follow(&c, &setting, 1, gap, size);
     }
 }

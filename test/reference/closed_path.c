@@ -20,10 +20,7 @@ static double ratio_error(const kt_case *c, const kt_record *record, const void 
 KT_TEST(shafts_at_forty_degrees_turn_alike) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 1e-13}, {"rk4", 1e-2, 0.0, 1e-13}, {"radau5", 0.0, 1e-6, 1e-13}};
-    kt_case c;
-    if (kt_case_open(&c, "constant-velocity"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), ratio_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("constant-velocity", settings, COUNT_OF(settings), ratio_error, NULL);
 }
 
 /* Both inertias J = m r^2 / 2 turn about their axes with equal speeds:
@@ -37,10 +34,7 @@ static double speed_error(const kt_case *c, const kt_record *record, const void 
 
 KT_TEST(motor_turns_both_shafts_as_one) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1.7e-9}, {"dop853", 0.0, 1e-12, 1.2e-11}};
-    kt_case c;
-    if (kt_case_open(&c, "constant-velocity"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), speed_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("constant-velocity", settings, COUNT_OF(settings), speed_error, NULL);
 }
 
 /* ---- the helix --------------------------------------------------------------------------------------------------- */
@@ -59,10 +53,7 @@ static double helix_error(const kt_case *c, const kt_record *record, const void 
 KT_TEST(bead_slides_evenly_along_a_helix) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 3.5e-9}, {"dop853", 0.0, 1e-12, 2.6e-11}, {"rk4", 1e-3, 0.0, 7.5e-9}};
-    kt_case c;
-    if (kt_case_open(&c, "spiral-wire"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), helix_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("spiral-wire", settings, COUNT_OF(settings), helix_error, NULL);
 }
 
 /* ---- the ring ---------------------------------------------------------------------------------------------------- */
@@ -83,8 +74,5 @@ static double ring_error(const kt_case *c, const kt_record *record, const void *
 KT_TEST(marble_keeps_its_spin_and_energy_on_the_ring) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 1.1e-9}, {"dop853", 0.0, 1e-12, 8.4e-11}, {"rk4", 1e-3, 0.0, 3.3e-10}};
-    kt_case c;
-    if (kt_case_open(&c, "torus-marble"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), ring_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("torus-marble", settings, COUNT_OF(settings), ring_error, NULL);
 }

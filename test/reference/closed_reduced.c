@@ -17,16 +17,12 @@
 
 static void compare(const char *scene, const char *reference, const char *columns, const kt_setting *settings,
                     size_t count, kt_error_of *error_of) {
-    kt_table table = {0, 0, NULL, NULL};
-    if (kt_table_open(&table, reference, columns))
-        for (int reduction = 0; reduction < 3; reduction++)
-            for (int metric = 0; metric < 2; metric++) {
-                kt_case c;
-                if (kt_closed_open(&c, scene, (kt_reduction)reduction, (kt_metric)metric))
-                    kt_case_compare(&c, &table, settings, count, error_of);
-                kt_case_close(&c);
-            }
-    kt_table_free(&table);
+    const kt_table table = kt_table_open(reference, columns);
+    for (int reduction = 0; reduction < 3; reduction++)
+        for (int metric = 0; metric < 2; metric++) {
+            const kt_case c = kt_closed_open(scene, (kt_reduction)reduction, (kt_metric)metric);
+            kt_case_compare(&c, &table, settings, count, error_of);
+        }
 }
 
 static double squeezer_error(const kt_case *c, const kt_record *record, const void *about) {

@@ -33,11 +33,11 @@ static kt_vec3 frame_acceleration(void) {
 /* The state is printed to 1e-13. Its errors are multiplied by the rates, up to 9 /s. The stiffest direction multiplies
  * them by up to ten. This gives 1e-11. */
 KT_TEST(bicycle_has_the_published_accelerations) {
-    kt_case c;
     kt_simulation *simulation = NULL;
     kt_error error = {KT_OK, "", ""};
     double a[9];
-    if (kt_case_open(&c, "bicycle-point") && kt_check_equal_int("tree", kt_model_nv(c.model), 9) &&
+    kt_case c = kt_case_open("bicycle-point");
+    if (kt_check_equal_int("tree", kt_model_nv(c.model), 9) &&
         kt_check_equal_int("freedom", kt_model_mobility(c.model).minimal, 3) &&
         kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &error), &error) &&
         kt_fine("acceleration", kt_simulation_acceleration(simulation, a, &error), &error)) {
@@ -55,7 +55,6 @@ KT_TEST(bicycle_has_the_published_accelerations) {
         kt_check_near("front wheel", a[kt_case_v(&c, "front")], betafdd, bound);
     }
     kt_simulation_free(simulation);
-    kt_case_close(&c);
 }
 
 /* ---- the disc ---------------------------------------------------------------------------------------------------- */
@@ -80,10 +79,7 @@ static double disc_error(const kt_case *c, const kt_record *record, const void *
 KT_TEST(leaning_disc_rolls_round_its_circle) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 3e-10}, {"dop853", 0.0, 1e-12, 4e-12}, {"rk4", 1e-3, 0.0, 1.8e-9}};
-    kt_case c;
-    if (kt_case_open(&c, "rolling-disc"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), disc_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("rolling-disc", settings, COUNT_OF(settings), disc_error, NULL);
 }
 
 /* ---- the skate --------------------------------------------------------------------------------------------------- */
@@ -105,8 +101,5 @@ static double skate_error(const kt_case *c, const kt_record *record, const void 
 KT_TEST(skate_draws_cycloids_across_the_slope) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 3.3e-9}, {"dop853", 0.0, 1e-12, 3.3e-11}, {"rk4", 1e-2, 0.0, 4.5e-8}};
-    kt_case c;
-    if (kt_case_open(&c, "skate"))
-        kt_case_follow(&c, settings, COUNT_OF(settings), skate_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("skate", settings, COUNT_OF(settings), skate_error, NULL);
 }

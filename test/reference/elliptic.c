@@ -35,14 +35,6 @@ static jacobi jacobi_at(double x, double m) {
     return j;
 }
 
-static void follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of,
-                   const void *about) {
-    kt_case c;
-    if (kt_case_open(&c, scene))
-        kt_case_follow(&c, settings, count, error_of, about);
-    kt_case_close(&c);
-}
-
 /* ---- pendulums --------------------------------------------------------------------------------------------------- */
 
 /* A swing that begins at rest, with w^2 the squared frequency of small swings:
@@ -65,13 +57,10 @@ KT_TEST(simple_pendulum_follows_elliptic_functions_at_every_record) {
                                           {"dop853", 0.0, 1e-13, 2.5e-12},
                                           {"dopri5", 0.0, 1e-12, 2e-10},
                                           {"rk4", 1e-3, 0.0, 5e-11}};
-    kt_case c;
-    follow("pendulum", settings, COUNT_OF(settings), swing_error, &s);
-    if (kt_case_open(&c, "pendulum")) {
-        kt_case_order(&c, "rk4", 4e-3, 4.0, swing_error, &s);
-        kt_case_order(&c, "dopri5", 0.02, 5.0, swing_error, &s);
-    }
-    kt_case_close(&c);
+    kt_scene_follow("pendulum", settings, COUNT_OF(settings), swing_error, &s);
+    kt_case c = kt_case_open("pendulum");
+    kt_case_order(&c, "rk4", 4e-3, 4.0, swing_error, &s);
+    kt_case_order(&c, "dopri5", 0.02, 5.0, swing_error, &s);
 }
 
 /* The sleeve's swing about its rod. The sleeve has 0.4 kg and 0.04 m radius. The arm has 0.6 kg, a length of 0.5 m and
@@ -83,7 +72,7 @@ KT_TEST(sleeve_swings_about_its_rod_as_a_pendulum) {
                                           {"dop853", 0.0, 1e-13, 1e-12},
                                           {"dopri5", 0.0, 1e-10, 2e-9},
                                           {"rk4", 1e-3, 0.0, 4.5e-11}};
-    follow("sleeve", settings, COUNT_OF(settings), swing_error, &s);
+    kt_scene_follow("sleeve", settings, COUNT_OF(settings), swing_error, &s);
 }
 
 /* ---- tops -------------------------------------------------------------------------------------------------------- */
@@ -122,7 +111,7 @@ KT_TEST(lagrange_top_nutates_as_elliptic_functions_say) {
     static const top p = {"top", 1.0, 0.3, 9.81 * 0.5, 1.0, 0.5, 20.0, 0.0, 0.3 * 20.0 * 0.5};
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 6e-12}, {"dopri5", 0.0, 1e-10, 8e-9}, {"rk4", 1e-3, 0.0, 6e-9}};
-    follow("lagrange-top", settings, COUNT_OF(settings), top_error, &p);
+    kt_scene_follow("lagrange-top", settings, COUNT_OF(settings), top_error, &p);
 }
 
 /* The one that sleeps sinks by 1e-3 alone, the other one bows to 71 degrees from the vertical. */
@@ -133,8 +122,8 @@ KT_TEST(upright_tops_sleep_or_bow_as_elliptic_functions_say) {
         {NULL, 0.0, 0.0, 1e-10}, {"dop853", 0.0, 1e-12, 1e-12}, {"rk4", 1e-3, 0.0, 1.5e-10}};
     static const kt_setting of_tired[] = {
         {NULL, 0.0, 0.0, 5e-9}, {"dop853", 0.0, 1e-12, 4e-11}, {"rk4", 1e-3, 0.0, 1e-8}};
-    follow("spinning-top", of_asleep, COUNT_OF(of_asleep), top_error, &asleep);
-    follow("spinning-top", of_tired, COUNT_OF(of_tired), top_error, &tired);
+    kt_scene_follow("spinning-top", of_asleep, COUNT_OF(of_asleep), top_error, &asleep);
+    kt_scene_follow("spinning-top", of_tired, COUNT_OF(of_tired), top_error, &tired);
 }
 
 /* A hanging top without spin. It is a ball of 2 kg and 0.1 m radius, 1 m below the joint. It starts at 60 degrees from
@@ -144,7 +133,7 @@ KT_TEST(spherical_pendulum_rises_and_sinks_as_elliptic_functions_say) {
     const top p = {"pendulum", i1, 0.0, 2.0 * g, -1.0, -0.5, 0.0, 1.5, i1 * 1.5 * sin(kt_degrees(60.0))};
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 7e-11}, {"dopri5", 0.0, 1e-10, 6e-9}, {"rk4", 1e-3, 0.0, 2.5e-11}};
-    follow("spherical-pendulum", settings, COUNT_OF(settings), top_error, &p);
+    kt_scene_follow("spherical-pendulum", settings, COUNT_OF(settings), top_error, &p);
 }
 
 /* Energy and vertical angular momentum, which the closed form does not see one by one. */
@@ -159,10 +148,8 @@ KT_TEST(spherical_pendulum_keeps_energy_and_vertical_momentum) {
     static const double scale[] = {1.0, 1.0};
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 3e-9}, {"dopri5", 0.0, 1e-10, 8e-8}, {"rk4", 1e-3, 0.0, 8e-12}};
-    kt_case c;
-    if (kt_case_open(&c, "spherical-pendulum"))
-        kt_case_conserve(&c, settings, COUNT_OF(settings), pendulum_invariants, names, scale);
-    kt_case_close(&c);
+    kt_case c = kt_case_open("spherical-pendulum");
+    kt_case_conserve(&c, settings, COUNT_OF(settings), pendulum_invariants, names, scale);
 }
 
 /* ---- the flip ---------------------------------------------------------------------------------------------------- */
@@ -185,5 +172,5 @@ static double flip_error(const kt_case *c, const kt_record *record, const void *
 KT_TEST(flip_turns_over_as_elliptic_functions_say) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 4e-9}, {"dop853", 0.0, 1e-13, 2e-8}, {"dopri5", 0.0, 1e-10, 3e-7}, {"rk4", 1e-3, 0.0, 2e-8}};
-    follow("flip", settings, COUNT_OF(settings), flip_error, NULL);
+    kt_scene_follow("flip", settings, COUNT_OF(settings), flip_error, NULL);
 }

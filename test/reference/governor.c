@@ -24,11 +24,7 @@ KT_TEST(stiff_governor_keeps_its_table) {
                                           {"dop853", 0.0, 1e-9, 2.2e-7},
                                           {"tsit5", 0.0, 1e-6, 1e-5},
                                           {"rk4", 2.5e-4, 0.0, 6e-8}};
-    kt_case c;
-    kt_table table = {0, 0, NULL, NULL};
-    if (kt_case_open(&c, "flyball-governor") &&
-        kt_table_open(&table, "A05_flyball_governor", "phi_rad s_m alpha_rad phidot sdot alphadot"))
-        kt_case_compare(&c, &table, settings, COUNT_OF(settings), governor_error);
-    kt_table_free(&table);
-    kt_case_close(&c);
+    kt_case c = kt_case_open("flyball-governor");
+    kt_table table = kt_table_open("A05_flyball_governor", "phi_rad s_m alpha_rad phidot sdot alphadot");
+    kt_case_compare(&c, &table, settings, COUNT_OF(settings), governor_error);
 }

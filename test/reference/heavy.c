@@ -197,11 +197,9 @@ static void compare_all(kt_find *find, int least) {
     const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     compared = 0;
     for (int i = 0; i < count; i++) {
-        kt_case c;
         entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
-        if (kt_case_open(&c, entries[i]->d_name))
-            compare(&c, find);
-        kt_case_close(&c);
+        kt_case c = kt_case_open(entries[i]->d_name);
+        compare(&c, find);
         free(entries[i]);
     }
     free(entries);

@@ -16,13 +16,6 @@ static kt_vec3 marker_position(const kt_case *c, const kt_record *record, const 
                              kt_marker_at(c->model, body, kt_marker_find(c->model, body, marker)));
 }
 
-static void follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of) {
-    kt_case c;
-    if (kt_case_open(&c, scene))
-        kt_case_follow(&c, settings, count, error_of, NULL);
-    kt_case_close(&c);
-}
-
 /* ---- conical pendulum (universal joint) -------------------------------------------------------------------------- */
 
 /* A circle at 30 degrees below the pivot, W = sqrt(g / (l cos(theta))): the place of the bob. */
@@ -38,11 +31,9 @@ KT_TEST(conical_pendulum_goes_round_in_a_circle) {
                                           {"dop853", 0.0, 1e-13, 1e-12},
                                           {"dopri5", 0.0, 1e-10, 2.5e-9},
                                           {"rk4", 1e-3, 0.0, 7e-11}};
-    kt_case c;
-    follow("conical-pendulum", settings, COUNT_OF(settings), cone_error);
-    if (kt_case_open(&c, "conical-pendulum"))
-        kt_case_order(&c, "rk4", 0.01, 4.0, cone_error, NULL);
-    kt_case_close(&c);
+    kt_scene_follow("conical-pendulum", settings, COUNT_OF(settings), cone_error, NULL);
+    kt_case c = kt_case_open("conical-pendulum");
+    kt_case_order(&c, "rk4", 0.01, 4.0, cone_error, NULL);
 }
 
 /* ---- nut on a screw ---------------------------------------------------------------------------------------------- */
@@ -60,7 +51,7 @@ static double nut_error(const kt_case *c, const kt_record *record, const void *a
 
 KT_TEST(nut_sinks_on_its_screw_with_constant_acceleration) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1e-12}, {"midpoint", 0.01, 0.0, 1e-12}};
-    follow("screw", settings, COUNT_OF(settings), nut_error);
+    kt_scene_follow("screw", settings, COUNT_OF(settings), nut_error, NULL);
 }
 
 /* ---- puck on a slope (planar joint) ------------------------------------------------------------------------------ */
@@ -80,7 +71,7 @@ static double puck_error(const kt_case *c, const kt_record *record, const void *
 KT_TEST(puck_draws_loops_about_a_parabola) {
     static const kt_setting settings[] = {
         {NULL, 0.0, 0.0, 1.5e-11}, {"dopri5", 0.0, 1e-10, 5e-10}, {"rk4", 1e-3, 0.0, 1e-11}};
-    follow("puck", settings, COUNT_OF(settings), puck_error);
+    kt_scene_follow("puck", settings, COUNT_OF(settings), puck_error, NULL);
 }
 
 /* ---- sleeve on a rod (cylindrical joint) ------------------------------------------------------------------------- */
@@ -96,7 +87,7 @@ static double slide_error(const kt_case *c, const kt_record *record, const void 
 
 KT_TEST(sleeve_slides_down_its_rod_with_constant_acceleration) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 2e-14}, {"rk4", 1e-2, 0.0, 2e-14}};
-    follow("sleeve", settings, COUNT_OF(settings), slide_error);
+    kt_scene_follow("sleeve", settings, COUNT_OF(settings), slide_error, NULL);
 }
 
 /* ---- pendulum on a trolley (prismatic joint) --------------------------------------------------------------------- */
@@ -118,7 +109,7 @@ KT_TEST(trolley_and_pendulum_swing_about_their_centre_of_mass) {
                                           {"dop853", 0.0, 1e-13, 6e-11},
                                           {"dopri5", 0.0, 1e-10, 4e-8},
                                           {"rk4", 1e-3, 0.0, 6e-10}};
-    follow("trolley", settings, COUNT_OF(settings), trolley_error);
+    kt_scene_follow("trolley", settings, COUNT_OF(settings), trolley_error, NULL);
 }
 
 /* ---- bead in a tube (a slider on a hinge) ------------------------------------------------------------------------ */
@@ -145,5 +136,5 @@ KT_TEST(bead_trades_spin_for_height) {
                                           {"dop853", 0.0, 1e-13, 5e-12},
                                           {"dopri5", 0.0, 1e-10, 5e-9},
                                           {"rk4", 1e-3, 0.0, 1.1e-11}};
-    follow("bead", settings, COUNT_OF(settings), bead_error);
+    kt_scene_follow("bead", settings, COUNT_OF(settings), bead_error, NULL);
 }

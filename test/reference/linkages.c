@@ -24,13 +24,6 @@ static kt_vec3 position_of(const kt_case *c, const kt_record *record, const char
                              kt_marker_at(c->model, body, kt_marker_find(c->model, body, marker)));
 }
 
-static void follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of) {
-    kt_case c;
-    if (kt_case_open(&c, scene))
-        kt_case_follow(&c, settings, count, error_of, NULL);
-    kt_case_close(&c);
-}
-
 /* ---- slider-crank ------------------------------------------------------------------------------------------------ */
 
 /* Crank a, rod l: sin(p) = (a / l) sin(q), x = a cos(q) + l cos(p), and with p' = (a cos(q)) / (l cos(p)) q', the rod's
@@ -62,7 +55,7 @@ KT_TEST(slider_crank_turns_as_its_energy_says) {
                                           {"dop853", 0.0, 1e-12, 2e-12},
                                           {"dopri5", 0.0, 1e-10, 1e-9},
                                           {"rk4", 2e-4, 0.0, 1.1e-10}};
-    follow("slider-crank", settings, COUNT_OF(settings), slider_crank_error);
+    kt_scene_follow("slider-crank", settings, COUNT_OF(settings), slider_crank_error, NULL);
 }
 
 /* ---- Stewart platform -------------------------------------------------------------------------------------------- */
@@ -86,7 +79,7 @@ static double leg_error(const kt_case *c, const kt_record *record, const void *a
 
 KT_TEST(legs_of_a_stewart_platform_end_at_its_joints) {
     static const kt_setting settings[] = {{NULL, 0.0, 0.0, 16 * DBL_EPSILON}, {"rk4", 5e-3, 0.0, 16 * DBL_EPSILON}};
-    follow("stewart", settings, COUNT_OF(settings), leg_error);
+    kt_scene_follow("stewart", settings, COUNT_OF(settings), leg_error, NULL);
 }
 
 /* ---- two methods ------------------------------------------------------------------------------------------------- */
@@ -94,10 +87,8 @@ KT_TEST(legs_of_a_stewart_platform_end_at_its_joints) {
 /* If no closed form of a motion exists, two methods of different order must give the same motion. */
 static void agree(const char *scene, double bound) {
     static const kt_setting eighth = {"dop853", 0.0, 1e-13, 0.0}, fifth = {"tsit5", 0.0, 1e-13, 0.0};
-    kt_case c;
-    if (kt_case_open(&c, scene))
-        kt_case_agree(&c, &eighth, &fifth, bound);
-    kt_case_close(&c);
+    kt_case c = kt_case_open(scene);
+    kt_case_agree(&c, &eighth, &fifth, bound);
 }
 
 KT_TEST(two_methods_move_linkages_alike) {

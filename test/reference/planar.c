@@ -49,15 +49,13 @@ static double five_error(const kt_case *c, const kt_record *record, const void *
 static void compare(const char *scene, int links, const char *reference, const char *columns,
                     const kt_setting *settings, size_t count, kt_error_of *error_of) {
     kt_case c;
-    kt_table table = {0, 0, NULL, NULL};
-    if (kt_case_open(&c, scene) && kt_table_open(&table, reference, columns)) {
-        kt_check_equal_int("coordinates", kt_model_nv(c.model), links);
-        for (int i = 0; i < links; i++)
-            kt_check_equal_int("joint's coordinate", kt_body_coordinates(c.model, i + 1).q, i);
-        kt_case_compare(&c, &table, settings, count, error_of);
-    }
-    kt_table_free(&table);
-    kt_case_close(&c);
+    kt_table table;
+    c = kt_case_open(scene);
+    table = kt_table_open(reference, columns);
+    kt_check_equal_int("coordinates", kt_model_nv(c.model), links);
+    for (int i = 0; i < links; i++)
+        kt_check_equal_int("joint's coordinate", kt_body_coordinates(c.model, i + 1).q, i);
+    kt_case_compare(&c, &table, settings, count, error_of);
 }
 
 #define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])

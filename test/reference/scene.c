@@ -1,5 +1,7 @@
 #include "scene.h"
 
+#include "../scene/collect.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,29 +13,13 @@ static void print_fault(void *user, const kt_error *fault) {
     kt_note("%s: %s", fault->where, fault->message);
 }
 
-bool kt_fine(const char *what, kt_status status, const kt_error *error) {
-    if (status == KT_OK)
-        return true;
-    kt_note("%s: %s: %s", what, error->where, error->message);
-    return kt_check_true(what, false);
-}
-
-bool kt_case_open(kt_case *c, const char *name) {
+kt_case kt_case_open(const char *name) {
     char path[1024];
     kt_error error = {KT_OK, "", ""};
-    c->name = name;
-    c->scene = kt_scene_default();
-    c->model = NULL;
+    kt_scene *scene = kt_test_scene_place();
     snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    if (!kt_fine("scene", kt_scene_read(path, &c->scene, print_fault, NULL, &error), &error))
-        return false;
-    return kt_fine("model", kt_model_compile(&c->scene.description, NULL, &c->model, &error), &error);
-}
-
-void kt_case_close(kt_case *c) {
-    kt_model_free(c->model);
-    kt_scene_free(&c->scene);
-    c->model = NULL;
+    kt_need_fine("scene", kt_scene_read(path, scene, print_fault, NULL, &error), &error);
+    return (kt_case){name, *scene, kt_test_model(&scene->description, NULL)};
 }
 
 static kt_coordinates find(const kt_case *c, const char *joint) {
@@ -104,6 +90,12 @@ static int follow(const kt_record *record, void *user) {
     f->last = f->error_of(f->c, record, f->about);
     kt_worst_below(&f->error, f->last, f->bound, "t = %g", record->time);
     return 0;
+}
+
+void kt_scene_follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of,
+                     const void *about) {
+    const kt_case c = kt_case_open(scene);
+    kt_case_follow(&c, settings, count, error_of, about);
 }
 
 void kt_case_follow(const kt_case *c, const kt_setting *settings, size_t count, kt_error_of *error_of,

@@ -2,7 +2,7 @@
 #ifndef KT_TEST_REFERENCE_SCENE_H
 #define KT_TEST_REFERENCE_SCENE_H
 
-#include "check.h"
+#include "fixture.h"
 
 #include "kinetree/scene.h"
 
@@ -12,16 +12,12 @@ typedef struct kt_case {
     kt_model *model;
 } kt_case;
 
-/* apps/scenes/NAME.yaml, read and compiled; false after a failed check. To be closed in either case. */
-bool kt_case_open(kt_case *c, const char *name);
-void kt_case_close(kt_case *c);
+/* apps/scenes/NAME.yaml, read and compiled, for the running test (see fixture.h). */
+kt_case kt_case_open(const char *name);
 
 /* The first position (velocity) of a joint; a failed check and 0 where there is none of that name. */
 int kt_case_q(const kt_case *c, const char *joint);
 int kt_case_v(const kt_case *c, const char *joint);
-
-/* Whether the call succeeded; a failure is a failed check with the error's words. */
-bool kt_fine(const char *what, kt_status status, const kt_error *error);
 
 /* How to run, and the error that is allowed. The scene's own settings where there is no integrator. */
 typedef struct kt_setting {
@@ -39,7 +35,9 @@ bool kt_case_run(const kt_case *c, const kt_setting *setting, double interval, k
 /* The error of a record, not negative: the distance to the reference result at this time. */
 typedef double kt_error_of(const kt_case *c, const kt_record *record, const void *about);
 
-/* Checks the error of every record, for each of the settings. */
+/* Checks the error of every record of a scene, for each of the settings. */
+void kt_scene_follow(const char *scene, const kt_setting *settings, size_t count, kt_error_of *error_of,
+                     const void *about);
 void kt_case_follow(const kt_case *c, const kt_setting *settings, size_t count, kt_error_of *error_of,
                     const void *about);
 
@@ -73,10 +71,8 @@ typedef struct kt_table {
     double *t, *value;
 } kt_table;
 
-/* `columns` are the names that the file must have, in order, separated by spaces. False after a failed check; to be
- * freed in either case. */
-bool kt_table_open(kt_table *table, const char *name, const char *columns);
-void kt_table_free(kt_table *table);
+/* `columns` are the names that the file must have, in order, separated by spaces. For the running test. */
+kt_table kt_table_open(const char *name, const char *columns);
 
 /* Checks the distance to every row of the table, for each of the settings; about points to the row (columns numbers).
  * If the settings are not the scene's own, records come at the table's times. */

@@ -45,27 +45,23 @@ static bool take_rows(kt_table *table, const json_t *reference) {
     return fine;
 }
 
-bool kt_table_open(kt_table *table, const char *name, const char *columns) {
+kt_table kt_table_open(const char *name, const char *columns) {
     char path[1024];
     json_error_t error;
-    *table = (kt_table){0, 0, NULL, NULL};
+    kt_table table = {0, 0, NULL, NULL};
     snprintf(path, sizeof path, "%s/%s.json", KT_REFERENCE, name);
     json_t *root = json_load_file(path, 0, &error);
     if (root == NULL) {
         kt_note("%s:%d: %s", path, error.line, error.text);
-        return kt_check_true("reference", false);
+        kt_need(kt_check_true("reference", false));
     }
     const json_t *reference = json_object_get(root, "reference");
-    bool fine = has_columns(json_object_get(reference, "columns"), columns) &&
-                kt_check_true("every row is complete", take_rows(table, reference));
+    kt_need(has_columns(json_object_get(reference, "columns"), columns) &&
+            kt_check_true("every row is complete", take_rows(&table, reference)));
     json_decref(root);
-    return fine;
-}
-
-void kt_table_free(kt_table *table) {
-    free(table->t);
-    free(table->value);
-    *table = (kt_table){0, 0, NULL, NULL};
+    kt_at_end(free, table.t);
+    kt_at_end(free, table.value);
+    return table;
 }
 
 /* ---- a run against a table --------------------------------------------------------------------------------------- */

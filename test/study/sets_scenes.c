@@ -18,11 +18,14 @@ static const char *const loop_scenes[] = {
 
 enum { NUMBERS = 600, RECORDS = 20 };
 
+static void release_set(void *set) { kt_constraint_formulation_free(set); }
+
 static kt_constraint_formulation *make_set(const kt_model *model, const kt_constraint_formulation_options *options) {
     kt_error e = {0};
     kt_constraint_formulation *set = NULL;
-    (void)kt_fine(kt_constraint_formulation_name(options->type),
-                  kt_constraint_formulation_create(model, options, &set, &e), &e);
+    kt_need_fine(kt_constraint_formulation_name(options->type),
+                 kt_constraint_formulation_create(model, options, &set, &e), &e);
+    kt_at_end(release_set, set);
     return set;
 }
 
@@ -33,8 +36,7 @@ static void compare_at(const kt_model *model, const char *scene, const double *q
     static double a[NUMBERS], expected[NUMBERS];
     kt_data *data = NULL;
     kt_error e = {0};
-    if (!kt_fine("data", kt_data_create(model, &data, &e), &e))
-        return;
+    kt_need_fine("data", kt_data_create(model, &data, &e), &e);
     double size = 1e-2; /* and closure errors of 1e-14 m, by gains of 1 / s */
     if (kt_fine("tree", kt_dynamics_forward(model, data, q, v, NULL, NULL, a, &e), &e) &&
         kt_fine("reduction", kt_acceleration_evaluate(model, data, t, q, v, NULL, NULL, expected, &e), &e))
@@ -48,7 +50,6 @@ static void compare_at(const kt_model *model, const char *scene, const double *q
             for (int i = 0; i < kt_model_nv(model); i++)
                 kt_worst_near(&worst[type], a[i], expected[i],
                               (type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? 1e-9 : 1e-12) * size, "%s, %d", scene, i);
-        kt_constraint_formulation_free(set);
     }
     kt_data_free(data);
 }
@@ -59,11 +60,10 @@ KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_do
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     for (size_t i = 0; i < COUNT_OF(loop_scenes); i++) {
-        kt_case c;
         kt_simulation *simulation = NULL;
         kt_error e = {0};
-        if (kt_case_open(&c, loop_scenes[i]) &&
-            kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &e), &e)) {
+        kt_case c = kt_case_open(loop_scenes[i]);
+        if (kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &e), &e)) {
             kt_check_above(loop_scenes[i], kt_loop_count(c.model), 1.0);
             for (int k = 0; k < 2; k++) {
                 compare_at(c.model, loop_scenes[i], kt_simulation_positions(simulation),
@@ -73,7 +73,6 @@ KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_do
             }
         }
         kt_simulation_free(simulation);
-        kt_case_close(&c);
     }
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         kt_check_worst(&worst[type]);
@@ -147,15 +146,15 @@ static void go(const kt_case *c, motion *m, const char *method, double step, dou
 }
 
 /* Opens a scene and runs its reference. */
-static bool open_scene(kt_case *c, motion *m, const char *name, double duration) {
-    if (!kt_case_open(c, name))
-        return false;
+static kt_case open_scene(motion *m, const char *name, double duration) {
+    kt_case c = kt_case_open(name);
     if (duration > 0.0)
-        c->scene.run.duration = duration;
+        c.scene.run.duration = duration;
     m->known = false;
-    go(c, m, "dop853", 0.0, 1e-13, NULL);
+    go(&c, m, "dop853", 0.0, 1e-13, NULL);
     m->known = true;
-    return kt_check_equal_int(name, m->status, KT_OK);
+    kt_need(kt_check_equal_int(name, m->status, KT_OK));
+    return c;
 }
 
 /* The report of the set on its run. words: of the message, or NULL without a message. */
@@ -169,85 +168,68 @@ static void check_verdict(const kt_constraint_formulation *set, kt_status status
 /* The gains do not change while the step is halved. */
 KT_TEST(rk4_keeps_its_order_with_every_set) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "slider-crank", 1.0))
-        for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
-            double error[2], energy[2];
-            for (int k = 0; k < 2; k++) {
-                const kt_constraint_formulation_options options =
-                    kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 4e-3);
-                kt_constraint_formulation *set = make_set(c.model, &options);
-                go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
-                error[k] = m.error;
-                energy[k] = m.energy;
-                check_verdict(set, KT_OK, NULL);
-                kt_constraint_formulation_free(set);
-            }
-            kt_check_near(kt_constraint_formulation_name((kt_constraint_formulation_type)type),
-                          log2(energy[0] / energy[1]), 4.0, 0.3);
-            kt_check_above("order of the positions", log2(error[0] / error[1]), 3.7); /* some signs change meanwhile */
+    const kt_case c = open_scene(&m, "slider-crank", 1.0);
+    for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+        double error[2], energy[2];
+        for (int k = 0; k < 2; k++) {
+            const kt_constraint_formulation_options options =
+                kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 4e-3);
+            kt_constraint_formulation *set = make_set(c.model, &options);
+            go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
+            error[k] = m.error;
+            energy[k] = m.energy;
+            check_verdict(set, KT_OK, NULL);
         }
-    kt_case_close(&c);
+        kt_check_near(kt_constraint_formulation_name((kt_constraint_formulation_type)type), log2(energy[0] / energy[1]),
+                      4.0, 0.3);
+        kt_check_above("order of the positions", log2(error[0] / error[1]), 3.7); /* some signs change meanwhile */
+    }
 }
 
 /* Positions close to rounding, velocities keep their drift; without any of it both drift. */
 KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "four-bar", 2.0)) {
-        const kt_constraint_formulation_options gauss =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-        const kt_constraint_formulation_options projection =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
-        kt_constraint_formulation *set = make_set(c.model, &gauss);
-        go(&c, &m, "rk4", 0.01, 0.0, set);
-        const double drift = m.open;
-        kt_constraint_formulation_free(set);
-        set = make_set(c.model, &projection);
-        go(&c, &m, "rk4", 0.01, 0.0, set);
-        kt_check_below("open", m.open, 1e-13);
-        kt_check_above("times that of gauss", drift / m.open, 1e9);
-        kt_check_above("drift of the velocities", m.slip, 1e-4);
-        kt_constraint_formulation_free(set);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "four-bar", 2.0);
+    const kt_constraint_formulation_options gauss =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
+    const kt_constraint_formulation_options projection =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
+    kt_constraint_formulation *set = make_set(c.model, &gauss);
+    go(&c, &m, "rk4", 0.01, 0.0, set);
+    const double drift = m.open;
+    set = make_set(c.model, &projection);
+    go(&c, &m, "rk4", 0.01, 0.0, set);
+    kt_check_below("open", m.open, 1e-13);
+    kt_check_above("times that of gauss", drift / m.open, 1e9);
+    kt_check_above("drift of the velocities", m.slip, 1e-4);
 }
 
 /* Twice the step that the gains allow. */
 KT_TEST(a_set_whose_loops_came_apart_says_so) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "four-bar", 2.0)) {
-        const kt_constraint_formulation_options o =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 * 0.01 / 5.0);
-        kt_constraint_formulation *set = make_set(c.model, &o);
-        go(&c, &m, "rk4", 0.01, 0.0, set);
-        check_verdict(set, KT_ERROR_CONSTRAINT, "came apart by");
-        kt_constraint_formulation_free(set);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "four-bar", 2.0);
+    const kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 * 0.01 / 5.0);
+    kt_constraint_formulation *set = make_set(c.model, &o);
+    go(&c, &m, "rk4", 0.01, 0.0, set);
+    check_verdict(set, KT_ERROR_CONSTRAINT, "came apart by");
 }
 
 /* All joints are loops then, and many of their equations redundant. */
 KT_TEST(every_set_runs_the_absolute_formulation) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "slider-crank", 0.5)) {
-        kt_absolute *absolute = kt_formulate(&c.scene.description, NULL, c.model, KT_FORMULATION_ABSOLUTE);
-        if (absolute != NULL)
-            for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
-                const kt_constraint_formulation_options o =
-                    kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 1e-3);
-                kt_constraint_formulation *set = make_set(kt_absolute_model(absolute), &o);
-                go_as(&c, absolute, &m, "rk4", 1e-3, 0.0, set);
-                kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status,
-                                   KT_OK);
-                kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
-                kt_constraint_formulation_free(set);
-            }
-        kt_absolute_free(absolute);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "slider-crank", 0.5);
+    kt_absolute *absolute = kt_formulate(&c.scene.description, NULL, c.model, KT_FORMULATION_ABSOLUTE);
+    if (absolute != NULL)
+        for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
+            const kt_constraint_formulation_options o =
+                kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 1e-3);
+            kt_constraint_formulation *set = make_set(kt_absolute_model(absolute), &o);
+            go_as(&c, absolute, &m, "rk4", 1e-3, 0.0, set);
+            kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status, KT_OK);
+            kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
+        }
+    kt_absolute_free(absolute);
 }
 
 /* ---- what is expected to go wrong -------------------------------------------------------------------------------- */
@@ -257,27 +239,21 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
  * reports it. */
 KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "bricard", 2.0)) {
-        kt_constraint_formulation_options o =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
-        kt_constraint_formulation *set = make_set(c.model, &o);
-        go(&c, &m, "rk4", 0.01, 0.0, set);
-        const double right = m.error;
-        kt_check_equal_int("run", m.status, KT_OK);
-        kt_check_below("error", right, 1e-6);
-        check_verdict(set, KT_OK, NULL);
-        kt_constraint_formulation_free(set);
-        o.uncapped = true;
-        set = make_set(c.model, &o);
-        go(&c, &m, "rk4", 0.01, 0.0, set);
-        kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
-        kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_get(set).trusted,
-                       1.0);
-        check_verdict(set, KT_ERROR_CONSTRAINT, "were trusted in");
-        kt_constraint_formulation_free(set);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "bricard", 2.0);
+    kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
+    kt_constraint_formulation *set = make_set(c.model, &o);
+    go(&c, &m, "rk4", 0.01, 0.0, set);
+    const double right = m.error;
+    kt_check_equal_int("run", m.status, KT_OK);
+    kt_check_below("error", right, 1e-6);
+    check_verdict(set, KT_OK, NULL);
+    o.uncapped = true;
+    set = make_set(c.model, &o);
+    go(&c, &m, "rk4", 0.01, 0.0, set);
+    kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
+    kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_get(set).trusted, 1.0);
+    check_verdict(set, KT_ERROR_CONSTRAINT, "were trusted in");
 }
 
 /* Counts runs with dopri5 that do not arrive or arrive elsewhere, at tolerances from 1e-5 to 1e-9. A verdict reports
@@ -298,7 +274,6 @@ static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulatio
         } else {
             *worst = fmax(*worst, m->error / right);
         }
-        kt_constraint_formulation_free(set);
     }
     return lost;
 }
@@ -309,42 +284,34 @@ static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulatio
  * which. */
 KT_TEST(sets_that_drift_lose_the_n_four_bar_at_every_tolerance_and_stiff_gains_only_help) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
-        double worst;
-        kt_constraint_formulation_options o =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-        kt_check_equal_int("gauss: lost", lost_ways(&c, &m, &o, &worst), 5);
-        kt_check_below("loops at the last tolerance", m.open, 1e-9);
-        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.05);
-        kt_check_equal_int("soft gains: lost", lost_ways(&c, &m, &o, &worst), 5);
-        kt_check_below("loops at the last tolerance", m.open, 1e-9);
-        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 / 24.0);
-        kt_check_below("stiff gains: lost", lost_ways(&c, &m, &o, &worst), 3.0);
-        kt_check_below("errors over the reduction's", worst, 2.0);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "n-four-bar-2", 10.0);
+    double worst;
+    kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
+    kt_check_equal_int("gauss: lost", lost_ways(&c, &m, &o, &worst), 5);
+    kt_check_below("loops at the last tolerance", m.open, 1e-9);
+    o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.05);
+    kt_check_equal_int("soft gains: lost", lost_ways(&c, &m, &o, &worst), 5);
+    kt_check_below("loops at the last tolerance", m.open, 1e-9);
+    o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 / 24.0);
+    kt_check_below("stiff gains: lost", lost_ways(&c, &m, &o, &worst), 3.0);
+    kt_check_below("errors over the reduction's", worst, 2.0);
 }
 
 /* Force projection crosses, being closed to rounding. The augmented set cannot keep its equations there, and reports
  * this. */
 KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digits) {
     static motion m;
-    kt_case c;
-    if (open_scene(&c, &m, "n-four-bar-2", 10.0)) {
-        kt_constraint_formulation_options o =
-            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
-        kt_constraint_formulation *set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_below("projection: error", m.error, 5e-5);
-        check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
-        kt_constraint_formulation_free(set);
-        o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
-        set = make_set(c.model, &o);
-        go(&c, &m, "dopri5", 0.0, 1e-8, set);
-        kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_get(set).residual, 0.5);
-        check_verdict(set, KT_ERROR_SINGULAR, "still off by");
-        kt_constraint_formulation_free(set);
-    }
-    kt_case_close(&c);
+    const kt_case c = open_scene(&m, "n-four-bar-2", 10.0);
+    kt_constraint_formulation_options o =
+        kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
+    kt_constraint_formulation *set = make_set(c.model, &o);
+    go(&c, &m, "dopri5", 0.0, 1e-8, set);
+    kt_check_below("projection: error", m.error, 5e-5);
+    check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
+    o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
+    set = make_set(c.model, &o);
+    go(&c, &m, "dopri5", 0.0, 1e-8, set);
+    kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_get(set).residual, 0.5);
+    check_verdict(set, KT_ERROR_SINGULAR, "still off by");
 }
