@@ -270,8 +270,7 @@ static bool draw_loops(kt_closed_tree *c, kt_random *random, kt_loop_type type, 
         kt_model_free(c->tree.model);
         c->tree.data = NULL;
         c->tree.model = closed;
-        if (!kt_tree_fine("data", kt_data_create(closed, &c->tree.data, &error), &error))
-            return false;
+        kt_need_fine("data", kt_data_create(closed, &c->tree.data, &error), &error);
         if (kt_closed_is_generated(closed))
             return true;
     }

@@ -296,15 +296,11 @@ static void check_text(const char *name, int bar) {
         else
             check_bar(name, "bytes of text", bytes, bar + bar / 10);
     }
-    kt_generated_free(&g);
     kt_model_free(model);
 }
 
 KT_TEST(compiled_functions_take_no_more_bytes_than_before) {
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     check_text("arm7", 36553);
     check_text("four-bar", 6008);
 }

@@ -177,10 +177,7 @@ KT_TEST(forces_and_steps_of_each_type_agree_with_the_library) {
     comparison c = comparison_make();
     static kt_generated g;
     static kt_effect_set set;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_rounds(2) * KT_EFFECT_TYPE_COUNT; n++) {
         const kt_effect_type type = (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT);
         kt_tree tree;
@@ -191,7 +188,6 @@ KT_TEST(forces_and_steps_of_each_type_agree_with_the_library) {
         for (int k = 0; k < 6 && fine; k++)
             compare_file(&g, &tree, &random, &c, n);
         kt_check_above(kt_effect_descriptor(type)->name, c.largest, 1e-3);
-        kt_generated_free(&g);
         kt_tree_free(&tree);
         if (!fine)
             return;
@@ -208,10 +204,7 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
     static kt_generated g;
     static kt_effect_set set;
     int changed = 0;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT; n++) {
         kt_tree tree;
         bool fine = grow_tree(&tree, &random, n) &&
@@ -244,7 +237,6 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
             changed += memcmp(tau[0], tau[1], sizeof tau[0]) != 0;
             *number = before;
         }
-        kt_generated_free(&g);
         kt_tree_free(&tree);
         if (!fine)
             return;
@@ -326,10 +318,7 @@ KT_TEST(steps_advance_auxiliary_states_as_the_library) {
     comparison c = comparison_make();
     static kt_generated g;
     static kt_effect_set set;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_rounds(4); n++) {
         kt_tree tree;
         kt_state state[STATES];
@@ -338,7 +327,6 @@ KT_TEST(steps_advance_auxiliary_states_as_the_library) {
                     check_single_precision(&g);
         for (int k = 0; k < 6 && fine; k++)
             compare_states(&g, &tree, &random, &c, n);
-        kt_generated_free(&g);
         kt_tree_free(&tree);
         if (!fine)
             return;

@@ -52,14 +52,11 @@ static void small_tree_describe(small_tree *t, int count) {
     t->body[count - 1].marker_count = 1;
 }
 
-static bool small_tree_compile(small_tree *t) {
-    kt_error error = {0};
-    return kt_tree_fine("compiles", kt_model_compile(&t->description, NULL, &t->model, &error), &error);
-}
+static void small_tree_compile(small_tree *t) { t->model = kt_test_model(&t->description, NULL); }
 
-static bool small_tree_make(small_tree *t, int count) {
+static void small_tree_make(small_tree *t, int count) {
     small_tree_describe(t, count);
-    return small_tree_compile(t);
+    small_tree_compile(t);
 }
 
 /* Generates into memory; the caller frees both texts. */
@@ -99,23 +96,20 @@ static int push_joint(void *user, double t, double q, double v, double *force, k
 
 KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     small_tree t;
-    if (!small_tree_make(&t, 3))
-        return;
+    small_tree_make(&t, 3);
     check_rejected("a name with a dash", t.model, "my-arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
     check_rejected("a name with a digit", t.model, "7arm", KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "not a name for C");
     check_rejected("a long name", t.model, "a23456789b123456789c123456789d123456789e123456789f123456789g12345",
                    KT_CODEGEN_MASS, KT_ERROR_ARGUMENT, "64 in all at most");
     check_rejected("no function", t.model, "arm", 0, KT_ERROR_ARGUMENT, "functions");
     check_rejected("an unknown function", t.model, "arm", 1u << 30, KT_ERROR_ARGUMENT, "functions");
-    kt_model_free(t.model);
 
     small_tree_describe(&t, 3);
     t.body[2].marker_count = 0;
-    if (small_tree_compile(&t))
-        check_rejected("no state", t.model, "arm", KT_CODEGEN_STATES, KT_ERROR_MODEL, "no auxiliary states");
+    small_tree_compile(&t);
+    check_rejected("no state", t.model, "arm", KT_CODEGEN_STATES, KT_ERROR_MODEL, "no auxiliary states");
     if (t.model != NULL)
         check_rejected("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
-    kt_model_free(t.model);
 
     small_tree_describe(&t, 3);
     kt_effect effect = kt_effect_default();
@@ -124,17 +118,14 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
     effect.joint_force = push_joint;
     t.description.effects = &effect;
     t.description.effect_count = 1;
-    if (small_tree_compile(&t)) {
-        check_rejected("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "a function in C");
-        check_rejected("a step needs it", t.model, "arm", KT_CODEGEN_RK4, KT_ERROR_MODEL, "steps need it");
-    }
-    kt_model_free(t.model);
+    small_tree_compile(&t);
+    check_rejected("an effect", t.model, "arm", KT_CODEGEN_EFFECTS, KT_ERROR_MODEL, "a function in C");
+    check_rejected("a step needs it", t.model, "arm", KT_CODEGEN_RK4, KT_ERROR_MODEL, "steps need it");
 
     small_tree_describe(&t, 1);
     t.body[0].joint.type = KT_JOINT_FIXED;
-    if (small_tree_compile(&t))
-        check_rejected("no joint moves", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "no joint can move");
-    kt_model_free(t.model);
+    small_tree_compile(&t);
+    check_rejected("no joint moves", t.model, "arm", KT_CODEGEN_MASS, KT_ERROR_MODEL, "no joint can move");
 }
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
@@ -148,7 +139,8 @@ static void check_no_inertia(int count) {
     char last[16];
     for (int i = 0; i < BODIES; i++)
         q[i] = 0.1 * (i + 1);
-    if (!small_tree_make(&t, count) || !kt_generated_make_plain(&g, t.model, "cc -O1"))
+    small_tree_make(&t, count);
+    if (!kt_generated_make_plain(&g, t.model, "cc -O1"))
         return;
     const int body = kt_body_find(t.model, names[count - 1]);
     kt_check_equal_int("parts", g.has_parts[0], count > 3);
@@ -175,15 +167,10 @@ static void check_no_inertia(int count) {
     q[count / 2] = (double)NAN;
     g.prepare(g.standard, g.model);
     kt_check_above("a position that is not finite", g.forward(g.model, q, zero, zero, a), 1.0);
-    kt_generated_free(&g);
-    kt_model_free(t.model);
 }
 
 KT_TEST(forward_returns_the_body_whose_joint_has_no_inertia) {
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     check_no_inertia(3);
     check_no_inertia(BODIES);
 }
@@ -196,11 +183,9 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
     kt_worst error = kt_worst_make("sine and cosine");
     const double zero = 0.0;
     double at[3], rate[3];
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
-    if (!small_tree_make(&t, 1) || !kt_generated_make_plain(&g, t.model, "cc -O2"))
+    kt_generated_need_compiler();
+    small_tree_make(&t, 1);
+    if (!kt_generated_make_plain(&g, t.model, "cc -O2"))
         return;
     for (int k = 0; k < 40000; k++) {
         const double size = pow(10.0, kt_random_uniform(&random, -8.0, 11.8));
@@ -217,8 +202,6 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
         (void)g.markers(g.model, &far[k], &zero, at, rate);
         kt_check_true("beyond its range a sine is NaN", isnan(at[0]) && isnan(at[1]));
     }
-    kt_generated_free(&g);
-    kt_model_free(t.model);
 }
 
 /* ---- texts ------------------------------------------------------------------------------------------------------- */
@@ -255,8 +238,7 @@ static void check_operations(int bodies, const char *equation, const int bar[5])
     small_tree t;
     char *source = NULL, *header = NULL;
     kt_error error = {0};
-    if (!small_tree_make(&t, bodies))
-        return;
+    small_tree_make(&t, bodies);
     const kt_status status = generate_text(t.model, "arm", KT_GENERATED_USUAL, false, &source, &header, &error);
     if (kt_tree_fine("generate", status, &error)) {
         kt_check_contains("the method with fewer operations", source, equation);
@@ -268,7 +250,6 @@ static void check_operations(int bodies, const char *equation, const int bar[5])
     }
     free(source);
     free(header);
-    kt_model_free(t.model);
 }
 
 KT_TEST(an_arm_of_seven_takes_no_more_operations) {
@@ -283,8 +264,7 @@ KT_TEST(files_name_joints_equations_and_parameters) {
     small_tree t;
     char *source = NULL, *header = NULL, structure[64];
     kt_error error = {0};
-    if (!small_tree_make(&t, 7))
-        return;
+    small_tree_make(&t, 7);
     kt_status status = generate_text(t.model, "arm", KT_CODEGEN_FORWARD, false, &source, &header, &error);
     if (kt_tree_fine("generate", status, &error)) {
         snprintf(structure, sizeof structure, "#define arm_STRUCTURE 0x%016llxu",
@@ -305,7 +285,6 @@ KT_TEST(files_name_joints_equations_and_parameters) {
     }
     free(source);
     free(header);
-    kt_model_free(t.model);
 }
 
 /* A change of a number keeps the structure; a number that becomes zero, another axis or joint does not. */
@@ -328,10 +307,8 @@ KT_TEST(structure_changes_with_all_that_is_folded) {
             t.body[1].joint.armature[0] = 0.5;
         if (k == 7)
             t.description.gravity.x = 1.0;
-        if (!small_tree_compile(&t))
-            return;
+        small_tree_compile(&t);
         seen[k] = kt_codegen_structure(t.model);
-        kt_model_free(t.model);
     }
     kt_check_true("a number", seen[1] == seen[0]);
     for (int k = 2; k < 8; k++)
@@ -398,7 +375,6 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
             if (kt_generated_make_plain(&g, tree.model, compile[k]))
                 collect_results(&g, &s, compared++ == 0 ? first : other);
             kt_check_true("the second tree has parts", n == 0 || g.has_parts[0]);
-            kt_generated_free(&g);
             if (compared > 1)
                 kt_check_equal_bits(compile[k], other, first, RESULTS);
         }
@@ -416,7 +392,8 @@ static void check_small_inertia(const char *compile, bool is_single) {
     static double two[KT_GENERATED_PARAMETERS];
     static const double angle[] = {0.0, 1e-5, 1e-4, 5e-4, 0.5};
     small_tree t;
-    if (!small_tree_make(&t, 3) || !kt_generated_make_some(&g, t.model, KT_CODEGEN_FORWARD, compile, false))
+    small_tree_make(&t, 3);
+    if (!kt_generated_make_some(&g, t.model, KT_CODEGEN_FORWARD, compile, false))
         return;
     for (int i = 0; i < g.count; i++) {
         const bool is_kept = strncmp(g.name[i], "link3_", 6) == 0 && strstr(g.name[i], "_at_") == NULL;
@@ -436,15 +413,10 @@ static void check_small_inertia(const char *compile, bool is_single) {
         kt_note("%s, angle %g", is_single ? "single" : "double", angle[k]);
         kt_check_equal_int("body without inertia", code, expected);
     }
-    kt_generated_free(&g);
-    kt_model_free(t.model);
 }
 
 KT_TEST(the_least_inertia_of_a_joint_depends_on_the_precision) {
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     check_small_inertia("cc -O1", false);
     check_small_inertia("cc -O1 -Dmech_FLOAT", true);
 }

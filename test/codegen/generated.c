@@ -1,6 +1,8 @@
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 
+#include "../folder.h"
+
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
@@ -9,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { DERIVATIVES = KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES };
 
@@ -17,6 +18,13 @@ bool kt_generated_has(const char *compiler) {
     char command[128];
     snprintf(command, sizeof command, "%s --version >/dev/null 2>&1", compiler);
     return system(command) == 0; /* NOLINT(cert-env33-c): a compiler of this machine */
+}
+
+void kt_generated_need_compiler(void) {
+    if (kt_generated_has("cc"))
+        return;
+    kt_skip("generated C", "there is no compiler of the name cc");
+    kt_end_test();
 }
 
 /* Names of the members of mech_parameters, as the header lists them. */
@@ -132,10 +140,14 @@ static bool is_left_out(const char *name, unsigned functions) {
     return false;
 }
 
+static void close_library(void *library) { (void)dlclose(library); }
+
 static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     char path[128], name[64];
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
     g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (g->library != NULL)
+        kt_at_end(close_library, g->library);
     if (!kt_check_true("the file can be loaded", g->library != NULL))
         return false;
     const struct {
@@ -184,11 +196,7 @@ bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned fun
                             bool fold) {
     char command[512];
     memset(g, 0, sizeof *g);
-    strcpy(g->folder, "/tmp/kt-codegen-XXXXXX");
-    if (!kt_check_true("a folder of its own", mkdtemp(g->folder) != NULL)) {
-        g->folder[0] = '\0';
-        return false;
-    }
+    g->folder = kt_test_folder();
     if (!write_files(g, model, functions, fold) || (!fold && !read_names(g)) || !read_method(g))
         return false;
     snprintf(command, sizeof command,
@@ -208,19 +216,6 @@ bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char 
 
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
     return kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, true);
-}
-
-void kt_generated_free(kt_generated *g) {
-    static const char *const file[] = {"mech.c", "mech.h", "mech.so"};
-    if (g->library != NULL)
-        dlclose(g->library);
-    for (int i = 0; i < 3 && g->folder[0] != '\0'; i++) {
-        char path[128];
-        snprintf(path, sizeof path, "%s/%s", g->folder, file[i]);
-        unlink(path);
-    }
-    if (g->folder[0] != '\0')
-        rmdir(g->folder);
 }
 
 static double *part_of(kt_vec3 *v, const char *end) { return end[0] == 'x' ? &v->x : end[0] == 'y' ? &v->y : &v->z; }

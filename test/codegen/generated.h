@@ -43,7 +43,7 @@ typedef int kt_generated_timed_step(const void *model, double t, const double *q
 typedef void kt_generated_prepare(const double *parameters, double *model);
 
 typedef struct kt_generated {
-    char folder[64];
+    const char *folder;
     void *library; /* NULL: there is none */
     int count;     /* of parameters, with their names as in the header */
     char name[KT_GENERATED_PARAMETERS][KT_GENERATED_NAME];
@@ -76,8 +76,11 @@ typedef struct kt_generated {
 /* Whether there is a compiler of this name. */
 bool kt_generated_has(const char *compiler);
 
+/* Skips the rest of the running test if there is no compiler of the name cc. */
+void kt_generated_need_compiler(void);
+
 /* Generates KT_GENERATED_USUAL of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
- * standard parameters. A failure fails the test. kt_generated_free may follow in any case. */
+ * standard parameters. A failure fails the test. The file and its functions stay until the end of the test. */
 bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
 /* The same without derivatives, which take most of the time of a compiler; their functions are NULL. */
 bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile);
@@ -85,7 +88,6 @@ bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char 
 bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold);
 /* The same with all numbers fixed: there are no parameters, and the functions ignore their model. */
 bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
-void kt_generated_free(kt_generated *g);
 
 /* The library's step at the time t to the positions and velocities `next`; for the method NULL v += h a, then
  * q (+) h v, and with loops a projection. A failure fails the test. */

@@ -238,21 +238,9 @@ static bool compare_lanes(lanes_pair *p, const kt_model *model, unsigned functio
     return fine;
 }
 
-static void free_lanes(lanes_pair *p) {
-    kt_generated_free(&p->one);
-    kt_generated_free(&p->many);
-}
-
 static int count_rounds(int usual) {
     const char *text = getenv("KT_MECHANISMS");
     return text != NULL ? (int)strtol(text, NULL, 10) : usual;
-}
-
-static bool has_compiler(void) {
-    const bool has = kt_generated_has("cc");
-    if (!has)
-        kt_skip("generated C", "there is no compiler of the name cc");
-    return has;
 }
 
 /* Lanes far from each other. Lane 1 has angles beyond 2^20 quarter turns, and sines in lane 5 are NaN. Lane 0 has
@@ -276,7 +264,8 @@ KT_TEST(lanes_of_trees_have_the_bits_of_single_states) {
     kt_random random = kt_random_of_test();
     static lanes_pair p;
     lanes_counts counts = {0};
-    for (int n = 0; n < count_rounds(2) && has_compiler(); n++) {
+    kt_generated_need_compiler();
+    for (int n = 0; n < count_rounds(2); n++) {
         kt_tree_plan plan = n % 3 == 2 ? kt_tree_plan_planar() : kt_tree_plan_default();
         kt_tree tree;
         plan.bodies = n == 0 ? 4 : 7;
@@ -285,7 +274,6 @@ KT_TEST(lanes_of_trees_have_the_bits_of_single_states) {
         if (kt_tree_grow(&tree, &plan, &random)) {
             draw_states(&p, &tree, &random);
             (void)compare_lanes(&p, tree.model, n == 0 ? KT_GENERATED_USUAL : RECURSIONS, n, &counts);
-            free_lanes(&p);
         }
         kt_tree_free(&tree);
     }
@@ -298,7 +286,8 @@ KT_TEST(lanes_with_effects_have_the_bits_of_single_states) {
     static lanes_pair p;
     static kt_effect_set set;
     lanes_counts counts = {0};
-    for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT && has_compiler(); n++) {
+    kt_generated_need_compiler();
+    for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT; n++) {
         kt_tree_plan plan = kt_tree_plan_default();
         kt_tree tree;
         plan.bodies = 5;
@@ -309,7 +298,6 @@ KT_TEST(lanes_with_effects_have_the_bits_of_single_states) {
             for (int l = 0; l < LANES_MOST; l++)
                 kt_tree_state_draw(&tree, &random, &p.state[l]);
             (void)compare_lanes(&p, tree.model, KT_CODEGEN_EFFECTS | KT_CODEGEN_HEUN, n, &counts);
-            free_lanes(&p);
         }
         kt_tree_free(&tree);
     }
@@ -336,7 +324,8 @@ KT_TEST(lanes_with_loops_have_the_bits_of_single_states) {
     static kt_closed_tree m;
     lanes_counts counts = {0};
     int changed = 0;
-    for (int n = 0; n < count_rounds(8) && has_compiler(); n++) {
+    kt_generated_need_compiler();
+    for (int n = 0; n < count_rounds(8); n++) {
         if (kt_closed_grow(&m, &random, 3 * n + n % 2 * KT_CLOSED_TYPES)) {
             const bool changes = m.tree.nv <= CHANGED_MOST && m.tree.nv == kt_model_nq(m.tree.model);
             draw_closed_states(&p, &m, &random);
@@ -345,7 +334,6 @@ KT_TEST(lanes_with_loops_have_the_bits_of_single_states) {
                                     (changes ? (unsigned)CHANGES : 0u),
                                 n, &counts);
             changed += changes;
-            free_lanes(&p);
         }
         kt_tree_free(&m.tree);
     }
@@ -359,7 +347,8 @@ KT_TEST(lanes_with_auxiliary_states_have_the_bits_of_single_states) {
     static lanes_pair p;
     static kt_effect_set set;
     lanes_counts counts = {0};
-    for (int n = 0; n < count_rounds(2) && has_compiler(); n++) {
+    kt_generated_need_compiler();
+    for (int n = 0; n < count_rounds(2); n++) {
         kt_tree_plan plan = kt_tree_plan_default();
         kt_tree tree;
         kt_state state[KT_EFFECT_STATES];
@@ -377,7 +366,6 @@ KT_TEST(lanes_with_auxiliary_states_have_the_bits_of_single_states) {
             (void)compare_lanes(&p, tree.model,
                                 KT_CODEGEN_EFFECTS | KT_CODEGEN_STATES | KT_CODEGEN_ACCELERATION | KT_CODEGEN_STEPS, n,
                                 &counts);
-            free_lanes(&p);
         }
         kt_tree_free(&tree);
     }
@@ -391,7 +379,8 @@ KT_TEST(lanes_in_single_precision_have_the_bits_of_single_states) {
     static kt_closed_tree m;
     static kt_effect_set set;
     lanes_counts counts = {0};
-    for (int n = 0; n < 3 * count_rounds(1) && has_compiler(); n++) {
+    kt_generated_need_compiler();
+    for (int n = 0; n < 3 * count_rounds(1); n++) {
         kt_tree_plan plan = kt_tree_plan_default();
         kt_tree own;
         kt_tree *const tree = n % 3 == 2 ? &m.tree : &own;
@@ -407,7 +396,6 @@ KT_TEST(lanes_in_single_precision_have_the_bits_of_single_states) {
                 draw_states(&p, tree, &random);
             }
             (void)compare_lanes(&p, tree->model, functions, n, &counts);
-            free_lanes(&p);
         }
         kt_tree_free(tree);
     }
@@ -423,9 +411,9 @@ KT_TEST(lanes_of_a_humanoid_have_the_bits_of_single_states) {
     kt_scene scene;
     kt_model *model = NULL;
     kt_error error = {0};
-    if (!kt_tree_fine("scene", kt_scene_read(KT_SCENES "/humanoid.yaml", &scene, NULL, NULL, &error), &error))
-        return;
-    if (has_compiler() && kt_tree_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error)) {
+    kt_need_fine("scene", kt_scene_read(KT_SCENES "/humanoid.yaml", &scene, NULL, NULL, &error), &error);
+    kt_generated_need_compiler();
+    if (kt_tree_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error)) {
         for (int l = 0; l < LANES_MOST; l++) {
             double move[KT_TREE_NV];
             for (int i = 0; i < kt_model_nv(model); i++)
@@ -436,7 +424,6 @@ KT_TEST(lanes_of_a_humanoid_have_the_bits_of_single_states) {
                 p.state[l].v[i] = p.state[l].tau[i] = p.state[l].a[i] = kt_random_uniform(&random, -1.0, 1.0);
         }
         (void)compare_lanes(&p, model, KT_CODEGEN_INVERSE | KT_CODEGEN_MASS, 4, &counts);
-        free_lanes(&p);
         kt_check_above("numbers", counts.numbers, 10000);
     }
     kt_model_free(model);

@@ -145,8 +145,7 @@ static bool compare_accelerations(kt_generated *g, const kt_tree *tree, const kt
     kt_error error = {0};
     const kt_status status =
         kt_acceleration_evaluate(tree->model, tree->data, KT_CLOSED_NOW, s->q, s->v, s->tau, NULL, a, &error);
-    if (!kt_tree_fine("accelerations", status, &error))
-        return false;
+    kt_need_fine("accelerations", status, &error);
     const double most = sensitivity_of(tree, s, a);
     if (!(most < 5e7))
         return false;
@@ -316,10 +315,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
     static kt_generated g;
     static kt_closed_tree m;
     int compared = 0, formulas = 0, differentiated = 0, seen[KT_CLOSED_TYPES] = {0};
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_mechanisms(2 * KT_CLOSED_TYPES); n++) {
         const bool grown = kt_closed_grow(&m, &random, n);
         const bool differs = grown && m.tree.nv <= DIFFERENTIATED_MOST && n % EACH == 0;
@@ -331,8 +327,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
         for (int k = 0; k < KT_CLOSED_LOOPS && fine; k++)
             formulas += m.loop[k].formula != NULL;
         if (grown)
-            kt_generated_free(&g);
-        kt_tree_free(&m.tree);
+            kt_tree_free(&m.tree);
         if (grown && !fine)
             return;
     }
@@ -358,8 +353,7 @@ static int compare_form(kt_loop_type type, int form, kt_random *random, loop_com
         for (int k = 0; k < 4; k++)
             compared += compare_state(&g, &m, random, c, 10 * (int)type + form);
     if (grown)
-        kt_generated_free(&g);
-    kt_tree_free(&m.tree);
+        kt_tree_free(&m.tree);
     return compared;
 }
 
@@ -368,10 +362,7 @@ KT_TEST(generated_surfaces_curves_and_wheels_agree_with_the_library) {
     enum { DRAWS = 6 };
     kt_random random = kt_random_of_test();
     loop_comparison c = loop_comparison_make();
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++)
         for (int form = 0; form < kt_closed_count_forms((kt_loop_type)type); form++) {
             int compared = 0;
@@ -476,10 +467,7 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
     static kt_generated g;
     static kt_closed_tree m;
     int changed = 0, of_loops = 0;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_mechanisms(KT_CLOSED_TYPES); n++) {
         const bool grown =
             kt_closed_grow(&m, &random, n + n % 2 * KT_CLOSED_TYPES); /* in turns in a plane and in space */
@@ -516,8 +504,7 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
             *number = before;
         }
         if (grown)
-            kt_generated_free(&g);
-        kt_tree_free(&m.tree);
+            kt_tree_free(&m.tree);
         if (grown && !fine)
             return;
     }
@@ -539,8 +526,7 @@ static int compare_scene(const char *name, int n, kt_random *random, loop_compar
     int compared = -1;
     snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
     memset(&m, 0, sizeof m);
-    if (!kt_tree_fine(name, kt_scene_read(path, &scene, NULL, NULL, &error), &error))
-        return -1;
+    kt_need_fine(name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
     scene.description.effect_count = 0;
     scene.description.state_count = 0;
     if (scene.description.loop_count > 0 &&
@@ -560,7 +546,6 @@ static int compare_scene(const char *name, int n, kt_random *random, loop_compar
         compared = 0;
         for (int k = 0; k < 4 && fine; k++)
             compared += compare_state(&g, &m, random, c, n);
-        kt_generated_free(&g);
     }
     kt_data_free(m.tree.data);
     kt_model_free(m.tree.model);
@@ -574,10 +559,7 @@ KT_TEST(generated_scenes_with_loops_agree_with_the_library) {
     loop_comparison c = loop_comparison_make();
     struct dirent **list = NULL;
     int generated = 0, lost = 0; /* lost: that of a rotor whose blades are light */
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     const int count = scandir(KT_SCENES, &list, kt_is_scene_file, alphasort);
     for (int i = 0; i < count; i++) {
         const int compared = compare_scene(list[i]->d_name, i, &random, &c);

@@ -90,9 +90,8 @@ static void turn_last(repeated *m, kt_random *random) {
 }
 
 /* Draws the numbers of a mechanism. All draws have one structure. */
-static bool repeated_make(repeated *m, repeated_kind kind, kt_random *random) {
+static void repeated_make(repeated *m, repeated_kind kind, kt_random *random) {
     static const kt_joint_type mixed[3] = {KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC, KT_JOINT_SCREW};
-    kt_error error = {0};
     memset(m, 0, sizeof *m);
     m->description = kt_description_default();
     m->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
@@ -113,15 +112,8 @@ static bool repeated_make(repeated *m, repeated_kind kind, kt_random *random) {
         if (kind == TURNED_CHAIN)
             turn_last(m, random);
     }
-    kt_status status = kt_model_compile(&m->description, NULL, &m->model, &error);
-    if (status == KT_OK)
-        status = kt_data_create(m->model, &m->data, &error);
-    return kt_tree_fine(repeated_kinds[kind].name, status, &error);
-}
-
-static void repeated_free(repeated *m) {
-    kt_data_free(m->data);
-    kt_model_free(m->model);
+    m->model = kt_test_model(&m->description, NULL);
+    m->data = kt_test_data(m->model);
 }
 
 /* A position, velocities, accelerations and forces. */
@@ -160,31 +152,26 @@ static void compare_with_library(kt_generated *g, const repeated *m, const repea
     const int nv = kt_model_nv(m->model);
     kt_error error = {0};
     kt_check_equal_int("inverse", g->inverse(g->model, s->q, s->v, s->a, own), 0);
-    if (!kt_tree_fine("inverse dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, s->a, NULL, right, &error),
-                      &error))
-        return;
+    kt_need_fine("inverse dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, s->a, NULL, right, &error),
+                 &error);
     for (int i = 0; i < nv; i++)
         kt_worst_near(&e->inverse, own[i], right[i], 100.0 * DBL_EPSILON * largest_number(right, nv), "entry %d", i);
     static const double no_rates[NV];
     kt_check_equal_int("bias", g->bias(g->model, s->q, s->v, own), 0);
-    if (!kt_tree_fine("bias", kt_dynamics_inverse(m->model, m->data, s->q, s->v, no_rates, NULL, right, &error),
-                      &error))
-        return;
+    kt_need_fine("bias", kt_dynamics_inverse(m->model, m->data, s->q, s->v, no_rates, NULL, right, &error), &error);
     for (int i = 0; i < nv; i++)
         kt_worst_near(&e->bias, own[i], right[i], 100.0 * DBL_EPSILON * largest_number(right, nv), "entry %d", i);
     kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, own), 0);
     kt_check_equal_int("acceleration", g->acceleration(g->model, 0.0, s->q, s->v, NULL, s->tau, right), 0);
     kt_check_equal_bits("acceleration is forward without effects", right, own, (size_t)nv);
     const double fastest = largest_number(own, nv);
-    if (!kt_tree_fine("forward dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, own, NULL, right, &error),
-                      &error))
-        return;
+    kt_need_fine("forward dynamics", kt_dynamics_inverse(m->model, m->data, s->q, s->v, own, NULL, right, &error),
+                 &error);
     double off[NV];
     for (int i = 0; i < nv; i++)
         off[i] = right[i] - s->tau[i];
     kt_check_equal_int("mass", g->mass(g->model, s->q, own), 0);
-    if (!kt_tree_fine("mass matrix", kt_dynamics_mass(m->model, m->data, s->q, right, &error), &error))
-        return;
+    kt_need_fine("mass matrix", kt_dynamics_mass(m->model, m->data, s->q, right, &error), &error);
     const double heaviest = largest_number(right, nv * nv);
     for (int i = 0; i < nv * nv; i++)
         kt_worst_near(&e->mass, own[i], right[i], 100.0 * DBL_EPSILON * heaviest, "entry %d", i);
@@ -222,10 +209,8 @@ static void check_kind(repeated_kind kind, kt_random *random) {
     kt_error error = {0};
     const bool fold = kind == FOLDED_CHAIN;
     kt_note("%s", repeated_kinds[kind].name);
-    if (!repeated_make(&m, kind, random))
-        return;
+    repeated_make(&m, kind, random);
     if (!kt_generated_make_some(&g, m.model, FUNCTIONS, "cc -O0", fold)) {
-        repeated_free(&m);
         return;
     }
     count_loops(&g, loops);
@@ -234,9 +219,7 @@ static void check_kind(repeated_kind kind, kt_random *random) {
             kt_check_above(what[k], loops[k] + 0.5, repeated_kinds[kind].loops[k]);
     for (int draw = 0; draw < 10; draw++) {
         repeated_state s;
-        repeated_free(&m);
-        if (!repeated_make(&m, kind, random))
-            break;
+        repeated_make(&m, kind, random);
         const kt_status status =
             kt_codegen_numbers(m.model, FUNCTIONS, numbers, KT_GENERATED_PARAMETERS, &count, &error);
         if (!kt_tree_fine("numbers", status, &error) || (!fold && !kt_check_equal_int("parameters", count, g.count)))
@@ -250,16 +233,11 @@ static void check_kind(repeated_kind kind, kt_random *random) {
     kt_check_worst(&e.bias);
     kt_check_worst(&e.mass);
     kt_check_worst(&e.forward);
-    kt_generated_free(&g);
-    repeated_free(&m);
 }
 
 KT_TEST(loops_over_links_agree_with_the_library_for_all_numbers) {
     kt_random random = kt_random_of_test();
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int kind = 0; kind < REPEATED_KINDS; kind++)
         check_kind((repeated_kind)kind, &random);
 }
@@ -274,11 +252,9 @@ KT_TEST(the_mass_matrix_of_a_chain_does_not_depend_on_its_place) {
     kt_error error = {0};
     repeated m;
     repeated_state s;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
-    if (repeated_make(&m, CHAIN, &random) && kt_generated_make_some(&g, m.model, KT_CODEGEN_MASS, "cc -O1", false)) {
+    kt_generated_need_compiler();
+    repeated_make(&m, CHAIN, &random);
+    if (kt_generated_make_some(&g, m.model, KT_CODEGEN_MASS, "cc -O1", false)) {
         const int nv = kt_model_nv(m.model);
         draw_state(m.model, &random, &s);
         kt_check_equal_int("mass", g.mass(g.model, s.q, near), 0);
@@ -301,8 +277,6 @@ KT_TEST(the_mass_matrix_of_a_chain_does_not_depend_on_its_place) {
                               "entry %d", i);
         kt_check_worst(&error_of_entries);
     }
-    kt_generated_free(&g);
-    repeated_free(&m);
 }
 
 /* ---- refusals and bits ------------------------------------------------------------------------------------------- */
@@ -313,14 +287,9 @@ KT_TEST(loops_return_the_body_whose_joint_has_no_inertia) {
     kt_random random = kt_random_of_test();
     repeated m;
     repeated_state s;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
-    if (!repeated_make(&m, CHAIN, &random))
-        return;
+    kt_generated_need_compiler();
+    repeated_make(&m, CHAIN, &random);
     if (!kt_generated_make_some(&g, m.model, FUNCTIONS, "cc -O1", false)) {
-        repeated_free(&m);
         return;
     }
     draw_state(m.model, &random, &s);
@@ -336,8 +305,6 @@ KT_TEST(loops_return_the_body_whose_joint_has_no_inertia) {
         kt_check_equal_int("body", g.forward(g.model, s.q, s.v, s.tau, a), body);
         kt_check_near("nothing is written", a[0], 7.0, 0.0);
     }
-    kt_generated_free(&g);
-    repeated_free(&m);
 }
 
 enum { RESULTS = NV * (NV + 2), COMPARED = KT_CODEGEN_FORWARD | KT_CODEGEN_INVERSE | KT_CODEGEN_MASS };
@@ -351,8 +318,7 @@ KT_TEST(bits_of_loops_are_equal_for_compilers) {
     repeated m;
     repeated_state s;
     int compared = 0;
-    if (!repeated_make(&m, CHAIN, &random))
-        return;
+    repeated_make(&m, CHAIN, &random);
     draw_state(m.model, &random, &s);
     for (size_t k = 0; k < sizeof compile / sizeof *compile; k++) {
         char name[8];
@@ -372,9 +338,7 @@ KT_TEST(bits_of_loops_are_equal_for_compilers) {
             kt_check_equal_int("inverse", g.inverse(g.model, s.q, s.v, s.a, out + NV), 0);
             kt_check_equal_int("mass", g.mass(g.model, s.q, out + 2 * NV), 0);
         }
-        kt_generated_free(&g);
         if (compared > 1)
             kt_check_equal_bits(compile[k], other, first, RESULTS);
     }
-    repeated_free(&m);
 }

@@ -206,8 +206,7 @@ static double compare_load_derivatives(kt_generated *g, const kt_tree *tree, con
         kt_dynamics_inverse_derivatives(tree->model, tree->data, work, kt_derivative_work_size(tree->model), s->q, s->v,
                                         a, NULL, right[0], right[1], &error);
     kt_check_equal_int("inverse_derivatives", g->inverse_derivatives(g->model, s->q, s->v, a, own[0], own[1]), 0);
-    if (!kt_tree_fine("derivatives of inverse dynamics", status, &error))
-        return 1.0;
+    kt_need_fine("derivatives of inverse dynamics", status, &error);
     const double most = fmax(1.0, fmax(largest_of(right[0], nv * nv), largest_of(right[1], nv * nv)));
     compare_matrices(own[0], right[0], nv, LOAD_ROUNDING * EPS * most, &c->derivatives[0], n);
     compare_matrices(own[1], right[1], nv, LOAD_ROUNDING * EPS * most, &c->derivatives[1], n);
@@ -232,8 +231,7 @@ static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, co
     kt_check_equal_int("forward_derivatives",
                        g->forward_derivatives(g->model, s->q, s->v, s->tau, own[0], own[1], own[2]), 0);
     kt_check_equal_int("mass", g->mass(g->model, s->q, mass), 0);
-    if (!kt_tree_fine("derivatives of forward dynamics", status, &error))
-        return;
+    kt_need_fine("derivatives of forward dynamics", status, &error);
     const double inverse = nv * largest_of(right[2], nv * nv), condition = inverse * largest_of(mass, nv * nv);
     for (int k = 0; k < 3; k++)
         compare_matrices(own[k], right[k], nv,
@@ -272,8 +270,7 @@ static void compare_loaded(kt_generated *g, const kt_tree *tree, const kt_tree_s
     double a[KT_TREE_NV], effect[KT_TREE_NV], sensitivity[KT_TREE_NV];
     kt_tree_state loaded = *s;
     kt_error error = {0};
-    if (!kt_tree_fine("effects", kt_effect_forces(tree->model, tree->data, 0.0, s->q, s->v, effect, &error), &error))
-        return;
+    kt_need_fine("effects", kt_effect_forces(tree->model, tree->data, 0.0, s->q, s->v, effect, &error), &error);
     for (int i = 0; i < tree->nv; i++)
         loaded.tau[i] += effect[i];
     if (!kt_check_true("regular", kt_oracle_forward(tree, &loaded, slow, sensitivity)))
@@ -365,10 +362,7 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
     kt_random random = kt_random_of_test();
     comparison c = comparison_make();
     static kt_generated g;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     int articulated = 0, by_mass = 0, parts[2] = {0};
     for (int n = 0; n < count_mechanisms(20); n++) {
         kt_tree tree;
@@ -384,7 +378,6 @@ KT_TEST(generated_trees_agree_with_kane_in_long_double) {
                 parts[k] += g.has_parts[k];
             for (int k = 0; k < 4 && fine; k++)
                 compare_all(&g, &tree, &random, &c, n);
-            kt_generated_free(&g);
         }
         kt_tree_free(&tree);
         if (!fine)
@@ -403,10 +396,7 @@ KT_TEST(generated_planar_trees_agree_with_kane_in_long_double) {
     kt_worst worst = kt_worst_make("forward dynamics");
     static kt_generated g;
     int planar = 0;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_mechanisms(12); n++) {
         kt_tree tree;
         kt_tree_plan plan = kt_tree_plan_planar();
@@ -427,7 +417,6 @@ KT_TEST(generated_planar_trees_agree_with_kane_in_long_double) {
                 kt_worst_near(&worst, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n,
                               i);
         }
-        kt_generated_free(&g);
         kt_tree_free(&tree);
         if (!fine)
             return;
@@ -468,10 +457,7 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
     comparison c = comparison_make();
     static kt_generated g;
     int changed = 0;
-    if (!kt_generated_has("cc")) {
-        kt_skip("generated C", "there is no compiler of the name cc");
-        return;
-    }
+    kt_generated_need_compiler();
     for (int n = 0; n < count_mechanisms(4); n++) {
         kt_tree tree;
         kt_tree_plan plan = draw_plan(&random, n);
@@ -506,7 +492,6 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
             }
             *number = before;
         }
-        kt_generated_free(&g);
         kt_tree_free(&tree);
         if (!fine)
             return;
