@@ -1,5 +1,6 @@
 /* Hidden surfaces: the order of painting, and the cuts of solids for it, against rays. */
 #include "check.h"
+#include "rays.h"
 
 #include "picture/camera.h"
 #include "picture/hiding.h"
@@ -12,50 +13,12 @@ static kt_solid solid_at(kt_solid_type type, kt_vec3 at, kt_vec3 half) {
     return (kt_solid){.type = type, .half = half, .pose = {.rotation = kt_mat3_identity(), .position = at}};
 }
 
-/* The point at which the ray through a point of the picture leaves a solid towards the viewer; -DBL_MAX if it misses
- * it. */
-static double front_of(const kt_solid *solid, double x, double y) {
-    const kt_pose inverse = kt_pose_invert(solid->pose);
-    double enter, leave;
-    return kt_solid_cut(solid, kt_pose_apply(inverse, kt_vec3_make(x, y, 0.0)), inverse.rotation.z, &enter, &leave)
-               ? leave
-               : -DBL_MAX;
-}
-
-/* The distance by which the nearest object at a point of the picture is nearer than the object painted last there. 0:
- * the picture is correct. */
-static double error_at(const kt_pieces *sorted, double x, double y) {
-    double nearest = -DBL_MAX, painted = -DBL_MAX;
-    for (int i = 0; i < sorted->count; i++) {
-        const kt_solid piece = kt_piece_solid(&sorted->items[i]);
-        const double front = front_of(&piece, x, y);
-        nearest = fmax(nearest, front_of(&sorted->items[i].solid, x, y));
-        painted = front > -DBL_MAX ? front_of(&sorted->items[i].solid, x, y) : painted;
-    }
-    return painted > -DBL_MAX ? nearest - painted : 0.0;
-}
-
-/* The share of points of the picture, of those where something is, at which more than `least` is painted wrongly. */
-static double wrong_share(const kt_pieces *sorted, double half, double least) {
-    int wrong = 0, all = 0;
-    for (int i = 0; i < 80; i++)
-        for (int k = 0; k < 80; k++) {
-            const double x = half * ((i + 0.5) / 40.0 - 1.0), y = half * ((k + 0.5) / 40.0 - 1.0);
-            bool any = false;
-            for (int p = 0; p < sorted->count && !any; p++)
-                any = front_of(&sorted->items[p].solid, x, y) > -DBL_MAX;
-            all += any;
-            wrong += any && error_at(sorted, x, y) > least;
-        }
-    return all > 0 ? (double)wrong / all : (double)NAN;
-}
-
 /* The share if the pieces are painted as they were given. */
 static double wrong_as_given(const kt_solid *solids, int count, double half, double least) {
     kt_pieces pieces = {0};
     for (int i = 0; i < count; i++)
         (void)kt_pieces_add(&pieces, &solids[i], i, true);
-    const double share = wrong_share(&pieces, half, least);
+    const double share = wrong_share(&pieces, kt_vec3_make(0.0, 0.0, 0.0), half, 80, least);
     kt_pieces_free(&pieces);
     return share;
 }
@@ -91,7 +54,8 @@ KT_TEST(bars_that_lie_over_each_other_in_a_circle_are_cut) {
     }
     kt_pieces sorted = sorted_of(bars, 3);
     kt_check_above("pieces", sorted.count, 4.0);
-    kt_check_equal_int("points painted wrongly, in 1/6400", lround(6400.0 * wrong_share(&sorted, 1.2, 0.02)), 0);
+    kt_check_equal_int("points painted wrongly, in 1/6400",
+                       lround(6400.0 * wrong_share(&sorted, kt_vec3_make(0.0, 0.0, 0.0), 1.2, 80, 0.02)), 0);
     kt_check_above("wrong as given", wrong_as_given(bars, 3, 1.2, 0.02), 0.005);
     kt_pieces_free(&sorted);
 }
@@ -103,7 +67,8 @@ KT_TEST(rod_through_a_box_is_cut_where_it_enters) {
     const kt_solid both[] = {box, rod};
     kt_pieces sorted = sorted_of(both, 2);
     kt_check_above("pieces", sorted.count, 3.0);
-    kt_check_equal_int("points painted wrongly, in 1/6400", lround(6400.0 * wrong_share(&sorted, 1.5, 0.05)), 0);
+    kt_check_equal_int("points painted wrongly, in 1/6400",
+                       lround(6400.0 * wrong_share(&sorted, kt_vec3_make(0.0, 0.0, 0.0), 1.5, 80, 0.05)), 0);
     kt_check_above("as given", wrong_as_given((const kt_solid[]){rod, box}, 2, 1.5, 0.05), 0.02);
     kt_pieces_free(&sorted);
 }
@@ -135,7 +100,7 @@ KT_TEST(random_solids_hide_each_other_as_rays_tell) {
                 solids[count++] = one;
         }
         kt_pieces sorted = sorted_of(solids, count);
-        wrong = fmax(wrong, wrong_share(&sorted, 3.0, 1e-3));
+        wrong = fmax(wrong, wrong_share(&sorted, kt_vec3_make(0.0, 0.0, 0.0), 3.0, 80, 1e-3));
         given = fmax(given, wrong_as_given(solids, count, 3.0, 1e-3));
         kt_pieces_free(&sorted);
     }

@@ -1,5 +1,7 @@
 /* Meshes, boxes of inertia and rods in pictures. */
+#include "../folder.h"
 #include "check.h"
+#include "shown.h"
 
 #include "kinetree/dynamics.h"
 #include "picture/load.h"
@@ -19,11 +21,10 @@ static const double pi = 3.14159265358979323846;
 enum { SIDES = 48 };
 
 /* Writes a tube as OBJ, with radius 1 and height 3 about z and a lid on top. Its base is at (2, 0, 0). */
-static bool write_tube(char *path) {
-    const int number = mkstemps(path, 4);
-    FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
-    if (!kt_check_true("the file is there", file != NULL))
-        return false;
+static const char *write_tube(void) {
+    const char *path = kt_test_path(kt_test_folder(), "tube.obj");
+    FILE *file = fopen(path, "w");
+    kt_need(kt_check_true("the file is there", file != NULL));
     for (int i = 0; i < SIDES; i++) {
         const double x = 2.0 + cos(2.0 * pi * i / SIDES), y = sin(2.0 * pi * i / SIDES);
         (void)fprintf(file, "v %.17g %.17g 0\nv %.17g %.17g 3\n", x, y, x, y);
@@ -34,16 +35,15 @@ static bool write_tube(char *path) {
         if (i > 0 && i < SIDES - 1)
             (void)fprintf(file, "f 2 %d %d\n", a + 1, b + 1);
     }
-    return kt_check_equal_int("it is written", fclose(file), 0);
+    kt_need(kt_check_equal_int("it is written", fclose(file), 0));
+    return path;
 }
 
 /* The box of the tube is 2 x 2 x 3 about (2, 0, 1.5). It is scaled by (1, 2, 1/2), turned about x by 90 degrees and
  * moved. Points are compared in the frame of the body. On the side normals are radial, on the lid along z: the edge
  * stays sharp. */
 KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
-    char path[] = "/tmp/kinetree-tube-XXXXXX.obj";
-    if (!write_tube(path))
-        return;
+    const char *path = write_tube();
     const kt_scene_mesh from = {.body = "a",
                                 .file = path,
                                 .scale = {1.0, 2.0, 0.5},
@@ -76,7 +76,6 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     kt_check_worst(&side);
     kt_check_worst(&lid);
     kt_mesh_free(&mesh);
-    (void)unlink(path);
 }
 
 /* The vertices of a sphere are on the unit sphere. */
@@ -116,15 +115,9 @@ static const char collada[] =
 #ifdef KT_HAS_ASSIMP
 /* The mesh of a file with this text, or the error message. */
 static kt_status load_collada(const char *text, kt_mesh *mesh, kt_solid *solid, kt_error *error) {
-    char path[] = "/tmp/kinetree-tetrahedron-XXXXXX.dae";
-    const int number = mkstemps(path, 4);
-    FILE *file = number >= 0 ? fdopen(number, "w") : NULL;
-    if (!kt_check_true("the file is there", file != NULL && fputs(text, file) >= 0 && fclose(file) == 0))
-        return KT_ERROR_FILE;
-    const kt_scene_mesh from = {.body = "a", .file = path, .scale = {1.0, 1.0, 1.0}};
-    const kt_status status = kt_mesh_load(&from, 100, mesh, solid, error);
-    (void)unlink(path);
-    return status;
+    const kt_scene_mesh from = {
+        .body = "a", .file = kt_test_file(kt_test_folder(), "t.dae", text), .scale = {1.0, 1.0, 1.0}};
+    return kt_mesh_load(&from, 100, mesh, solid, error);
 }
 #endif
 
@@ -175,46 +168,9 @@ KT_TEST(files_that_end_assimp_do_not_end_the_program) {
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-typedef struct shown {
-    kt_scene scene;
-    kt_model *model;
-    kt_pose *poses;
-    kt_picture *picture;
-} shown;
-
-static const kt_picture *show(shown *s, const char *text, const kt_picture_options *options) {
-    kt_error error = {0};
-    kt_data *data = NULL;
-    double q[64];
-    memset(s, 0, sizeof *s);
-    bool fine = kt_scene_parse(NULL, text, strlen(text), &s->scene, NULL, NULL, &error) == KT_OK &&
-                kt_model_compile(&s->scene.description, NULL, &s->model, &error) == KT_OK &&
-                kt_data_create(s->model, &data, &error) == KT_OK;
-    s->poses = fine ? calloc((size_t)kt_model_body_count(s->model), sizeof *s->poses) : NULL;
-    if (s->poses != NULL) {
-        kt_model_initial(s->model, q, q + 32);
-        fine = kt_kinematics_update(s->model, data, q, NULL, NULL, &error) == KT_OK;
-        for (int i = 0; fine && i < kt_model_body_count(s->model); i++)
-            s->poses[i] = kt_body_pose(s->model, data, i);
-        (void)kt_picture_create(&s->scene, s->model, s->poses, options, &s->picture, &error);
-    }
-    kt_check_text("error", error.message, "");
-    kt_data_free(data);
-    return s->picture;
-}
-
-static void hide(shown *s) {
-    kt_picture_free(s->picture);
-    kt_model_free(s->model);
-    kt_scene_free(&s->scene);
-    free(s->poses);
-}
-
 KT_TEST(meshes_take_the_place_of_balls_and_rods_and_lost_ones_are_counted) {
-    char path[] = "/tmp/kinetree-tube-XXXXXX.obj", text[1500];
-    shown s;
-    if (!write_tube(path))
-        return;
+    char text[1500];
+    const char *path = write_tube();
     (void)snprintf(
         text, sizeof text,
         "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 1, com: [9, 9, 9], joint: {type: revolute}}\n"
@@ -222,7 +178,8 @@ KT_TEST(meshes_take_the_place_of_balls_and_rods_and_lost_ones_are_counted) {
         "  - {name: b, parent: a, mass: 1, joint: {type: revolute, at: [0, 5, 0]}}\n"
         "meshes:\n  - {body: a, file: %s}\n  - {body: b, file: %s.none}\n  - {body: b, file: /none.dae}\n",
         path, path);
-    const kt_picture *p = show(&s, text, NULL);
+    const shown s = show(kt_test_scene(text), NULL);
+    const kt_picture *p = s.picture;
     int of[3] = {0, 0, 0}; /* a, sensor, b */
     for (int i = 0; p != NULL && i < p->solid_count; i++) {
         of[p->solids[i].body - 1]++;
@@ -235,8 +192,6 @@ KT_TEST(meshes_take_the_place_of_balls_and_rods_and_lost_ones_are_counted) {
         kt_check_equal_int("lost", p->lost_meshes, 2);
         kt_check_contains("why", p->lost_reason, ".none: cannot be read: No such file");
     }
-    hide(&s);
-    (void)unlink(path);
 }
 
 /* A uniform box has the box of its inertia; a ball of radius r the cube of half edge sqrt(3/5) r. */
@@ -249,8 +204,8 @@ KT_TEST(boxes_have_mass_and_inertia_of_the_bodies) {
         "  - {name: c, parent: b, joint: {type: revolute}}\n  - {name: d, parent: c, mass: 1, "
         "joint: {type: revolute}}\n";
     const kt_picture_options boxes = {.boxes = true};
-    shown s;
-    const kt_picture *p = show(&s, text, &boxes);
+    const shown s = show(kt_test_scene(text), &boxes);
+    const kt_picture *p = s.picture;
     for (int i = 0; p != NULL && i < p->solid_count; i++) {
         const kt_solid *solid = &p->solids[i];
         if (solid->source != KT_SOURCE_INERTIA)
@@ -260,7 +215,8 @@ KT_TEST(boxes_have_mass_and_inertia_of_the_bodies) {
         if (solid->body == 1) {
             kt_mat3 turn = kt_mat3_identity();
             kt_check_equal_int("rotation",
-                               kt_rotation_evaluate(&s.scene.description.bodies[0].shape.rotation, &turn, NULL), KT_OK);
+                               kt_rotation_evaluate(&s.at.scene->description.bodies[0].shape.rotation, &turn, NULL),
+                               KT_OK);
             kt_check_near("edges", sum, 0.6, 1e-14);
             kt_check_near("volume", h[0] * h[1] * h[2], 0.1 * 0.2 * 0.3, 1e-15);
             kt_check_near("place", kt_vec3_norm(kt_vec3_sub(solid->pose.position, kt_vec3_make(1.0, 2.0, 3.0))), 0.0,
@@ -276,7 +232,6 @@ KT_TEST(boxes_have_mass_and_inertia_of_the_bodies) {
             kt_check_above("its edge", h[0], 0.005);
         }
     }
-    hide(&s);
 }
 
 /* Rigid parts are connected: every solid touches another one of the part, across bodies without mass. One of them is at
@@ -286,8 +241,8 @@ KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
         "kinetree: 1\ninertia_check: accept\nbodies:\n  - {name: a, mass: 1, com: [0, 0, 1], joint: {type: revolute}}\n"
         "  - {name: flange, parent: a, joint: {type: fixed, at: [0, 0, 1]}}\n"
         "  - {name: hand, parent: flange, mass: 1, com: [1, 0, 0], joint: {type: fixed, at: [2, 0, 0]}}\n";
-    shown s;
-    const kt_picture *p = show(&s, text, NULL);
+    const shown s = show(kt_test_scene(text), NULL);
+    const kt_picture *p = s.picture;
     bool reached[16] = {true};
     for (int sweep = 0; p != NULL && sweep < 8; sweep++)
         for (int i = 0; i < p->solid_count && i < 16; i++)
@@ -309,7 +264,6 @@ KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
     kt_check_above("solids", p != NULL ? p->solid_count : 0, 3.5);
     for (int i = 0; p != NULL && i < p->solid_count && i < 16; i++)
         kt_check_true("it is connected", reached[i]);
-    hide(&s);
 }
 
 #define COUPLED(mass)                                                                                                  \
@@ -321,13 +275,12 @@ KT_TEST(rods_join_what_is_fixed_across_bodies_without_solids) {
 KT_TEST(a_slider_that_is_a_number_alone_is_not_drawn) {
     static const char *const texts[] = {COUPLED(""), COUPLED(", mass: 1")};
     for (int i = 0; i < 2; i++) {
-        shown s;
-        const kt_picture *p = show(&s, texts[i], NULL);
+        const shown s = show(kt_test_scene(texts[i]), NULL);
+        const kt_picture *p = s.picture;
         int solids = 0;
         for (int k = 0; p != NULL && k < p->solid_count; k++)
             solids += p->solids[k].body == 2;
         kt_check_equal_int("joints", p != NULL ? p->joint_count : -1, 1 + i);
         kt_check_equal_int("its block", solids > 0, i);
-        hide(&s);
     }
 }
