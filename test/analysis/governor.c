@@ -5,7 +5,6 @@
 #include "kinetree/analysis.h"
 
 #include <math.h>
-#include <string.h>
 
 typedef struct governor {
     kt_case c;

@@ -16,7 +16,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 static shown show_text(const char *text) { return show(kt_test_scene(text), NULL); }
 

@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const kt_robot_options on_plane = {.contacts = true},
                               on_ground = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.5};

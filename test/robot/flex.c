@@ -11,8 +11,6 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #define FLEX(attributes, content)                                                                                      \
     "<mujoco><worldbody><body name='b'><flexcomp name='f' " attributes ">" content "</flexcomp></body></worldbody>"    \

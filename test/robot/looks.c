@@ -5,7 +5,6 @@
 #include "robot.h"
 
 #include <stdlib.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */

@@ -7,9 +7,7 @@
 #include "kinetree/kinetree.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 static kt_status read_in(const char *folder, const char *uri, kt_scene *scene) {

@@ -6,7 +6,6 @@
 #include "kinetree/kinetree.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* One model in the words of three versions: `1.0, 1.3, and 1.4`. The last is written in our order of elements. */

@@ -13,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #define MODEL(tendon)                                                                                                  \
     "<mujoco><worldbody><site name='h' pos='0 0 2'/><body name='a' pos='0 0 1.5'><joint name='a' type='slide' "        \

@@ -15,7 +15,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { ROBOTS = 12, LEGS = 4, SECONDS = 3, COORDINATES_MOST = 7 + 5 * LEGS };
 

@@ -5,7 +5,6 @@
 #include "kinetree/kinetree.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 
 /* ---- inertias that no body has ----------------------------------------------------------------------------------- */
 

@@ -2,7 +2,6 @@
 #include "kinetree/scene.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"

@@ -1,5 +1,4 @@
 /* Every key of scene-files.md, and its result in the scene. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
