@@ -174,31 +174,7 @@ void kt_test_register(kt_test *test) {
     last_test = test;
 }
 
-typedef struct held_object {
-    void (*release)(void *);
-    void *object;
-    struct held_object *before;
-} held_object;
-
-static held_object *last_held;
 static jmp_buf end_of_test;
-
-void kt_at_end(void (*release)(void *), void *object) {
-    held_object *held = malloc(sizeof *held);
-    if (held == NULL)
-        abort();
-    *held = (held_object){release, object, last_held};
-    last_held = held;
-}
-
-static void release_held(void) {
-    while (last_held != NULL) {
-        held_object *held = last_held;
-        last_held = held->before;
-        held->release(held->object);
-        free(held);
-    }
-}
 
 void kt_end_test(void) { longjmp(end_of_test, 1); }
 
@@ -209,13 +185,39 @@ void kt_need(bool held) {
 
 kt_random kt_random_of_test(void) { return kt_random_named(running); }
 
+/* Static, because tests count allocations and make them fail. */
+enum { MAX_OWNED = 20000 };
+static struct {
+    void *object;
+    void (*release)(void *object);
+} owned[MAX_OWNED];
+static size_t owned_count;
+
+void kt_test_own(void *object, void (*release)(void *object)) {
+    if (object == NULL)
+        return;
+    if (owned_count == MAX_OWNED) {
+        fputs("a test must own no more than MAX_OWNED objects\n", stderr);
+        abort();
+    }
+    owned[owned_count].object = object;
+    owned[owned_count++].release = release;
+}
+
+static void release_owned(void) {
+    while (owned_count > 0) {
+        owned_count--;
+        owned[owned_count].release(owned[owned_count].object);
+    }
+}
+
 static void run_registered(void **state) {
     const kt_test *test = *state;
     running = test->name;
     checks = failures = skips = 0;
     if (setjmp(end_of_test) == 0)
         test->body();
-    release_held();
+    release_owned();
     if (checks == 0 && skips > 0)
         skip();
     if (checks == 0)

@@ -89,8 +89,9 @@ bool kt_check_worst(const kt_worst *worst);
 
 /* ---- the end of a test ------------------------------------------------------------------------------------------- */
 
-/* Releases an object at the end of the running test: the last one first, and also after kt_end_test. */
-void kt_at_end(void (*release)(void *), void *object);
+/* Gives an object to the running test. When the body of the test has ended, also by kt_end_test, release(object) is
+ * called for all objects, the latest first. NULL is not kept. */
+void kt_test_own(void *object, void (*release)(void *object));
 
 /* Ends the running test. */
 _Noreturn void kt_end_test(void);

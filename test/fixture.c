@@ -15,7 +15,7 @@ kt_model *kt_test_model(const kt_description *description, const kt_model_option
     kt_model *model = NULL;
     kt_error error = {0};
     kt_need_fine("model", kt_model_compile(description, options, &model, &error), &error);
-    kt_at_end(release_model, model);
+    kt_test_own(model, release_model);
     return model;
 }
 
@@ -25,7 +25,7 @@ kt_data *kt_test_data(const kt_model *model) {
     kt_data *data = NULL;
     kt_error error = {0};
     kt_need_fine("data", kt_data_create(model, &data, &error), &error);
-    kt_at_end(release_data, data);
+    kt_test_own(data, release_data);
     return data;
 }
 
@@ -35,7 +35,7 @@ kt_linearization *kt_test_linearization(const kt_model *model) {
     kt_linearization *linearization = NULL;
     kt_error error = {0};
     kt_need_fine("linearisation", kt_linearization_create(model, NULL, &linearization, &error), &error);
-    kt_at_end(release_linearization, linearization);
+    kt_test_own(linearization, release_linearization);
     return linearization;
 }
 
@@ -45,6 +45,6 @@ kt_simulation *kt_test_simulation(const kt_model *model, const kt_run *run, cons
     kt_simulation *simulation = NULL;
     kt_error error = {0};
     kt_need_fine("simulation", kt_simulation_create(model, run, options, &simulation, &error), &error);
-    kt_at_end(release_simulation, simulation);
+    kt_test_own(simulation, release_simulation);
     return simulation;
 }

@@ -26,7 +26,7 @@ static void remove_test_folder(void *folder) {
 const char *kt_test_folder(void) {
     char *folder = strdup("/tmp/kinetree-test-XXXXXX");
     kt_need((folder != NULL && mkdtemp(folder) != NULL) || kt_check_true("there is a folder", false));
-    kt_at_end(remove_test_folder, folder);
+    kt_test_own(folder, remove_test_folder);
     return folder;
 }
 
@@ -35,7 +35,7 @@ const char *kt_test_path(const char *folder, const char *name) {
     char *path = malloc(size);
     kt_need(path != NULL || kt_check_true("there is memory", false));
     (void)snprintf(path, size, "%s/%s", folder, name);
-    kt_at_end(free, path);
+    kt_test_own(path, free);
     return path;
 }
 

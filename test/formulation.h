@@ -6,7 +6,9 @@
 
 #include "kinetree/study.h"
 
-/* The absolute formulation of a model of this description, to be freed; NULL if the formulation is another one, or
+static inline void kt_release_absolute(void *absolute) { kt_absolute_free(absolute); }
+
+/* The absolute formulation of a model of this description, which the running test owns; NULL if the formulation is another one, or
  * after a failed check. */
 static inline kt_absolute *kt_formulate(const kt_description *description, const kt_model_options *options,
                                         const kt_model *model, kt_formulation formulation) {
@@ -17,6 +19,7 @@ static inline kt_absolute *kt_formulate(const kt_description *description, const
     if (!kt_check_equal_int("absolute formulation", kt_absolute_create(description, options, model, &absolute, &error),
                             KT_OK))
         kt_note("%s: %s", error.where, error.message);
+    kt_test_own(absolute, kt_release_absolute);
     return absolute;
 }
 

@@ -87,11 +87,11 @@ static char released[] = "released";
 static void fail_when_released(void *object) { kt_check_true(object, false); }
 
 KT_TEST(object_is_released) {
-    kt_at_end(fail_when_released, released);
+    kt_test_own(released, fail_when_released);
     kt_check_true("x", true);
 }
 KT_TEST(object_is_released_after_an_end) {
-    kt_at_end(fail_when_released, released);
+    kt_test_own(released, fail_when_released);
     kt_check_true("x", true);
     kt_end_test();
 }

@@ -147,7 +147,7 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
     g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (g->library != NULL)
-        kt_at_end(close_library, g->library);
+        kt_test_own(g->library, close_library);
     if (!kt_check_true("the file can be loaded", g->library != NULL))
         return false;
     const struct {

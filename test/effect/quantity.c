@@ -106,10 +106,7 @@ static bool build(stage *s) {
     return kt_check_true("room", s->first[EFFECTS] <= QUANTITIES);
 }
 
-static void destroy(stage *s) {
-    kt_data_free(s->data);
-    kt_model_free(s->model);
-}
+static void destroy(stage *s) { kt_data_free(s->data); }
 
 static void random_state(kt_random *random, stage *s) {
     for (int k = 0; k < kt_model_nq(s->model); k++)
@@ -289,7 +286,6 @@ KT_TEST(drag_records_its_moments) {
         kt_check_near("power", x[6], power, 1e-13);
     }
     kt_data_free(data);
-    kt_model_free(model);
 }
 
 /* A sphere of radius 0.3 slides along x at 2 m/s, with its centre 0.2 above a plane. The expected values are computed
@@ -325,7 +321,6 @@ KT_TEST(contact_says_where_it_is_and_how_deep) {
         }
     }
     kt_data_free(data);
-    kt_model_free(model);
 }
 
 KT_TEST(names_and_units_of_quantities_tell_turning_from_sliding) {

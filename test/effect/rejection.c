@@ -142,5 +142,4 @@ KT_TEST(bushing_at_no_rotation_is_rejected_with_the_body) {
     kt_check_contains("where", error.where, "'block'");
     kt_check_near("nothing is written", a[0], 77.0, 0.0);
     kt_data_free(data);
-    kt_model_free(model);
 }

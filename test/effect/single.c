@@ -30,8 +30,6 @@ static bool run_free(kt_effect *effect, kt_lone *lone, double t, double *q, doub
             v[i] = kt_simulation_velocities(simulation)[i];
         fine = true;
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return fine;
 }
 
@@ -233,6 +231,4 @@ KT_TEST(loads_below_friction_creep_as_slowly_as_smoothing_says) {
     kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
     if (simulation && kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error))
         kt_check_near("speed", kt_simulation_velocities(simulation)[0], 1e-3 * atanh(0.5), 1e-10);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

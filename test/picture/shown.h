@@ -22,15 +22,15 @@ static inline shown show(kt_scene *scene, const kt_picture_options *options) {
     kt_error error = {0};
     double *q = calloc((size_t)(kt_model_nq(s.at.model) + kt_model_nv(s.at.model)) + 1, sizeof *q);
     s.poses = calloc((size_t)kt_model_body_count(s.at.model), sizeof *s.poses);
-    kt_at_end(free, q);
-    kt_at_end(free, s.poses);
+    kt_test_own(q, free);
+    kt_test_own(s.poses, free);
     kt_need((q != NULL && s.poses != NULL) || kt_check_true("there is memory", false));
     kt_model_initial(s.at.model, q, q + kt_model_nq(s.at.model));
     kt_need_fine("kinematics", kt_kinematics_update(s.at.model, s.at.data, q, NULL, NULL, &error), &error);
     for (int i = 0; i < kt_model_body_count(s.at.model); i++)
         s.poses[i] = kt_body_pose(s.at.model, s.at.data, i);
     kt_need_fine("picture", kt_picture_create(scene, s.at.model, s.poses, options, &s.picture, &error), &error);
-    kt_at_end(release_picture, s.picture);
+    kt_test_own(s.picture, release_picture);
     return s;
 }
 

@@ -230,7 +230,6 @@ static void run_plans(const kt_case *c, computation with) {
             run_steps(c, &with);
             both = is_planar(integrated(&with), &with.run);
         }
-        kt_absolute_free(with.absolute);
         kt_model_free(with.model);
     }
 }

@@ -59,8 +59,8 @@ kt_table kt_table_open(const char *name, const char *columns) {
     kt_need(has_columns(json_object_get(reference, "columns"), columns) &&
             kt_check_true("every row is complete", take_rows(&table, reference)));
     json_decref(root);
-    kt_at_end(free, table.t);
-    kt_at_end(free, table.value);
+    kt_test_own(table.t, free);
+    kt_test_own(table.value, free);
     return table;
 }
 

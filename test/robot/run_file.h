@@ -19,7 +19,7 @@ static inline const kt_mechanism *run_file(const char *path, const kt_robot_opti
     kt_mechanism *m = calloc(1, sizeof *m);
     kt_error error = {0};
     kt_need(m != NULL || kt_check_true("there is memory", false));
-    kt_at_end(release_mechanism, m);
+    kt_test_own(m, release_mechanism);
     kt_need_fine(path, kt_mechanism_load(path, options, run, m, &error), &error);
     kt_need_fine("run", kt_simulation_advance(m->simulation, time, &error), &error);
     return m;

@@ -29,7 +29,7 @@ static void open_beam(beam *b, const char *text) {
     b->at = kt_test_open(kt_test_scene(text), NULL);
     b->linearization = kt_test_linearization(b->at.model);
     kt_need_fine("modes", kt_modes_create(b->at.model, &b->modes, &e), &e);
-    kt_at_end(release_modes, b->modes);
+    kt_test_own(b->modes, release_modes);
     kt_model_initial(b->at.model, b->q, b->v);
     kt_need_fine("assembled", kt_state_assemble(b->at.model, b->at.data, 0.0, b->q, b->v, &e), &e);
 }

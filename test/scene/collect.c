@@ -59,7 +59,7 @@ kt_scene *kt_test_scene_place(void) {
     kt_scene *scene = malloc(sizeof *scene);
     kt_need(scene != NULL || kt_check_true("there is memory", false));
     *scene = kt_scene_default();
-    kt_at_end(release_scene, scene);
+    kt_test_own(scene, release_scene);
     return scene;
 }
 
@@ -96,7 +96,7 @@ const char *kt_test_written(const kt_scene *scene) {
     kt_need(stream != NULL || kt_check_true("there is memory", false));
     const kt_status status = kt_scene_write(scene, stream, &error);
     (void)fclose(stream);
-    kt_at_end(free, text);
+    kt_test_own(text, free);
     kt_need_fine("a scene is written", status, &error);
     return text;
 }

@@ -33,10 +33,10 @@ kt_status running_open(running *to, kt_scene *scene, const kt_simulation_options
     made.contact = scene->contact;
     *to = (running){.scene = scene, .model = kt_test_model(&scene->description, &compiled)};
     kt_status status = kt_simulation_create(to->model, &scene->run, &made, &to->simulation, error);
-    kt_at_end(release_simulation, to->simulation);
+    kt_test_own(to->simulation, release_simulation);
     if (status == KT_OK)
         status = kt_scene_watch_create(scene, to->model, to->simulation, NULL, 0, &to->watch, error);
-    kt_at_end(release_watch, to->watch);
+    kt_test_own(to->watch, release_watch);
     return status;
 }
 

@@ -61,7 +61,7 @@ static void run_scene(const char *text, const char *integrator, rows *r) {
 static void *take_motion_work(const running *r, size_t *size) {
     *size = kt_motion_work_size(r->simulation);
     void *work = aligned_alloc(KT_ALIGNMENT, (*size + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT);
-    kt_at_end(free, work);
+    kt_test_own(work, free);
     kt_need(work != NULL || kt_check_true("there is memory", false));
     return work;
 }

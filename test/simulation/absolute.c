@@ -32,11 +32,6 @@ static bool set_stage(stage *s, int bodies) {
     return s->absolute != NULL;
 }
 
-static void free_stage(stage *s) {
-    kt_absolute_free(s->absolute);
-    kt_tree_free(&s->tree);
-}
-
 static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
     const kt_simulation_options options = kt_formulated(absolute);
     return kt_scene_simulate(model, run, &options);
@@ -95,9 +90,7 @@ KT_TEST(pushes_of_the_caller_act_alike) {
     kt_check_worst(&position);
     kt_check_worst(&velocity);
     kt_check_worst(&acceleration);
-    kt_simulation_free(tree);
-    kt_simulation_free(absolute);
-    free_stage(&s);
+    kt_tree_free(&s.tree);
 }
 
 /* ---- whole turns ------------------------------------------------------------------------------------------------- */
@@ -112,7 +105,6 @@ static kt_model *make_spinners(kt_body *bodies, kt_effect *motor, kt_absolute **
     static const int turning[SPINNERS] = {0, 2, 1, 0};
     kt_description description = kt_description_default();
     kt_model *model = NULL;
-    kt_error error;
     for (int i = 0; i < SPINNERS; i++) {
         bodies[i] = kt_body_default();
         bodies[i].name = names[i];
@@ -130,7 +122,7 @@ static kt_model *make_spinners(kt_body *bodies, kt_effect *motor, kt_absolute **
     description.body_count = SPINNERS;
     description.effects = motor;
     description.effect_count = 1;
-    (void)kt_fine("model", kt_model_compile(&description, NULL, &model, &error), &error);
+    model = kt_scene_compile(&description);
     *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;
 }
@@ -171,9 +163,6 @@ KT_TEST(angles_count_whole_turns) {
         (void)kt_fine("run", kt_simulation_run(simulation, watch_spin, &s, &error), &error);
     kt_check_worst(&s.angle);
     kt_check_above("turns of the wheel", angle_of(3, 0.8) / 6.283185307179586, 5.0);
-    kt_simulation_free(simulation);
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }
 
 enum { BALLS = 4 };
@@ -185,7 +174,6 @@ static kt_model *make_balls(kt_body *bodies, kt_absolute **absolute) {
     static const char *const names[BALLS] = {"about_x", "about_y", "about_z", "free"};
     kt_description description = kt_description_default();
     kt_model *model = NULL;
-    kt_error error;
     for (int i = 0; i < BALLS; i++) {
         bodies[i] = kt_body_default();
         bodies[i].name = names[i];
@@ -197,7 +185,7 @@ static kt_model *make_balls(kt_body *bodies, kt_absolute **absolute) {
     }
     description.bodies = bodies;
     description.body_count = BALLS;
-    (void)kt_fine("model", kt_model_compile(&description, NULL, &model, &error), &error);
+    model = kt_scene_compile(&description);
     *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;
 }
@@ -228,9 +216,6 @@ KT_TEST(quaternions_go_on_without_a_jump) {
     if (simulation)
         (void)kt_fine("run", kt_simulation_run(simulation, watch_balls, &worst, &error), &error);
     kt_check_worst(&worst);
-    kt_simulation_free(simulation);
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
@@ -265,9 +250,7 @@ KT_TEST(state_that_is_set_comes_back) {
                        KT_ERROR_NOT_FINITE);
     kt_check_near("time, still", kt_simulation_time(simulation), 2.5, 0.0);
     kt_check_equal_bits("positions, still", kt_simulation_positions(simulation), before, (size_t)s.tree.nq);
-    kt_simulation_free(tree);
-    kt_simulation_free(simulation);
-    free_stage(&s);
+    kt_tree_free(&s.tree);
 }
 
 /* From a checkpoint within a step, in another simulation, with pushes and many turns behind it. */
@@ -289,7 +272,6 @@ KT_TEST(restored_run_goes_on_bit_for_bit) {
     (void)kt_fine("whole run", kt_simulation_run(one, kt_keep, kept, &error), &error);
     kt_check_equal_int("records", kept->count, 81);
     whole = *kept;
-    kt_simulation_free(one);
     one = simulate(model, absolute, &run);
     kept = kt_kept_empty(model);
     kept->stop_at = 53;
@@ -304,10 +286,6 @@ KT_TEST(restored_run_goes_on_bit_for_bit) {
     kt_check_equal_bits("states", kept->state[0], whole.state[0], (size_t)whole.count * KT_KEPT_NUMBERS);
     kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
     free(block);
-    kt_simulation_free(one);
-    kt_simulation_free(other);
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -347,7 +325,7 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     kt_check_equal_int("bytes touched beyond", (long long)touched, 0);
     kt_check_equal_int("records", records, 6);
     free(memory);
-    free_stage(&s);
+    kt_tree_free(&s.tree);
 }
 
 static int keep_and_poison(const kt_record *record, void *user) {
@@ -382,8 +360,7 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
             clean = *kept;
         else
             kt_check_equal_bits("states", kept->state[0], clean.state[0], (size_t)clean.count * KT_KEPT_NUMBERS);
-        kt_simulation_free(simulation);
     }
     kt_check_equal_int("records", clean.count, 31);
-    free_stage(&s);
+    kt_tree_free(&s.tree);
 }

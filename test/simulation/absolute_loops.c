@@ -67,8 +67,6 @@ static void follow(const kt_description *d, const kt_both_bounds *bounds) {
             kt_both_compare(&worst, names[r], &tree, &other, bounds);
         open.position = fmax(open.position, other.constraint.position);
         open.velocity = fmax(open.velocity, other.constraint.velocity);
-        kt_absolute_free(absolute);
-        kt_model_free(model);
     }
     kt_both_check(&worst);
     kt_check_below("closure, positions", open.position, 4e-14);

@@ -64,7 +64,6 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
                 compared++;
             }
             kt_data_free(data);
-            kt_absolute_free(formulation);
         }
         tangle_free(&g);
     }

@@ -48,7 +48,6 @@ static bool pair_move(pair *p, kt_random *random) {
 
 static void pair_free(pair *p) {
     kt_data_free(p->data);
-    kt_absolute_free(p->formulation);
     kt_tree_free(&p->tree);
 }
 

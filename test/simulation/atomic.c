@@ -211,10 +211,6 @@ static void compare(scene which, const char *method, double step, bool balanced,
     }
     f->closings += (int)kt_simulation_contacts(a).closings;
     f->sticks += (int)kt_simulation_contacts(a).sticks;
-    kt_simulation_free(a);
-    kt_simulation_free(b);
-    kt_model_free(model);
-    kt_model_free(other);
 }
 
 static void compare_all(scene which) {

@@ -50,7 +50,6 @@ KT_TEST(rates_and_forces_read_the_states_in_the_data) {
                        KT_ERROR_NOT_FINITE);
     kt_check_contains("it is named", error.where, "state 'lag'");
     kt_check_near("untouched", rates[0], 7.0, 0.0);
-    kt_parsed_free(&m);
 }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
@@ -103,7 +102,6 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
         first.stop = 61;
         kt_note("%s", methods[k].name);
         (void)kt_fine("whole", kt_simulation_run(a, keep, &whole, &error), &error);
-        kt_simulation_free(a);
         a = kt_scene_simulate(m.model, &run, NULL);
         kt_check_equal_int("stops", kt_simulation_run(a, keep, &first, &error), KT_ERROR_CALLBACK);
         kt_simulation_save(a, block);
@@ -114,10 +112,7 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
         kt_check_equal_bits("after", rest.y[0], whole.y[first.count], NUMBERS * (size_t)rest.count);
         kt_check_equal_bits("auxiliary states", kt_simulation_own_states(b), &whole.y[whole.count - 1][2], 2);
         free(block);
-        kt_simulation_free(a);
-        kt_simulation_free(b);
     }
-    kt_parsed_free(&m);
 }
 
 /* Between steps, too. */
@@ -132,7 +127,6 @@ KT_TEST(records_have_the_states_of_the_motion) {
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
     fine = (records){.count = 0};
     (void)kt_fine("fine", kt_simulation_run(s, keep, &fine, &error), &error);
-    kt_simulation_free(s);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         /* Errors of the state: the tolerance of adaptive methods, or h^p of fixed steps, times the growth of some 1000.
          * That of implicit-euler, 0.1, would show nothing. */
@@ -152,9 +146,7 @@ KT_TEST(records_have_the_states_of_the_motion) {
             for (int c = 0; c < NUMBERS; c++)
                 kt_worst_near(&worst, coarse.y[i][c], fine.y[i][c], bound, "%d.%d", i, c);
         kt_check_worst(&worst);
-        kt_simulation_free(s);
     }
-    kt_parsed_free(&m);
 }
 
 /* The balance is computed by other equations besides, which must not move a bit. */
@@ -168,7 +160,6 @@ KT_TEST(balance_moves_no_bit_and_closes) {
     kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
     without = with = (records){.count = 0};
     (void)kt_fine("without", kt_simulation_run(s, keep, &without, &error), &error);
-    kt_simulation_free(s);
     run.record = KT_RECORD_BALANCE | KT_RECORD_STATE;
     s = kt_scene_simulate(m.model, &run, NULL);
     kt_record start, last;
@@ -178,8 +169,6 @@ KT_TEST(balance_moves_no_bit_and_closes) {
     kt_check_equal_bits("motion", with.y[0], without.y[0], NUMBERS * (size_t)without.count);
     kt_check_near("energy", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
                   start.kinetic + start.potential, 1e-7);
-    kt_simulation_free(s);
-    kt_parsed_free(&m);
 }
 
 KT_TEST(states_are_set_and_start_anew) {
@@ -203,8 +192,6 @@ KT_TEST(states_are_set_and_start_anew) {
     (void)kt_fine("restart", kt_simulation_set_state(s, 0.0, &q, NULL, &error), &error);
     kt_check_near("initial", x[0], 0.5, 0.0);
     kt_check_near("initial", x[1], 0.0, 0.0);
-    kt_simulation_free(s);
-    kt_parsed_free(&m);
 }
 
 /* x' = 1 from -0.3. The state passes zero at 0.3 s, to the rounding of the time. */
@@ -226,9 +213,7 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
     kt_check_near("time", kt_simulation_time(s), 0.3, 4.0 * DBL_EPSILON);
     kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
-    kt_simulation_free(s);
     kt_scene_watch_free(watch);
-    kt_parsed_free(&m);
 }
 
 KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
@@ -244,8 +229,6 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     kt_check_equal_int("status", kt_simulation_advance(s, 1.0, &error), KT_ERROR_NOT_FINITE);
     kt_check_contains("where", error.where, "state 'x'");
     kt_check_contains("time", error.where, "t = 0 s");
-    kt_simulation_free(s);
-    kt_parsed_free(&m);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
@@ -276,11 +259,9 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
             strcmp(methods[k].name, "rkc2") == 0 ? 1e-7 : 1e-9; /* errors of order 2 add up over many steps */
         kt_worst_near(&velocity, kt_simulation_velocities(s)[0], v, bound, "%s", methods[k].name);
         kt_worst_near(&level, kt_simulation_own_states(s)[0], x, bound, "%s", methods[k].name);
-        kt_simulation_free(s);
     }
     kt_check_worst(&velocity);
     kt_check_worst(&level);
-    kt_parsed_free(&m);
 }
 
 static void rejects(const char *what, kt_status status, const kt_error *error) {
@@ -301,5 +282,4 @@ KT_TEST(what_does_not_know_auxiliary_states_says_so) {
     const kt_constraint_formulation_options gauss =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     rejects("formulation", kt_constraint_formulation_create(m.model, &gauss, &formulation, &error), &error);
-    kt_parsed_free(&m);
 }

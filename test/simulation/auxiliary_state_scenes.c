@@ -99,8 +99,6 @@ static bool run(const char *name, const way *by, double duration, double y[NUMBE
         memcpy(y + nq + nv, kt_simulation_own_states(simulation), nx * sizeof *y);
         *n = nq + nv + nx;
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     kt_scene_free(&scene);
     return fine;
 }

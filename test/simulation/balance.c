@@ -52,7 +52,6 @@ static bool keep_ledger_of(const kt_model *model, const kt_absolute *absolute, c
     kt_simulation *simulation = kt_scene_simulate(model, run, &options);
     const bool fine =
         simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error) && l->count > 1;
-    kt_simulation_free(simulation);
     return kt_check_true("there are records", fine);
 }
 
@@ -105,8 +104,6 @@ static void compare(const oscillator *o, double x0, double v0, kt_recorder *reco
         (void)kt_fine("run", kt_simulation_run(simulation, recorder, &it, &error), &error);
     kt_check_worst(&it.dissipated);
     kt_check_worst(&it.supplied);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(heat_of_a_damped_oscillator_is_that_of_the_closed_form) {
@@ -134,8 +131,7 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
     kt_run run = balanced("dop853", 0.0, 3.0);
     run.relative = run.absolute = 1e-12;
     for (int formulation = 0; formulation < KT_FORMULATION_COUNT; formulation++) {
-        kt_model *model = NULL;
-        (void)kt_fine("model", kt_model_compile(&pendulum.description, NULL, &model, &error), &error);
+        kt_model *model = kt_scene_compile(&pendulum.description);
         kt_absolute *absolute = kt_formulate(&pendulum.description, NULL, model, (kt_formulation)formulation);
         const kt_simulation_options options = kt_formulated(absolute);
         kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
@@ -152,9 +148,6 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
         /* the wrench is about the joint's origin, which rests: only its moment about the axis does work */
         const double more = kt_simulation_positions(simulation)[0] - 0.4 - turned;
         kt_check_near("wrench", kt_simulation_work(simulation).supplied, torque * turned + 0.45 * more, bound);
-        kt_simulation_free(simulation);
-        kt_absolute_free(absolute);
-        kt_model_free(model);
     }
 }
 
@@ -173,8 +166,6 @@ KT_TEST(force_on_a_free_body_supplies_its_gain_of_energy) {
     (void)kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, &l, &error), &error);
     kt_check_above("supplied", l.last.supplied, 1.0);
     kt_check_below("drift", l.drift, 1e-10);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- order ------------------------------------------------------------------------------------------------------- */
@@ -202,7 +193,6 @@ KT_TEST(balance_closes_with_the_order_of_the_method) {
         /* methods of even order keep a linear oscillator's energy to one order more */
         kt_check_above(methods[i].name, log2(coarse.drift / fine.drift), methods[i].order - 0.3);
     }
-    kt_model_free(model);
 }
 
 KT_TEST(balance_closes_to_the_tolerance) {
@@ -221,7 +211,6 @@ KT_TEST(balance_closes_to_the_tolerance) {
             kt_note("%s at %g", methods[i], tolerance);
             kt_check_below("drift, J", l.drift, 400.0 * tolerance); /* of some 30 J; measured: 49 to 176 tolerances */
         }
-    kt_model_free(model);
 }
 
 /* ---- what it costs ----------------------------------------------------------------------------------------------- */
@@ -285,7 +274,6 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
             kt_check_true("no works", isnan(kt_simulation_work(simulation).dissipated) &&
                                           isnan(kt_simulation_work(simulation).supplied));
-            kt_simulation_free(simulation);
             without = *kept;
 
             run.record |= KT_RECORD_BALANCE;
@@ -298,7 +286,6 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             kt_check_true("its own evaluations are counted apart", adaptive || more.balance == 0);
             more.balance = 0;
             kt_check_above("heat", kt_simulation_work(simulation).dissipated, 1.0);
-            kt_simulation_free(simulation);
             kt_note("%s%s", method->name, adaptive ? ", adaptive" : "");
             kt_check_equal_int("records", kept->count, without.count);
             kt_check_equal_bits("states and accelerations", kept->state[0], without.state[0],
@@ -307,27 +294,21 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             kt_check_true("as much work", memcmp(&counts, &more, sizeof counts) == 0);
         }
     }
-    kt_model_free(model);
 }
 
 KT_TEST(absolute_formulation_keeps_the_same_works) {
-    kt_error error;
     oscillator o;
     oscillator_make(&o, 11.0);
-    kt_model *model = NULL;
+    kt_model *model = kt_scene_compile(&o.lone.description);
     kt_ledger tree, other;
     kt_run run = balanced("dop853", 0.0, 4.0);
     run.relative = run.absolute = 1e-11;
-    if (!kt_fine("model", kt_model_compile(&o.lone.description, NULL, &model, &error), &error))
-        return;
     kt_absolute *absolute = kt_formulate(&o.lone.description, NULL, model, KT_FORMULATION_ABSOLUTE);
     if (absolute != NULL && keep_ledger(model, &run, &tree) && keep_ledger_of(model, absolute, &run, &other)) {
         kt_check_near("dissipated", other.last.dissipated, tree.last.dissipated, 1e-9);
         kt_check_near("supplied", other.last.supplied, tree.last.supplied, 1e-9);
         kt_check_below("drift", other.drift, 5e-9);
     }
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
@@ -357,8 +338,4 @@ KT_TEST(checkpoint_carries_the_works) {
     const double works[2] = {kt_simulation_work(a).dissipated, kt_simulation_work(a).supplied}, none[2] = {0.0, 0.0};
     kt_check_equal_bits("a new start", works, none, 2);
     free(block);
-    kt_simulation_free(a);
-    kt_simulation_free(b);
-    kt_simulation_free(other);
-    kt_model_free(model);
 }

@@ -36,10 +36,7 @@ static bool stage_open(stage *s, const char *name) {
     return true;
 }
 
-static void stage_close(stage *s) {
-    kt_model_free(s->model);
-    kt_scene_free(&s->scene);
-}
+static void stage_close(stage *s) { kt_scene_free(&s->scene); }
 
 static kt_effect *add_effect(stage *s, kt_effect_type type, const char *joint) {
     kt_effect *effect = &s->effects[s->description.effect_count++];
@@ -77,7 +74,6 @@ static bool keep_ledger(stage *s, const char *integrator, double step, double to
         s->model = kt_scene_compile(&s->description);
     kt_simulation *simulation = kt_scene_simulate(s->model, &run, NULL);
     const bool fine = simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error);
-    kt_simulation_free(simulation);
     kt_note("%s, step %g, tolerance %g: %g J heat, %g J supplied, drift %g J", integrator, step, tolerance,
             l->last.dissipated, l->last.supplied, l->drift);
     return kt_check_true("there are records", fine && l->count > 1);

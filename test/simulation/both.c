@@ -25,15 +25,9 @@ int kt_both_keep(const kt_record *record, void *trace) {
 }
 
 kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute) {
-    kt_model *model = NULL;
-    kt_error error;
-    *absolute = NULL;
-    (void)kt_fine("model", kt_model_compile(description, options, &model, &error), &error);
+    kt_model *model = kt_scene_compile_with(description, options);
     *absolute = kt_formulate(description, options, model, KT_FORMULATION_ABSOLUTE);
-    if (*absolute != NULL)
-        return model;
-    kt_model_free(model);
-    return NULL;
+    return *absolute != NULL ? model : NULL;
 }
 
 kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
@@ -59,7 +53,6 @@ bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run,
         fine = kt_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
     fine = fine && kt_fine(absolute != NULL ? "absolute" : "tree",
                            kt_simulation_run(simulation, kt_both_keep, t, &error), &error);
-    kt_simulation_free(simulation);
     return fine;
 }
 

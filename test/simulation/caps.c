@@ -103,7 +103,6 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     kt_check_equal_int("steps", seen.position, KT_POSITION_STEPS_MAX);
     kt_check_equal_int("capped", seen.capped, 1);
     free(block);
-    kt_simulation_free(simulation);
     linkage_free(&l);
 }
 
@@ -133,7 +132,6 @@ KT_TEST(bundled_scenes_stay_far_from_all_caps) {
                 velocity = seen.velocity > velocity ? seen.velocity : velocity;
                 capped += seen.capped;
                 looped++;
-                kt_simulation_free(simulation);
             }
             kt_model_free(model);
             kt_scene_free(&scene);
@@ -174,7 +172,6 @@ static unsigned decay(int bars) {
     kt_simulation *simulation = kt_scene_simulate(l.model, &run, NULL);
     (void)kt_fine("run", kt_simulation_advance(simulation, 0.1, &error), &error);
     const unsigned capped = kt_simulation_counts_get(simulation).iterations.capped;
-    kt_simulation_free(simulation);
     linkage_free(&l);
     return capped;
 }

@@ -62,7 +62,6 @@ static void compare_runs(const kt_stage *stage, const kt_run *run) {
     (void)kt_fine("whole run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     whole = *kept;
     kt_check_equal_int("records", whole.count, 41);
-    kt_simulation_free(simulation);
 
     kept = kt_kept_empty(stage->tree.model);
     kept->stop_at = 17;
@@ -75,8 +74,6 @@ static void compare_runs(const kt_stage *stage, const kt_run *run) {
     kt_check_equal_bits("states and accelerations", kept->state[0], whole.state[0],
                         (size_t)whole.count * KT_KEPT_NUMBERS);
     kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
-    kt_simulation_free(simulation);
-    kt_simulation_free(other);
 }
 
 KT_TEST(restored_simulation_goes_on_bit_for_bit) {
@@ -134,8 +131,6 @@ KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     kt_check_equal_int("another rho does not", kt_simulation_restore(none, block, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "another integrator: two-step 0.2");
     free(block);
-    for (int i = 0; i < 4; i++)
-        kt_simulation_free(all[i]);
     kt_tree_free(&stage.tree);
 }
 
@@ -156,8 +151,6 @@ KT_TEST(checkpoint_keeps_torques_that_wait) {
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
     (void)kt_fine("step", kt_simulation_step(other, HUGE_VAL, &error), &error);
     kt_check_equal_bits("velocities", kt_simulation_velocities(other), kt_simulation_velocities(simulation), nv);
-    kt_simulation_free(simulation);
-    kt_simulation_free(other);
     kt_tree_free(&stage.tree);
 }
 
@@ -192,11 +185,6 @@ KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
     free(block);
     free(before);
     free(after);
-    kt_simulation_free(simulation);
-    kt_simulation_free(stranger);
-    kt_simulation_free(other_method);
-    kt_model_free(model);
-    kt_model_free(another);
 }
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
@@ -229,8 +217,6 @@ static void check_rejected(const kt_model *model, const kt_run *run, const kt_si
     free(block);
     free(before);
     free(after);
-    kt_simulation_free(from);
-    kt_simulation_free(to);
 }
 
 /* One step of a checkpoint taken by 1e-3 s covered 1.5 s where the other simulation had steps of 2.5e-3 s. */
@@ -266,7 +252,6 @@ KT_TEST(checkpoint_of_other_settings_is_rejected_in_words) {
     options = plain;
     options.max_steps = 1000;
     check_rejected(model, &adaptive, &plain, &adaptive, &options, "a largest number of steps of 0, and");
-    kt_model_free(model);
 }
 
 /* A block fits a model by its structure: one whose body has another name is another, a copy with another mass is
@@ -290,12 +275,6 @@ KT_TEST(checkpoint_knows_the_structure_of_its_model) {
     kt_check_equal_int("another name", kt_simulation_restore(c, block, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "with the same number of coordinates, but other names, types");
     free(block);
-    kt_simulation_free(a);
-    kt_simulation_free(b);
-    kt_simulation_free(c);
-    kt_model_free(model);
-    kt_model_free(heavier);
-    kt_model_free(other);
 }
 
 /* Looking ahead with coarser steps: they are counted from the time that is taken over. */
@@ -317,9 +296,6 @@ KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
     (void)kt_fine("plant", kt_simulation_advance(plant, 2.0, &error), &error);
     /* rk4 with h = 2.5e-3 on a pendulum of 1 m. The error is h^4 times the fourth derivatives, some 1e-10 in 1 s */
     kt_check_near("angle", kt_simulation_positions(ahead)[0], kt_simulation_positions(plant)[0], 1e-9);
-    kt_simulation_free(plant);
-    kt_simulation_free(ahead);
-    kt_model_free(model);
 }
 
 /* Next to its kind and its method a checkpoint begins with four numbers of its model. */
@@ -358,8 +334,6 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
     free(block);
     free(before);
     free(after);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A method of the caller's need not have a name. */
@@ -385,8 +359,4 @@ KT_TEST(checkpoint_of_a_method_without_a_name_goes_on) {
     kt_check_equal_int("one with a name", kt_simulation_restore(named, block, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "another integrator");
     free(block);
-    kt_simulation_free(simulation);
-    kt_simulation_free(other);
-    kt_simulation_free(named);
-    kt_model_free(model);
 }

@@ -182,8 +182,6 @@ static bool run_scene(const kt_description *description, const char *method, boo
     }
     if (fine)
         to->islands = simulation->contacts->islands;
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return fine;
 }
 

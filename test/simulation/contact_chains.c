@@ -122,8 +122,6 @@ KT_TEST(random_mechanisms_keep_their_bounds_and_their_energy) {
             drift = fmax(drift, fabs(kt_scene_balance(simulation) - energy));
             impacts += kt_simulation_contacts(simulation).impacts;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_note("%llu impacts", impacts);
     kt_check_equal_int("failed", failed, 0);
@@ -430,8 +428,6 @@ KT_TEST(random_mechanisms_agree_with_time_stepping) {
             sum += gap;
             worst = fmax(worst, gap);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_note("%llu impacts, %llu sticks; the worst of the others %.3g steps", impacts, sticks, worst / dt);
     kt_check_below("mean, in steps", sum / dt / count, 10.0);

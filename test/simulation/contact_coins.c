@@ -179,8 +179,6 @@ static void run_coin(const coin *c, int n, double T, double x[3]) {
                 (unsigned long long)counts.sticks, (unsigned long long)counts.slips);
         kt_check_near("balance, J", kt_scene_balance(simulation), before, 1e-11 * fabs(before));
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Coins that bounce and slip are where time-stepping comes to with its step. */

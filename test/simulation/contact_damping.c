@@ -151,8 +151,6 @@ static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], doub
             *stiffest = is == SLOW ? fmax(*stiffest, rate) : *stiffest;
         }
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Measured: 3e-4 with slow slip, which is the error of the differences, and 0.1 otherwise. Without damping 7 and 0.5.
@@ -202,6 +200,4 @@ KT_TEST(stick_that_ends_at_once_is_held) {
         kt_check_below("evaluations", (double)kt_simulation_counts_get(simulation).evaluations, 40000.0);
         kt_check_above("ends of stick that are held", (double)kt_simulation_contacts(simulation).rested, 3.0);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -95,8 +95,6 @@ static bool coin_until(coin_run *run, size_t count) {
 static void coin_end(coin_run *run, double bound) {
     if (run->status == KT_OK)
         kt_check_near("balance, J", kt_scene_balance(run->simulation), run->before, bound);
-    kt_simulation_free(run->simulation);
-    kt_model_free(run->model);
 }
 
 /* Dropped with a spin w about its axle. At the impact, the rim has the mass M = 1 / (1 / m + r^2 cos^2(alpha) / A).

@@ -64,7 +64,6 @@ static void rest_foot(const kt_model *model, const char *method, double step, do
         kt_check_equal_int("sticks", (int)counts->sticks, 1);
         kt_check_equal_int("slips again", (int)counts->slips, 0);
     }
-    kt_simulation_free(simulation);
 }
 
 /* Friction stops the slip of the light foot within 2 ms, at mu N / m = 180 m/s^2: steps of 1 ms do not resolve its end.
@@ -86,7 +85,6 @@ KT_TEST(light_foot_comes_to_rest_within_a_fixed_step) {
         kt_check_above("slip that a step does not resolve", (double)counts.rested, 1.0);
         kt_check_below("distance, m", hypot(q[0] - exact[0], q[1] - exact[1]), stop * step * step);
     }
-    kt_model_free(model);
 }
 
 /* Adaptive steps with errors above the rest velocity do not resolve the end of slip either. Feet of random speeds,
@@ -128,9 +126,7 @@ KT_TEST(light_foot_comes_to_rest_at_large_tolerances) {
                     total += evaluations;
                 }
             }
-            kt_simulation_free(simulation);
         }
-        kt_model_free(model);
     }
     kt_note("mean of evaluations %.1f", total / 60.0);
     kt_check_worst(&place);
@@ -214,8 +210,6 @@ KT_TEST(box_at_rest_takes_few_steps) {
             kt_worst_near(&height, kt_simulation_positions(simulation)[2] / half[2], 1.0, 1e-12, "run %d", i);
             rejected = count > rejected ? count : rejected;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&growth);
     kt_check_worst(&height);
@@ -256,8 +250,6 @@ KT_TEST(dropped_boxes_come_to_rest) {
         failed += status != KT_OK;
         if (status != KT_OK)
             kt_note("run %d, %s: %s", i, methods[i % 4], error.message);
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_below("runs that fail", failed, 0.0);
 }
@@ -286,8 +278,6 @@ static double drop_flat(kt_random *random) {
     kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
     if (simulation != NULL && kt_fine("falls", kt_simulation_advance(simulation, 0.12, &error), &error))
         closings = (double)kt_simulation_contacts(simulation).closings;
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return closings;
 }
 

@@ -39,9 +39,7 @@ KT_TEST(sliding_ball_rolls_at_five_sevenths) {
             kt_check_near("balance, J", kt_scene_balance(simulation), energy, 2e-13);
             kt_check_equal_int("sticks", (long long)kt_simulation_contacts(simulation).sticks, 1);
         }
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }
 
 /* A disc inclined by alpha slides across its slope. All follows by hand from N (1 / m + r^2 cos^2(alpha) / A) = g. */
@@ -65,8 +63,6 @@ KT_TEST(inclined_disc_slides_with_its_force_at_the_rim) {
     if (simulation != NULL && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
         for (int k = 0; k < 6; k++)
             kt_check_near("acceleration", record.a[k], expected[k], 2e-14 * g / r);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A ball that is released on an incline rolls at 5/7 g sin(a) if tan(a) < 7/2 mu. On a steeper incline it slides. */
@@ -84,8 +80,6 @@ KT_TEST(ball_on_an_incline_rolls_or_slides) {
             kt_check_near("position", kt_simulation_positions(simulation)[0], 0.5 * a, 2e-14);
             kt_check_equal_int("sticks", (long long)kt_simulation_contacts(simulation).sticks, i == 0);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -113,8 +107,6 @@ KT_TEST(block_on_an_incline_lies_or_slides) {
                 kt_check_equal_int("closings", (long long)kt_simulation_contacts(simulation).closings, 3);
                 kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
             }
-            kt_simulation_free(simulation);
-            kt_model_free(model);
         }
 }
 
@@ -154,8 +146,6 @@ KT_TEST(pinched_block_does_not_creep) {
             else
                 kt_check_near("slides", kt_simulation_positions(simulation)[2], -0.5 * (g - 2.0 * mu * F / m), 1e-14);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -199,8 +189,6 @@ KT_TEST(clutch_with_stribeck_friction_grips_in_time) {
         kt_check_near("slip", kt_simulation_velocities(simulation)[1], 0.0, 0.0);
         kt_check_near("balance, J", kt_scene_balance(simulation), 5.0, 1e-11);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A point of m = 2 kg slides at v0 on a plank of M = 3 kg: both reach m v0 / (m + M) at v0 / (mu g (1 + m / M)). */
@@ -227,8 +215,6 @@ KT_TEST(plank_is_dragged_along) {
         kt_check_near("plank", v[plank], m * v0 / (m + M), 1e-14);
         kt_check_near("body", v[body], m * v0 / (m + M), 1e-14);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- against time-stepping --------------------------------------------------------------------------------------- */
@@ -283,8 +269,6 @@ KT_TEST(thrown_bodies_agree_with_time_stepping) {
             sum += gap;
             thrown++;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_below("mean distance, over the step of the oracle, m/s", sum / thrown / h, 2.0);
 }
@@ -329,8 +313,6 @@ KT_TEST(painleves_rod_is_stopped_by_an_impulse) {
             kt_check_near("rate, rad/s", fabs(w), 5.0 * m * a * sin(theta) / inertia, 1e-13);
             kt_check_near("lost, J", counts.dissipated, 0.5 * (m * 25.0 - inertia * w * w), 1e-12);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -362,8 +344,6 @@ KT_TEST(derivatives_of_slip_are_rejected) {
     kt_check_true("methods", compiled == NULL || kt_simulation_create(compiled, &run, NULL, &exact, &error) != KT_OK);
     kt_check_contains("words", error.message, "the order of rodas5p depends on exact derivatives");
     kt_data_free(data);
-    kt_simulation_free(simulation);
-    kt_model_free(compiled);
 }
 
 /* Where slip begins, only the simulation has the direction of friction: other data would leave it out. */
@@ -392,8 +372,6 @@ KT_TEST(slip_that_begins_has_its_direction_in_a_simulation_only) {
         kt_check_near("closed form, m/s^2", a[0], g * (sin(angle) - friction * cos(angle)), 1e-14);
     }
     kt_data_free(data);
-    kt_simulation_free(simulation);
-    kt_model_free(compiled);
 }
 
 /* ---- the run as a whole ------------------------------------------------------------------------------------------ */
@@ -426,8 +404,5 @@ KT_TEST(checkpoint_of_slip_goes_on_with_the_same_bits) {
             kt_check_equal_int("and rests", (long long)kt_simulation_contacts(one).slips, 0);
         }
         free(block);
-        kt_simulation_free(one);
-        kt_simulation_free(two);
     }
-    kt_model_free(model);
 }

@@ -32,8 +32,6 @@ KT_TEST(impact_with_friction_sticks_or_slips) {
             kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, lost, 1e-14);
             kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 1);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -90,8 +88,6 @@ static kt_contact_counts strike_floor(double mu, double e, bool poisson, const d
         after[1] = v[0] + v[1];
         counts = kt_simulation_contacts(simulation);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return counts;
 }
 
@@ -175,8 +171,6 @@ KT_TEST(rocking_block_loses_what_housner_says) {
         kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 5);
         kt_check_equal_int("slips", (long long)kt_simulation_contacts(simulation).slips, 0);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Two balls of equal mass fly past each other, nearest at `time`, with centres that are `miss` apart there. Returns the
@@ -224,8 +218,6 @@ static double error_of_collision(kt_random *random, int *impacts) {
             worst = fmax(worst, fabs(v[i] - v[6 + i] - (speed * d[i] - 2.0 * closing * n[i])) / speed);
         *impacts += (int)kt_simulation_contacts(simulation).impacts;
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return worst;
 }
 

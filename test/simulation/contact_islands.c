@@ -81,16 +81,15 @@ static bool slide(const way *w, int first, int count, plate_state *to) {
     static masks_scene s;
     kt_error error = {0};
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
     scene_plates(&s, first, count, FEET);
     s.description.gravity.x = 2.5;
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3; k++)
             s.body[i].joint.velocity[k == 2 ? 5 : k] = w->speed * (1.0 + 0.4 * sin(3.0 * (first + i) + k));
     options.reduction = kt_reduction_method_of(w->reduction);
-    kt_status status = kt_model_compile(&s.description, &options, &model, &error);
-    kt_simulation *simulation = status == KT_OK ? masks_start(model, w->method, w->step) : NULL;
-    status = simulation != NULL ? kt_simulation_advance(simulation, w->duration, &error) : KT_ERROR_MEMORY;
+    kt_model *model = kt_scene_compile_with(&s.description, &options);
+    kt_simulation *simulation = masks_start(model, w->method, w->step);
+    kt_status status = simulation != NULL ? kt_simulation_advance(simulation, w->duration, &error) : KT_ERROR_MEMORY;
     const bool fine = kt_fine(w->method, status, &error);
     if (fine) {
         static double damping[PLATES * NV * PLATES * NV];
@@ -107,8 +106,6 @@ static bool slide(const way *w, int first, int count, plate_state *to) {
         for (int i = 0; i < count; i++)
             take_plate(simulation, s.body[i].name, damping, &to[i]);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return fine;
 }
 
@@ -163,7 +160,6 @@ KT_TEST(models_and_data_of_boxes_grow_with_their_number) {
         kt_model *model = kt_scene_compile(&s.description);
         model_size[i] = model != NULL ? (double)kt_model_size(model) : (double)NAN;
         data_size[i] = model != NULL ? (double)kt_data_size(model) : (double)NAN;
-        kt_model_free(model);
     }
     check_growth("models", model_size);
     check_growth("data", data_size);
@@ -178,7 +174,6 @@ KT_TEST(data_of_boxes_grow_with_their_number) {
         scene_plates(&s, 0, boxes[i], 2);
         kt_model *model = kt_scene_compile(&s.description);
         size[i] = model != NULL ? (double)kt_data_size(model) : (double)NAN;
-        kt_model_free(model);
     }
     kt_check_below("bytes for each of 50 boxes", size[0] / 50, 24e3);
     kt_check_below("bytes for each of 200 boxes", size[2] / 200, 24e3);
@@ -201,7 +196,6 @@ KT_TEST(simulations_of_boxes_grow_with_their_number) {
             scene_plates(&s, 0, boxes[i], 4);
             kt_model *model = kt_scene_compile(&s.description);
             size[i] = model != NULL ? (double)kt_simulation_size(model, &run, &options) : (double)NAN;
-            kt_model_free(model);
         }
         kt_check_below("bytes for each of 50 boxes", size[0] / 50, 100e3);
         kt_check_below("bytes for each of 200 boxes", size[2] / 200, 100e3);
@@ -233,8 +227,6 @@ KT_TEST(two_hundred_boxes_fall_and_come_to_rest) {
         kt_check_below("speed", speed, 1e-10);
         kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 4 * boxes);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Puts an arm on each plate, whose joint has a stop that is open. */
@@ -278,16 +270,11 @@ static void check_matrices(const kt_simulation *simulation) {
 KT_TEST(open_stops_leave_accelerations_of_slip) {
     static masks_scene s;
     kt_error error = {0};
-    kt_model *model = NULL;
     scene_plates(&s, 0, PLATES, FEET);
     add_arms(&s);
-    kt_simulation *simulation = kt_fine("model", kt_model_compile(&s.description, NULL, &model, &error), &error)
-                                    ? masks_start(model, "rk4", 1e-3)
-                                    : NULL;
+    kt_simulation *simulation = masks_start(kt_scene_compile(&s.description), "rk4", 1e-3);
     if (simulation != NULL && kt_fine("advance", kt_simulation_advance(simulation, 0.01, &error), &error)) {
         check_islands(simulation, PLATES, false);
         check_matrices(simulation);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

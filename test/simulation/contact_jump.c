@@ -216,8 +216,6 @@ static void check_fallers(const char *name, bool hangs) {
             openings += f.openings;
             others += f.openings != (int)kt_simulation_contacts(simulation).openings;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_worst(&sign);
@@ -264,8 +262,6 @@ KT_TEST(ball_leaves_its_stop_where_a_force_is_set) {
             openings += f.openings;
             others += f.openings != (int)kt_simulation_contacts(simulation).openings;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_above("openings in all", openings, RUNS);
@@ -348,8 +344,6 @@ KT_TEST(crate_slips_on_a_truck_whose_acceleration_jumps) {
             kt_worst_near(&place, kt_simulation_positions(simulation)[1], c.x, 1e-12, "run %d", run);
             slips += c.slips;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_above("slips in all", slips, RUNS / 2.0);

@@ -78,8 +78,6 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
             kt_check_near("lost, of what is left", kt_simulation_contacts(simulation).dissipated / record.kinetic,
                           1.0 / (e * e) - 1.0, 1e-13);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A block on two corners without friction: its centre falls straight down. With half width b, when a corner lands while
@@ -137,8 +135,6 @@ KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
         kt_check_near("it does not slide", kt_simulation_positions(simulation)[0], 0.0, 1e-14);
         kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-12);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A stone on a rope of length L, with the speed v0 at the lowest point. The rope is slack from the angle a above the
@@ -193,8 +189,6 @@ KT_TEST(slack_pendulum_flies_and_is_caught) {
         kt_check_near("lost, J", kt_simulation_contacts(simulation).dissipated, 0.5 * radial * radial, 1e-11);
         kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-11);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- a whip ------------------------------------------------------------------------------------------------------ */
@@ -235,7 +229,5 @@ KT_TEST(whip_with_a_slack_end_is_caught) {
         kt_check_near("balance, J", kt_scene_balance(simulation[0]), energy, 1e-12);
     }
     for (int i = 0; i < 2; i++) {
-        kt_simulation_free(simulation[i]);
-        kt_model_free(model[i]);
     }
 }

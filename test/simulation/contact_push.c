@@ -35,9 +35,9 @@ static bool make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
     size_t used = (size_t)snprintf(
         text, sizeof text,
         "kinetree: 1\ngravity: [0, 0, -%.17g]\nbodies:\n  - name: box\n"
-        "    joint: {type: free, position: {position: [0, 0, 0.1]}}\n    mass: %.17g\n"
-        "    shape: {type: box, size: [0.4, 0.3, 0.2]}\n    markers:\n      p: [%.17g, %.17g, %.17g]\n"
-        "      c0: [0.2, 0.15, -0.1]\n      c1: [0.2, -0.15, -0.1]\n      c2: %s\n      c3: %s\neffects:\n"
+        "joint: {type: free, position: {position: [0, 0, 0.1]}}\nmass: %.17g\n"
+        "shape: {type: box, size: [0.4, 0.3, 0.2]}\nmarkers:\n  p: [%.17g, %.17g, %.17g]\n"
+        "  c0: [0.2, 0.15, -0.1]\n  c1: [0.2, -0.15, -0.1]\n  c2: %s\n  c3: %s\neffects:\n"
         "  - {name: push, type: force, at: box.p, value: [{ramp: {from: 0, to: %.17g, start: 0, end: %.17g}}, 0, 0]}\n",
         gravity, p->mass, p->ahead, p->beside, p->height - half_height, behind[p->corners - 3], behind[2], largest,
         fades != NULL ? fades->grown : duration);
@@ -86,13 +86,10 @@ static outcome push_box(const push *p, const fading *fades, const char *method, 
     if (step == 0.0)
         run.relative = run.absolute = 1e-9;
     options.record = KT_RECORD_BALANCE;
-    if (make_pushed_box(p, fades, &m) &&
-        kt_fine("simulation", kt_simulation_create(m.model, &run, &options, &simulation, &error), &error))
+    if (make_pushed_box(p, fades, &m) && (simulation = kt_scene_simulate(m.model, &run, &options)) != NULL)
         o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
     o.steps = (double)kt_simulation_counts_get(simulation).steps;
     o.holds = (double)kt_simulation_contacts(simulation).rested;
-    kt_simulation_free(simulation);
-    kt_parsed_free(&m);
     return o;
 }
 
@@ -277,22 +274,18 @@ static double sticking_corners(kt_simulation *simulation, const push *p, double 
 
 static void check_limit_of_rest(const push *p, const char *method, kt_worst *before, kt_worst *after, kt_worst *held) {
     const double limit = limit_of_rest(p), near = 1e-6;
-    kt_error error = {0};
     kt_parsed m;
     kt_run run = kt_run_default();
     kt_simulation *simulation = NULL;
     run.integrator = method;
     run.relative = run.absolute = 1e-9;
-    if (make_box(p, &m) &&
-        kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error)) {
+    if (make_box(p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL) {
         kt_worst_near(before, sticking_corners(simulation, p, limit * (1.0 - near)), LEGS, 0.5, "%s, %.6g N", method,
                       limit);
         kt_worst_near(held, (double)kt_simulation_contacts(simulation).rested, 0.0, 0.5, "%s, %.6g N", method, limit);
         kt_worst_near(after, sticking_corners(simulation, p, limit * (1.0 + near)), 0.0, 0.5, "%s, %.6g N", method,
                       limit);
     }
-    kt_simulation_free(simulation);
-    kt_parsed_free(&m);
 }
 
 /* Friction of several corners at rest can be shared in several ways. The box rests as long as one of them is within the
@@ -322,13 +315,10 @@ static double speed_behind_limit(const push *p, const char *method, double toler
     double speed = (double)NAN;
     run.integrator = method;
     run.relative = run.absolute = tolerance;
-    if (make_box(p, &m) &&
-        kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error) &&
+    if (make_box(p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL &&
         kt_fine("runs", kt_simulation_advance(simulation, 2.4, &error), &error))
         speed = kt_simulation_velocities(simulation)[0];
     *steps = (double)kt_simulation_counts_get(simulation).steps;
-    kt_simulation_free(simulation);
-    kt_parsed_free(&m);
     return speed;
 }
 
@@ -377,12 +367,9 @@ KT_TEST(records_have_the_speed_of_predicted_slip) {
         run.step = tolerances[k] > 0.0 ? 0.0 : 1e-3;
         if (tolerances[k] > 0.0)
             run.relative = run.absolute = tolerances[k];
-        if (make_box(&p, &m) &&
-            kt_fine("simulation", kt_simulation_create(m.model, &run, NULL, &simulation, &error), &error))
+        if (make_box(&p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL)
             (void)kt_fine("runs", kt_simulation_run(simulation, take_slow_slip, &observed, &error), &error);
         kt_worst_near(&slow, observed / expected[k], 1.0, 1e-14, "tolerance %.0e", tolerances[k]);
-        kt_simulation_free(simulation);
-        kt_parsed_free(&m);
     }
     kt_check_worst(&slow);
 }
@@ -417,24 +404,19 @@ static int compare_copies(kt_simulation *one, kt_simulation *two, void *block) {
 KT_TEST(checkpoints_of_slip_that_begins_go_on_with_the_same_bits) {
     static const stepping chosen[] = {{.method = "rk4", .step = 0.01}, {.method = "dopri5"}, {.method = "radau5"}};
     const push p = {10.0, 0.5, 0.1, 0.0, 0.05, 4};
-    kt_error error = {0};
     for (size_t i = 0; i < sizeof chosen / sizeof *chosen; i++) {
         kt_parsed m;
         kt_run run = kt_run_default();
-        kt_simulation *one = NULL, *two = NULL;
         run.integrator = chosen[i].method;
         run.step = chosen[i].step;
-        const bool fine = make_box(&p, &m) &&
-                          kt_fine("one", kt_simulation_create(m.model, &run, NULL, &one, &error), &error) &&
-                          kt_fine("two", kt_simulation_create(m.model, &run, NULL, &two, &error), &error);
-        void *block = fine ? malloc(kt_simulation_state_size(one)) : NULL;
+        if (!make_box(&p, &m))
+            return;
+        kt_simulation *one = kt_scene_simulate(m.model, &run, NULL), *two = kt_scene_simulate(m.model, &run, NULL);
+        void *block = two != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
         if (kt_check_true(chosen[i].method, block != NULL)) {
             kt_check_equal_int("copies with the same bits", compare_copies(one, two, block), 48);
             kt_check_above("speed", kt_simulation_velocities(one)[0], 0.5);
         }
         free(block);
-        kt_simulation_free(one);
-        kt_simulation_free(two);
-        kt_parsed_free(&m);
     }
 }

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "scenes.h"
+#include "parsed.h"
 
 enum { SLIDERS = 2, METHODS = 4 };
 
@@ -86,8 +86,6 @@ static void check_release(const scene *s, const char *method) {
             for (int i = 0; i < s->description.body_count; i++)
                 kt_check_near("is braked, m/s", v[i], speeds[i] - (speeds[i] > 0.0 ? 0.5 * coulomb : 0.0), 1e-12);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(friction_that_is_released_at_first_does_not_act) {
@@ -146,9 +144,6 @@ static void check_restored(const scene *s, const char *method, bool is_released)
         kt_check_equal_bits("restored", kt_simulation_velocities(other), v, SLIDERS);
     }
     free(block);
-    kt_simulation_free(other);
-    kt_simulation_free(one);
-    kt_model_free(model);
 }
 
 KT_TEST(checkpoints_keep_which_friction_is_released) {
@@ -204,9 +199,7 @@ KT_TEST(parameters_that_are_set_act_while_friction_is_released) {
             status = kt_simulation_advance(simulation, 0.75, &error);
         for (int i = 0; kt_fine("runs", status, &error) && i < SLIDERS; i++)
             kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[i], speeds[i] + 0.5 * pull, 1e-12);
-        kt_simulation_free(simulation);
         free(memory);
-        kt_model_free(compiled);
     }
 }
 
@@ -223,7 +216,6 @@ KT_TEST(accelerations_and_runs_take_friction_over) {
         const bool is_run = m % 2 == 0;
         scene s;
         kt_model_options options = kt_model_options_default();
-        kt_model *model = NULL;
         kt_parameter coulomb_of_a;
         kt_error error = {0};
         double a[SLIDERS];
@@ -231,11 +223,10 @@ KT_TEST(accelerations_and_runs_take_friction_over) {
         s.effect[0].name = "fa";
         s.effect[0].switching = s.effect[1].switching = KT_ALWAYS_ON;
         options.settable = true;
-        kt_status status = kt_model_compile(&s.description, &options, &model, &error);
-        kt_simulation *simulation = status == KT_OK ? start_for(model, methods[m / 2], duration) : NULL;
+        kt_model *model = kt_scene_compile_with(&s.description, &options);
+        kt_simulation *simulation = start_for(model, methods[m / 2], duration);
         kt_note("%s, %s", methods[m / 2], is_run ? "run" : "acceleration");
-        if (status == KT_OK)
-            status = kt_parameter_find(model, "effect fa.coulomb", &coulomb_of_a, &error);
+        kt_status status = kt_parameter_find(model, "effect fa.coulomb", &coulomb_of_a, &error);
         if (status == KT_OK)
             status = kt_parameter_set(model, &coulomb_of_a, weaker, &error);
         if (status == KT_OK)
@@ -246,8 +237,6 @@ KT_TEST(accelerations_and_runs_take_friction_over) {
                           1e-12);
         else if (status == KT_OK)
             kt_check_near("acceleration, m/s^2", a[0], -weaker[0], 1e-14);
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -256,17 +245,15 @@ KT_TEST(coulomb_of_friction_that_sticks_is_set) {
     const double weaker[] = {0.4}, none[] = {0.0};
     scene s;
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
     kt_parameter parameter;
     kt_error error = {0};
     scene_make(&s);
     s.effect[0].name = "fa";
     s.effect[0].switching = KT_ALWAYS_ON;
     options.settable = true;
-    kt_status status = kt_model_compile(&s.description, &options, &model, &error);
-    kt_simulation *simulation = status == KT_OK ? start(model, "rk4") : NULL;
-    if (status == KT_OK)
-        status = kt_parameter_find(model, "effect fa.coulomb", &parameter, &error);
+    kt_model *model = kt_scene_compile_with(&s.description, &options);
+    kt_simulation *simulation = start(model, "rk4");
+    kt_status status = kt_parameter_find(model, "effect fa.coulomb", &parameter, &error);
     if (status == KT_OK)
         status = kt_simulation_set_parameter(simulation, model, &parameter, weaker, &error);
     if (kt_fine("set", status == KT_OK ? advance(simulation, 0.5, &error) : status, &error)) {
@@ -275,8 +262,6 @@ KT_TEST(coulomb_of_friction_that_sticks_is_set) {
                            KT_ERROR_MODEL);
         kt_check_contains("words", error.message, "coulomb is 0");
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- events of scenes -------------------------------------------------------------------------------------------- */
@@ -285,27 +270,22 @@ KT_TEST(coulomb_of_friction_that_sticks_is_set) {
 static bool run_scene(const char *text, kt_contact_scheme contact, double v[SLIDERS]) {
     kt_scene read;
     kt_error error = {0};
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
     kt_scene_watch *watch = NULL;
     kt_simulation_options options = kt_simulation_options_default();
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &read, NULL, NULL, &error), &error))
+    if (!kt_parsed_scene(text, &read))
         return false;
     options.contact = contact;
     options.events = kt_scene_event_room(&read);
-    kt_status status = kt_model_compile(&read.description, NULL, &model, &error);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, &read.run, &options, &simulation, &error);
-    if (status == KT_OK)
-        status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);
+    kt_model *model = kt_scene_compile(&read.description);
+    kt_simulation *simulation = kt_scene_simulate(model, &read.run, &options);
+    if (simulation == NULL)
+        return false;
+    kt_status status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, 1.0, &error);
     if (status == KT_OK)
         memcpy(v, kt_simulation_velocities(simulation), SLIDERS * sizeof *v);
     kt_scene_watch_free(watch);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
-    kt_scene_free(&read);
     return kt_fine("runs", status, &error);
 }
 
@@ -387,7 +367,6 @@ KT_TEST(released_friction_of_a_compiled_model_is_rejected) {
         kt_check_equal_int("rejected", accelerate(model, rates[i], a, &error), KT_ERROR_UNSUPPORTED);
         kt_check_contains("words", error.message, "it is released at first");
     }
-    kt_model_free(model);
 }
 
 /* The remedy, the model of a simulation, has the friction that acts: none at first, and then that of both sliders. */
@@ -410,6 +389,4 @@ KT_TEST(friction_that_a_simulation_engages_acts_in_its_model) {
         for (int i = 0; kt_fine("evaluates", status, &error) && i < SLIDERS; i++)
             kt_check_near("acceleration, m/s^2", a[i], acts == 1 ? -coulomb : 0.0, 1e-15);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -56,8 +56,6 @@ KT_TEST(pressed_finger_comes_to_rest_on_a_stop_anywhere) {
             late += counts.closings != 1 || kt_simulation_velocities(simulation)[0] != 0.0;
             more += (int)counts.impacts > count;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_worst(&energy);
@@ -89,8 +87,6 @@ static int rest_ball(double a, double e, double way, double step, kt_worst *plac
         kt_worst_near(place, kt_simulation_positions(simulation)[0], 0.0, 1e-15, "e %g", e);
         kt_worst_near(energy, counts.dissipated / (a * way), 1.0, 1e-11, "e %g", e);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return (int)counts.impacts - unresolved - 2 * 16 - 1;
 }
 
@@ -177,8 +173,6 @@ KT_TEST(bounces_that_are_held_dissipate_their_energy) {
             late += counts.closings != 1;
             held += last > 0.1 * rest;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&counted);
     kt_check_worst(&work);
@@ -205,8 +199,6 @@ KT_TEST(bounces_within_a_step_have_a_limit) {
         kt_check_contains("words", error.message, "larger rest_velocity");
         kt_check_contains("where", error.where, "event 'anvil.lower' at t = ");
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Each call has this limit for itself. A control loop makes no records, and goes on after 10,000 bounces. */
@@ -231,9 +223,7 @@ KT_TEST(limit_of_bounces_is_that_of_a_tick) {
         kt_check_equal_int("status", status, ticks == 1 ? KT_ERROR_STEP : KT_OK);
         if (status == KT_OK)
             kt_check_near("impacts", (double)kt_simulation_contacts(simulation).impacts, time / flight, 1.0);
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }
 
 /* A call takes no more steps than its options allow, accepted and rejected together. It fails with the name of the
@@ -264,7 +254,6 @@ static void limit_calls(const kt_model *model, const char *method, double step, 
     kt_check_equal_int("other failures", others, 0);
     if (simulation != NULL)
         kt_check_near("reached, s", kt_simulation_time(simulation), 0.4, 1e-15);
-    kt_simulation_free(simulation);
 }
 
 KT_TEST(steps_of_a_call_have_the_limit_of_the_options) {
@@ -279,7 +268,6 @@ KT_TEST(steps_of_a_call_have_the_limit_of_the_options) {
     kt_model *model = kt_scene_compile(&r.description);
     for (int i = 0; model != NULL && i < 4; i++)
         limit_calls(model, methods[i], i % 3 == 0 ? 1e-3 : 0.0, 24);
-    kt_model_free(model);
 }
 
 /* Three sliders whose coordinates add up to a gap. The first one moves towards the stop from q, the second one cancels
@@ -345,8 +333,6 @@ KT_TEST(impacts_within_the_rounding_of_a_position_happen) {
             kt_worst_near(&place, kt_simulation_positions(simulation)[1], -stop - 1e-3 * v * (1.0 + e) / 3.0, 1e-14,
                           "run %d", i);
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_equal_int("runs without one impact", wrong, 0);
@@ -379,8 +365,6 @@ KT_TEST(slow_parting_is_not_ended_by_rounding) {
                           "run %d", i);
             most = counts.steps + counts.rejected > most ? counts.steps + counts.rejected : most;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&gap);
     kt_check_below("steps", (double)most, 205.0);

@@ -59,11 +59,10 @@ typedef struct end {
  * switches: up to so many of contacts have a model of each set. */
 static bool run(const masks_scene *s, int switches, double time, const char *method, end *to) {
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
     kt_error error = {0};
     kt_record record = {0};
     options.contact_switches = switches;
-    (void)kt_fine("model", kt_model_compile(&s->description, &options, &model, &error), &error);
+    kt_model *model = kt_scene_compile_with(&s->description, &options);
     kt_simulation *simulation = masks_start(model, method, 0.0);
     kt_status status = simulation != NULL ? kt_simulation_advance(simulation, time, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
@@ -79,8 +78,6 @@ static bool run(const masks_scene *s, int switches, double time, const char *met
         if (kt_loop_side(model, i) != KT_SIDE_NONE)
             to->reaction[k++] = kt_vec3_norm(record.loop_reactions[i].force);
     to->counts = kt_simulation_contacts(simulation);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return status == KT_OK;
 }
 
@@ -167,8 +164,6 @@ static void check_friction(int sliders, const char *method) {
         kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-9);
     kt_check_worst(&place);
     kt_check_worst(&rate);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(friction_of_one_joint_or_of_many_stops_them) {
@@ -240,6 +235,4 @@ KT_TEST(time_stepping_goes_on_behind_an_event) {
         kt_check_near("path, m", kt_simulation_positions(simulation)[1], 0.5 * v * fabs(v) / s.effect[1].coulomb, 1e-6);
         kt_check_equal_int("stands", kt_simulation_velocities(simulation)[1] == 0.0, 1);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

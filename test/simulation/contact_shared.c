@@ -34,17 +34,14 @@ static bool make_block(const dry *friction, int count, double stribeck, kt_parse
 }
 
 static kt_simulation *start_block(const kt_parsed *m, const char *method) {
-    kt_error error = {0};
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    kt_simulation *simulation = NULL;
     run.integrator = method;
     run.duration = 100.0;
     run.step = strcmp(method, "rk4") == 0 ? 1e-3 : 0.0;
     run.relative = run.absolute = 1e-11;
     options.record = KT_RECORD_MULTIPLIER;
-    (void)kt_fine("simulation", kt_simulation_create(m->model, &run, &options, &simulation, &error), &error);
-    return simulation;
+    return kt_scene_simulate(m->model, &run, &options);
 }
 
 /* The velocity after slip begins at t1, until it ends: A / w (cos w t1 - cos w t) - C (t - t1). */
@@ -85,8 +82,6 @@ KT_TEST(frictions_of_a_joint_slip_at_the_sum_of_their_limits) {
                           slip_velocity_of(sum.coulomb, t1, t1 + 0.5), 1e-10);
             kt_check_equal_int("slips", (int)kt_simulation_contacts(simulation).slips, counts[k]);
         }
-        kt_simulation_free(simulation);
-        kt_parsed_free(&m);
     }
 }
 
@@ -117,10 +112,6 @@ KT_TEST(frictions_of_a_joint_move_it_as_their_sum_does) {
         kt_check_below("difference, m", off, 1e-11);
         kt_check_equal_int("sticks", (int)several.sticks, counts[i] * (int)one.sticks);
         kt_check_equal_int("slips", (int)several.slips, counts[i] * (int)one.slips);
-        for (int j = 0; j < 2; j++) {
-            kt_simulation_free(simulation[j]);
-            kt_parsed_free(&m[j]);
-        }
     }
 }
 
@@ -141,13 +132,11 @@ KT_TEST(frictions_of_a_joint_share_the_load_by_their_limits) {
     if (make_block(friction, 2, 0.0, &m)) {
         kt_run run = kt_run_default();
         kt_simulation_options options = kt_simulation_options_default();
-        kt_simulation *simulation = NULL;
         run.duration = 1.5;
         run.interval = 0.5;
         options.record = KT_RECORD_MULTIPLIER;
-        if (kt_fine("simulation", kt_simulation_create(m.model, &run, &options, &simulation, &error), &error))
+        kt_simulation *simulation = kt_scene_simulate(m.model, &run, &options);
+        if (simulation != NULL)
             (void)kt_fine("run", kt_simulation_run(simulation, check_shares, friction, &error), &error);
-        kt_simulation_free(simulation);
     }
-    kt_parsed_free(&m);
 }

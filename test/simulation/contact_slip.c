@@ -77,8 +77,6 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
         if (kt_fine("state", kt_simulation_set_state(simulation, 0.0, rest, NULL, &error), &error))
             kt_check_equal_int("contacts afterwards", (long long)kt_simulation_contacts(simulation).count, 1);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A point on a turntable of inertia I that starts from rest: implicit steps with the friction of their end. */
@@ -148,7 +146,5 @@ KT_TEST(slip_begins_on_a_turntable_in_a_direction_that_turns) {
             }
             kt_check_equal_int("slips", (long long)kt_simulation_contacts(simulation).slips, 1);
         }
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }

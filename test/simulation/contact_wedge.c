@@ -96,8 +96,6 @@ static double run_rod(kt_random *random, const char *method, double step, bool *
         kt_note("%s: %s", error.where, error.message);
     counts->jammed += kt_simulation_contacts(simulation).jammed;
     counts->unconverged += kt_simulation_contacts(simulation).unconverged;
-    kt_simulation_free(simulation);
-    kt_model_free(model);
     return growth;
 }
 
@@ -158,6 +156,4 @@ KT_TEST(steps_of_a_driven_rod_are_not_repeated) {
         kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, lround(end / step));
         kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_get(simulation).rejected, 0);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -2,7 +2,7 @@
  * method of integration. Steps are as long as the motion allows. The works of the drives follow, too. */
 #include "../formulation.h"
 #include "../sanitized.h"
-#include "scenes.h"
+#include "parsed.h"
 
 #include "integrator/integrator.h"
 #include "kinetree/scene.h"
@@ -76,7 +76,6 @@ static void check_method(const kt_model *model, const kt_absolute *absolute, con
     if (kt_fine("run", kt_simulation_run(simulation, compare, &c, &error), &error))
         kt_check_worst(&c.worst);
     kt_check_below("steps", (double)kt_simulation_counts_get(simulation).steps, 400.0);
-    kt_simulation_free(simulation);
 }
 
 /* Counts over all scenes and all works: see kt_is_asked. */
@@ -86,9 +85,10 @@ static void check_scene(const char *text) {
     static kt_kept right;
     kt_scene scene;
     kt_error error;
-    kt_model *model = NULL;
-    if (!kt_fine("scene", kt_scene_parse("driven", text, strlen(text), &scene, NULL, NULL, &error), &error) ||
-        !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error))
+    if (!kt_parsed_scene(text, &scene))
+        return;
+    kt_model *model = kt_scene_compile(&scene.description);
+    if (model == NULL)
         return;
     kt_check_equal_int("degrees of freedom", kt_model_mobility(model).minimal, 0);
     kt_run run = kt_run_fixed("dop853", 0.0, 1.0);
@@ -97,7 +97,6 @@ static void check_scene(const char *text) {
     kt_kept *kept = kt_kept_empty(model);
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
     (void)kt_fine("reference", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
-    kt_simulation_free(simulation);
     right = *kept;
     kt_absolute *absolute = kt_formulate(&scene.description, NULL, model, KT_FORMULATION_ABSOLUTE);
     for (int i = 0; i < kt_method_count(); i++) {
@@ -112,9 +111,6 @@ static void check_scene(const char *text) {
                 check_method(model, k < 2 ? NULL : absolute, &run, &right);
         }
     }
-    kt_absolute_free(absolute);
-    kt_model_free(model);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(driven_crank_turns_by_every_implicit_method) { check_scene(crank); }
@@ -163,20 +159,15 @@ static int enter(const kt_record *record, void *user) {
     return 0;
 }
 
-static kt_model *compile(const char *text, kt_error *error) {
+static kt_model *compile(const char *text) {
     kt_scene scene;
-    kt_model *model = NULL;
-    if (!kt_fine("scene", kt_scene_parse("driven", text, strlen(text), &scene, NULL, NULL, error), error))
-        return NULL;
-    (void)kt_fine("model", kt_model_compile(&scene.description, NULL, &model, error), error);
-    kt_scene_free(&scene);
-    return model;
+    return kt_parsed_scene(text, &scene) ? kt_scene_compile(&scene.description) : NULL;
 }
 
 /* Checks records within steps, too: few of the 401 records are at the end of a step. */
 static void check_works(const char *text, supplied_at *right, double bound, double bound_of_order_2) {
     kt_error error;
-    kt_model *model = compile(text, &error);
+    kt_model *model = compile(text);
     kt_worst worst = kt_worst_make("supplied, J");
     for (int i = 0; i < kt_method_count() && model != NULL; i++) {
         const kt_method *method = kt_method_at(i);
@@ -195,10 +186,8 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
         const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
         kt_note("%s: %llu steps, %llu evaluations, and %llu for works", method->name, (unsigned long long)counts.steps,
                 (unsigned long long)counts.evaluations, (unsigned long long)counts.balance);
-        kt_simulation_free(simulation);
     }
     kt_check_worst(&worst);
-    kt_model_free(model);
 }
 
 /* The works reach 1.5 J, with tolerances of 1e-9. Without error control of the works, they are 14 J off (dop853: 140
@@ -247,7 +236,7 @@ static int look_at_bars(const kt_record *record, void *user) {
 KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
     static const double tolerances[] = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
     kt_error error;
-    kt_model *model = compile(toggle, &error);
+    kt_model *model = compile(toggle);
     unsigned long long joined = 0;
     for (size_t i = 0; i < sizeof tolerances / sizeof *tolerances && model != NULL; i++) {
         kt_run run = kt_run_fixed("dop853", 0.0, 3.0);
@@ -259,16 +248,14 @@ KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
         joined += kt_simulation_counts_get(simulation).joined;
         kt_note("tolerance %g: until %g s, status %d", tolerances[i], kt_simulation_time(simulation), (int)status);
         kt_check_worst(&worst);
-        kt_simulation_free(simulation);
     }
     kt_check_above("states joined", (double)joined, 100.0);
-    kt_model_free(model);
 }
 
 /* The same with a slope at the end of a step that is spoilt on purpose. */
 KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
     kt_error error;
-    kt_model *model = compile(toggle, &error);
+    kt_model *model = compile(toggle);
     const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
     const double *slope;
@@ -285,14 +272,12 @@ KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
         kt_check_near("angle", simulation->y[0], angle, 1e-12);
         kt_check_equal_int("joined", (long long)kt_simulation_counts_get(simulation).joined, spoilt);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* Steps that come to nothing while loops drift open have a remedy of their own. */
 KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
     kt_error error = {KT_OK, "", ""};
-    kt_model *model = compile(toggle, &error);
+    kt_model *model = compile(toggle);
     kt_simulation_options options = kt_simulation_options_default();
     const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
     options.max_steps = 3;
@@ -301,9 +286,7 @@ KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
         kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
         kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
         kt_check_true(error.message, (strstr(error.message, "let them be closed after each step") != NULL) == open);
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }
 
 /* The errors of accelerations, which reject tries next to the dead point. */
@@ -335,7 +318,7 @@ static kt_status ask_in_between(kt_simulation *simulation, kt_error *error) {
 KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
     const kt_noise noise = {kt_simulation_noise.begin, judge};
     kt_error error;
-    kt_model *model = compile(toggle, &error);
+    kt_model *model = compile(toggle);
     for (run_judged = 0; run_judged < 2 && model != NULL; run_judged++) {
         kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
         run.relative = run.absolute = 1e-11;
@@ -348,12 +331,10 @@ KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
                 status = ask_in_between(simulation, &error);
         }
         (void)kt_fine("steps", status, &error);
-        kt_simulation_free(simulation);
     }
     kt_check_above("tries", judged_count[0], 3.0);
     kt_check_equal_int("as many", judged_count[1], judged_count[0]);
     kt_check_equal_bits("errors", &judged[1][0].acceleration, &judged[0][0].acceleration, (size_t)3 * JUDGED_MOST);
-    kt_model_free(model);
 }
 
 /* A crank that is driven, from rest, to where its four-bar is stretched and goes no farther, at 1.43329539 s: the power
@@ -380,7 +361,7 @@ static const char stretched[] =
 /* Works that are never given up would take panels of a millionth of a step; the run itself takes 0.05 s. */
 KT_TEST(works_before_a_dead_point_are_given_up) {
     kt_error error = {KT_OK, "", ""};
-    kt_model *model = compile(stretched, &error);
+    kt_model *model = compile(stretched);
     kt_run run = kt_run_fixed("dopri5", 0.0, 2.0);
     run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
@@ -388,15 +369,13 @@ KT_TEST(works_before_a_dead_point_are_given_up) {
     kt_note("%s: %s", error.where, error.message);
     kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-9);
     kt_check_below("evaluations for works", (double)kt_simulation_counts_get(simulation).balance, 2e3);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A checkpoint between records of one long step. */
 KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     static account whole, first, second;
     kt_error error;
-    kt_model *model = compile(crank, &error);
+    kt_model *model = compile(crank);
     kt_run run = kt_run_fixed("dopri5", 0.0, 4.0);
     run.interval = 0.01;
     run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
@@ -418,8 +397,4 @@ KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
         kt_check_worst(&worst);
         free(block);
     }
-    kt_simulation_free(one);
-    kt_simulation_free(two);
-    kt_simulation_free(three);
-    kt_model_free(model);
 }

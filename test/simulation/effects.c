@@ -19,11 +19,6 @@ typedef struct stage {
     kt_absolute *absolute;
 } stage;
 
-static void free_stage(stage *s) {
-    kt_absolute_free(s->absolute);
-    kt_model_free(s->model);
-}
-
 static kt_end random_end(const stage *s, kt_random *random, int body) {
     kt_end end = kt_end_default();
     end.body = body < 0 ? NULL : s->tree.body[body].name;
@@ -173,7 +168,6 @@ KT_TEST(effects_push_joints_by_the_slope_of_their_energy) {
             kt_worst_near(&slope, power, -half, bent ? 2.0 * fabs(rise - half) : 4e-10, "tree %d", n);
         }
         kt_data_free(data);
-        free_stage(&s);
     }
     kt_check_worst(&slope);
     kt_check_below("next to a kink, of 40", kinks, 4.0);
@@ -242,9 +236,7 @@ static void check_balance(loss_kind kind, bound_of *bound) {
                                formulation);
             cooled |= l.cooled;
             least = fmin(least, l.heat);
-            kt_simulation_free(simulation);
         }
-        free_stage(&s);
     }
     kt_check_worst(&balance);
     kt_check_true("heat is never given back", !cooled);
@@ -282,7 +274,6 @@ KT_TEST(both_formulations_move_alike_under_effects) {
             const kt_both_bounds bounds = widen(&rounding, &tree, &half);
             kt_both_compare(&worst, "tree", &tree, &other, &bounds);
         }
-        free_stage(&s);
     }
     kt_both_check(&worst);
 }

@@ -117,7 +117,6 @@ static kt_simulation *prepare(const kt_model *model, const kind *what, double t,
     if (simulation == NULL ||
         !kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error) ||
         !kt_fine("adds", kt_simulation_event_add(simulation, what->is_pulse ? &pulses : &sines, &error), &error)) {
-        kt_simulation_free(simulation);
         return NULL;
     }
     return simulation;
@@ -150,9 +149,7 @@ static outcome try_many(const kind *what) {
         const int most = simulation != NULL ? run_to(simulation, t, &s) : INT_MAX;
         o.most = most < 0 || most > o.most ? most : o.most;
         judge(simulation, what, t, &s, &o);
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
     kt_note("%s: of %d all events were found in %d, %d cut", what->method, what->count, o.right, o.cut);
     kt_check_below("most values of an event in a step", o.most, KT_EVENT_EVALUATIONS + 0.5);
     kt_check_above("some need many", o.most, 300.0);
@@ -222,7 +219,6 @@ KT_TEST(values_of_a_step_are_an_option_with_a_least_number) {
         kt_check_equal_int("cut", (long)kt_simulation_event_cuts(simulation).count, taken < 1e5 / pi * 4.0);
         kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }
 
 static int passes(const kt_instant *at, double *value, kt_error *error, void *user) {
@@ -285,9 +281,7 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
             rejected += !done && strstr(error.message, "steps were cut short for this event") != NULL;
             kt_check_below("values of the event", calls, 100.0 * KT_EVENT_EVALUATIONS);
         }
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
     kt_check_above("rejected", rejected, 0.5);
 }
 
@@ -331,7 +325,5 @@ KT_TEST(steps_from_zero_do_not_shrink_without_end) {
             kt_check_above("earliest time above 0, s", jump.earliest, 1e-35);
             kt_check_below("values", jump.calls, 400.0);
         }
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }

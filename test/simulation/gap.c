@@ -103,10 +103,8 @@ KT_TEST(crank_that_kicks_once_a_turn_is_seen_by_every_method) {
         kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
         if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
             kt_worst_near(&worst, kt_simulation_positions(simulation)[1], right[0], 1e-4, "%s", run.integrator);
-        kt_simulation_free(simulation);
     }
     kt_check_worst(&worst);
-    kt_model_free(model);
 }
 
 /* With a fixed step no step is taken back: a record in which the contact acts that no step has seen is rejected. */
@@ -122,8 +120,6 @@ KT_TEST(record_of_a_contact_that_no_step_has_seen_is_rejected) {
         kt_check_contains("names it", error.where, "effect 'face' (contact)");
         kt_check_contains("says what", error.message, "has not seen it; take a smaller step");
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- what stays at a boundary ------------------------------------------------------------------------------------ */
@@ -148,8 +144,6 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
         kt_check_below("steps", (double)counts.steps, 20.0);
         kt_check_equal_int("taken back", (long long)counts.rejected, 0);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A mass swings on a spring, without damping, 0.1 mm further than to its stop. It touches the stop for 10 ms of a
@@ -193,10 +187,8 @@ static void check_swing(kt_joint_type type, kt_effect touched) {
         kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
         if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
             kt_worst_near(&worst, kt_simulation_velocities(simulation)[0], 0.0, 1e-4, "%s", run.integrator);
-        kt_simulation_free(simulation);
     }
     kt_check_worst(&worst);
-    kt_model_free(model);
 }
 
 KT_TEST(swing_that_touches_a_stop_is_seen) {
@@ -283,9 +275,7 @@ static void check_ten_swings(kt_worst *worst, const kt_description *description,
         if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
             kt_worst_near(worst, kt_simulation_velocities(simulation)[description->body_count > 1 ? which : 0], 0.0,
                           1e-4, "%s, number %d", methods[m], which + 1);
-        kt_simulation_free(simulation);
     }
-    kt_model_free(model);
 }
 
 /* The search treats stops in a row together. */
@@ -321,9 +311,7 @@ KT_TEST(stops_that_are_set_in_a_run_are_seen) {
                    kt_fine("set", kt_simulation_set_parameter(simulation, copy, &parameter, &lower, &error), &error);
         if (fine && kt_fine("runs", kt_simulation_advance(simulation, ten_swings(), &error), &error))
             kt_worst_near(&worst, kt_simulation_velocities(simulation)[which], 0.0, 1e-4, "number %d", which + 1);
-        kt_simulation_free(simulation);
         free(memory);
-        kt_model_free(model);
     }
     kt_check_worst(&worst);
 }
@@ -382,7 +370,4 @@ KT_TEST(restored_run_has_the_same_bits_between_kicks) {
         }
         kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 2);
     }
-    kt_simulation_free(second);
-    kt_simulation_free(first);
-    kt_model_free(model);
 }

@@ -47,7 +47,6 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     kt_check_contains("message", error.message, "given: 0 bytes");
     kt_check_true("no simulation", none == NULL);
     free(memory);
-    kt_model_free(model);
 }
 
 static void check_allocations(const char *integrator) {
@@ -84,7 +83,6 @@ static void check_allocations(const char *integrator) {
     kt_check_equal_int("records", records, 901);
     free(memory);
     free(block);
-    kt_model_free(model);
 }
 
 KT_TEST(nothing_allocates_after_placing) {
@@ -111,7 +109,6 @@ KT_TEST(creation_that_fails_leaks_nothing) {
     kt_check_equal_int("tolerance below zero", status, KT_ERROR_ARGUMENT);
     kt_check_equal_int("given back", kt_interpose_frees(), allocations);
     kt_check_true("no simulation", simulation == NULL);
-    kt_model_free(model);
 }
 
 /* ---- scratch ----------------------------------------------------------------------------------------------------- */

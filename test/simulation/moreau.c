@@ -12,7 +12,7 @@
 #include "check.h"
 #include "interpose.h"
 #include "moreau_scenes.h"
-#include "scenes.h"
+#include "parsed.h"
 
 static const double g = 9.81;
 
@@ -22,19 +22,11 @@ typedef struct kt_stepped {
     kt_simulation *simulation;
 } kt_stepped;
 
-static void end(kt_stepped *s) {
-    kt_simulation_free(s->simulation);
-    kt_model_free(s->model);
-    kt_scene_free(&s->scene);
-    *s = (kt_stepped){.model = NULL};
-}
-
 /* Simulates a scene with steps of this length; 0: with events, by dop853. */
 static bool begin(const char *text, double step, kt_stepped *s) {
-    kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();
     *s = (kt_stepped){.model = NULL};
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &s->scene, NULL, NULL, &error), &error))
+    if (!kt_parsed_scene(text, &s->scene))
         return false;
     kt_run run = s->scene.run;
     run.duration = 100.0;
@@ -45,8 +37,9 @@ static bool begin(const char *text, double step, kt_stepped *s) {
     options.events = 1;
     options.record =
         KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_MULTIPLIER | KT_RECORD_ACCELERATION;
-    return kt_fine("model", kt_model_compile(&s->scene.description, NULL, &s->model, &error), &error) &&
-           kt_fine("simulation", kt_simulation_create(s->model, &run, &options, &s->simulation, &error), &error);
+    s->model = kt_scene_compile(&s->scene.description);
+    s->simulation = kt_scene_simulate(s->model, &run, &options);
+    return s->simulation != NULL;
 }
 
 static bool advance(const kt_stepped *s, double time) {
@@ -73,7 +66,6 @@ KT_TEST(a_block_slides_and_stops_as_coulomb_has_it) {
             kt_check_near("rest", kt_simulation_velocities(s.simulation)[0], 0.0, 1e-14);
             kt_check_near("dissipated, J", kt_simulation_contacts(s.simulation).dissipated, 0.5 * v0 * v0, 1e-13);
         }
-        end(&s);
     }
 }
 
@@ -97,7 +89,6 @@ KT_TEST(a_ball_bounces_and_rests) {
             kt_check_near("balance", kt_scene_balance(s.simulation), g, 1e-11);
             kt_check_near("penetration", kt_simulation_contacts(s.simulation).penetration, 0.0, 1e-13);
         }
-        end(&s);
     }
 }
 
@@ -121,7 +112,6 @@ KT_TEST(a_step_that_an_event_repeats_counts_once) {
         kt_check_near("dissipated, J", counts.dissipated, 2.0, 1e-12);
         kt_check_equal_int("closed contacts of all steps", (int)counts.closed, (int)steps.steps);
     }
-    end(&s);
 }
 
 /* ---- against events ---------------------------------------------------------------------------------------------- */
@@ -145,8 +135,6 @@ static double error_of(const char *text, double step, double duration) {
         sum = advance(&exact, duration * k / 50.0) && advance(&stepped, duration * k / 50.0)
                   ? sum + distance(&exact, &stepped) / 50.0
                   : (double)NAN;
-    end(&stepped);
-    end(&exact);
     return sum;
 }
 
@@ -185,7 +173,6 @@ KT_TEST(a_taut_rope_dissipates_nothing_to_second_order) {
         if (begin(KT_MOREAU_SWING, steps[i], &s) && advance(&s, 4.0))
             kt_check_near("dissipated, J", kt_simulation_contacts(s.simulation).dissipated, 0.0,
                           60.0 * steps[i] * steps[i]);
-        end(&s);
     }
 }
 
@@ -199,9 +186,7 @@ KT_TEST(corners_of_a_face_share_its_load_whatever_the_rounding) {
         for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
             if (begin(texts[i], 1e-3, &tilted) && advance(&tilted, 0.05))
                 kt_check_below("difference", distance(&flat, &tilted), 1e-8);
-            end(&tilted);
         }
-    end(&flat);
 }
 
 /* ---- laws at every step ------------------------------------------------------------------------------------------ */
@@ -254,7 +239,6 @@ KT_TEST(a_thrown_box_obeys_the_laws_of_contact_at_every_step) {
         kt_check_below("penetration", kt_simulation_contacts(s.simulation).penetration, 1e-8);
         kt_check_below("speed at the end", fabs(kt_simulation_velocities(s.simulation)[2]), 1e-9);
     }
-    end(&s);
 }
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
@@ -281,7 +265,6 @@ KT_TEST(records_have_forces_as_impulses_over_steps) {
         kt_check_near("normal force", force[1], g, 1e-12);
         kt_check_near("acceleration", force[2], -0.3 * g, 1e-12);
     }
-    end(&s);
 }
 
 /* The works of a scene after `duration`, and the change of the balance, relative to the energy that was supplied. */
@@ -296,7 +279,6 @@ static kt_work works_of(const char *text, double duration, double *imbalance) {
             *imbalance = kt_scene_balance(s.simulation) - before;
         }
     }
-    end(&s);
     return work;
 }
 
@@ -327,7 +309,6 @@ KT_TEST(works_of_a_driven_loop_are_those_of_events) {
         kt_check_near("dissipated", work.dissipated, expected.dissipated, 1e-5 * expected.dissipated);
         kt_check_near("balance", imbalance, 0.0, 1e-5 * expected.supplied);
     }
-    end(&exact);
 }
 
 /* v = 5 exp(-t / 2) - 2. The brake dissipates the energy of the wheel, and turns it back with 1 + v / 2. */
@@ -346,7 +327,6 @@ KT_TEST(dry_friction_of_joints_keeps_its_viscous_part) {
         kt_check_near("dissipated", kt_simulation_work(s.simulation).dissipated, 4.5, 1e-12);
         kt_check_near("rest", kt_simulation_velocities(s.simulation)[0], 0.0, 1e-14);
     }
-    end(&s);
 }
 
 /* The acceleration of the present state is that of its record, and includes a torque that was just set. */
@@ -361,7 +341,6 @@ KT_TEST(accelerations_of_the_present_state_have_forces_of_contacts) {
             kt_fine("acceleration", kt_simulation_acceleration(s.simulation, &a, &error), &error))
             kt_check_near("pulled", a, 3.0, 1e-12);
     }
-    end(&s);
 }
 
 /* ---- continuing -------------------------------------------------------------------------------------------------- */
@@ -374,7 +353,6 @@ KT_TEST(checkpoints_keep_all_bits_and_steps_do_not_allocate) {
     if (begin(KT_MOREAU_BOX, 1e-3, &broken) && fine && advance(&broken, 0.437)) {
         void *block = malloc(kt_simulation_state_size(broken.simulation));
         kt_simulation_save(broken.simulation, block);
-        end(&broken);
         (void)advance(&whole, 0.437);
         if (begin(KT_MOREAU_BOX, 1e-3, &broken) &&
             kt_fine("restore", kt_simulation_restore(broken.simulation, block, &error), &error)) {
@@ -387,8 +365,6 @@ KT_TEST(checkpoints_keep_all_bits_and_steps_do_not_allocate) {
         }
         free(block);
     }
-    end(&whole);
-    end(&broken);
 }
 
 /* ---- what is rejected -------------------------------------------------------------------------------------------- */
@@ -398,7 +374,7 @@ static void check_rejected(const char *text, kt_run run, kt_simulation_options o
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
     kt_error error = {0};
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), &error))
+    if (!kt_parsed_scene(text, &scene))
         return;
     if (kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error)) {
         kt_check_true("rejected", kt_simulation_create(model, &run, &options, &simulation, &error) != KT_OK);
@@ -406,7 +382,6 @@ static void check_rejected(const char *text, kt_run run, kt_simulation_options o
     }
     kt_simulation_free(simulation);
     kt_model_free(model);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(time_stepping_rejects_what_it_has_not) {

@@ -32,8 +32,6 @@ static void swing(const char *integrator, double tolerance, double bound) {
     kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
     (void)kt_fine("run", kt_simulation_run(simulation, check_swing, &s, &error), &error);
     kt_check_worst(&s.angle);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(pendulum_follows_elliptic_functions_at_every_record) {
@@ -90,8 +88,6 @@ static void tumble(const char *integrator, double tolerance, double bound) {
     (void)kt_fine("run", kt_simulation_run(simulation, check_tumble, &t, &error), &error);
     kt_check_worst(&t.unit);
     kt_check_worst(&t.direction);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(tumbling_body_keeps_unit_quaternion_and_angular_momentum) {
@@ -118,11 +114,9 @@ KT_TEST(scaling_quaternions_keeps_the_order) {
         (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &error), &error);
         kt_vec3 end = momentum_of(kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
         error_of[i] = kt_vec3_norm(kt_vec3_sub(end, start));
-        kt_simulation_free(simulation);
     }
     for (int i = 1; i < 4; i++)
         kt_check_near("order", log2(error_of[i - 1] / error_of[i]), 4.0, 0.15);
-    kt_model_free(model);
 }
 
 /* ---- nothing ----------------------------------------------------------------------------------------------------- */
@@ -138,6 +132,4 @@ KT_TEST(scene_in_which_nothing_moves_runs) {
     kt_kept *kept = kt_kept_empty(model);
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("records", kept->count, 11);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

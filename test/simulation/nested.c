@@ -108,14 +108,11 @@ KT_TEST(callbacks_cannot_move_their_simulation_in_time) {
     kt_error error = {0};
     nest n = {.who = "a recorder"};
     n.simulation = make(&model[0], NULL);
-    if (n.simulation == NULL) {
-        kt_model_free(model[0]);
+    if (n.simulation == NULL)
         return;
-    }
     (void)kt_fine("run", kt_simulation_run(n.simulation, move_at_record, &n, &error), &error);
     kt_check_equal_int("records", n.count, 5);
     (void)kt_fine("starts again", starts(n.simulation, &error), &error);
-    kt_simulation_free(n.simulation);
 
     n = (nest){.who = "the action of an event"};
     const kt_event event = {.name = "half", .function = clock_of, .action = move_at_event, .user = &n},
@@ -129,9 +126,4 @@ KT_TEST(callbacks_cannot_move_their_simulation_in_time) {
         kt_check_near("time", kt_simulation_time(n.simulation), 1.0, 0.0);
         kt_check_equal_bits("position", kt_simulation_positions(n.simulation), kt_simulation_positions(alone), 1);
     }
-    kt_simulation_free(n.simulation);
-    kt_simulation_free(alone);
-    kt_model_free(model[0]);
-    kt_model_free(model[1]);
-    kt_model_free(model[2]);
 }

@@ -1,6 +1,6 @@
 /* Newton's equations of a simulation, against differences of its right-hand side. */
 #include "../dynamics/tree.h"
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/scene.h"
 #include "simulation/simulation.h"
@@ -95,7 +95,6 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         kt_check_equal_int("slope", callbacks.rhs(0.0, y, slope, s), 0);
         if (kt_check_equal_int("Jacobian", kt_simulation_newton.jacobian(0.0, y, slope, s), 0))
             check_solutions(s, jacobian, n, &random, &worst, k);
-        kt_simulation_free(s);
         kt_tree_free(&tree);
     }
     kt_check_worst(&worst);
@@ -129,20 +128,13 @@ typedef struct states_scene {
 } states_scene;
 
 static bool open_states(states_scene *at, const char *text, const char *method) {
-    kt_error error = {0};
     const kt_run run = kt_run_fixed(method, 0.01, 1.0);
     memset(at, 0, sizeof *at);
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &at->scene, NULL, NULL, &error), &error))
+    if (!kt_parsed_scene(text, &at->scene))
         return false;
     at->model = kt_scene_compile(&at->scene.description);
     at->s = at->model != NULL ? kt_scene_simulate(at->model, &run, NULL) : NULL;
     return at->s != NULL;
-}
-
-static void close_states(states_scene *at) {
-    kt_simulation_free(at->s);
-    kt_model_free(at->model);
-    kt_scene_free(&at->scene);
 }
 
 /* The equations (sigma - J) x = r as the matrices solve them: of the velocities Z'(..) = 0 alone where loops reduce
@@ -194,7 +186,6 @@ static void check_states(const char *text, const char *method, kt_random *random
     }
     if (!s->size.reduced)
         check_solutions(s, jacobian, n, random, worst, 0);
-    close_states(&at);
 }
 
 /* Measured: 2e-11, the error of the differences. */
@@ -233,7 +224,6 @@ KT_TEST(the_slope_in_time_is_that_of_rates_of_auxiliary_states) {
         kt_worst_near(&worst, slope[i], expected[i], 3e-11, "%d", (int)i);
     kt_check_equal_int("not autonomous", kt_simulation_newton.autonomous(at.s), 0);
     kt_check_worst(&worst);
-    close_states(&at);
 }
 
 /* ---- the slope in time ------------------------------------------------------------------------------------------- */
@@ -324,6 +314,4 @@ KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
             kt_worst_near(&worst, slope[i] / size, expected[i] / size, 1e-8, "t = %g, %d", t, (int)i);
     }
     kt_check_worst(&worst);
-    kt_simulation_free(s);
-    kt_model_free(model);
 }

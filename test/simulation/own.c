@@ -80,8 +80,6 @@ KT_TEST(motion_and_records_follow_the_callers_equations) {
     (void)kt_fine("acceleration", kt_simulation_acceleration(simulation, &now, &e), &e);
     kt_check_near("acceleration now, with a torque", now, -9.0 * kt_simulation_positions(simulation)[0] + 2.5,
                   16.0 * DBL_EPSILON);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* q' = v + extra, v' = 0. */
@@ -94,8 +92,6 @@ KT_TEST(positions_follow_the_rate_that_the_caller_gives) {
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 + 0.5, 64.0 * DBL_EPSILON);
     kt_check_near("v", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
     kt_check_equal_int("projections", s.projections, 20);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(the_callers_projection_moves_the_state_after_each_step) {
@@ -105,8 +101,6 @@ KT_TEST(the_callers_projection_moves_the_state_after_each_step) {
     kt_simulation *simulation = simulate(model, kt_run_fixed("rk4", 0.1, 1.0), &s);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &e), &e);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 + 0.1, 32.0 * DBL_EPSILON);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* The state stays the same to the bit. The message is the caller's, or names the part that caused the fault. */
@@ -121,8 +115,6 @@ static void fail(int code, bool speaks, const char *words) {
     kt_check_contains("message", e.message, words);
     kt_check_contains("where", e.where, "t = 0.1");
     kt_check_equal_bits("q", kt_simulation_positions(simulation), &before, 1);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(failures_of_the_callers_equations_are_told_in_its_words) {
@@ -164,6 +156,4 @@ KT_TEST(recoverable_failures_shorten_adaptive_steps) {
     kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
     kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 * cos(1.0), 1e-10);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -1,7 +1,7 @@
 /* Laws in C, with auxiliary states and without. They agree with the same laws as formulas to the bit. Further subjects
  * are their derivatives, exact and by differences, and the rejection of invalid laws. */
 #include "interpose.h"
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/mechanism.h"
@@ -127,9 +127,8 @@ static void give_law(kt_effect *e, numbers *n, kt_effect_law_callback *law, kt_e
 }
 
 static bool describe(mechanism *m, bool by_laws, bool exact) {
-    kt_error error = {0};
     memset(m, 0, sizeof *m);
-    if (!kt_fine("scene", kt_scene_parse("x", TEXT, strlen(TEXT), &m->scene, NULL, NULL, &error), &error))
+    if (!kt_parsed_scene(TEXT, &m->scene))
         return false;
     m->n.stiffness = 40.0;
     m->description = m->scene.description;
@@ -149,14 +148,9 @@ static bool describe(mechanism *m, bool by_laws, bool exact) {
 }
 
 static bool make(mechanism *m, bool by_laws, bool exact) {
-    kt_error error = {0};
-    return describe(m, by_laws, exact) &&
-           kt_fine("model", kt_model_compile(&m->description, NULL, &m->model, &error), &error);
-}
-
-static void end(mechanism *m) {
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
+    if (describe(m, by_laws, exact))
+        m->model = kt_scene_compile(&m->description);
+    return m->model != NULL;
 }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
@@ -204,7 +198,6 @@ static void run(const mechanism *m, size_t k, records *r) {
     kt_simulation *s = kt_scene_simulate(m->model, &by, NULL);
     *r = (records){.count = 0};
     (void)kt_fine(methods[k].name, kt_simulation_run(s, keep, r, &error), &error);
-    kt_simulation_free(s);
 }
 
 /* Explicit methods agree to the bit. Given derivatives differ from those of formulas by rounding; with differences the
@@ -229,8 +222,6 @@ KT_TEST(laws_in_c_move_as_formulas_do) {
             if (methods[k].is_implicit)
                 kt_check_worst(&worst);
         }
-    for (int i = 0; i < 3; i++)
-        end(&m[i]);
 }
 
 KT_TEST(runs_with_laws_go_on_with_the_same_bits_and_allocate_nothing) {
@@ -259,28 +250,23 @@ KT_TEST(runs_with_laws_go_on_with_the_same_bits_and_allocate_nothing) {
         kt_check_equal_bits("before", first.y[0], whole.y[0], NUMBERS * (size_t)first.count);
         kt_check_equal_bits("after", rest.y[0], whole.y[first.count], NUMBERS * (size_t)rest.count);
         free(block);
-        kt_simulation_free(a);
-        kt_simulation_free(b);
     }
-    end(&m);
 }
 
 /* Two states of one law: it is called once for both. */
 KT_TEST(rates_of_one_law_are_computed_together) {
     static mechanism m;
     kt_error error;
-    kt_data *data = NULL;
     double q[2], v[2], rates[2];
-    if (!make(&m, true, true) || !kt_fine("data", kt_data_create(m.model, &data, &error), &error))
+    if (!make(&m, true, true))
         return;
+    kt_data *data = kt_scene_data(m.model);
     kt_model_initial(m.model, q, v);
     m.n.calls = 0;
     (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.1, q, v, rates, &error), &error);
     kt_check_equal_int("calls", m.n.calls, 1);
     kt_check_near("current", rates[0], (5.8 - 0.8 * 0.1 - 0.5) / 0.02, 1e-13);
     kt_check_near("heat", rates[1], 0.3 * 0.01, 1e-17);
-    kt_data_free(data);
-    end(&m);
 }
 
 /* A supply that is switched on at 0.3 s, reported as a corner of the law: x' = 1 from there. */
@@ -307,13 +293,10 @@ KT_TEST(steps_end_at_the_corners_of_laws) {
     m.states[0].initial = 0.0;
     m.states[1].rate = "0";
     m.effects[0].state_count = 1;
-    if (!kt_fine("model", kt_model_compile(&m.description, NULL, &m.model, &error), &error))
-        return;
+    m.model = kt_scene_compile(&m.description);
     kt_simulation *s = kt_scene_simulate(m.model, &by, NULL);
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
     kt_check_near("state", kt_simulation_own_states(s)[0], 0.7, 1e-14);
-    kt_simulation_free(s);
-    end(&m);
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
@@ -351,8 +334,6 @@ KT_TEST(derivatives_of_laws_are_those_of_formulas) {
             kt_worst_near(&worst, a[i][k], a[0][k], (i == 1 ? 1e-14 : 1e-11) * fmax(1.0, fabs(a[0][k])), "%d", k);
         kt_check_worst(&worst);
     }
-    for (int i = 0; i < 3; i++)
-        end(&m[i]);
 }
 
 /* Its kink is 1e-5 m from the length that the ends are apart at the start, within all steps of differences. */
@@ -369,14 +350,14 @@ KT_TEST(differences_of_laws_tell_their_error) {
     for (int k = 0; k < 2; k++) {
         static mechanism m;
         kt_error error = {0};
-        kt_data *data = NULL;
         double q[2], v[2], by[2][4];
         if (!describe(&m, true, false))
             return;
         if (k == 1)
             m.effects[1].law = kinked;
-        if (!kt_fine("model", kt_model_compile(&m.description, NULL, &m.model, &error), &error) ||
-            !kt_fine("data", kt_data_create(m.model, &data, &error), &error))
+        m.model = kt_scene_compile(&m.description);
+        kt_data *data = kt_scene_data(m.model);
+        if (data == NULL)
             return;
         const size_t size = kt_acceleration_work_size(m.model);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
@@ -391,8 +372,6 @@ KT_TEST(differences_of_laws_tell_their_error) {
         else
             kt_check_above("at a kink", told, 1e-3);
         free(work);
-        kt_data_free(data);
-        end(&m);
     }
 }
 
@@ -407,7 +386,6 @@ static void run_into(mechanism *m, const char *method, double step, kt_status co
     kt_check_contains("where", error.where, where);
     kt_check_contains("what", error.message, what);
     kt_check_below("not beyond", kt_simulation_time(s), 0.3001);
-    kt_simulation_free(s);
 }
 
 KT_TEST(laws_that_fail_are_named) {
@@ -423,7 +401,6 @@ KT_TEST(laws_that_fail_are_named) {
     m.n.code = 0;
     m.n.rate_of_state = (double)NAN;
     run_into(&m, "rk4", 0.01, KT_ERROR_NOT_FINITE, "state 'current'", "its rate is");
-    end(&m);
 }
 
 static void reject(const mechanism *m, const char *where, const char *words) {
@@ -457,7 +434,6 @@ KT_TEST(wrong_laws_are_told) {
         m.effects[0].variable_count = 2;
         m.effects[0].states = table[k].states;
         reject(&m, "effect 'motor'", table[k].words);
-        kt_scene_free(&m.scene);
     }
     if (!describe(&m, true, true))
         return;
@@ -478,5 +454,4 @@ KT_TEST(wrong_laws_are_told) {
     m.effects[2].states = three + 1;
     m.effects[2].state_count = 1;
     reject(&m, "state 'heat'", "the laws of two effects write it");
-    kt_scene_free(&m.scene);
 }

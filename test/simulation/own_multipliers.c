@@ -1,5 +1,5 @@
 /* Floquet multipliers with auxiliary states. The oracle is the exponentials of the modes of a linear system at rest. */
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/scene.h"
@@ -16,16 +16,16 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
         "  - {type: expression, joint: arm, force: \"-50*position.arm + x - velocity.arm\"}\n";
     const double T = 0.7, q = 0.0, v = 0.0;
     kt_scene scene;
-    kt_model *model = NULL;
     kt_modes *modes = NULL;
     kt_linearization *l = NULL;
     kt_floquet *floquet = NULL;
     kt_error error = {0};
     const kt_floquet_options options = kt_floquet_options_default(T);
     const kt_linearization_options linear = kt_linearization_options_default();
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error), &error) ||
-        !kt_fine("model", kt_model_compile(&scene.description, NULL, &model, &error), &error) ||
-        !kt_fine("linear", kt_linearization_create(model, &linear, &l, &error), &error) ||
+    if (!kt_parsed_scene(text, &scene))
+        return;
+    kt_model *model = kt_scene_compile(&scene.description);
+    if (!kt_fine("linear", kt_linearization_create(model, &linear, &l, &error), &error) ||
         !kt_fine("system", kt_linearization_evaluate(l, 0.0, &q, &v, NULL, &error), &error) ||
         !kt_fine("modes", kt_modes_create(model, &modes, &error), &error) ||
         !kt_fine("evaluate", kt_modes_evaluate(modes, kt_linearization_system(l), &error), &error) ||
@@ -53,6 +53,4 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     kt_floquet_free(floquet);
     kt_modes_free(modes);
     kt_linearization_free(l);
-    kt_model_free(model);
-    kt_scene_free(&scene);
 }

@@ -1,6 +1,6 @@
 /* Derivatives of steps with auxiliary states. The oracles are the step of a simulation, and differences of the step for
  * A, B and C. Gradients run over many steps, through a loop, quaternions and markers. */
-#include "scenes.h"
+#include "parsed.h"
 
 #include "kinetree/batch.h"
 #include "kinetree/mechanism.h"
@@ -51,9 +51,11 @@ typedef struct machine {
 static bool make_of(machine *m, const char *text, const char *method) {
     kt_error error = {0};
     memset(m, 0, sizeof *m);
-    if (!kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) ||
-        !kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) ||
-        !kt_fine("data", kt_data_create(m->model, &m->data, &error), &error))
+    if (!kt_parsed_scene(text, &m->scene))
+        return false;
+    m->model = kt_scene_compile(&m->scene.description);
+    m->data = kt_scene_data(m->model);
+    if (m->data == NULL)
         return false;
     kt_model_initial(m->model, m->q, m->v);
     m->step = (kt_step){.method = kt_method_find(method), .t = 0.3, .h = 0.02, .tau = m->tau};
@@ -68,12 +70,7 @@ static bool make_of(machine *m, const char *text, const char *method) {
 
 static bool make(machine *m, const char *method) { return make_of(m, MACHINE, method); }
 
-static void end(machine *m) {
-    free(m->work);
-    kt_data_free(m->data);
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
-}
+static void end(machine *m) { free(m->work); }
 
 static const char *const methods[] = {"rk4",    "dopri5", "heun",   "implicit-euler", "crank-nicolson",
                                       "radau5", "bdf2",   "rodas5p"};
@@ -114,7 +111,6 @@ KT_TEST(step_is_that_of_a_simulation) {
                 kt_worst_near(&worst, x[i], kt_simulation_own_states(s)[i], 3e-13, "auxiliary state %d", i);
             kt_check_worst(&worst);
         }
-        kt_simulation_free(s);
         end(&m);
     }
 }

@@ -1,4 +1,4 @@
-/* A mechanism from the text of a scene: its model and data. */
+/* A mechanism from the text of a scene: its model and data. The running test owns them. */
 #ifndef KT_TEST_SIMULATION_PARSED_H
 #define KT_TEST_SIMULATION_PARSED_H
 
@@ -6,7 +6,30 @@
 
 #include "kinetree/scene.h"
 
+#include <stdlib.h>
 #include <string.h>
+
+static inline void kt_release_scene(void *scene) {
+    kt_scene_free(scene);
+    free(scene);
+}
+
+/* Gives a scene to the running test, which keeps a copy to free. */
+static inline bool kt_parsed_own(const kt_scene *scene) {
+    kt_scene *kept = malloc(sizeof *kept);
+    if (!kt_check_true("memory", kept != NULL))
+        return false;
+    *kept = *scene;
+    kt_test_own(kept, kt_release_scene);
+    return true;
+}
+
+/* Returns false after a failed check. */
+static inline bool kt_parsed_scene(const char *text, kt_scene *scene) {
+    kt_error error = {0};
+    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), &error) &&
+           kt_parsed_own(scene);
+}
 
 typedef struct kt_parsed {
     kt_scene scene;
@@ -14,19 +37,14 @@ typedef struct kt_parsed {
     kt_data *data;
 } kt_parsed;
 
-/* Returns false after a failed check. kt_parsed_free must follow in any case. */
+/* Returns false after a failed check. */
 static inline bool kt_parsed_make(kt_parsed *m, const char *text) {
-    kt_error error = {0};
     memset(m, 0, sizeof *m);
-    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
-           kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
-           kt_fine("data", kt_data_create(m->model, &m->data, &error), &error);
-}
-
-static inline void kt_parsed_free(kt_parsed *m) {
-    kt_data_free(m->data);
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
+    if (!kt_parsed_scene(text, &m->scene))
+        return false;
+    m->model = kt_scene_compile(&m->scene.description);
+    m->data = kt_scene_data(m->model);
+    return m->data != NULL;
 }
 
 #endif

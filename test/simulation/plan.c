@@ -358,7 +358,6 @@ KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
     is_there(&p, "quaternions to unit norm", 3, "quaternions");
     is_dropped(&p, "sines and cosines", "no joint turns about one axis");
     is_there(&p, "loops in space", 20, "equations"); /* four revolute joints of five */
-    kt_absolute_free(absolute);
     linkage_free(&l);
 }
 

@@ -55,8 +55,6 @@ KT_TEST(planar_scenes_move_in_the_plane_as_in_space) {
                 compare(&worst, entries[i]->d_name, &scene, planar, spatial);
                 compared++;
             }
-            kt_model_free(planar);
-            kt_model_free(spatial);
             kt_scene_free(&scene);
         }
         free(entries[i]);

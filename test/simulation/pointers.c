@@ -124,6 +124,5 @@ KT_TEST(pointers_to_the_state_stay_in_the_absolute_formulation) {
     run.interval = 0.01;
     if (absolute)
         follow(&tree, &state, &run, absolute);
-    kt_absolute_free(absolute);
     kt_tree_free(&tree);
 }

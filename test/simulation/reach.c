@@ -63,7 +63,6 @@ static double run_into(const kt_description *description, const setting *with, d
     const double t = simulation ? kt_simulation_time(simulation) : 0.0;
     kt_note("%s, step %g: %s: %s", with->integrator, with->step, error->where, error->message);
     kt_simulation_free(simulation);
-    kt_absolute_free(absolute);
     kt_model_free(model);
     return t;
 }

@@ -32,7 +32,6 @@ static void check_times(const kt_model *model, kt_run run, int expected) {
     }
     kt_check_equal_int("times or indices that are wrong", wrong, 0);
     kt_check_equal_bits("end of the simulation", &(double){kt_simulation_time(simulation)}, &run.duration, 1);
-    kt_simulation_free(simulation);
 }
 
 KT_TEST(records_fall_on_multiples_and_on_the_duration) {
@@ -59,7 +58,6 @@ KT_TEST(records_fall_on_multiples_and_on_the_duration) {
     check_times(model, run, 1001);
     run.duration = 0.0;
     check_times(model, run, 1);
-    kt_model_free(model);
 }
 
 /* Steps of 0.3 s and records every 0.07 s: most lie within steps, and no step ends for them. */
@@ -78,8 +76,6 @@ KT_TEST(records_do_not_shorten_steps) {
     for (int k = 0; k < kept->count; k++)
         kt_worst_near(&position, kept->state[k][0], kept->time[k], 10.0 * DBL_EPSILON, "t = %g", kept->time[k]);
     kt_check_worst(&position);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* 3.5 steps of 0.3 s: the last one is shortened, and the end is the duration to the bit. */
@@ -93,8 +89,6 @@ KT_TEST(duration_need_not_be_a_multiple_of_the_step) {
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error), &error);
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 4);
     kt_check_near("position", kt_simulation_positions(simulation)[0], 1.05, 4.0 * DBL_EPSILON);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A recorder that stops has had its record; the next run goes on with the one after it, though the clock is beyond. */
@@ -118,8 +112,6 @@ KT_TEST(run_goes_on_after_a_recorder_that_stopped) {
     kt_check_worst(&position);
     (void)kt_fine("a run at the end", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("nothing is recorded twice", kept->count, 21);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(run_after_advance_records_from_there_on) {
@@ -135,7 +127,6 @@ KT_TEST(run_after_advance_records_from_there_on) {
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("records", kept->count, 5);
     kt_check_equal_int("first", kept->index[0], 4);
-    kt_simulation_free(simulation);
 
     simulation = kt_scene_simulate(model, &run, NULL);
     kept = kt_kept_empty(model);
@@ -143,8 +134,6 @@ KT_TEST(run_after_advance_records_from_there_on) {
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("first after", kept->index[0], 5);
     kt_check_equal_int("all after", kept->count, 4);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- what is in a record ----------------------------------------------------------------------------------------- */
@@ -186,8 +175,6 @@ KT_TEST(record_has_what_was_asked_for) {
     (void)kt_fine("run", kt_simulation_run(simulation, check_pendulum, worst, &error), &error);
     for (int i = 0; i < 7; i++)
         kt_check_worst(&worst[i]);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 static int check_nothing_more(const kt_record *record, void *user) {
@@ -223,8 +210,6 @@ KT_TEST(record_answers_queries_of_kinematics_where_asked) {
     kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
     (void)kt_fine("run", kt_simulation_run(simulation, check_bob, &bob, &error), &error);
     kt_check_worst(&bob.place);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 KT_TEST(record_has_nothing_that_was_not_asked_for) {
@@ -238,6 +223,4 @@ KT_TEST(record_has_nothing_that_was_not_asked_for) {
     int more = 0;
     (void)kt_fine("run", kt_simulation_run(simulation, check_nothing_more, &more, &error), &error);
     kt_check_equal_int("records with more", more, 0);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -77,11 +77,6 @@ static bool make_stand(stand *s, owner *o, kt_run run, bool own) {
     return s->simulation != NULL;
 }
 
-static void free_stand(stand *s) {
-    kt_simulation_free(s->simulation);
-    kt_model_free(s->model);
-}
-
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 /* The step from 0.5 s on fails, and the simulation stays there. */
@@ -100,7 +95,6 @@ static void check_step(owner o, bool own, unsigned record, kt_status expected, c
     const double after[2] = {kt_simulation_positions(s.simulation)[0], kt_simulation_velocities(s.simulation)[0]};
     kt_check_equal_bits("state", after, before, 2);
     kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
-    free_stand(&s);
 }
 
 KT_TEST(projection_that_rejects_is_told_and_leaves_the_state) {
@@ -137,7 +131,6 @@ KT_TEST(effect_that_rejects_the_present_state_is_not_told_to_want_a_smaller_step
     kt_check_equal_int("status", kt_simulation_advance(s.simulation, 1.0, &error), KT_ERROR_EFFECT);
     kt_check_text("where", error.where, "effect 'hand' (custom) on joint 'block', t = 0.5 s");
     kt_check_text("message", error.message, "its callback cannot compute its force here (code 1)");
-    free_stand(&s);
 }
 
 /* An adaptive method goes around a projection that rejects after long steps only; it stops at one that rejects for
@@ -171,8 +164,6 @@ KT_TEST(projection_that_rejects_long_steps_shortens_them) {
     kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
     kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 1.0, 64.0 * DBL_EPSILON);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A state is projected, too; nobody need hear why it was rejected. */
@@ -187,7 +178,6 @@ KT_TEST(state_that_the_callers_projection_rejects_is_not_taken) {
     kt_check_equal_int("status", kt_simulation_set_state(s.simulation, 2.0, &q, &v, NULL), KT_ERROR_CONSTRAINT);
     kt_check_near("q", kt_simulation_positions(s.simulation)[0], 0.0, 0.0);
     kt_check_near("v", kt_simulation_velocities(s.simulation)[0], 1.0, 0.0);
-    free_stand(&s);
 }
 
 KT_TEST(state_at_no_time_is_rejected) {
@@ -200,7 +190,6 @@ KT_TEST(state_at_no_time_is_rejected) {
     kt_check_equal_int("status", kt_simulation_set_state(s.simulation, HUGE_VAL, &q, &v, &error), KT_ERROR_NOT_FINITE);
     kt_check_text("message", error.message, "the time is inf; give a finite number");
     kt_check_near("q", kt_simulation_positions(s.simulation)[0], 0.0, 0.0);
-    free_stand(&s);
 }
 
 KT_TEST(acceleration_that_is_rejected_is_told_with_the_time) {
@@ -214,7 +203,6 @@ KT_TEST(acceleration_that_is_rejected_is_told_with_the_time) {
     kt_check_text("where", error.where, "t = 0 s");
     kt_check_text("message", error.message, "the caller's right-hand side returned -7");
     kt_check_near("the acceleration is not touched", a, 5.0, 0.0);
-    free_stand(&s);
 }
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
@@ -254,7 +242,6 @@ static void check_record(owner o, unsigned record, kt_status expected, const cha
     o.code = 0;
     (void)kt_fine("the rest", kt_simulation_run(s.simulation, watch, &w, &error), &error);
     kt_check_equal_int("records", w.seen, 11);
-    free_stand(&s);
 }
 
 /* No step failed, and a smaller one is no help. */
@@ -290,7 +277,6 @@ KT_TEST(records_within_a_step_to_where_there_is_no_acceleration_are_missing) {
     kt_check_text("where", error.where, "t = 0.5 s");
     kt_check_contains("message", error.message, "the caller's right-hand side returned -1");
     kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
-    free_stand(&s);
 }
 
 KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
@@ -308,7 +294,6 @@ KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
     (void)kt_fine("run", kt_simulation_run(s.simulation, count_records, &records, &error), &error);
     kt_check_equal_int("records after all", records, 3);
     kt_check_near("clock", kt_simulation_time(s.simulation), 2.0, 0.0);
-    free_stand(&s);
 
     run.duration = run.interval = 0.0;
     records = 0;
@@ -318,7 +303,6 @@ KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
     (void)kt_fine("on", kt_simulation_advance(s.simulation, 0.5, &error), &error);
     (void)kt_fine("run", kt_simulation_run(s.simulation, count_records, &records, &error), &error);
     kt_check_equal_int("records after its end", records, 0);
-    free_stand(&s);
 }
 
 /* ---- formulations ------------------------------------------------------------------------------------------------ */
@@ -326,9 +310,7 @@ KT_TEST(records_that_nobody_asked_for_in_time_are_gone) {
 static kt_simulation *simulate(const kt_lone *lone, kt_formulation formulation, kt_model **model,
                                kt_absolute **absolute) {
     const kt_run run = kt_run_default();
-    kt_error error;
-    if (!kt_fine("model", kt_model_compile(&lone->description, NULL, model, &error), &error))
-        return NULL;
+    *model = kt_scene_compile(&lone->description);
     *absolute = kt_formulate(&lone->description, NULL, *model, formulation);
     const kt_simulation_options options = kt_formulated(*absolute);
     return kt_scene_simulate(*model, &run, &options);
@@ -356,9 +338,6 @@ static void check_zeros(kt_formulation formulation, bool tied) {
     kt_check_text("message", error.message,
                   "its quaternion is zero, which is no rotation; give one of norm 1 (1, 0, 0, 0: not turned)");
     kt_check_near("w", kt_simulation_positions(simulation)[3], 1.0, 0.0);
-    kt_simulation_free(simulation);
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }
 
 KT_TEST(quaternion_of_zeros_is_rejected_alike_in_every_formulation) {
@@ -382,7 +361,4 @@ KT_TEST(state_that_free_bodies_cannot_have_is_rejected) {
     kt_check_equal_int("screw", kt_simulation_set_state(simulation, 0.0, &q, &v, &error), KT_ERROR_NOT_FINITE);
     kt_note("%s: %s", error.where, error.message);
     kt_check_near("velocity", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
-    kt_simulation_free(simulation);
-    kt_absolute_free(absolute);
-    kt_model_free(model);
 }

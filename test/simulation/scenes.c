@@ -1,7 +1,6 @@
 #include "scenes.h"
 
 #include <math.h>
-
 #include <string.h>
 
 void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass) {
@@ -29,11 +28,29 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity) {
     lone->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
 }
 
-kt_model *kt_scene_compile(const kt_description *description) {
+static void release_model(void *model) { kt_model_free(model); }
+
+static void release_data(void *data) { kt_data_free(data); }
+
+static void release_simulation(void *simulation) { kt_simulation_free(simulation); }
+
+kt_model *kt_scene_compile_with(const kt_description *description, const kt_model_options *options) {
     kt_error error;
     kt_model *model = NULL;
-    (void)kt_fine("model", kt_model_compile(description, NULL, &model, &error), &error);
+    (void)kt_fine("model", kt_model_compile(description, options, &model, &error), &error);
+    kt_test_own(model, release_model);
     return model;
+}
+
+kt_model *kt_scene_compile(const kt_description *description) { return kt_scene_compile_with(description, NULL); }
+
+kt_data *kt_scene_data(const kt_model *model) {
+    kt_error error;
+    kt_data *data = NULL;
+    if (model != NULL)
+        (void)kt_fine("data", kt_data_create(model, &data, &error), &error);
+    kt_test_own(data, release_data);
+    return data;
 }
 
 kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
@@ -41,6 +58,7 @@ kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const
     kt_simulation *simulation = NULL;
     if (model != NULL)
         (void)kt_fine("simulation", kt_simulation_create(model, run, options, &simulation, &error), &error);
+    kt_test_own(simulation, release_simulation);
     return simulation;
 }
 

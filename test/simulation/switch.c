@@ -143,7 +143,6 @@ static double error_with(const kt_model *model, const char *method, double step)
     (void)kt_fine(method, kt_simulation_advance(simulation, end, &error), &error);
     kt_check_equal_int("events", s.count, 10);
     const double most = error_of(simulation);
-    kt_simulation_free(simulation);
     return most;
 }
 
@@ -167,7 +166,6 @@ KT_TEST(methods_keep_their_order_across_ten_switches) {
         kt_note("%s: %.3g, %.3g", methods[m].name, coarse, fine);
         kt_check_above("order", log2(coarse / fine), methods[m].order - 0.35);
     }
-    kt_model_free(model);
 }
 
 /* All of the energy that the clutch takes, in the balance; and the balance itself. */
@@ -194,8 +192,6 @@ KT_TEST(what_a_clutch_loses_is_dissipated) {
         kt_check_near("balance, J", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
                       first.kinetic + first.potential, 4e-12);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* A checkpoint holds the set of switches: the second half has the bits of a run that never stopped. The methods are an
@@ -230,10 +226,7 @@ KT_TEST(checkpoint_between_switches_goes_on_with_the_same_bits) {
             kt_check_equal_bits("velocities", kt_simulation_velocities(two), kt_simulation_velocities(one), 2);
         }
         free(block);
-        kt_simulation_free(one);
-        kt_simulation_free(two);
     }
-    kt_model_free(model);
 }
 
 /* A coupling that is 1.5 rad from closed cannot be switched on, and neither can a switch that does not exist. The
@@ -256,9 +249,6 @@ KT_TEST(a_switch_that_is_rejected_leaves_the_simulation) {
         (void)kt_fine("alone", kt_simulation_advance(two, 0.2, &error), &error);
         kt_check_equal_bits("positions", kt_simulation_positions(one), kt_simulation_positions(two), 2);
     }
-    kt_simulation_free(one);
-    kt_simulation_free(two);
-    kt_model_free(model);
 }
 
 /* A coupling that is 1.5 rad from holding is closed if the options allow it: by the least change of both angles. */
@@ -273,7 +263,6 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
         kt_simulation_options options = kt_simulation_options_default();
         kt_error error = {0};
         kt_residual residual = {0.0, 0.0};
-        kt_data *data = NULL;
         options.switch_gap = gaps[i];
         kt_simulation *one = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
         if (one == NULL)
@@ -286,15 +275,12 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
                               "in C may raise kt_simulation_options.switch_gap");
         }
         const kt_model *now = kt_simulation_model(one);
-        (void)kt_fine("data", kt_data_create(now, &data, &error), &error);
+        kt_data *data = kt_scene_data(now);
         (void)kt_fine("residual",
                       kt_loop_residual(now, data, 0.0, kt_simulation_positions(one), kt_simulation_velocities(one),
                                        &residual, &error),
                       &error);
         kt_check_near("closed", residual.position, 0.0, 1e-14);
         (void)kt_fine("goes on", kt_simulation_advance(one, 0.2, &error), &error);
-        kt_data_free(data);
-        kt_simulation_free(one);
-        kt_model_free(model);
     }
 }

@@ -103,7 +103,6 @@ KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
                 kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
                 !kt_is_switched(&scene.description)) /* rodas5p rejects friction of contacts */
                 compare(entries[i]->d_name, model, &scene.run, &off, &bits);
-            kt_model_free(model);
             kt_scene_free(&scene);
         }
         free(entries[i]);
@@ -150,18 +149,15 @@ static double error_of(double share, double tolerance, double step, const char *
     d.effects = effects;
     d.effect_count = 2;
     kt_run run_of = kt_run_default();
-    kt_model *model = NULL;
-    kt_error error = {0};
     static ledger l;
     run_of.duration = 1.0;
     run_of.integrator = integrator;
     run_of.relative = run_of.absolute = tolerance;
     run_of.step = step;
     double found = (double)NAN;
-    if (kt_fine("model", kt_model_compile(&d, NULL, &model, &error), &error) &&
-        run("pendulum", model, &run_of, 0, true, &l))
+    const kt_model *model = kt_scene_compile(&d);
+    if (model != NULL && run("pendulum", model, &run_of, 0, true, &l))
         found = kt_energy_watch_error(&l.watch);
-    kt_model_free(model);
     return found;
 }
 
@@ -185,14 +181,12 @@ KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
     kt_description d = kt_description_default();
     d.bodies = &body;
     d.body_count = 1;
-    kt_model *model = NULL;
-    kt_simulation *simulation = NULL;
     kt_simulation_options options = kt_simulation_options_default();
     kt_error error = {0};
     options.watch_works = true;
     options.record = KT_RECORD_ENERGY;
-    if (kt_fine("model", kt_model_compile(&d, NULL, &model, &error), &error) &&
-        kt_fine("simulation", kt_simulation_create(model, NULL, &options, &simulation, &error), &error)) {
+    kt_simulation *simulation = kt_scene_simulate(kt_scene_compile(&d), NULL, &options);
+    if (simulation != NULL) {
         kt_worst off = kt_worst_make("work of a force");
         double v = 0.0;
         for (int k = 0; k < 20; k++) {
@@ -207,6 +201,4 @@ KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
         }
         kt_check_worst(&off);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

@@ -77,7 +77,6 @@ KT_TEST(every_body_is_free_and_every_joint_a_loop) {
         }
         kt_check_equal_int("wrong", wrong, 0);
         kt_check_equal_int("bodies", absolute ? kt_model_body_count(absolute) : -1, 1 + plan.bodies + crosses);
-        kt_absolute_free(formulation);
         kt_model_free(model);
     }
 }
@@ -122,7 +121,6 @@ KT_TEST(initial_state_is_that_of_the_tree) {
                            2.5e-14, "tree %d, body %d", n, b);
         }
         kt_data_free(data);
-        kt_absolute_free(formulation);
         kt_model_free(model);
     }
     kt_check_worst(&position);
@@ -180,7 +178,6 @@ KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
         for (int b = 1; b < kt_model_body_count(model); b++)
             fixed += kt_body_mass(model, b);
         fixed -= t.mass;
-        kt_absolute_free(formulation);
         kt_model_free(model);
     }
     kt_check_worst(&kinetic);
@@ -234,7 +231,6 @@ KT_TEST(positions_that_are_referred_to_are_counted) {
         kt_check_equal_int("its type", kt_loop_type_of(absolute, i), m.loops[i].type);
     }
     kt_check_equal_int("loops", kt_loop_count(absolute), LOOPS + (BODIES - 1) + 4); /* one body is free */
-    kt_absolute_free(formulation);
     kt_model_free(model);
 }
 
@@ -252,7 +248,6 @@ KT_TEST(compilation_without_memory_leaks_nothing) {
         const kt_status status = kt_absolute_create(&m.description, NULL, model, &formulation, &error);
         const long allocations = kt_interpose_stop();
         if (!kt_interpose_has_failed()) {
-            kt_absolute_free(formulation);
             break;
         }
         tried++;

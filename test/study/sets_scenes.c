@@ -25,7 +25,7 @@ static kt_constraint_formulation *make_set(const kt_model *model, const kt_const
     kt_constraint_formulation *set = NULL;
     kt_need_fine(kt_constraint_formulation_name(options->type),
                  kt_constraint_formulation_create(model, options, &set, &e), &e);
-    kt_at_end(release_set, set);
+    kt_test_own(set, release_set);
     return set;
 }
 
