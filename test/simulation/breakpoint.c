@@ -429,71 +429,38 @@ KT_TEST(drive_supplies_the_change_of_energy_where_its_direction_changes) {
 
 /* Saved in the midst of the ramp, and at its start, where a step ends. */
 KT_TEST(restored_run_has_the_same_bits_at_breakpoints) {
-    static double block[4096];
     towed t;
     kt_error error = {0};
     kt_run run = kt_run_default();
     kt_model *model = make_towed(&t);
     run.integrator = "dopri5";
-    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
-    kt_simulation *second = first ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *first = kt_scene_simulate(model, &run, NULL), *second = kt_scene_simulate(model, &run, NULL);
     for (int k = 0; second != NULL && k < 2; k++) {
         const double when = k == 0 ? 5.0 : 6.5;
-        if (!kt_check_true("room", kt_simulation_state_size(first) <= sizeof block) ||
-            !kt_fine("advance", kt_simulation_advance(first, when, &error), &error))
+        if (!kt_fine("advance", kt_simulation_advance(first, when, &error), &error) ||
+            !kt_scene_hand_over(first, second))
             break;
-        kt_simulation_save(first, block);
-        (void)kt_fine("restore", kt_simulation_restore(second, block, &error), &error);
         (void)kt_fine("advance", kt_simulation_advance(first, when + 0.7, &error), &error);
         (void)kt_fine("advance", kt_simulation_advance(second, when + 0.7, &error), &error);
-        kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 2);
+        kt_scene_check_equal("state", second, first);
     }
-}
-
-/* Records of the load, of which number `stop` ends the run. */
-typedef struct stopping {
-    double state[401][2];
-    int count, stop;
-} stopping;
-
-static int keep_load(const kt_record *record, void *user) {
-    stopping *kept = user;
-    kept->state[kept->count][0] = record->q[1];
-    kept->state[kept->count][1] = record->v[1];
-    return ++kept->count == kept->stop;
 }
 
 /* Records in the step that ended before a checkpoint come after it, and need that step's slopes at breakpoints. */
 KT_TEST(records_after_a_checkpoint_have_the_same_bits_in_a_step_from_a_breakpoint) {
-    static double block[4096];
-    static stopping whole, kept;
     towed t;
-    kt_error error = {0};
     kt_run run = kt_run_default();
     kt_model *model = make_towed(&t);
     run.integrator = "dopri5";
     run.duration = 8.0;
     run.interval = 0.02;
     run.relative = run.absolute = 1e-3; /* long steps */
-    whole = (stopping){.stop = -1};
-    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
-    kt_fine("runs", first ? kt_simulation_run(first, keep_load, &whole, &error) : KT_ERROR_MEMORY, &error);
-    kt_check_equal_int("records", whole.count, 401);
-    for (int stop = 249; model != NULL && stop < 262; stop++) {
-        kt_simulation *one = kt_scene_simulate(model, &run, NULL), *other = kt_scene_simulate(model, &run, NULL);
-        kept = (stopping){.stop = stop};
-        kt_check_equal_int("stops", kt_simulation_run(one, keep_load, &kept, &error), KT_ERROR_CALLBACK);
-        kt_simulation_save(one, block);
-        (void)kt_fine("restore", kt_simulation_restore(other, block, &error), &error);
-        (void)kt_fine("goes on", kt_simulation_run(other, keep_load, &kept, &error), &error);
-        kt_check_equal_int("records", kept.count, 401);
-        kt_check_equal_bits("records", kept.state[0], whole.state[0], sizeof kept.state / sizeof(double));
-    }
+    for (int stop = 249; stop < 262; stop++)
+        kt_check_equal_int("records", kt_resumption_check(&(kt_resumption){.model = model, .run = &run}, stop), 401);
 }
 
 /* The searches of a run share their operations. A resumed run has no more of them, and therefore cuts the same ones. */
 KT_TEST(restored_run_cuts_the_same_searches) {
-    static double block[4096];
     pushed p;
     kt_error error = {0};
     kt_run run = kt_run_default();
@@ -503,13 +470,10 @@ KT_TEST(restored_run_cuts_the_same_searches) {
                                "1.34) + 16.5*(t - 5.9902))^2) + 3.131*tanh(976.84*(t - 7.6522))*exp(-(8.9389*(t - "
                                "9.1834))^2) + -0.3038*log(cosh(374.22*(t - 6.2779)))");
     kt_model *model = kt_scene_compile(&p.lone.description);
-    kt_simulation *first = model ? kt_scene_simulate(model, &run, NULL) : NULL;
-    kt_simulation *second = first ? kt_scene_simulate(model, &run, NULL) : NULL;
-    if (second != NULL && kt_check_true("room", kt_simulation_state_size(first) <= sizeof block) &&
-        kt_fine("advance", kt_simulation_advance(first, 0.2, &error), &error)) {
+    kt_simulation *first = kt_scene_simulate(model, &run, NULL), *second = kt_scene_simulate(model, &run, NULL);
+    if (second != NULL && kt_fine("advance", kt_simulation_advance(first, 0.2, &error), &error)) {
         const uint64_t before = kt_simulation_counts_get(first).cut;
-        kt_simulation_save(first, block);
-        (void)kt_fine("restore", kt_simulation_restore(second, block, &error), &error);
+        (void)kt_scene_hand_over(first, second);
         (void)kt_fine("advance", kt_simulation_advance(first, 1.0, &error), &error);
         (void)kt_fine("advance", kt_simulation_advance(second, 1.0, &error), &error);
         const kt_simulation_counts a = kt_simulation_counts_get(first), b = kt_simulation_counts_get(second);
@@ -517,6 +481,6 @@ KT_TEST(restored_run_cuts_the_same_searches) {
         kt_check_above("cut behind", (double)(a.cut - before), 10.0);
         kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
         kt_check_equal_int("breakpoints of the restored run", (long)b.corners, (long)a.corners);
-        kt_check_equal_bits("velocities", kt_simulation_velocities(second), kt_simulation_velocities(first), 1);
+        kt_scene_check_equal("state", second, first);
     }
 }

@@ -22,58 +22,26 @@ static bool set_stage(kt_stage *stage) {
     return true;
 }
 
+static kt_resumption resumption_of(const kt_stage *stage, const kt_run *run) {
+    const kt_tree_state *state = &stage->state;
+    return (kt_resumption){.model = stage->tree.model,
+                           .run = run,
+                           .q = state->q,
+                           .v = state->v,
+                           .torque = state->tau,
+                           .external = state->external};
+}
+
 static kt_simulation *begin(const kt_stage *stage, const kt_run *run) {
-    kt_simulation *simulation = kt_scene_simulate(stage->tree.model, run, NULL);
-    kt_error error;
-    if (simulation == NULL)
-        return NULL;
-    (void)kt_fine("state", kt_simulation_set_state(simulation, 0.0, stage->state.q, stage->state.v, &error), &error);
-    (void)kt_fine("torque", kt_simulation_set_torque(simulation, stage->state.tau, &error), &error);
-    (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, stage->state.external, &error), &error);
-    return simulation;
+    const kt_resumption r = resumption_of(stage, run);
+    return kt_resumption_start(&r);
 }
 
-/* Goes on in another simulation of the same kind, from a copy of the block. */
-static kt_simulation *go_on(const kt_stage *stage, const kt_run *run, const kt_simulation *from) {
-    size_t size = kt_simulation_state_size(from);
-    void *block = malloc(size), *copy = malloc(size);
-    kt_simulation *other = kt_scene_simulate(stage->tree.model, run, NULL);
-    kt_error error;
-    if (block != NULL && copy != NULL && other != NULL) {
-        kt_simulation_save(from, block);
-        memcpy(copy, block, size);
-        memset(block, 0xA5, size);
-        (void)kt_fine("restore", kt_simulation_restore(other, copy, &error), &error);
-        kt_simulation_save(other, block);
-        kt_check_true("a checkpoint of what was taken back is the same block", memcmp(block, copy, size) == 0);
-    }
-    free(block);
-    free(copy);
-    return other;
-}
-
-/* Stops at a record that lies within a step, goes on elsewhere, and compares every record with those of a whole run. */
+/* Record 17 lies within a step. */
 static void compare_runs(const kt_stage *stage, const kt_run *run) {
-    static kt_kept whole;
-    kt_error error;
+    const kt_resumption r = resumption_of(stage, run);
     kt_note("%s, step %g", run->integrator, run->step);
-    kt_simulation *simulation = begin(stage, run);
-    kt_kept *kept = kt_kept_empty(stage->tree.model);
-    (void)kt_fine("whole run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
-    whole = *kept;
-    kt_check_equal_int("records", whole.count, 41);
-
-    kept = kt_kept_empty(stage->tree.model);
-    kept->stop_at = 17;
-    simulation = begin(stage, run);
-    kt_check_equal_int("first half", kt_simulation_run(simulation, kt_keep, kept, &error), KT_ERROR_CALLBACK);
-    kt_simulation *other = go_on(stage, run, simulation);
-    (void)kt_fine("second half", kt_simulation_run(other, kt_keep, kept, &error), &error);
-    kt_check_equal_int("records", kept->count, whole.count);
-    kt_check_equal_bits("times", kept->time, whole.time, (size_t)whole.count);
-    kt_check_equal_bits("states and accelerations", kept->state[0], whole.state[0],
-                        (size_t)whole.count * KT_KEPT_NUMBERS);
-    kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
+    kt_check_equal_int("records", kt_resumption_check(&r, 17), 41);
 }
 
 KT_TEST(restored_simulation_goes_on_bit_for_bit) {
@@ -147,11 +115,30 @@ KT_TEST(checkpoint_keeps_torques_that_wait) {
     for (size_t i = 0; i < nv; i++)
         stage.state.tau[i] *= -2.0;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, stage.state.tau, &error), &error);
-    kt_simulation *other = go_on(&stage, &run, simulation);
+    kt_simulation *other = kt_scene_simulate(stage.tree.model, &run, NULL);
+    if (!kt_scene_hand_over(simulation, other))
+        return;
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
     (void)kt_fine("step", kt_simulation_step(other, HUGE_VAL, &error), &error);
     kt_check_equal_bits("velocities", kt_simulation_velocities(other), kt_simulation_velocities(simulation), nv);
     kt_tree_free(&stage.tree);
+}
+
+/* Checks that a block is rejected in these words, and that the simulation stays as it was. */
+static void check_restore(const char *what, kt_simulation *simulation, const void *block, kt_status expected,
+                          const char *words) {
+    const size_t size = kt_simulation_state_size(simulation);
+    void *before = malloc(size), *after = malloc(size);
+    kt_error error = {KT_OK, "", ""};
+    if (kt_check_true("memory", before != NULL && after != NULL)) {
+        kt_simulation_save(simulation, before);
+        kt_check_equal_int(what, kt_simulation_restore(simulation, block, &error), expected);
+        kt_check_contains("message", error.message, words);
+        kt_simulation_save(simulation, after);
+        kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    }
+    free(before);
+    free(after);
 }
 
 KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
@@ -165,26 +152,15 @@ KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
     kt_run run = kt_run_default();
     run.integrator = "tsit5";
     kt_simulation *other_method = kt_scene_simulate(model, &run, NULL);
-    size_t size = kt_simulation_state_size(simulation), large = kt_simulation_state_size(stranger);
-    void *block = calloc(1, large), *before = malloc(size), *after = malloc(size);
+    void *block = calloc(1, kt_simulation_state_size(stranger));
     kt_error error;
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
-    kt_simulation_save(simulation, before);
-
-    kt_check_equal_int("zeros", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("message", error.message, "not a checkpoint");
+    check_restore("zeros", simulation, block, KT_ERROR_ARGUMENT, "not a checkpoint");
     kt_simulation_save(stranger, block);
-    kt_check_equal_int("another model", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("message", error.message, "another model");
+    check_restore("another model", simulation, block, KT_ERROR_ARGUMENT, "another model");
     kt_simulation_save(other_method, block);
-    kt_check_equal_int("another method", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("message", error.message, "tsit5");
-
-    kt_simulation_save(simulation, after);
-    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    check_restore("another method", simulation, block, KT_ERROR_ARGUMENT, "tsit5");
     free(block);
-    free(before);
-    free(after);
 }
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
@@ -204,19 +180,13 @@ static void check_rejected(const kt_model *model, const kt_run *run, const kt_si
     if (from == NULL || to == NULL)
         return;
     const size_t size = kt_simulation_state_size(from);
-    void *block = malloc(size), *before = malloc(size), *after = malloc(size);
+    void *block = malloc(size);
     kt_check_equal_int("sizes", (long long)kt_simulation_state_size(to), (long long)size);
     kt_check_equal_int("pauses", kt_simulation_run(from, pause_at_record, NULL, &error), KT_ERROR_CALLBACK);
     (void)kt_fine("step", kt_simulation_step(from, 0.1, &error), &error);
     kt_simulation_save(from, block);
-    kt_simulation_save(to, before);
-    kt_check_equal_int(words, kt_simulation_restore(to, block, &error), KT_ERROR_ARGUMENT);
-    kt_check_contains("message", error.message, words);
-    kt_simulation_save(to, after);
-    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    check_restore(words, to, block, KT_ERROR_ARGUMENT, words);
     free(block);
-    free(before);
-    free(after);
 }
 
 /* One step of a checkpoint taken by 1e-3 s covered 1.5 s where the other simulation had steps of 2.5e-3 s. */
@@ -307,16 +277,15 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
     const size_t size = kt_simulation_state_size(simulation);
-    char *block = malloc(size), *before = malloc(size), *after = malloc(size);
+    char *block = malloc(size), *before = malloc(size);
     kt_error error = {KT_OK, "", ""};
-    if (!kt_check_true("memory", block != NULL && before != NULL && after != NULL))
+    if (!kt_check_true("memory", block != NULL && before != NULL))
         return;
     kt_simulation_save(simulation, before);
     for (size_t k = 0; k < 4; k++) {
         memcpy(block, before, size);
         block[NUMBERS + 8 * k] = (char)(block[NUMBERS + 8 * k] + 1);
-        kt_check_equal_int("a number", kt_simulation_restore(simulation, block, &error), KT_ERROR_ARGUMENT);
-        kt_check_contains("message", error.message, "another model");
+        check_restore("a number", simulation, block, KT_ERROR_ARGUMENT, "another model");
     }
     int found = 0;
     const double nan = (double)NAN;
@@ -327,13 +296,10 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
             found++;
         }
     kt_check_above("places of the angle", found, 1.0);
-    kt_check_equal_int("NaN in the state", kt_simulation_restore(simulation, block, &error), KT_ERROR_NOT_FINITE);
-    kt_simulation_save(simulation, after);
-    kt_check_true("the state is what it was", memcmp(before, after, size) == 0);
+    check_restore("NaN in the state", simulation, block, KT_ERROR_NOT_FINITE, "is not finite");
     (void)kt_fine("undamaged, before any step", kt_simulation_restore(simulation, before, &error), &error);
     free(block);
     free(before);
-    free(after);
 }
 
 /* A method of the caller's need not have a name. */

@@ -1,6 +1,7 @@
 #include "scenes.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass) {
@@ -122,22 +123,92 @@ kt_kept *kt_kept_empty(const kt_model *model) {
     kept.stop_at = -1;
     kept.nq = kt_model_nq(model);
     kept.nv = kt_model_nv(model);
+    kept.nx = kt_own_state_count(model);
     return &kept;
 }
 
 int kt_keep(const kt_record *record, void *user) {
     kt_kept *kept = user;
-    int nq = kept->nq, nv = kept->nv;
-    if (kept->count == KT_KEPT_RECORDS || nq + 2 * nv > KT_KEPT_NUMBERS)
+    int nq = kept->nq, nv = kept->nv, nx = kept->nx;
+    if (kept->count == KT_KEPT_RECORDS || nq + 2 * nv + nx > KT_KEPT_NUMBERS)
         return -1;
     double *state = kept->state[kept->count];
     memcpy(state, record->q, (size_t)nq * sizeof(double));
     memcpy(state + nq, record->v, (size_t)nv * sizeof(double));
     if (record->a != NULL)
         memcpy(state + nq + nv, record->a, (size_t)nv * sizeof(double));
+    if (nx > 0)
+        memcpy(state + nq + 2 * nv, record->x, (size_t)nx * sizeof(double));
     kept->time[kept->count] = record->time;
     kept->index[kept->count] = record->index;
     kept->energy[kept->count] = record->kinetic + record->potential;
     kept->count++;
     return record->index == kept->stop_at ? -1 : 0;
+}
+
+bool kt_scene_check_equal(const char *what, const kt_simulation *observed, const kt_simulation *expected) {
+    const kt_model *model = kt_simulation_model(expected);
+    const int count = kt_model_nq(model) + kt_model_nv(model) + kt_own_state_count(model);
+    /* velocities stand behind positions, and auxiliary states behind velocities */
+    return kt_check_equal_bits(what, kt_simulation_positions(observed), kt_simulation_positions(expected),
+                               (size_t)count);
+}
+
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
+
+bool kt_scene_hand_over(const kt_simulation *from, kt_simulation *to) {
+    kt_error error = {0};
+    if (!kt_check_true("two simulations", from != NULL && to != NULL))
+        return false;
+    const size_t size = kt_simulation_state_size(from);
+    void *block = malloc(size), *again = malloc(size);
+    bool fine = kt_check_true("memory", block != NULL && again != NULL) &&
+                kt_check_true("size", kt_simulation_state_size(to) == size);
+    if (fine) {
+        kt_simulation_save(from, block);
+        fine = kt_fine("restore", kt_simulation_restore(to, block, &error), &error);
+        memset(again, 0xA5, size);
+        kt_simulation_save(to, again);
+        fine = fine &&
+               kt_check_true("a checkpoint of the restored state is the same block", memcmp(block, again, size) == 0);
+    }
+    free(block);
+    free(again);
+    return fine;
+}
+
+kt_simulation *kt_resumption_start(const kt_resumption *r) {
+    kt_error error = {0};
+    kt_simulation *simulation = kt_scene_simulate(r->model, r->run, r->options);
+    bool fine = simulation != NULL;
+    if (fine && r->q != NULL)
+        fine = kt_fine("state", kt_simulation_set_state(simulation, 0.0, r->q, r->v, &error), &error);
+    if (fine && r->torque != NULL)
+        fine = kt_fine("torque", kt_simulation_set_torque(simulation, r->torque, &error), &error);
+    if (fine && r->external != NULL)
+        fine = kt_fine("wrenches", kt_simulation_set_wrenches(simulation, r->external, &error), &error);
+    return fine ? simulation : NULL;
+}
+
+int kt_resumption_check(const kt_resumption *r, int stop) {
+    static kt_kept whole;
+    kt_error error = {0};
+    kt_simulation *alone = kt_resumption_start(r), *first = kt_resumption_start(r);
+    kt_simulation *second = kt_scene_simulate(r->model, r->run, r->options);
+    if (alone == NULL || first == NULL || second == NULL)
+        return 0;
+    kt_kept *kept = kt_kept_empty(r->model);
+    (void)kt_fine("whole run", kt_simulation_run(alone, kt_keep, kept, &error), &error);
+    whole = *kept;
+    kept = kt_kept_empty(r->model);
+    kept->stop_at = stop;
+    kt_check_equal_int("first part", kt_simulation_run(first, kt_keep, kept, &error), KT_ERROR_CALLBACK);
+    if (kt_scene_hand_over(first, second))
+        (void)kt_fine("second part", kt_simulation_run(second, kt_keep, kept, &error), &error);
+    kt_check_equal_int("records", kept->count, whole.count);
+    kt_check_equal_bits("times", kept->time, whole.time, (size_t)whole.count);
+    kt_check_equal_bits("states", kept->state[0], whole.state[0], (size_t)whole.count * KT_KEPT_NUMBERS);
+    kt_check_equal_bits("energies", kept->energy, whole.energy, (size_t)whole.count);
+    kt_scene_check_equal("state at the end", second, alone);
+    return whole.count;
 }

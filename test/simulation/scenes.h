@@ -51,6 +51,9 @@ double kt_scene_balance(kt_simulation *simulation);
 /* Fixed steps of this method. */
 kt_run kt_run_fixed(const char *integrator, double step, double duration);
 
+/* Checks that two simulations of a model have equal bits: positions, velocities and auxiliary states. */
+bool kt_scene_check_equal(const char *what, const kt_simulation *observed, const kt_simulation *expected);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 enum { KT_KEPT_RECORDS = 4096, KT_KEPT_NUMBERS = 64 };
@@ -58,15 +61,38 @@ enum { KT_KEPT_RECORDS = 4096, KT_KEPT_NUMBERS = 64 };
 typedef struct kt_kept {
     int count;
     int stop_at; /* returns -1 at the record of this index; -1: never */
-    int nq, nv;
+    int nq, nv, nx;
     double time[KT_KEPT_RECORDS];
     int64_t index[KT_KEPT_RECORDS];
-    double state[KT_KEPT_RECORDS][KT_KEPT_NUMBERS]; /* q, v, and a where there is one */
+    double state[KT_KEPT_RECORDS][KT_KEPT_NUMBERS]; /* q, v, a where there is one, and auxiliary states */
     double energy[KT_KEPT_RECORDS];                 /* NaN where it is not recorded */
 } kt_kept;
 
 /* Static storage, emptied; there is one. */
 kt_kept *kt_kept_empty(const kt_model *model);
 int kt_keep(const kt_record *record, void *user); /* user: a kt_kept */
+
+/* ---- checkpoints -------------------------------------------------------------------------------------------------- */
+
+/* Restores a checkpoint of one simulation in another one, whose checkpoint must then have the same bytes. Returns false
+ * after a failed check. */
+bool kt_scene_hand_over(const kt_simulation *from, kt_simulation *to);
+
+/* Runs that go on from a checkpoint. All but the model may be NULL: positions and velocities at the start, and torques
+ * and wrenches from there on. */
+typedef struct kt_resumption {
+    const kt_model *model;
+    const kt_run *run;
+    const kt_simulation_options *options;
+    const double *q, *v, *torque;
+    const kt_wrench *external;
+} kt_resumption;
+
+/* Starts a simulation of it; NULL after a failed check. */
+kt_simulation *kt_resumption_start(const kt_resumption *r);
+
+/* Checks that a run which stops at record `stop`, and goes on in another simulation, has the same records to the bit as
+ * a whole run. Returns the number of records. */
+int kt_resumption_check(const kt_resumption *r, int stop);
 
 #endif
