@@ -204,6 +204,16 @@ void kt_test_own(void *object, void (*release)(void *object)) {
     owned[owned_count++].release = release;
 }
 
+void kt_test_release(void *object) {
+    for (size_t i = owned_count; object != NULL && i-- > 0;)
+        if (owned[i].object == object) {
+            owned[i].release(object);
+            owned_count--;
+            memmove(&owned[i], &owned[i + 1], (owned_count - i) * sizeof *owned);
+            return;
+        }
+}
+
 static void release_owned(void) {
     while (owned_count > 0) {
         owned_count--;

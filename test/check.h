@@ -93,6 +93,9 @@ bool kt_check_worst(const kt_worst *worst);
  * called for all objects, the latest first. NULL is not kept. */
 void kt_test_own(void *object, void (*release)(void *object));
 
+/* Releases an object of the running test at once, for tests that make many large ones. NULL is left alone. */
+void kt_test_release(void *object);
+
 /* Ends the running test. */
 _Noreturn void kt_end_test(void);
 

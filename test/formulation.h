@@ -8,8 +8,8 @@
 
 static inline void kt_release_absolute(void *absolute) { kt_absolute_free(absolute); }
 
-/* The absolute formulation of a model of this description, which the running test owns; NULL if the formulation is another one, or
- * after a failed check. */
+/* The absolute formulation of a model of this description, which the running test owns. NULL if the formulation is
+ * another one, or after a failed check. */
 static inline kt_absolute *kt_formulate(const kt_description *description, const kt_model_options *options,
                                         const kt_model *model, kt_formulation formulation) {
     kt_absolute *absolute = NULL;

@@ -81,7 +81,6 @@ KT_TEST(indices_below_zero_and_memory_that_is_none_are_rejected) {
     kt_modes_free(NULL);
     kt_spectrum_free(NULL);
     kt_constraint_formulation_free(NULL);
-    linkage_free(&l);
 }
 
 /* ---- linearisations ------------------------------------------------------------------------------------------------
@@ -157,7 +156,6 @@ KT_TEST(derivatives_are_taken_within_reach_of_what_an_effect_can_tell) {
                     KT_ERROR_NOT_FINITE, "position");
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 KT_TEST(equilibrium_that_takes_more_steps_than_allowed_names_the_joint) {
@@ -179,7 +177,6 @@ KT_TEST(equilibrium_that_takes_more_steps_than_allowed_names_the_joint) {
         kt_check_near("hanging", q, 0.0, 1e-18);
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 /* A free body of 2 kg on a bushing of 50 N/m to the world sinks by m g / k, and turns nowhere. */
@@ -210,7 +207,6 @@ KT_TEST(free_body_sinks_into_its_bushing) {
         }
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 /* At t = 0 the crank is at rest, but it accelerates: `1 + t^2`. */
@@ -234,7 +230,6 @@ KT_TEST(loop_that_is_about_to_move_has_no_equilibrium) {
         kt_check_equal_bits("the position is untouched", &l.q[1], &before, 1);
     }
     kt_linearization_free(linearization);
-    linkage_free(&l);
 }
 
 /* A parallelogram stretched flat may go on as one or crossed; it is alone, and named alone. */
@@ -253,7 +248,6 @@ KT_TEST(change_point_is_rejected_by_the_loop_s_name) {
         kt_check_true("no others", strstr(e.where, "share") == NULL && strstr(e.message, "share") == NULL);
     }
     kt_linearization_free(linearization);
-    linkage_free(&l);
 }
 
 /* ---- modes ----------------------------------------------------------------------------------------------------------
@@ -287,8 +281,6 @@ KT_TEST(modes_of_a_strange_system_are_rejected) {
     }
     small_free(&s);
     small_free(&other);
-    linkage_free(&bar);
-    linkage_free(&bars);
 }
 
 /* Nothing moves: no states, no modes, nothing that bounds a step. */
@@ -311,7 +303,6 @@ KT_TEST(mechanism_without_freedoms_has_no_modes) {
     }
     kt_spectrum_free(spectrum);
     small_free(&s);
-    linkage_free(&l);
 }
 
 /* ---- spectra along a motion -----------------------------------------------------------------------------------------
@@ -364,7 +355,6 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     kt_check_true("a limit", limit.step < 2.0 && limit.mode >= 0);
     kt_check_above("growth, in decades", log10(limit.growth), 3.0);
     kt_spectrum_free(spectrum);
-    linkage_free(&l);
 }
 
 /* The spring cannot be evaluated once the bar has left its reach. The states up to there are kept. */
@@ -384,5 +374,4 @@ KT_TEST(motion_that_ends_leaves_the_modes_up_to_there) {
     /* 0.3 cos(w t) leaves 0.1 after acos(1/3) / w = 0.1005 s: two of 0, 0.0526, 0.105, ... */
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
     kt_spectrum_free(spectrum);
-    linkage_free(&l);
 }

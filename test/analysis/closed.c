@@ -60,7 +60,6 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
         kt_check_worst(&form);
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 /* ---- stop -------------------------------------------------------------------------------------------------------- */
@@ -104,7 +103,6 @@ KT_TEST(stop_that_is_near_does_not_enter_and_one_that_touches_shows) {
                            0.5 * wall / inertia);
         small_free(&s);
     }
-    linkage_free(&l);
 }
 
 /* ---- top --------------------------------------------------------------------------------------------------------- */
@@ -170,7 +168,6 @@ KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
         kt_check_worst(&worst);
         kt_check_worst(&shapes);
     }
-    linkage_free(&top);
 }
 
 /* ---- cart and pole ----------------------------------------------------------------------------------------------- */
@@ -231,7 +228,6 @@ KT_TEST(cart_and_pole_have_the_matrices_of_the_textbook) {
         kt_check_worst(&c);
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 /* ---- four-bar ---------------------------------------------------------------------------------------------------- */
@@ -330,7 +326,6 @@ KT_TEST(four_bar_has_the_matrix_of_its_one_coordinate_model_at_rest_and_in_motio
         }
         kt_linearization_free(search);
     }
-    linkage_free(&l);
 }
 
 /* ---- far away ---------------------------------------------------------------------------------------------------- */
@@ -354,7 +349,6 @@ KT_TEST(place_in_the_world_does_not_matter) {
                           small_at(s.system->state_error, 4, 3, 1), "far: %d", far);
         }
         small_free(&s);
-        linkage_free(&l);
     }
     kt_check_worst(&worst);
     kt_check_worst(&honest);
@@ -388,7 +382,6 @@ KT_TEST(equation_of_rounding_alone_leaves_the_linearisation) {
                           1e-14);
         }
         small_free(&s);
-        linkage_free(&l);
     }
     /* `I = 1/3`, stiffness g/2, and a quarter of both: `sqrt(3 g / 2)` */
     kt_check_near("without the rope, rad/s", rate[0], sqrt(1.5 * 9.81), 1e-13);

@@ -56,7 +56,6 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
         if (found(&l, true, &q, NULL))
             kt_check_near("nearest is hanging", q, 0.0, 1e-19); /* measured: 1e-21 */
     }
-    linkage_free(&l);
 }
 
 /* m g l / 2 sin(q) = tau for a bar of length l; beyond m g l / 2 nothing holds it. */
@@ -76,7 +75,6 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
         kt_check_equal_bits("untouched", &q, &start, 1);
         kt_check_equal_int("nor nearby", find(&l, true, &q, &tau, NULL, &error), KT_ERROR_STEP);
     }
-    linkage_free(&l);
 }
 
 /* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop. The search stalls at the stop's edge,
@@ -102,7 +100,6 @@ KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
             kt_check_equal_bits("untouched", &q, &start, 1);
         }
     }
-    linkage_free(&l);
 }
 
 /* -x / sqrt(1 + x^2), as of a string over a pulley next to the rail. */
@@ -131,9 +128,7 @@ KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
         double q = starts[i];
         if (found(&l, false, &q, NULL))
             kt_worst_near(&worst, q, 0.0, 4.0 * DBL_EPSILON, "from %g", starts[i]);
-        linkage_free(&l);
     }
-    linkage_free(&l);
     kt_check_worst(&worst);
 }
 
@@ -168,7 +163,6 @@ KT_TEST(hanging_chain_straightens_from_anywhere) {
         }
         kt_check_worst(&worst);
     }
-    linkage_free(&l);
 }
 
 /* The search starts nearly horizontal. reduction/cost measures its cost. */
@@ -191,7 +185,6 @@ KT_TEST(long_chain_comes_to_hang) {
             kt_worst_near(&worst, remainder(q[i] + (i ? 0.0 : pi / 2.0), 2.0 * pi), 0.0, straight(N, i), "%d", i);
         kt_check_worst(&worst);
     }
-    linkage_free(&l);
 }
 
 /* Height of a four-bar's centre of mass over its crank's angle, from the geometry of two circles. The ends of coupler
@@ -233,7 +226,6 @@ KT_TEST(four_bar_rests_where_its_energy_is_least) {
         kt_check_above("is a minimum, to the right", four_bar_height(&f, turned + 0.1),
                        four_bar_height(&f, turned) + 1e-4);
     }
-    linkage_free(&l);
 }
 
 /* A slider on a spring of 5 N/m sinks by m g / k, many lengths of its own. Its neighbour on a level rail does not move.
@@ -265,7 +257,6 @@ KT_TEST(spring_stretches_and_neutral_freedoms_stay) {
         kt_check_contains("names the joint", error.where, "cart");
         kt_check_contains("says so", error.message, "accelerates without bound");
     }
-    linkage_free(&l);
 }
 
 KT_TEST(driven_loop_has_no_equilibrium) {
@@ -280,5 +271,4 @@ KT_TEST(driven_loop_has_no_equilibrium) {
         kt_check_equal_int("is rejected", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
         kt_check_text("names the loop", error.where, "loop 'drive'");
     }
-    linkage_free(&l);
 }

@@ -31,7 +31,6 @@ KT_TEST(singular_position_is_rejected_and_its_neighbours_are_not) {
                 kt_check_contains("names a loop", error.where, "loop0");
                 kt_check_equal_bits("what was known stays", kt_linearization_system(s.linearization)->state, before, 4);
             }
-            linkage_free(&flat);
         }
         small_free(&s);
     }
@@ -49,7 +48,6 @@ KT_TEST(singular_position_is_rejected_and_its_neighbours_are_not) {
         kt_check_below("which is small", s.system->error, 1e-10);
     }
     small_free(&s);
-    linkage_free(&l);
 }
 
 KT_TEST(wrong_options_and_memory_are_rejected) {
@@ -94,7 +92,6 @@ KT_TEST(wrong_options_and_memory_are_rejected) {
         }
         kt_linearization_free(linearization);
     }
-    linkage_free(&l);
 }
 
 KT_TEST(evaluations_allocate_nothing_and_repeat_to_the_bit) {
@@ -125,5 +122,4 @@ KT_TEST(evaluations_allocate_nothing_and_repeat_to_the_bit) {
         kt_check_equal_bits("lambda", &again.real, &mode.real, 1);
     }
     small_free(&s);
-    linkage_free(&l);
 }

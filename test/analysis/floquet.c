@@ -67,7 +67,6 @@ static double trace(double a, double q) {
         }
         kt_floquet_free(f);
     }
-    linkage_free(&l);
     return sum;
 }
 
@@ -206,7 +205,6 @@ static double growth(const rotor *r) {
         }
         kt_floquet_free(f);
     }
-    linkage_free(&l);
     return found;
 }
 
@@ -252,7 +250,6 @@ KT_TEST(linearisation_at_an_instant_does_not_see_ground_resonance) {
     kt_check_below("growth, 1/s", most, 1e-13);
     kt_modes_free(modes);
     kt_linearization_free(linearization);
-    linkage_free(&l);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
@@ -275,5 +272,4 @@ KT_TEST(options_of_a_period_are_checked) {
         kt_check_true("none", f == NULL);
     }
     kt_check_true("no multiplier", isnan(kt_floquet_at(NULL, 0).modulus) && kt_floquet_count(NULL) == 0);
-    linkage_free(&l);
 }

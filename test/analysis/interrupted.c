@@ -59,10 +59,7 @@ static bool open_stand(stand *d) {
     return small_open(&d->s, d->l.model, &options, 0.0, d->l.q, d->l.v, NULL);
 }
 
-static void close_stand(stand *d) {
-    small_free(&d->s);
-    linkage_free(&d->l);
-}
+static void close_stand(stand *d) { small_free(&d->s); }
 
 /* The outcome of the calls with n = 1, 2, ... */
 typedef struct outcome {
@@ -185,5 +182,4 @@ KT_TEST(singular_states_of_a_motion_are_left_out) {
         kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).time, 0.1, 1e-15);
     }
     kt_spectrum_free(spectrum);
-    linkage_free(&l);
 }

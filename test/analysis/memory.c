@@ -92,7 +92,6 @@ KT_TEST(each_failing_allocation_is_an_error_of_setting_up) {
     if (kt_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &error), &error))
         check_each("spectrum along a motion", look_along, 1);
     kt_spectrum_free(spectrum);
-    linkage_free(&l);
 }
 
 /* ---- a study --------------------------------------------------------------------------------------------------------

@@ -307,7 +307,6 @@ static void compare(kt_isa isa, const char *name) {
             events += g.alone[i].outcome.events;
         }
         different += count_different(&g);
-        kt_tree_free(&g.tree);
     }
     kt_note("%s: %llu simulations in lanes, %llu alone, %d of them failed", name, (unsigned long long)sum.together,
             (unsigned long long)sum.alone, failed);
@@ -346,7 +345,6 @@ KT_TEST(simulations_of_other_armature_run_alone) {
     kt_check_true("simulations run", run_alone(&g) && run_together(&g, &sum, &share));
     kt_check_above("simulations alone", (double)sum.alone, 0.5);
     kt_check_equal_int("simulations that differ", count_different(&g), 0);
-    kt_tree_free(&g.tree);
 }
 
 KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
@@ -366,7 +364,6 @@ KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
     kt_ensemble_free(ensemble); /* does nothing */
     kt_check_equal_int("one byte less", kt_ensemble_init(tree.model, memory, size - 1, &ensemble, &error),
                        KT_ERROR_MEMORY);
-    kt_tree_free(&tree);
 }
 
 /* ---- gradients --------------------------------------------------------------------------------------------------- */
@@ -524,5 +521,4 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
         kt_data_free(data[i]);
         free(work[i]);
     }
-    kt_tree_free(&tree);
 }

@@ -101,7 +101,6 @@ static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bo
         kt_many_free(&many);
         kt_model_free(longer[0]);
         kt_model_free(longer[1]);
-        kt_tree_free(&tree);
     }
     kt_note("%s: %llu evaluations in lanes", what, (unsigned long long)in_lanes);
     kt_check_equal_int("states whose accelerations differ", different[0], 0);
@@ -182,7 +181,6 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
     kt_batch_free(batch); /* does nothing */
     kt_check_equal_int("one byte less", kt_batch_init(tree.model, &options, memory, size - 1, &batch, &error),
                        KT_ERROR_MEMORY);
-    kt_tree_free(&tree);
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -218,7 +216,6 @@ KT_TEST(lanes_are_the_memory_of_the_batch) {
     kt_check_equal_int("groups", (long long)lanes.groups, (long long)((11 + lanes.width - 1) / lanes.width));
     kt_check_equal_int("no batch", (long long)kt_batch_lanes_of(NULL).groups, 0);
     kt_batch_free(batch);
-    kt_tree_free(&tree);
 }
 
 /* ---- arguments --------------------------------------------------------------------------------------------------- */
@@ -285,5 +282,4 @@ KT_TEST(wrong_arguments_are_rejected) {
     kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);
     reject_jobs(batch);
     kt_batch_free(batch);
-    kt_tree_free(&tree);
 }

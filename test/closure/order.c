@@ -30,7 +30,6 @@ static bool finish(bool closed, const char *method, double step, double toleranc
         memcpy(y + 3, l.v, 3 * sizeof *y);
         linkage_run_stop(&r);
     }
-    linkage_free(&l);
     return fine;
 }
 
@@ -101,7 +100,6 @@ static double find_period(void) {
         period += (from + turn - l.q[0]) / l.v[0];
         linkage_run_stop(&r);
     }
-    linkage_free(&l);
     return period;
 }
 
@@ -125,7 +123,6 @@ static bool drift(const char *method, double step, bool loose, double time, doub
         }
         linkage_run_stop(&r);
     }
-    linkage_free(&l);
     return fine;
 }
 

@@ -121,7 +121,6 @@ static int rejected(kt_random *r, const door *d, int count) {
             failed += !(m.rank == 2 * d->window && m.minimal == 1 + d->window && l.model->length > 1e-3 * d->size &&
                         swings(&l, d->size));
         }
-        linkage_free(&l);
     }
     return failed;
 }
@@ -177,7 +176,6 @@ KT_TEST(hinges_apart_by_more_than_rounding_are_rejected_at_every_size) {
                     taken += kt_state_assemble(l.model, l.data, 0.0, l.q, l.v, &e) != KT_ERROR_CONSTRAINT;
                     named += strstr(e.message, "'hinge' by ") != NULL;
                 }
-                linkage_free(&l);
             }
             kt_note("%g m, apart by %g of that", sizes[k], 4.0 * parts[part]);
             kt_check_equal_int("taken", taken, 0);
@@ -208,7 +206,6 @@ KT_TEST(drives_agree_at_the_crest_of_a_sine) {
             kt_check_equal_int("next to it", kt_state_project(l.model, l.data, 1e-3, l.q, l.v, NULL, &e),
                                KT_ERROR_CONSTRAINT);
         }
-        linkage_free(&l);
     }
 }
 
@@ -232,6 +229,5 @@ KT_TEST(crank_goes_on_after_many_turns) {
                 near = l.q[2];
             }
         }
-        linkage_free(&l);
     }
 }

@@ -266,11 +266,10 @@ static bool draw_loops(kt_closed_tree *c, kt_random *random, kt_loop_type type, 
         kt_model *closed = NULL;
         if (kt_model_compile(&c->tree.description, NULL, &closed, &error) != KT_OK)
             continue;
-        kt_data_free(c->tree.data);
-        kt_model_free(c->tree.model);
-        c->tree.data = NULL;
+        kt_tree_free(&c->tree);
         c->tree.model = closed;
         kt_need_fine("data", kt_data_create(closed, &c->tree.data, &error), &error);
+        kt_tree_own(&c->tree);
         if (kt_closed_is_generated(closed))
             return true;
     }

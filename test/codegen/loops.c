@@ -490,10 +490,7 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
             parameter[k] = *number = before * kt_random_uniform(&random, 1.01, 1.03);
             m.tree.description.inertia_check = KT_INERTIA_ACCEPT;
             follow_markers(&m);
-            kt_data_free(m.tree.data);
-            kt_model_free(m.tree.model);
-            m.tree.data = NULL;
-            m.tree.model = NULL;
+            kt_tree_free(&m.tree);
             fine = kt_tree_compile(&m.tree, NULL);
             if (fine && kt_closed_is_generated(m.tree.model) && stays_in_plane(&m)) {
                 kt_check_true("the structure is the same", kt_codegen_structure(m.tree.model) == structure);

@@ -479,10 +479,7 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
             kt_check_equal_bits(g.name[k], &parameter[k], &before, 1);
             parameter[k] = *number = before * kt_random_uniform(&random, 1.05, 1.3);
             tree.description.inertia_check = KT_INERTIA_ACCEPT;
-            kt_data_free(tree.data);
-            kt_model_free(tree.model);
-            tree.data = NULL;
-            tree.model = NULL;
+            kt_tree_free(&tree);
             fine = kt_tree_compile(&tree, NULL);
             if (fine) {
                 kt_check_true("the structure is the same", kt_codegen_structure(tree.model) == structure);

@@ -55,10 +55,16 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
     return loop;
 }
 
+static void release_linkage_model(void *model) { kt_model_free(model); }
+
+static void release_linkage_data(void *data) { kt_data_free(data); }
+
 bool linkage_compile(linkage *l) {
     kt_error error = {0};
     kt_need_fine("compiles", kt_model_compile(&l->description, &l->options, &l->model, &error), &error);
+    kt_test_own(l->model, release_linkage_model);
     kt_need_fine("has data", kt_data_create(l->model, &l->data, &error), &error);
+    kt_test_own(l->data, release_linkage_data);
     l->nq = kt_model_nq(l->model);
     l->nv = kt_model_nv(l->model);
     l->rows = kt_model_mobility(l->model).equations;
@@ -73,8 +79,8 @@ bool linkage_build(linkage *l, double t) {
 }
 
 void linkage_free(linkage *l) {
-    kt_data_free(l->data);
-    kt_model_free(l->model);
+    kt_test_release(l->data);
+    kt_test_release(l->model);
     l->data = NULL;
     l->model = NULL;
 }

@@ -34,8 +34,10 @@ kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 a
 kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const char *first, kt_vec3 at,
                        const char *second, kt_vec3 there);
 
-/* The model, its data, and the initial state; a failure fails the test. */
+/* The model, its data, and the initial state; a failure fails the test, which owns them. */
 bool linkage_compile(linkage *l);
+
+/* Frees both at once, for a linkage that is compiled again. */
 void linkage_free(linkage *l);
 
 /* compiles, and assembles at time t */

@@ -308,8 +308,10 @@ static bool try_to_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
     kt_tree_free(&g->tree);
     g->tree.description.loops = g->loop;
     g->tree.description.loop_count = g->loops;
-    if (kt_model_compile(&g->tree.description, &plan->options, &g->tree.model, &error) != KT_OK ||
-        kt_data_create(g->tree.model, &g->tree.data, &error) != KT_OK)
+    const bool fine = kt_model_compile(&g->tree.description, &plan->options, &g->tree.model, &error) == KT_OK &&
+                      kt_data_create(g->tree.model, &g->tree.data, &error) == KT_OK;
+    kt_tree_own(&g->tree);
+    if (!fine)
         return false;
     g->tree.count = kt_model_body_count(g->tree.model);
     const kt_mobility dof = kt_model_mobility(g->tree.model);

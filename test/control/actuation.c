@@ -210,7 +210,6 @@ KT_TEST(torques_of_a_delta_robot_are_those_of_the_closed_form) {
                 kt_check_near("torque", torque[i], p.leg[i].torque, 1e-14);
             }
         }
-        linkage_free(&l);
     }
 }
 
@@ -305,7 +304,6 @@ KT_TEST(torques_of_a_five_bar_are_those_of_the_closed_form_also_with_a_third_mot
             for (int i = 0; i < 2; i++)
                 kt_check_near("torque next to it", torque[i], p.leg[i].torque - c[i] * up / down, 1e-14);
         }
-        linkage_free(&l);
     }
 }
 
@@ -471,7 +469,6 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
     kt_check_equal_bits("untouched", torque, (const double[]){7.0, 7.0}, 2);
     kt_check_equal_bits("untouched", a, (const double[]){1.0, 2.0}, 2);
     free(work);
-    linkage_free(&l);
 }
 
 KT_TEST(accelerations_that_open_a_loop_are_rejected) {
@@ -512,5 +509,4 @@ KT_TEST(accelerations_that_open_a_loop_are_rejected) {
                                              (kt_coordinate_list){motors, 1}, NULL, torque, NULL, &e),
                        KT_ERROR_SINGULAR);
     free(work);
-    linkage_free(&l);
 }

@@ -61,7 +61,6 @@ KT_TEST(columns_are_momenta_of_unit_rates) {
                 kt_worst_near(&center, jacobian[3 * i + r], (&velocity.x)[r], 8e-15, "tree %d column %d row %d", n, i,
                               r);
         }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&momentum);
     kt_check_worst(&center);
@@ -91,7 +90,6 @@ KT_TEST(bias_is_the_rate_of_momentum_at_rest_of_all_rates) {
             kt_worst_near(&momentum, ((const double *)&bias)[r], rate[r], 3e-11, "tree %d row %d", n, r);
         for (int r = 0; r < 3; r++)
             kt_worst_near(&center, (&a.x)[r], rate[ROWS + r], 1e-12, "tree %d row %d", n, r);
-        kt_tree_free(&tree);
     }
     kt_check_worst(&momentum);
     kt_check_worst(&center);

@@ -83,7 +83,6 @@ KT_TEST(a_slider_that_drives_a_crank_near_its_dead_point_is_told_its_conditionin
             kt_check_equal_int("crank", crank.forces, KT_OK);
             kt_check_above("of the crank, whose rod turns no more than 1 + r/l times as far", crank.of_forces,
                            1.0 / (1.0 + R / L) - 1e-12);
-            linkage_free(&l);
         }
     }
 }
@@ -100,7 +99,6 @@ KT_TEST(at_a_dead_point_up_to_rounding_forces_are_rejected) {
         kt_check_equal_int("forces", slider.forces, KT_ERROR_SINGULAR);
         kt_check_true("untouched", isnan(slider.force) && isnan(slider.of_forces) && isnan(slider.of_basis));
         kt_check_equal_int("crank", crank.forces, KT_OK);
-        linkage_free(&l);
     }
 }
 
@@ -123,7 +121,6 @@ KT_TEST(conditioning_of_more_actuators_than_freedoms_is_that_of_the_best) {
     kt_check_above("equal weights", rcond[0], 1.0 / (1.0 + R / L) - 1e-9);
     kt_check_above("slider spared", rcond[1], 1.0 / (1.0 + R / L) - 1e-9);
     free(work);
-    linkage_free(&l);
 }
 
 /* ---- operational space ------------------------------------------------------------------------------------------- */
@@ -190,7 +187,6 @@ KT_TEST(no_inertia_is_felt_at_a_pinned_foot) {
         kt_check_equal_int("ankle", feel(&l, 1, x, inertia, &rcond), KT_OK);
         kt_check_above("ankle", rcond, 0.1);
         kt_check_equal_int("ankle, both", feel(&l, 2, rows, inertia, &rcond), KT_ERROR_SINGULAR);
-        linkage_free(&l);
     }
 }
 
@@ -222,6 +218,5 @@ KT_TEST(an_arm_near_its_stretched_position_is_told_how_near) {
             kt_check_near("along the arm, over the sine", rcond / sin(bends[n]), 1.0, 1e-14 + 4e-16 / bends[n]);
         else
             kt_check_below("the row", fabs(along[0]) + fabs(along[1]), 1e-15);
-        linkage_free(&l);
     }
 }

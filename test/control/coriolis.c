@@ -38,7 +38,6 @@ KT_TEST(coriolis_matrix_times_velocities_is_the_bias_force_without_gravity) {
                 sum += c[k * tree.nv + i] * s.v[k];
             kt_worst_near(&error, sum, h[i] - g[i], 1e-15 * size, "tree %d row %d", n, i);
         }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&error);
 }
@@ -61,7 +60,6 @@ KT_TEST(coriolis_matrix_rejects_what_is_not_finite_and_too_little_memory) {
                        KT_ERROR_NOT_FINITE);
     kt_check_equal_bits("untouched", c, (const double[]){7.0}, 1);
     free(work);
-    kt_tree_free(&tree);
 }
 
 static bool mass_at(const kt_tree *tree, const double *q, const double *v, double *out) {
@@ -86,7 +84,6 @@ KT_TEST(mass_matrix_changes_by_the_coriolis_matrix_and_its_transpose) {
             for (int k = 0; k < tree.nv; k++)
                 kt_worst_near(&error, c[k * tree.nv + i] + c[i * tree.nv + k], rate[k * tree.nv + i], 3e-12 * size,
                               "tree %d entry %d %d", n, i, k);
-        kt_tree_free(&tree);
     }
     kt_check_worst(&error);
 }
@@ -124,7 +121,6 @@ KT_TEST(coriolis_matrix_is_that_of_christoffel_without_quaternions) {
                     sum += 0.5 * (by[k][j * nv + i] + by[j][k * nv + i] - by[i][k * nv + j]) * s.v[k];
                 kt_worst_near(&error, c[j * nv + i], sum, 4e-12, "tree %d entry %d %d", n, i, j);
             }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&error);
 }

@@ -78,10 +78,7 @@ static bool draw(subject *u, int n, kt_random *random) {
     return u->work != NULL;
 }
 
-static void release(subject *u) {
-    free(u->work);
-    tangle_free(&u->g);
-}
+static void release(subject *u) { free(u->work); }
 
 /* Calls one check for each mechanism that can be used. */
 typedef void check(subject *u, kt_random *random, kt_worst *worst, int n);

@@ -75,7 +75,6 @@ KT_TEST(inverse_of_mass_matrix_times_columns_agrees_with_elimination) {
         compare_column(&error, &tree, inverse, mass, s.tau, x, n);
         compare_column(&error, &tree, inverse, mass, s.a, x + tree.nv, n);
         kt_mass_inverse_free(w);
-        kt_tree_free(&tree);
     }
     kt_check_worst(&error);
 }
@@ -137,7 +136,6 @@ KT_TEST(operational_inertia_is_the_inverse_of_what_a_task_feels) {
             kt_check_equal_int("singular", status, KT_ERROR_SINGULAR);
         }
         kt_mass_inverse_free(w);
-        kt_tree_free(&tree);
     }
     kt_check_above("regular positions", regular, 30);
     kt_check_worst(&error);
@@ -158,13 +156,13 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
         for (int l = -1; l < 2; l++) {
             kt_tree_free(&tree);
             options.isa = l < 0 ? KT_ISA_BASE : levels[l];
-            tree.model = NULL;
-            tree.data = NULL;
             if (kt_model_compile(&tree.description, &options, &tree.model, &e) == KT_ERROR_UNSUPPORTED) {
                 kt_skip("an instruction set", KT_NO_ISA);
                 continue;
             }
-            if (!kt_tree_fine("data", kt_data_create(tree.model, &tree.data, &e), &e))
+            const bool fine = kt_tree_fine("data", kt_data_create(tree.model, &tree.data, &e), &e);
+            kt_tree_own(&tree);
+            if (!fine)
                 return;
             kt_mass_inverse *w = make(&tree, s.q, 0);
             memcpy(l < 0 ? x : y, s.tau, (size_t)tree.nv * sizeof *x);
@@ -173,7 +171,6 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
                 kt_check_equal_bits("M^-1 x", y, x, (size_t)tree.nv);
             kt_mass_inverse_free(w);
         }
-        kt_tree_free(&tree);
     }
 }
 

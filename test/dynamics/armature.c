@@ -68,8 +68,6 @@ KT_TEST(armature_adds_to_the_diagonal_of_the_mass_matrix_alone) {
         const kt_wrench one = kt_momentum(tree.model, tree.data), two = kt_momentum(bare.model, bare.data);
         kt_worst_near(&momentum_error, kt_vec3_norm(kt_vec3_sub(one.moment, two.moment)), 0.0, 0.0, "tree %d", n);
         kt_worst_near(&momentum_error, kt_vec3_norm(kt_vec3_sub(one.force, two.force)), 0.0, 0.0, "tree %d", n);
-        kt_tree_free(&bare);
-        kt_tree_free(&tree);
     }
     kt_check_worst(&mass_error);
     kt_check_worst(&force_error);
@@ -104,7 +102,6 @@ KT_TEST(articulated_bodies_with_armature_solve_the_equations_of_motion) {
                 sum += mass[j * tree.nv + i] * a[j];
             kt_worst_near(&error, sum, s.tau[i], 1e3 * EPS * size, "tree %d, %d", n, i);
         }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&error);
 }

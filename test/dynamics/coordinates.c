@@ -85,8 +85,6 @@ KT_TEST(forces_of_a_screw_are_those_of_a_slide_that_follows_a_turn) {
             const kt_vec3 q = kt_body_pose(x.loose.model, x.loose.data, b).position;
             kt_worst_below(&place, kt_vec3_norm(kt_vec3_sub(p, q)), 20.0 * EPS, "tree %d body %d", n, b);
         }
-        kt_tree_free(&x.loose);
-        kt_tree_free(&x.tree);
     }
     kt_check_worst(&error);
     kt_check_worst(&place);
@@ -111,8 +109,6 @@ KT_TEST(mass_of_a_screw_is_that_of_a_slide_that_follows_a_turn) {
                 const double scale = sqrt(mass[i * nv + i] * mass[j * nv + j]);
                 kt_worst_near(&error, sum, mass[i * nv + j], 40.0 * EPS * scale, "tree %d %d %d", n, i, j);
             }
-        kt_tree_free(&x.loose);
-        kt_tree_free(&x.tree);
     }
     kt_check_worst(&error);
 }
@@ -248,8 +244,6 @@ KT_TEST(a_ball_is_three_turns) {
                 kt_worst_near(&error, observed[i], a[c.v + i], 10.0 * EPS * sensitivity[c.v + i], "tree %d body %d", n,
                               b);
         }
-        kt_tree_free(&turns);
-        kt_tree_free(&tree);
     }
     kt_check_above("balls", balls, TREES);
     kt_check_worst(&error);

@@ -119,7 +119,6 @@ KT_TEST(derivatives_are_those_of_differences_on_random_trees) {
                 compare(&(slope){.tree = &tree, .state = &s, .forward = k >= 2, .rate = k % 2}, matrix[k], f[k / 2],
                         &error[k], n);
             }
-        kt_tree_free(&tree);
     }
     for (int k = 0; k < 4; k++)
         kt_check_worst(&error[k]);
@@ -174,7 +173,6 @@ KT_TEST(forward_derivatives_solve_inverse_derivatives) {
                     kt_worst_near(&error[2], one, i == j, C * EPS * (size[2] + 1.0), "tree %d %d %d", n, i, j);
                 }
         }
-        kt_tree_free(&tree);
     }
     for (int k = 0; k < 3; k++)
         kt_check_worst(&error[k]);
@@ -222,7 +220,6 @@ KT_TEST(derivatives_of_a_double_pendulum_are_those_on_paper) {
         }
         kt_check_worst(&error);
     }
-    kt_tree_free(&tree);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
@@ -267,7 +264,6 @@ KT_TEST(what_is_not_finite_or_too_small_is_rejected_and_nothing_is_written) {
         memcpy(out, before, sizeof out);
     }
     free(work);
-    kt_tree_free(&tree);
 }
 
 /* Two links of 0.1 m: the lower has one unit of mass at its end, and the upper nearly no mass. If they are almost
@@ -326,7 +322,6 @@ KT_TEST(derivatives_that_overflow_alone_are_rejected_and_nothing_is_written) {
             kt_check_contains("words", e.message, "they overflow: look for");
         }
         free(work);
-        kt_tree_free(&tree);
     }
     kt_check_equal_bits("outputs", out, before, 3 * 4);
 }
@@ -365,7 +360,6 @@ KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
     kt_check_equal_int("bytes touched around the memory", touched, 0);
     kt_check_true("nothing is written", out[0] == 7.0 && out[1] == 7.0);
     free(memory);
-    kt_tree_free(&tree);
 }
 
 /* No velocity, acceleration, force: zeros. No place for da/dtau: the others are the same. */
@@ -407,6 +401,5 @@ KT_TEST(null_stands_for_zeros_and_for_what_is_not_asked) {
         kt_check_equal_bits("da/dq", without, with, nn);
         kt_check_equal_bits("da/dv", y, b, nn);
         free(work);
-        kt_tree_free(&tree);
     }
 }

@@ -103,8 +103,6 @@ static void compare_isas(kt_isa isa, const char *what) {
         kt_tree_state_draw(&tree, &random, &s);
         different += !compute(&tree, &s, leave, NULL, &base) || !compute(&again, &s, leave, NULL, &other) ||
                      memcmp(&base, &other, sizeof base) != 0;
-        kt_tree_free(&again);
-        kt_tree_free(&tree);
     }
     kt_check_equal_int("trees on both levels", compared, TREES);
     kt_check_equal_int(what, different, 0);
@@ -160,7 +158,6 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
             !compute(&tree, &s, fill_with_ones, NULL, &spoilt) || memcmp(&clean, &spoilt, sizeof clean) != 0;
         different[1] +=
             !compute(&tree, &s, fill_with_noise, &random, &spoilt) || memcmp(&clean, &spoilt, sizeof clean) != 0;
-        kt_tree_free(&tree);
     }
     kt_check_equal_int("trees that see NaN", different[0], 0);
     kt_check_equal_int("trees that see noise", different[1], 0);
@@ -190,7 +187,6 @@ KT_TEST(a_call_that_failed_leaves_no_trace) {
         kt_tree_state_draw(&tree, &random, &s);
         different += !compute(&tree, &s, leave, NULL, &clean) || !compute(&tree, &s, fail_first, bad, &after) ||
                      memcmp(&clean, &after, sizeof clean) != 0;
-        kt_tree_free(&tree);
     }
     kt_check_equal_int("trees that differ", different, 0);
 }
@@ -220,5 +216,4 @@ KT_TEST(no_call_after_set_up_allocates) {
     kt_check_true("computes", fine && normal && found > 0);
     kt_check_equal_int("an error among them", rejected, KT_ERROR_NOT_FINITE);
     kt_check_equal_int("allocations", allocations, 0);
-    kt_tree_free(&tree);
 }

@@ -42,10 +42,7 @@ static bool draw(factored *f, int n, kt_random *random, const kt_model_options *
            kt_tree_fine("computes", kt_mass_factor_compute(f->factor, f->mass, &e), &e);
 }
 
-static void release(factored *f) {
-    kt_mass_factor_free(f->factor);
-    kt_tree_free(&f->tree);
-}
+static void release(factored *f) { kt_mass_factor_free(f->factor); }
 
 static double entry(const factored *f, int i, int j) { return f->mass[(i < j ? i : j) * f->tree.nv + (i < j ? j : i)]; }
 

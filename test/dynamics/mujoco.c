@@ -160,7 +160,6 @@ static bool grow_twin(twin *t, bool floats, kt_random *random) {
 }
 
 static void free_twin(twin *t) {
-    kt_tree_free(&t->tree);
     mj_deleteData(t->d);
     mj_deleteModel(t->m);
 }

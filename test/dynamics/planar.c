@@ -64,7 +64,6 @@ static void check_dynamics(bool is_mixed) {
         moving += tree.nv > 0;
         planar += strcmp(kt_model_plan(tree.model), "planar") == 0;
         mixed += strcmp(kt_model_plan(tree.model), "mixed") == 0;
-        kt_tree_free(&tree);
     }
     kt_check_above("worlds that move", moving, 0.9 * TREES);
     if (is_mixed)
@@ -142,8 +141,6 @@ static void check_queries(bool is_mixed) {
         const double scale = fmax(1.0, kt_tree_largest(space, count));
         for (int i = 0; i < count; i++)
             kt_worst_near(&error, flat[i], space[i], 10.0 * EPS * scale, "tree %d number %d", n, i);
-        kt_tree_free(&spatial);
-        kt_tree_free(&tree);
     }
     kt_check_equal_int("trees that could not be compared", different, 0);
     kt_check_worst(&error);

@@ -88,7 +88,6 @@ KT_TEST(auto_tree_has_its_published_forces_and_accelerations) {
     kt_check_worst(&bias);
     kt_check_worst(&gravity);
     kt_check_worst(&acceleration);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
@@ -106,7 +105,6 @@ KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
                       auto_tree_energy, 1e-13);
     }
     kt_check_worst(&error);
-    kt_tree_free(&tree);
 }
 
 /* ---- RBDL ---------------------------------------------------------------------------------------------------- */
@@ -122,7 +120,6 @@ static void check_rbdl(kt_tree *tree, double q, const double *expected, int coun
     if (kt_tree_fine("forward", status, &e))
         for (int i = 0; i < count; i++)
             kt_check_near("acceleration", a[i], expected[i], bound);
-    kt_tree_free(tree);
 }
 
 static void load(kt_body *body, kt_vec3 com) {
@@ -194,5 +191,4 @@ KT_TEST(a_body_on_turns_about_z_y_x_has_pinocchios_forces_and_mass) {
     }
     kt_check_worst(&force);
     kt_check_worst(&matrix);
-    kt_tree_free(&tree);
 }

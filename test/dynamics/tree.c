@@ -234,11 +234,22 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
         tree->description.gravity = kt_vec3_scale(9.81, kt_tree_direction(random));
 }
 
+static void release_tree_model(void *model) { kt_model_free(model); }
+
+static void release_tree_data(void *data) { kt_data_free(data); }
+
+void kt_tree_own(const kt_tree *tree) {
+    kt_test_own(tree->model, release_tree_model);
+    kt_test_own(tree->data, release_tree_data);
+}
+
 bool kt_tree_compile(kt_tree *tree, const kt_model_options *options) {
     kt_error error = {0};
     if (!kt_tree_fine("compiles", kt_model_compile(&tree->description, options, &tree->model, &error), &error))
         return false;
-    if (!kt_tree_fine("has data", kt_data_create(tree->model, &tree->data, &error), &error))
+    const bool fine = kt_tree_fine("has data", kt_data_create(tree->model, &tree->data, &error), &error);
+    kt_tree_own(tree);
+    if (!fine)
         return false;
     tree->count = kt_model_body_count(tree->model);
     tree->nq = kt_model_nq(tree->model);
@@ -252,8 +263,8 @@ bool kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random) {
 }
 
 void kt_tree_free(kt_tree *tree) {
-    kt_data_free(tree->data);
-    kt_model_free(tree->model);
+    kt_test_release(tree->data);
+    kt_test_release(tree->model);
     tree->data = NULL;
     tree->model = NULL;
 }

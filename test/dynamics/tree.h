@@ -52,11 +52,17 @@ typedef struct kt_tree {
 /* Describes a mechanism, without a model. */
 void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
 
-/* Compiles tree->description; a failure fails the test and returns false. Either way kt_tree_free may follow. */
+/* Compiles tree->description; a failure fails the test and returns false. The running test owns the model and its data.
+ */
 bool kt_tree_compile(kt_tree *tree, const kt_model_options *options);
 
 /* Both. */
 bool kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
+
+/* Gives a model and data to the running test that kt_tree_compile has not made. */
+void kt_tree_own(const kt_tree *tree);
+
+/* Frees both at once, for a tree that is compiled again. */
 void kt_tree_free(kt_tree *tree);
 
 typedef struct kt_tree_state {

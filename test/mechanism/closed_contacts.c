@@ -288,7 +288,6 @@ static void compare_trees(int bodies) {
             compare(&s, state, &at, n, &t);
         }
         kt_model_free(s.model);
-        kt_tree_free(&s.tree);
     }
     kt_check_worst(&t.a);
     kt_check_worst(&t.normal);

@@ -103,7 +103,6 @@ KT_TEST(springs_dampers_and_drag_have_their_derivatives) {
     d.tau[0] = 77.0;
     (void)kt_fine("without the last", derive(&l, &d, false, NULL, &e), &e);
     kt_check_near("nothing is written there", d.tau[0], 77.0, 0.0);
-    linkage_free(&l);
 }
 
 static void reject_derivatives(const linkage *l, kt_status expected, const char *where, const char *message) {
@@ -136,7 +135,6 @@ KT_TEST(derivatives_that_cannot_be_had_are_rejected) {
     if (!linkage_compile(&l))
         return;
     reject_derivatives(&l, KT_ERROR_SINGULAR, "derivatives", "the loops are at a singular position, or next to one");
-    linkage_free(&l);
 }
 
 /* ---- powers ---------------------------------------------------------------------------------------------------------
@@ -182,7 +180,6 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
         wrong.code = 0;
         kt_wrench external[2] = {{none, none}, {none, {0.0, HUGE_VAL, 0.0}}};
         reject_power(&l, external, KT_ERROR_NOT_FINITE, "'bar'", "the external wrench on it is not finite");
-        linkage_free(&l);
     }
 }
 
@@ -199,7 +196,6 @@ KT_TEST(state_that_is_not_finite_is_told_before_its_effects) {
         return;
     l.q[0] = (double)NAN;
     reject_power(&l, NULL, KT_ERROR_NOT_FINITE, "'bar'", "position");
-    linkage_free(&l);
 }
 
 /* A four-bar pushed from outside and damped within: d(T + V)/dt = supplied - dissipated. */
@@ -228,7 +224,6 @@ KT_TEST(wrenches_supply_what_the_energies_of_a_loop_gain) {
         kt_check_near("dissipated", power.dissipated, 0.0, 0.0);
         kt_check_near("supplied", power.supplied, (energy[1] - energy[0]) / (2.0 * h), 1e-5);
     }
-    linkage_free(&l);
 }
 
 /* ---- singular positions ------------------------------------------------------------------------------------------ */
@@ -263,8 +258,6 @@ KT_TEST(group_beside_a_singular_one_moves_as_it_does_alone) {
             kt_check_near("crank", a[crank], -windows_acceleration(2, acos(0.0)), 1e-9);
         }
     }
-    linkage_free(&l);
-    linkage_free(&alone);
 }
 
 /* Massless bars have no acceleration anywhere, at a singular position either. */
@@ -283,5 +276,4 @@ KT_TEST(massless_mechanism_at_a_singular_position_is_rejected) {
         kt_check_contains("message", e.message, "the mechanism has no positive inertia");
         kt_check_near("nothing is written", a[0], 77.0, 0.0);
     }
-    linkage_free(&l);
 }

@@ -138,7 +138,6 @@ KT_TEST(gravity_forces_are_the_slopes_of_the_potential_energy) {
         for (int k = 0; k < r.count; k++, read++)
             kt_worst_near(&slope, value[k], potential_slope(&tree, s.q, r.at[k], 0.02), 1e-10 * scale, "tree %d %s", n,
                           r.names[k]);
-        kt_tree_free(&tree);
     }
     kt_check_above("variables", read, 1000);
     kt_check_worst(&slope);
@@ -257,7 +256,6 @@ KT_TEST(derivatives_with_gravity_forces_are_exact) {
             for (int i = 0; i < nv; i++)
                 kt_worst_near(&worst, d[j * nv + i], slope[i], 1e-8 * scale, "tree %d da[%d]/dq[%d]", n, i, j);
         }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&worst);
 }

@@ -56,7 +56,6 @@ KT_TEST(relative_coordinates_are_those_of_the_bodies) {
                 kt_worst_near(&turn, m.omega.z, kt_vec3_dot(w, axis), 512.0 * DBL_EPSILON, "%d, loop %d", n, i);
                 kt_check_true("no curve", isnan(kt_loop_arc_length(g.tree.model, g.tree.data, i)));
             }
-        tangle_free(&g);
     }
     kt_check_worst(&along);
     kt_check_worst(&far);

@@ -58,7 +58,6 @@ static void check_balance(bool planar) {
             kt_worst_below(&worst, imbalance(&g, a, lambda, &s), 20.0 * EPS, /* measured: 10.5 of twelve seeds */
                            "mechanism %d, nv %d", n, g.tree.nv);
         }
-        tangle_free(&g);
     }
     kt_check_worst(&worst);
     kt_check_above("mechanisms", taken, 72);
@@ -92,7 +91,6 @@ KT_TEST(two_equal_stops_share_as_their_reduction_says) {
             kt_check_near("larger", fmax(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 9.81, 1e-14);
             kt_check_near("smaller", fmin(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 0.0, 1e-14);
         }
-        linkage_free(&l);
     }
 }
 
@@ -160,7 +158,6 @@ KT_TEST(null_space_is_whole_and_does_not_move_the_loops) {
                 }
             dependent += rank_of(basis, nv, columns) != columns;
         }
-        tangle_free(&g);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("of another size than the freedoms", miscounted, 0);
@@ -202,7 +199,6 @@ KT_TEST(forces_of_effects_are_what_inverse_dynamics_misses) {
                 kt_worst_near(&worst, left[i] - s.tau[i], forces[i], 2e-13 * size, "tree %d coordinate %d", n, i);
             least = fmin(least, kt_tree_largest(forces, tree.nv));
         }
-        kt_tree_free(&tree);
     }
     kt_check_worst(&worst);
     kt_check_above("forces at least", least, 0.01);

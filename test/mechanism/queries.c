@@ -264,7 +264,6 @@ KT_TEST(queries_answer_for_the_last_update_whatever_was_computed_since) {
             grown++;
             try_all(&g, &sum);
         }
-        tangle_free(&g);
     }
     kt_check_equal_int("mechanisms", grown, MECHANISMS);
     kt_check_equal_int("pairs that changed an answer", sum.changed, 0);

@@ -222,7 +222,6 @@ KT_TEST(bodies_are_in_balance_under_joints_and_loops) {
             check_joints(&g, &r, &joints);
             check_power(&g, &r, &random, &power);
         }
-        tangle_free(&g);
     }
     kt_check_worst(&balance);
     kt_check_worst(&joints);
@@ -267,7 +266,6 @@ KT_TEST(prescribed_motion_needs_the_torque_of_inverse_dynamics) {
                 kt_worst_near(&torque, size, fabs(need[c.v]), 8.0 * DBL_EPSILON * r.size, "tree %d, joint %d", i, k);
                 kt_worst_near(&motion, r.a[c.v], -omega * omega * x, 2e-14, "tree %d, joint %d", i, k);
             }
-        tangle_free(&g);
     }
     kt_check_worst(&torque);
     kt_check_worst(&motion);
@@ -304,6 +302,5 @@ KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
             if (k)
                 kt_check_below("moment about a joint's axis", resistance, bound);
         }
-        linkage_free(&l);
     }
 }

@@ -55,7 +55,6 @@ KT_TEST(four_bar_is_assembled_alike_at_every_size) {
                     kt_worst_near(&accelerations, k ? b[i] : a[i], a[i], 1e-14, "%g m, %d", s, i);
                 }
         }
-        linkage_free(&l);
     }
     kt_check_worst(&accelerations);
 }
@@ -74,7 +73,6 @@ KT_TEST(unreachable_loop_is_rejected_at_every_size) {
                                                     "'close' by 1 ", "'close' by 1e+03"};
             kt_check_contains("message", e.message, gaps[k]);
         }
-        linkage_free(&l);
     }
 }
 
@@ -99,7 +97,6 @@ KT_TEST(windows_pass_singular_positions_at_every_size) {
             }
             linkage_run_stop(&r);
         }
-        linkage_free(&l);
     }
 }
 
@@ -132,7 +129,6 @@ KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
             kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
             kt_check_above("turned", l.q[0], 6.0);
         }
-        linkage_free(&l);
     }
     kt_check_worst(&rod);
     kt_check_worst(&place);

@@ -59,7 +59,6 @@ KT_TEST(two_windows_follow_the_exact_motion) {
         if (linkage_build(&l, 0.0))
             kt_check_below(names[way], worst_distance(&l, 2, (exact){0.0L, 0.0L, 1.0L}, "rk4", 1e-3, 0.0, 10.0, NULL),
                            1e-9);
-        linkage_free(&l);
     }
 }
 
@@ -87,7 +86,6 @@ KT_TEST(steps_and_stages_may_land_on_a_singular_position) {
             e.rate = (long double)-l.v[0];
             kt_check_below(what, worst_distance(&l, n, e, "rk4", 1e-3, 0.0, 10.0, NULL), cases[k].bound);
         }
-        linkage_free(&l);
     }
 }
 
@@ -111,7 +109,6 @@ KT_TEST(adaptive_steps_pass_singular_positions) {
                                                          (1.0 - 0.1 * k) * 1e-11, cases[i].duration, &evaluations);
             worst = distance <= worst ? worst : distance; /* keeps a NaN */
             sum += (double)evaluations / cases[i].duration;
-            linkage_free(&l);
         }
         kt_note("%d windows", n);
         kt_check_below("distance", worst, n == 40 ? 1e-10 : 1e-8);
@@ -141,9 +138,7 @@ static void check_near_crossing(int n, double given, double off) {
                                   6e-10 + n * 1e-9 * rates[s] * rates[s], "given at %g, x = %g, rate %g, %d", given, x,
                                   rates[s], i);
         }
-        linkage_free(&l);
     }
-    linkage_free(&l);
     kt_check_worst(&worst);
 }
 
@@ -179,7 +174,6 @@ static double slide_error(double slack, double off, double rate) {
     if (linkage_compile(&l) &&
         kt_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, forces, NULL, a, &e), &e))
         error = fabs(-a[0] - of_motion) / fmax(1.0, fabs(of_motion));
-    linkage_free(&l);
     return error;
 }
 
@@ -246,7 +240,6 @@ KT_TEST(crossed_cranks_stay_crossed) {
         kt_check_worst(&relation);
         kt_check_worst(&energy);
     }
-    linkage_free(&l);
 }
 
 /* A parallelogram whose crank is driven by a polynomial of `count` coefficients. */
@@ -278,7 +271,6 @@ KT_TEST(driven_parallelogram_passes_its_change_points) {
         kt_check_worst(&crank);
         kt_check_worst(&rocker);
     }
-    linkage_free(&l);
 }
 
 /* The crank's angle, rate and acceleration. */
@@ -309,9 +301,7 @@ KT_TEST(driven_parallelogram_accelerates_with_its_drive_where_it_lies_flat) {
         if (linkage_accelerate(&l, t, a))
             for (int i = 0; i < 3; i++)
                 kt_worst_near(&worst, sign[i] * a[i], acceleration, 1e-9, "x = %g, joint %d", x, i);
-        linkage_free(&l);
     }
-    linkage_free(&l);
     kt_check_worst(&worst);
 }
 
@@ -327,7 +317,6 @@ KT_TEST(fast_rotor_beside_does_not_disturb_a_crossing) {
         }
         if (linkage_build(&l, 0.0))
             (void)linkage_accelerate(&l, 0.0, rotor ? a : alone);
-        linkage_free(&l);
     }
     kt_check_equal_bits("accelerations", a, alone, 7);
 }

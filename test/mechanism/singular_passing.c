@@ -70,7 +70,6 @@ KT_TEST(motions_past_a_singular_position_keep_their_energy) {
             const double d = k ? copysign(pow(10.0, -3.0 - 0.75 * (13 - abs(k))), k) : 0.0;
             if (build(&l, d, ways[w].reduction, ways[w].plan))
                 kt_worst_below(&worst, lost(&l, "dopri5"), 1e-7, "off by %g", d);
-            linkage_free(&l);
         }
         kt_check_worst(&worst);
     }
@@ -97,6 +96,5 @@ KT_TEST(passages_are_told) {
         kt_check_below("error", seen.error, 1e-9);
         kt_check_equal_int("bends", seen.bend > 0.0, cases[i].near && !cases[i].crosses);
         kt_check_equal_int("told once", (long)kt_data_crossings(l.data).near, 0);
-        linkage_free(&l);
     }
 }

@@ -64,7 +64,6 @@ static bool grow(switched *s, const tangle_plan *plan, kt_random *random) {
 static void finish(switched *s) {
     kt_data_free(s->data);
     kt_model_free(s->model);
-    tangle_free(&s->g);
 }
 
 /* The model of a description that has only the parts that are on in the set. index: of its loops, in the whole. */

@@ -61,7 +61,7 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
         return;
     kt_tree_state_draw(&tree, &random, &s);
     kt_check_true("in memory of its own", kt_tree_forward(&tree, &s, a));
-    kt_data_free(tree.data);
+    kt_test_release(tree.data);
     const size_t size = kt_data_size(tree.model);
     unsigned char *memory = take(size + 2 * GUARD);
     memset(memory, 0xAB, size + 2 * GUARD);
@@ -75,7 +75,7 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
     for (int i = 0; i < GUARD; i++)
         touched += (memory[i] != 0xAB) + (memory[GUARD + size + (size_t)i] != 0xAB);
     kt_check_equal_int("bytes touched next to it", touched, 0);
-    kt_data_free(tree.data);
+    kt_test_release(tree.data);
     tree.data = NULL;
     free(memory);
     kt_tree_free(&tree);

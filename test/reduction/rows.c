@@ -161,8 +161,7 @@ KT_TEST(narrow_fronts_and_dense_matrices_agree_on_irregular_rows) {
         kt_random same = random;
         if (build_row(&l, n % 2, &random) && build_row(&dense, n % 2, &same)) {
             kt_error e = {0};
-            kt_model_free(dense.model);
-            kt_data_free(dense.data);
+            linkage_free(&dense);
             dense.options.structure = KT_STRUCTURE_DENSE;
             if (linkage_compile(&dense) && linkage_accelerate(&l, 0.0, a) &&
                 kt_fine("dense", kt_acceleration_evaluate(dense.model, dense.data, 0.0, l.q, l.v, NULL, NULL, b, &e),

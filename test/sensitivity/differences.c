@@ -131,7 +131,6 @@ static void compare_linkage(linkage *l, const char *name, double h, kt_structure
             const step_case c = {l->model, l->data, l->q, l->v, {.method = all->method(m), .h = h}, 0.004};
             all->taken += compare_step(&c, &all->worst, name);
         }
-        linkage_free(l);
     }
 }
 
@@ -175,7 +174,6 @@ void compare_closed(const kt_method *(*method)(int n), int period, double least)
             const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 1e-3};
             taken += compare_step(&c, &worst, step.method->name);
         }
-        tangle_free(&g);
     }
     kt_check_worst(&worst);
     kt_check_above("mechanisms", taken, least);

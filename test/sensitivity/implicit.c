@@ -147,7 +147,6 @@ KT_TEST(derivatives_of_implicit_steps_of_trees_are_those_of_the_steps) {
             turning += s.tree.nq > s.tree.nv;
             taken += compare_step(&c, &worst, method->name);
         }
-        kt_tree_free(&s.tree);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, TREES);
@@ -203,7 +202,6 @@ KT_TEST(implicit_steps_are_those_of_a_simulation_whose_torques_change_at_each) {
             kt_tree_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error))
             chain_steps(&s, &step, simulation, &worst);
         kt_simulation_free(simulation);
-        kt_tree_free(&s.tree);
     }
     kt_check_worst(&worst);
 }

@@ -215,7 +215,6 @@ static void compare(kt_isa isa, int trees) {
         for (int i = 0; i < MOTIONS; i++)
             free(copies[i]);
         free(work);
-        kt_tree_free(&tree);
     }
     kt_note("%d of %d motions in lanes", together, motion_count);
     kt_check_equal_int("motions that differ", different, 0);
@@ -265,7 +264,6 @@ KT_TEST(what_lanes_do_not_compute_is_told) {
     kt_check_true("alone", !tasks[0].in_lanes);
     kt_check_equal_int("differ", count_different(tree.model, tree.data, work, size, tasks), 0);
     free(work);
-    kt_tree_free(&tree);
 }
 
 /* Motions whose models have another shape than the one for which memory and data are: each is rejected. */
@@ -297,8 +295,6 @@ KT_TEST(models_of_another_shape_are_rejected) {
         kt_check_equal_int("differ", count_different(tree.model, tree.data, work, sizes[k], tasks), 0);
     }
     free(work);
-    kt_tree_free(&larger);
-    kt_tree_free(&tree);
 }
 
 /* With several threads, each takes whole groups. The bytes are the same, and nothing is allocated. */
@@ -338,5 +334,4 @@ KT_TEST(threads_take_groups_of_motions) {
         kt_data_free(data[i]);
         free(work[i]);
     }
-    kt_tree_free(&tree);
 }

@@ -26,7 +26,6 @@ KT_TEST(derivatives_of_a_step_are_those_of_the_step_itself) {
                 0.01};
             taken += compare_step(&c, &worst, method->name);
         }
-        kt_tree_free(&s.tree);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, TREES);
@@ -58,6 +57,5 @@ KT_TEST(step_has_the_bits_of_a_simulation) {
             free(work);
         }
         kt_simulation_free(simulation);
-        kt_tree_free(&s.tree);
     }
 }

@@ -90,7 +90,6 @@ KT_TEST(pushes_of_the_caller_act_alike) {
     kt_check_worst(&position);
     kt_check_worst(&velocity);
     kt_check_worst(&acceleration);
-    kt_tree_free(&s.tree);
 }
 
 /* ---- whole turns ------------------------------------------------------------------------------------------------- */
@@ -250,7 +249,6 @@ KT_TEST(state_that_is_set_comes_back) {
                        KT_ERROR_NOT_FINITE);
     kt_check_near("time, still", kt_simulation_time(simulation), 2.5, 0.0);
     kt_check_equal_bits("positions, still", kt_simulation_positions(simulation), before, (size_t)s.tree.nq);
-    kt_tree_free(&s.tree);
 }
 
 /* From a checkpoint within a step, in another simulation, with pushes and many turns behind it. */
@@ -307,7 +305,6 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     kt_check_equal_int("bytes touched beyond", (long long)touched, 0);
     kt_check_equal_int("records", records, 6);
     free(memory);
-    kt_tree_free(&s.tree);
 }
 
 static int keep_and_poison(const kt_record *record, void *user) {
@@ -344,5 +341,4 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
             kt_check_equal_bits("states", kept->state[0], clean.state[0], (size_t)clean.count * KT_KEPT_NUMBERS);
     }
     kt_check_equal_int("records", clean.count, 31);
-    kt_tree_free(&s.tree);
 }

@@ -65,7 +65,6 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
             }
             kt_data_free(data);
         }
-        tangle_free(&g);
     }
     kt_check_worst(&worst);
     kt_check_worst(&mobility);

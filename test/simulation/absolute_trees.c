@@ -46,10 +46,7 @@ static bool pair_move(pair *p, kt_random *random) {
     return true;
 }
 
-static void pair_free(pair *p) {
-    kt_data_free(p->data);
-    kt_tree_free(&p->tree);
-}
+static void pair_free(pair *p) { kt_data_free(p->data); }
 
 /* The n-th of some trees that are all different: shuffled, floating, of one type and of all. */
 static kt_tree_plan plan_of(int n) {

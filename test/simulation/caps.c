@@ -39,7 +39,6 @@ static kt_iterations assemble(double angle, double x, double *reached) {
     *reached = l.q[0];
     seen = kt_data_iterations(l.data);
     kt_check_equal_int("told once", kt_data_iterations(l.data).assembly, 0);
-    linkage_free(&l);
     return seen;
 }
 
@@ -103,7 +102,6 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     kt_check_equal_int("steps", seen.position, KT_POSITION_STEPS_MAX);
     kt_check_equal_int("capped", seen.capped, 1);
     free(block);
-    linkage_free(&l);
 }
 
 /* The steps of a projection after a usual step: rk4, a ten thousandth of the scene's duration. The rope of 100 links,
@@ -172,7 +170,6 @@ static unsigned decay(int bars) {
     kt_simulation *simulation = kt_scene_simulate(l.model, &run, NULL);
     (void)kt_fine("run", kt_simulation_advance(simulation, 0.1, &error), &error);
     const unsigned capped = kt_simulation_counts_get(simulation).iterations.capped;
-    linkage_free(&l);
     return capped;
 }
 

@@ -61,7 +61,6 @@ KT_TEST(restored_simulation_goes_on_bit_for_bit) {
         if (kt_method_find(methods[i])->embedded_order > 0)
             compare_runs(&stage, &run);
     }
-    kt_tree_free(&stage.tree);
 }
 
 /* The run sets rho. With rho = 0 the run has the bits of bdf2, and a method of the caller with the same rho has the
@@ -99,7 +98,6 @@ KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     kt_check_equal_int("another rho does not", kt_simulation_restore(none, block, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "another integrator: two-step 0.2");
     free(block);
-    kt_tree_free(&stage.tree);
 }
 
 /* A checkpoint includes the inputs that are set and wait for the next step. */
@@ -121,7 +119,6 @@ KT_TEST(checkpoint_keeps_torques_that_wait) {
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
     (void)kt_fine("step", kt_simulation_step(other, HUGE_VAL, &error), &error);
     kt_check_equal_bits("velocities", kt_simulation_velocities(other), kt_simulation_velocities(simulation), nv);
-    kt_tree_free(&stage.tree);
 }
 
 /* Checks that a block is rejected in these words, and that the simulation stays as it was. */

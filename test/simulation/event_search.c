@@ -217,7 +217,6 @@ KT_TEST(values_of_a_step_are_an_option_with_a_least_number) {
         kt_check_above("values", taken, most > KT_EVENT_EVALUATIONS_LEAST ? fmin(most / 4, 1e5 / pi * 4.0) : 3);
         kt_check_below("values", taken, most + 0.5);
         kt_check_equal_int("cut", (long)kt_simulation_event_cuts(simulation).count, taken < 1e5 / pi * 4.0);
-        kt_simulation_free(simulation);
     }
 }
 

@@ -150,7 +150,6 @@ static kt_kept *run_poisoned(const kt_tree *tree, const kt_tree_state *state, in
     kt_poisoner p = {kt_scene_simulate(tree->model, &run, NULL), kt_kept_empty(tree->model), byte};
     (void)kt_fine("state", kt_simulation_set_state(p.simulation, 0.0, state->q, state->v, &error), &error);
     (void)kt_fine("run", kt_simulation_run(p.simulation, keep_and_poison, &p, &error), &error);
-    kt_simulation_free(p.simulation);
     return p.kept;
 }
 
@@ -174,5 +173,4 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
                             (size_t)clean.count * KT_KEPT_NUMBERS);
         kt_check_equal_bits("energies", kept->energy, clean.energy, (size_t)clean.count);
     }
-    kt_tree_free(&tree);
 }

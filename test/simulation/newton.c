@@ -95,7 +95,6 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         kt_check_equal_int("slope", callbacks.rhs(0.0, y, slope, s), 0);
         if (kt_check_equal_int("Jacobian", kt_simulation_newton.jacobian(0.0, y, slope, s), 0))
             check_solutions(s, jacobian, n, &random, &worst, k);
-        kt_tree_free(&tree);
     }
     kt_check_worst(&worst);
 }

@@ -79,7 +79,6 @@ KT_TEST(four_bar_is_a_loop_in_a_plane_and_nothing_else) {
     is_there(&p, "residuals of loops", 1, "pass");
     is_dropped(&p, "reactions", "not recorded");
     is_dropped(&p, "markers", "not recorded");
-    linkage_free(&l);
 }
 
 KT_TEST(same_loop_in_space_has_the_equations_of_space) {
@@ -104,7 +103,6 @@ KT_TEST(same_loop_in_space_has_the_equations_of_space) {
             return;
         const plan pulled = plan_of(l.model, NULL);
         is_dropped(&pulled, "gravity", "it is the acceleration that the ground starts with: it costs nothing");
-        linkage_free(&l);
     }
 }
 
@@ -118,7 +116,6 @@ KT_TEST(large_group_goes_to_lapack) {
     is_dropped(&p, "loops reduced link by link", "dense matrices take less time");
     is_there(&p, "LAPACK", 1, "groups");
     is_there(&p, "loops in planes", 40, "equations");
-    linkage_free(&l);
 }
 
 KT_TEST(row_of_windows_is_reduced_link_by_link) {
@@ -130,7 +127,6 @@ KT_TEST(row_of_windows_is_reduced_link_by_link) {
     is_there(&p, "loops reduced link by link", 20, "loops");
     is_there(&p, "loops in planes", 40, "equations");
     is_dropped(&p, "LAPACK", "no dense group of loops has 40 coordinates");
-    linkage_free(&l);
 }
 
 /* Chains of bars about z (planar), about x and z in turn, or on spherical joints: one link each. */
@@ -154,7 +150,6 @@ static plan chain_plan(int count, bool planar, bool ball) {
     plan p = {.count = 0};
     if (linkage_compile(&l))
         p = plan_of(l.model, NULL);
-    linkage_free(&l);
     return p;
 }
 
@@ -198,7 +193,6 @@ KT_TEST(separate_loops_are_groups_of_their_own) {
         const plan p = plan_of(l.model, NULL);
         is_there(&p, "projection onto the loops", n, "groups");
         is_there(&p, "loops in planes", 2 * n, "equations");
-        linkage_free(&l);
     }
 }
 
@@ -249,7 +243,6 @@ KT_TEST(effects_stand_by_their_types) {
         is_there(&p, "effect force", count - 1, "effects");
         is_there(&p, "motion of links that carry forces", 1, "links");
         is_there(&p, "wrenches from bodies onto links", 1, "bodies");
-        linkage_free(&l);
     }
     l.description.effect_count = 7;
     if (!linkage_compile(&l))
@@ -263,7 +256,6 @@ KT_TEST(effects_stand_by_their_types) {
     is_there(&p, "accelerations", 1, "evaluation");
     is_there(&p, "reactions", 1, "pass");
     is_there(&p, "energies", 1, "pass");
-    linkage_free(&l);
 }
 
 /* A force on the world pushes nothing that moves. */
@@ -284,7 +276,6 @@ KT_TEST(effects_between_what_stands_still_move_no_link) {
     const plan p = plan_of(l.model, NULL);
     is_there(&p, "effect drag", 1, "effects");
     is_dropped(&p, "motion of links that carry forces", "all ends of effects are on the world");
-    linkage_free(&l);
 }
 
 /* Linear equations are those of implicit methods, and of the default one. */
@@ -312,7 +303,6 @@ KT_TEST(plan_tells_of_linear_equations_of_implicit_steps) {
         else
             is_dropped(&p, "linear equations of implicit steps", reasons[i]);
     }
-    linkage_free(&l);
 }
 
 /* ---- runs -----------------------------------------------------------------------------------------------------------
@@ -339,7 +329,6 @@ KT_TEST(balance_of_a_driven_loop_takes_inverse_dynamics) {
     is_dropped(&p, "powers of effects", "the scene names no effects");
     is_there(&p, "markers", 1, "markers");
     is_there(&p, "loops in planes", 3, "equations");
-    linkage_free(&l);
 }
 
 /* Three free bodies, each with a quaternion; the joints are loops, too. */
@@ -358,7 +347,6 @@ KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
     is_there(&p, "quaternions to unit norm", 3, "quaternions");
     is_dropped(&p, "sines and cosines", "no joint turns about one axis");
     is_there(&p, "loops in space", 20, "equations"); /* four revolute joints of five */
-    linkage_free(&l);
 }
 
 /* One tree in a plane and one in space: each has its own, and wrenches of both are counted. */
@@ -391,5 +379,4 @@ KT_TEST(mixed_scene_has_both) {
     is_there(&p, "articulated bodies in space", 1, "links");
     is_there(&p, "wrenches from bodies onto links", 3, "bodies");
     is_there(&p, "motion of links that carry forces", 3, "links");
-    linkage_free(&l);
 }

@@ -89,7 +89,6 @@ static void follow(const kt_tree *tree, const kt_tree_state *state, const kt_run
     kt_check_equal_int("rejected", kt_simulation_advance(w.simulation, 0.0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("unchanged", w.q, &kept, 1);
     free(block);
-    kt_simulation_free(w.simulation);
 }
 
 KT_TEST(pointers_to_the_state_stay_and_show_it_whatever_the_method) {
@@ -106,7 +105,6 @@ KT_TEST(pointers_to_the_state_stay_and_show_it_whatever_the_method) {
         run.interval = 0.01;
         follow(&tree, &state, &run, NULL);
     }
-    kt_tree_free(&tree);
 }
 
 KT_TEST(pointers_to_the_state_stay_in_the_absolute_formulation) {
@@ -124,5 +122,4 @@ KT_TEST(pointers_to_the_state_stay_in_the_absolute_formulation) {
     run.interval = 0.01;
     if (absolute)
         follow(&tree, &state, &run, absolute);
-    kt_tree_free(&tree);
 }

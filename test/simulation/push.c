@@ -205,7 +205,6 @@ KT_TEST(recorder_sets_the_torque_of_the_next_step) {
     (void)kt_fine("run", kt_simulation_run(c.simulation, control, &c, &error), &error);
     kt_check_worst(&c.acceleration);
     kt_check_near("velocity at the end", kt_simulation_velocities(c.simulation)[0], 1.5 * 4.0, 16.0 * DBL_EPSILON);
-    kt_simulation_free(c.simulation);
 }
 
 KT_TEST(push_that_is_not_finite_is_rejected_and_the_old_one_stays) {

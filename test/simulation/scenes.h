@@ -19,8 +19,8 @@ void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass);
  * -y. */
 void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 
-/* Models, data and simulations that the running test owns: it frees them at its end. NULL if the model is NULL, or after
- * a failed check. */
+/* Models, data and simulations that the running test owns: it frees them at its end. NULL if the model is NULL, or
+ * after a failed check. */
 kt_model *kt_scene_compile(const kt_description *description);
 kt_model *kt_scene_compile_with(const kt_description *description, const kt_model_options *options);
 kt_data *kt_scene_data(const kt_model *model);
@@ -72,7 +72,7 @@ typedef struct kt_kept {
 kt_kept *kt_kept_empty(const kt_model *model);
 int kt_keep(const kt_record *record, void *user); /* user: a kt_kept */
 
-/* ---- checkpoints -------------------------------------------------------------------------------------------------- */
+/* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* Restores a checkpoint of one simulation in another one, whose checkpoint must then have the same bytes. Returns false
  * after a failed check. */
