@@ -101,8 +101,6 @@ KT_TEST(ball_leaves_a_plate_that_slows_down_at_once) {
             throws += ball.throws;
             others += ball.throws != (int)kt_simulation_contacts(simulation).openings;
         }
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&place);
     kt_check_above("throws in all", throws, RUNS / 2.0);
@@ -135,8 +133,6 @@ KT_TEST(rope_of_a_hoist_that_halts_goes_slack) {
         (void)kt_fine("hangs", kt_simulation_advance(simulation, 1.0 + 2.0 / g + 0.01, &error), &error);
         kt_check_near("height, m", -kt_simulation_positions(simulation)[0], -4.0, 1e-11);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* ---- across gravity ---------------------------------------------------------------------------------------------- */
@@ -161,8 +157,6 @@ KT_TEST(block_slides_on_over_a_table_that_halts) {
     kt_check_near("place, m", kt_simulation_positions(simulation)[x], 1.0 + 0.5 * stop, 1e-10);
     kt_check_near("dissipated by friction, J", kt_simulation_work(simulation).dissipated, 1.0, 1e-9);
     kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }
 
 /* The table starts at 1 m/s, at an angle to its normal. The impulse of the contact is p = m cos(angle) across it, and
@@ -192,8 +186,6 @@ KT_TEST(block_is_pushed_within_the_cone_of_friction) {
                       mass * (s - slides) * (0.5 * slides + mu * g * behind), 1e-12);
         kt_check_near("balance, J", kt_scene_balance(simulation), start, 1e-12);
         kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
 }
 
@@ -234,8 +226,6 @@ KT_TEST(box_moves_as_in_a_fast_ramp) {
                 memcpy(v[k], kt_simulation_velocities(simulation), sizeof v[k]);
                 opened += k == 0 && kt_simulation_contacts(simulation).openings > 0;
             }
-            kt_simulation_free(simulation);
-            kt_model_free(model);
         }
         for (int i = 0; i < 7; i++)
             kt_worst_near(&worst, v[0][i], v[1][i], 1e-5, "run %d, velocity %d", run, i);
@@ -245,8 +235,8 @@ KT_TEST(box_moves_as_in_a_fast_ramp) {
     kt_check_below("runs that open contacts", opened, RUNS / 5.0);
 }
 
-/* A blow of 1e-5 s on a box with three or four feet, at their height: F / (mu m g) from 2 to 1e4. Friction brakes the box
- * in the blow and behind it. */
+/* A blow of 1e-5 s on a box with three or four feet, at their height: F / (mu m g) from 2 to 1e4. Friction brakes the
+ * box in the blow and behind it. */
 KT_TEST(box_slides_under_a_force_far_beyond_its_friction) {
     const double mu = 0.01, mass = 2.0, start = 0.1, blow = 1e-5, height = 0.1;
     kt_worst worst = kt_worst_make("slip, m");
@@ -266,8 +256,6 @@ KT_TEST(box_slides_under_a_force_far_beyond_its_friction) {
             kt_fine("rests", kt_simulation_advance(simulation, 1.0, &error), &error))
             kt_worst_near(&worst, kt_simulation_positions(simulation)[0], slip, 1e-6 * slip + 1e-15,
                           "%d feet, %g times", 3 + k % 2, times);
-        kt_simulation_free(simulation);
-        kt_model_free(model);
     }
     kt_check_worst(&worst);
 }
@@ -309,6 +297,4 @@ KT_TEST(crate_slips_on_a_truck_that_halts) {
         (void)kt_fine("rests", kt_simulation_advance(simulation, 3.0, &error), &error);
         kt_check_near("place, m", kt_simulation_positions(simulation)[1], 0.25, 1e-10);
     }
-    kt_simulation_free(simulation);
-    kt_model_free(model);
 }

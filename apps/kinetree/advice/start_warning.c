@@ -32,15 +32,13 @@ static void warn_of_many_records(kt_outcome *outcome) {
                 outcome->run->interval);
 }
 
-/* Warns if the velocity of a driven joint jumps. Adaptive steps end there. */
+/* Warns if the velocity of a driven joint jumps. Steps end there. */
 static void warn_of_jumps(kt_outcome *outcome) {
-    static const char smooth[] = "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, step, "
-                                 "comparison or kink of abs, min or max";
     const char *loop = kt_start_jumping(outcome->scene, outcome->run->duration);
-    char remedy[240];
-    (void)snprintf(remedy, sizeof remedy, "%s%s", smooth,
-                   outcome->run->step > 0.0 ? "; or take an adaptive method, which ends its steps there" : "");
-    const kt_warning warning = kt_warning_of("speed_jump", (double)NAN, NULL, remedy);
+    const kt_warning warning = kt_warning_of(
+        "speed_jump", (double)NAN, NULL,
+        "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, step, comparison or "
+        "kink of abs, min or max");
     if (loop != NULL)
         kt_warn(&outcome->warnings, &warning,
                 "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
