@@ -207,9 +207,10 @@ void kt_test_own(void *object, void (*release)(void *object)) {
 void kt_test_release(void *object) {
     for (size_t i = owned_count; object != NULL && i-- > 0;)
         if (owned[i].object == object) {
-            owned[i].release(object);
+            void (*const release)(void *) = owned[i].release;
             owned_count--;
             memmove(&owned[i], &owned[i + 1], (owned_count - i) * sizeof *owned);
+            release(object);
             return;
         }
 }

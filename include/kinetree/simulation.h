@@ -497,12 +497,11 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * which would overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
-/* The largest change of a velocity in the loops by a projection since the start. Projections follow a step, and a jump
- * of the speed of a drive. Fixed steps that resolve the motion keep this change far below the velocities themselves. A
- * change of a tenth of the velocities or more has one of three causes.
+/* The largest change of a velocity in the loops by a projection since the start. Projections follow a step. Jumps
+ * of the speed of a drive do not count. Fixed steps that resolve the motion keep this change far below the velocities
+ * themselves. A change of a tenth of the velocities or more has one of two causes.
  *   The steps are much too long.
- *   A step has jumped over a dead point of the drives, at which no velocities satisfy the equations.
- *   The speed of a drive jumps. */
+ *   A step has jumped over a dead point of the drives, at which no velocities satisfy the equations. */
 typedef struct kt_velocity_correction {
     double share; /* the change, divided by the largest velocity in the loops since the start; 0: there was no change.
                      Both are in radians or lengths of the mechanism per second */

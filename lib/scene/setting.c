@@ -200,7 +200,7 @@ static kt_node *follow_setting(const kt_setting *s, size_t *at) {
 /* Two variables cannot have the same number: a path with an index is another text than one with a name. */
 static bool is_of_other_variable(const kt_setting *s, const kt_node *node) {
     const uint32_t first = KT_SETTING_LINE + (uint32_t)s->variables_at;
-    if (s->index < s->variables_at || node->line < first)
+    if (s->index < s->variables_at || node->line < first || node->line == kt_setting_line(s->index))
         return false;
     const char *other = s->r->scene->settings[node->line - KT_SETTING_LINE];
     return !reject_setting(s, 0, "'%.*s' is the same value, and varies already; remove one", (int)strcspn(other, "="),

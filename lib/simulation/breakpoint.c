@@ -269,7 +269,8 @@ bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes) {
     const kt_breakpoints *c = &simulation->breakpoints;
     const double t = kt_integrator_time(simulation->integrator);
     kt_simulation_recall_breakpoints(simulation);
-    if (c->from <= t && t < c->next - margin_at(c->next))
+    const bool ends = c->fixed && !c->jumps && c->next - t < 2.0 * simulation->step; /* the search, within a step */
+    if (c->from <= t && t < c->next - margin_at(c->next) && !ends)
         return false;
 #if KT_HAS_EVENTS
     simulation->memory.breakpoints += t >= c->next - margin_at(c->next) && (c->jumps || !c->fixed);

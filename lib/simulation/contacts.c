@@ -156,7 +156,8 @@ static kt_status add_holds(kt_simulation *simulation, const double *y, double *l
  * the impulses; 0: no impulses. */
 static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const double t = kt_integrator_time(simulation->integrator), *from = kt_integrator_state(simulation->integrator);
+    const double t = kt_simulation_closing_time(simulation, kt_integrator_time(simulation->integrator));
+    const double *from = kt_integrator_state(simulation->integrator);
     const uint64_t set = kt_contacts_set(simulation);
     kt_simulation_energy before, after = {0.0, 0.0};
     bool changed = false;

@@ -106,3 +106,11 @@ kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *err
     }
     return kt_integrator_jump(simulation->integrator, simulation->y, error);
 }
+
+kt_status kt_simulation_strike_due(kt_simulation *simulation, kt_error *error) {
+    const kt_breakpoints *c = &simulation->breakpoints;
+    const double t = kt_integrator_time(simulation->integrator);
+    if (c->any)
+        kt_simulation_recall_breakpoints(simulation);
+    return c->strikes && c->end == t ? kt_simulation_pass_breakpoint(simulation, error) : KT_OK;
+}

@@ -468,8 +468,11 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
 
 static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
     kt_simulation_energy before;
+    kt_status status = kt_simulation_strike_due(simulation, error);
+    if (status != KT_OK)
+        return status;
     begin_change(simulation);
-    kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
+    status = kt_simulation_begin_jump(simulation, false, &before, error);
     if (KT_HAS_EVENTS && status == KT_OK)
         status = exchange_parameters(change, error);
     if (status == KT_OK) {

@@ -104,6 +104,9 @@ static const kt_model *model_of_set(kt_simulation *simulation, uint64_t set) {
 kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
+    kt_status status = kt_simulation_strike_due(simulation, error);
+    if (status != KT_OK)
+        return status;
     const kt_model *from = simulation->model;
     set &= ~simulation->contact_mask; /* contacts close and open on their own */
     set |= simulation->memory.released & simulation->contact_friction;
@@ -114,7 +117,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
                             "the model has %d loops and effects that are switched (switching, in the description), and "
                             "the set 0x%llx has others",
                             kt_switch_count(from), (unsigned long long)set);
-    kt_status status = kt_simulation_begin_jump(simulation, true, &before, error);
+    status = kt_simulation_begin_jump(simulation, true, &before, error);
     if (status != KT_OK)
         return status;
     kt_simulation_take_model(simulation, to);

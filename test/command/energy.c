@@ -193,7 +193,7 @@ KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
 KT_TEST(kinks_of_driven_joints_are_told) {
     static const char drive[] = "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}]\n"
                                 "loops: [{name: drive, %s}]\nsimulate: {duration: 2}\n";
-    static const char told[] = "the motion of loop 'drive' jumps at the rows of its table or with a branch of its";
+    static const char told[] = "the speed of loop 'drive' jumps at a row of its table, or at a branch of its";
     static const struct {
         const char *loop;
         bool jumps;
@@ -207,6 +207,10 @@ KT_TEST(kinks_of_driven_joints_are_told) {
         {"type: motion, joint: a, position: 'max(0, t - 1)'", true},
         {"type: motion, joint: a, position: 'abs(sin(3*t))'", true},
         {"type: motion, joint: a, position: 'min (t, 1.99)'", true},
+        {"type: motion, joint: a, position: 'clamp(t, -1, 0.5)'", true},
+        {"type: motion, joint: a, position: {table: [[0, 0], [1, 1], [1.5, 1.5]], interpolation: linear}", true},
+        {"type: motion, joint: a, position: {table: [[0, 0], [1, 1], [3, 3]], interpolation: linear}", false},
+        {"type: motion, joint: a, position: {table: [[3, 0], [4, 1], [5, 0]], interpolation: linear}", false},
         {"type: motion, joint: a, position: 'max(0, t - 1)^2'", false},
         {"type: motion, joint: a, position: 'abs(t) + min(t, 5)'", false},
         {"type: rates, coefficients: {a: 1}, rate: 'max(0, t - 1)'", false},

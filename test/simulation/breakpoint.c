@@ -339,6 +339,31 @@ KT_TEST(fixed_steps_end_where_the_speed_of_a_drive_jumps) {
     }
 }
 
+/* The search ends 1000 steps after it began. The halt comes there, or next to it. A first jump, from 2 m/s to 1 m/s,
+ * may begin the search within a step. */
+KT_TEST(fixed_steps_find_jumps_where_their_searches_end) {
+    static const double first[] = {0.0, 0.0005}, halt[] = {0.9995, 1.0, 1.0003, 1.0007, 1.001, 2.0};
+    kt_worst load = kt_worst_make("load, m"), balance = kt_worst_make("balance, J");
+    for (int k = 0; k < 12; k++) {
+        const double a = first[k % 2], T = halt[k / 2], place = 2.0 * a + T - a;
+        const double rows[] = {0.0, 0.0, a, 2.0 * a, T, place, 9.0, place};
+        const double expected = 0.5 * sin(1.0) + (a > 0.0 ? 0.5 * sin(2.0 * (T + 0.5 - a)) : 0.0);
+        towed t;
+        kt_error error = {0};
+        (void)make_towed(&t);
+        t.loop.function = a > 0.0 ? kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR)
+                                  : kt_function_table(rows + 2, 6, KT_INTERPOLATION_LINEAR);
+        kt_model *model = kt_scene_compile(&t.description);
+        kt_simulation *simulation = kt_scene_start(model, "rk4", 0.001, KT_RECORD_BALANCE);
+        const double start = kt_scene_balance(simulation);
+        (void)kt_fine("runs", kt_simulation_advance(simulation, T + 0.5, &error), &error);
+        kt_worst_near(&load, kt_simulation_positions(simulation)[1], expected, 1e-11, "%g s and %g s", a, T);
+        kt_worst_near(&balance, kt_scene_balance(simulation), start, 1e-9, "%g s and %g s", a, T);
+    }
+    kt_check_worst(&load);
+    kt_check_worst(&balance);
+}
+
 /* A caller's projection of the trolley, whose halt moves the load's momentum. It fails once behind the halt. */
 static int halt_once(const kt_instant *at, double *q, double *v, bool *changed, kt_error *error, void *user) {
     int *failures = user;

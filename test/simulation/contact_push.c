@@ -35,9 +35,9 @@ static bool make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
     size_t used = (size_t)snprintf(
         text, sizeof text,
         "kinetree: 1\ngravity: [0, 0, -%.17g]\nbodies:\n  - name: box\n"
-        "joint: {type: free, position: {position: [0, 0, 0.1]}}\nmass: %.17g\n"
-        "shape: {type: box, size: [0.4, 0.3, 0.2]}\nmarkers:\n  p: [%.17g, %.17g, %.17g]\n"
-        "  c0: [0.2, 0.15, -0.1]\n  c1: [0.2, -0.15, -0.1]\n  c2: %s\n  c3: %s\neffects:\n"
+        "    joint: {type: free, position: {position: [0, 0, 0.1]}}\n    mass: %.17g\n"
+        "    shape: {type: box, size: [0.4, 0.3, 0.2]}\n    markers:\n      p: [%.17g, %.17g, %.17g]\n"
+        "      c0: [0.2, 0.15, -0.1]\n      c1: [0.2, -0.15, -0.1]\n      c2: %s\n      c3: %s\neffects:\n"
         "  - {name: push, type: force, at: box.p, value: [{ramp: {from: 0, to: %.17g, start: 0, end: %.17g}}, 0, 0]}\n",
         gravity, p->mass, p->ahead, p->beside, p->height - half_height, behind[p->corners - 3], behind[2], largest,
         fades != NULL ? fades->grown : duration);

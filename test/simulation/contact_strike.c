@@ -137,26 +137,37 @@ KT_TEST(rope_of_a_hoist_that_halts_goes_slack) {
 
 /* ---- across gravity ---------------------------------------------------------------------------------------------- */
 
-/* The table moves along x at 1 m/s and halts. Friction brakes the block with mu g, since no impulse presses it. */
+/* The table moves along x at 1 m/s and halts at 1 s, the end of 1000 fixed steps. Friction brakes the block with mu g,
+ * since no impulse presses it. A call may end there, or a rounding before, and a jump of nothing may follow. */
 KT_TEST(block_slides_on_over_a_table_that_halts) {
-    static const double rows[] = {0.0, 0.0, 1.0, 1.0, 9.0, 1.0};
-    const double mu = 0.3, stop = 1.0 / (mu * g);
-    struck_scene b;
-    kt_error error = {0};
-    make_struck(&b, kt_vec3_make(1.0, 0.0, 0.0), mu, 0.0);
-    b.s.body[2].joint.velocity[0] = 1.0;
-    b.drive.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
-    kt_model *model = kt_scene_compile(&b.s.description);
-    kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
-    if (simulation == NULL)
-        return;
-    const size_t x = place_of(model, "guide");
-    (void)kt_fine("slides", kt_simulation_advance(simulation, 1.0 + 0.5 * stop, &error), &error);
-    kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[x], 0.5, 1e-10);
-    (void)kt_fine("rests", kt_simulation_advance(simulation, 1.0 + 2.0 * stop, &error), &error);
-    kt_check_near("place, m", kt_simulation_positions(simulation)[x], 1.0 + 0.5 * stop, 1e-10);
-    kt_check_near("dissipated by friction, J", kt_simulation_work(simulation).dissipated, 1.0, 1e-9);
-    kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
+    static const double rows[] = {0.0, 0.0, 1.0, 1.0, 9.0, 1.0}, mu = 0.3;
+    enum { WHOLE, AT, BEFORE, JUMP, WAYS };
+    const double stop = 1.0 / (mu * g);
+    for (int k = 0; k < 2 * WAYS; k++) {
+        const bool fixed = k % 2;
+        const int way = k / 2;
+        struck_scene b;
+        kt_error error = {0};
+        make_struck(&b, kt_vec3_make(1.0, 0.0, 0.0), mu, 0.5);
+        b.s.body[2].joint.velocity[0] = 1.0;
+        b.drive.function = kt_function_table(rows, 6, KT_INTERPOLATION_LINEAR);
+        kt_model *model = kt_scene_compile(&b.s.description);
+        kt_simulation *simulation = touch_start(model, fixed ? "rk4" : "dopri5", fixed ? 1e-3 : 0.0);
+        const size_t x = place_of(model, "guide");
+        kt_note("%s, way %d", fixed ? "fixed steps" : "adaptive steps", way);
+        if (way != WHOLE)
+            (void)kt_fine("halts", kt_simulation_advance(simulation, way == BEFORE ? nextafter(1.0, 0.0) : 1.0, &error),
+                          &error);
+        if (way == JUMP)
+            (void)kt_fine("jumps", kt_simulation_jump(simulation, NULL, NULL, &error), &error);
+        (void)kt_fine("slides", kt_simulation_advance(simulation, 1.0 + 0.5 * stop, &error), &error);
+        kt_check_near("speed, m/s", kt_simulation_velocities(simulation)[x], 0.5, 1e-10);
+        (void)kt_fine("rests", kt_simulation_advance(simulation, 1.0 + 2.0 * stop, &error), &error);
+        kt_check_near("place, m", kt_simulation_positions(simulation)[x], 1.0 + 0.5 * stop, 1e-10);
+        kt_check_near("dissipated by friction, J", kt_simulation_work(simulation).dissipated, 1.0, 1e-9);
+        kt_check_near("supplied, J", kt_simulation_work(simulation).supplied, -0.5, 1e-9);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
+    }
 }
 
 /* The table starts at 1 m/s, at an angle to its normal. The impulse of the contact is p = m cos(angle) across it, and
@@ -178,13 +189,18 @@ KT_TEST(block_is_pushed_within_the_cone_of_friction) {
             continue;
         const double start = kt_scene_balance(simulation), behind = 1e-9;
         kt_note("%g rad, restitution %g", angle, restitutions[k % 2]);
+        if (k > 5) { /* it does not take the place of the drive's jump */
+            (void)kt_fine("waits", kt_simulation_advance(simulation, 1.0, &error), &error);
+            (void)kt_fine("jumps", kt_simulation_jump(simulation, NULL, NULL, &error), &error);
+        }
         (void)kt_fine("starts", kt_simulation_advance(simulation, 1.0 + behind, &error), &error);
         kt_check_near("up, m/s", kt_simulation_velocities(simulation)[place_of(model, "body")], c, 1e-12);
         kt_check_near("along, m/s", kt_simulation_velocities(simulation)[place_of(model, "guide")],
                       slides + (slides < s ? mu * g * behind : 0.0), 1e-12);
         kt_check_near("dissipated, J", kt_simulation_work(simulation).dissipated,
                       mass * (s - slides) * (0.5 * slides + mu * g * behind), 1e-12);
-        kt_check_near("balance, J", kt_scene_balance(simulation), start, 1e-12);
+        /* the jump closes loops some roundings later, 1e-13 s */
+        kt_check_near("balance, J", kt_scene_balance(simulation), start, 1e-11);
         kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 0);
     }
 }

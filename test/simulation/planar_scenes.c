@@ -13,12 +13,10 @@
 
 static kt_model *compile(const kt_scene *scene, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
-    kt_error error;
     options.reduction = kt_reduction_method_of(scene->reduction);
     options.metric = scene->run.metric;
     options.plan = plan;
-    return kt_fine("compiles", kt_model_compile(&scene->description, &options, &model, &error), &error) ? model : NULL;
+    return kt_scene_compile_with(&scene->description, &options);
 }
 
 /* Bounds: five times the largest of all scenes. */

@@ -1,6 +1,7 @@
 /* Torques that are set at every tick, as samples of a smooth signal. Methods with a history are compared with the
  * motion under the signal itself. */
 #include "check.h"
+#include "scenes.h"
 
 #include "kinetree/simulation.h"
 
@@ -18,8 +19,6 @@ static kt_model *make_arm(bool motors) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
     kt_effect effects[4];
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_error e = {0};
     static const char *const names[] = {"upper", "lower"};
     for (int i = 0; i < 2; i++) {
         bodies[i].name = names[i];
@@ -41,22 +40,18 @@ static kt_model *make_arm(bool motors) {
     d.body_count = 2;
     d.effects = effects;
     d.effect_count = motors ? 4 : 2;
-    kt_check_equal_int("compiles", kt_model_compile(&d, NULL, &model, &e), KT_OK);
-    return model;
+    return kt_scene_compile(&d);
 }
 
 static kt_simulation *open_simulation(const kt_model *model, const char *method, double step, bool smooth) {
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    kt_simulation *simulation = NULL;
-    kt_error e = {0};
     run.integrator = method;
     run.step = step;
     if (step == 0.0)
         run.relative = run.absolute = 1e-13;
     options.smooth_inputs = smooth;
-    kt_check_equal_int(method, kt_simulation_create(model, &run, &options, &simulation, &e), KT_OK);
-    return simulation;
+    return kt_scene_simulate(model, &run, &options);
 }
 
 /* One tick from the present time: the torques are samples at its start. */

@@ -229,7 +229,6 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
             kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status, KT_OK);
             kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
         }
-    kt_absolute_free(absolute);
 }
 
 /* ---- what is expected to go wrong -------------------------------------------------------------------------------- */

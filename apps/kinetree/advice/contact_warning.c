@@ -1,7 +1,7 @@
 /* Warnings about hard contacts: a law had to be weakened, or it does not decide the motion. */
 #include "subcommands/run.h"
 
-static const kt_counted failed_problems = {"contact_failures",
+static const kt_counted failed_problems = {.code = "contact_failures",
                                            "the impulses of ",
                                            "problem",
                                            "problems",
@@ -9,7 +9,7 @@ static const kt_counted failed_problems = {"contact_failures",
                                            "Compare with a smaller step, or with less friction"};
 
 static const kt_counted reduced_impacts = {
-    "restitution",
+    .code = "restitution",
     "at ",
     "impact",
     "impacts",
@@ -17,7 +17,7 @@ static const kt_counted reduced_impacts = {
     "Take `poisson: true`, smaller restitutions, or leave gaps so that impacts come one by one"};
 
 static const kt_counted slow_slips = {
-    "contact_capped",
+    .code = "contact_capped",
     "at ",
     "evaluation",
     "evaluations",

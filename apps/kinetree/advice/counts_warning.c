@@ -13,7 +13,7 @@ void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *cou
 
 /* All searches of a run share a limit. */
 static const kt_counted cut_searches = {
-    "cut_search",
+    .code = "cut_search",
     "",
     "search for the next feature of a formula of time was",
     "searches for the next feature of a formula of time were",
@@ -21,7 +21,7 @@ static const kt_counted cut_searches = {
     "Make the formula simpler, or bound the steps by a fraction of its shortest feature (--max-step)"};
 
 /* A run may pass the dead point, or end there. */
-static const kt_counted joined_states = {"joined",
+static const kt_counted joined_states = {.code = "joined",
                                          "at a dead point of the drives the acceleration is beyond use: ",
                                          "state within steps that end there is",
                                          "states within steps that end there are",

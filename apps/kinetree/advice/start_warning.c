@@ -37,11 +37,11 @@ static void warn_of_jumps(kt_outcome *outcome) {
     const char *loop = kt_start_jumping(outcome->scene, outcome->run->duration);
     const kt_warning warning = kt_warning_of(
         "speed_jump", (double)NAN, NULL,
-        "Give the table 'interpolation: cubic' or 'monotone', or the formula no sign, step, comparison or "
-        "kink of abs, min or max");
+        "Give the table 'interpolation: cubic' or 'monotone'. In a formula, avoid sign, step, comparisons, and "
+        "kinks of abs, min, max and clamp");
     if (loop != NULL)
         kt_warn(&outcome->warnings, &warning,
-                "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula", loop);
+                "the speed of loop '%s' jumps at a row of its table, or at a branch of its formula", loop);
 }
 
 /* Warns if the run cannot end by its condition before that has ceased to hold. */

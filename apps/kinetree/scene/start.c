@@ -247,12 +247,11 @@ static double slope_change(const kt_function *f, double from, double to) {
     return fabs(after - before);
 }
 
-/* Returns whether the slope of a formula jumps during the run, by more than a small part of itself. */
+/* Returns whether the slope of a formula jumps during the run, by more than a small part of itself. Pulses between two
+ * samples are not found. */
 static bool formula_has_kink(const kt_function *f, double duration) {
     enum { PARTS = 128 };
     double largest = 0.0, jump = 0.0;
-    if (strstr(f->text, "abs") == NULL && strstr(f->text, "min") == NULL && strstr(f->text, "max") == NULL)
-        return false;
     for (int k = 0; k < PARTS; k++) {
         const double from = duration * k / PARTS, to = duration * (k + 1) / PARTS;
         largest = fmax(largest, fabs(slope_at(f, to)));
@@ -261,14 +260,20 @@ static bool formula_has_kink(const kt_function *f, double duration) {
     return jump > 1e-6 * largest;
 }
 
-/* Returns whether the slope of a linear table jumps: at a row between others, or during the run at the first or the
- * last row. A table rests before its first row and behind its last row. */
+/* The slope of a linear table behind row i, which is zero before the first row and behind the last one. */
+static double table_slope(const kt_function *f, int i) {
+    const double *row = f->numbers + 2 * i;
+    return i >= 0 && 2 * (i + 1) < f->number_count ? (row[3] - row[1]) / (row[2] - row[0]) : 0.0;
+}
+
+/* Returns whether the slope of a linear table jumps at a row during the run, by more than rounding. */
 static bool table_has_kink(const kt_function *f, double duration) {
-    const double *first = f->numbers, *last = f->numbers + f->number_count - 2;
-    if (f->interpolation != KT_INTERPOLATION_LINEAR)
-        return false;
-    return f->number_count > 4 ||
-           (first[1] != last[1] && ((first[0] > 0.0 && first[0] < duration) || (last[0] > 0.0 && last[0] < duration)));
+    bool has = false;
+    for (int i = 0; f->interpolation == KT_INTERPOLATION_LINEAR && 2 * i < f->number_count && !has; i++) {
+        const double t = f->numbers[2 * i], before = table_slope(f, i - 1), after = table_slope(f, i);
+        has = t > 0.0 && t < duration && fabs(after - before) > 1e-9 * (fabs(after) + fabs(before));
+    }
+    return has;
 }
 
 /* Returns whether the value of a function, or with `slope` also its slope, may jump. */

@@ -22,8 +22,8 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 
 /* Returns the name of the first loop that makes a velocity jump; NULL: none. Velocities jump at the rows of linear
- * tables, with sign, step and comparisons of formulas, and at the kinks of abs, min and max that a run of this duration
- * passes. If a loop prescribes rates, only jumps of their values count. */
+ * tables, with sign, step and comparisons of formulas, and at the kinks of abs, min, max and clamp that a run of this
+ * duration passes. If a loop prescribes rates, only jumps of their values count. */
 const char *kt_start_jumping(const kt_scene *scene, double duration);
 
 /* Prints the number of inertias that violate the triangle inequality, and the worst inertia. `inertia_check: warn`

@@ -270,8 +270,9 @@ static int check_start(check *c) {
     if (jumping != NULL)
         warn_check(
             c,
-            "the motion of loop '%s' jumps at the rows of its table or with a branch of its formula; give the table "
-            "'interpolation: cubic' or 'monotone', the formula no sign, step, comparison or kink of abs, min or max",
+            "the speed of loop '%s' jumps at a row of its table, or at a branch of its formula; give the table "
+            "'interpolation: cubic' or 'monotone', and avoid sign, step, comparisons, and kinks of abs, min, max and "
+            "clamp in a formula",
             jumping);
     return KT_EXIT_DONE;
 }

@@ -444,20 +444,11 @@ static int sweep_scene(const kt_sweep_arguments *arguments, kt_ranks *ranks, con
 
 /* ---- the command ------------------------------------------------------------------------------------------------- */
 
-/* Returns whether this process is a rank of MPI above 0. The starters set these variables. */
-static bool is_later_rank(void) {
-    static const char *const variables[] = {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"};
-    const char *rank = NULL;
-    for (size_t i = 0; rank == NULL && i < sizeof variables / sizeof *variables; i++)
-        rank = getenv(variables[i]);
-    return rank != NULL && strtol(rank, NULL, 10) > 0;
-}
-
 int kt_command_sweep(int argc, char **argv) {
     kt_sweep_arguments arguments = {.repeats = 1};
     int operands;
     /* All ranks read the same command line and the same scene. Rank 0 prints for all. */
-    if (is_later_rank() && (freopen("/dev/null", "w", stdout) == NULL || freopen("/dev/null", "w", stderr) == NULL))
+    if (kt_ranks_is_later() && (freopen("/dev/null", "w", stdout) == NULL || freopen("/dev/null", "w", stderr) == NULL))
         return KT_EXIT_INTEGRATION;
     const int code = kt_arguments_read(&kt_usage_sweep, argc, argv, &arguments, &operands);
     if (code >= 0)

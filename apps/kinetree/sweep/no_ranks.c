@@ -1,8 +1,6 @@
 /* A program without MPI. */
 #include "sweep/ranks.h"
 
-#include <stdlib.h>
-
 kt_ranks *kt_ranks_start(int *code) {
     const char *ranks = getenv("OMPI_COMM_WORLD_SIZE");
     *code = -1;
@@ -10,6 +8,10 @@ kt_ranks *kt_ranks_start(int *code) {
         *code = kt_misuse("sweep: this kinetree was built without MPI, and each rank would compute all runs; build it "
                           "with -Dmpi=enabled, or take --shard and --merge");
     return NULL;
+}
+
+bool kt_ranks_is_later(void) {
+    return kt_ranks_is_above_zero(getenv("OMPI_COMM_WORLD_SIZE"), getenv("OMPI_COMM_WORLD_RANK"));
 }
 
 int kt_ranks_own(const kt_ranks *ranks) {

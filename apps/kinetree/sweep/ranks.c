@@ -112,6 +112,11 @@ static bool is_started_by_mpi(void) {
     return getenv("OMPI_COMM_WORLD_SIZE") != NULL || getenv("PMI_SIZE") != NULL || getenv("PMIX_RANK") != NULL;
 }
 
+bool kt_ranks_is_later(void) {
+    return kt_ranks_is_above_zero(getenv("OMPI_COMM_WORLD_SIZE"), getenv("OMPI_COMM_WORLD_RANK")) ||
+           kt_ranks_is_above_zero(getenv("PMI_SIZE"), getenv("PMI_RANK"));
+}
+
 static void free_ranks(kt_ranks *ranks) {
     free(ranks->is_idle);
     free(ranks->idle);

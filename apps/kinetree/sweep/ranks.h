@@ -5,12 +5,21 @@
 
 #include "sweep/sweep.h"
 
+#include <stdlib.h>
+
 typedef struct kt_ranks kt_ranks;
 
 /* The processes that mpirun has started; NULL: there is only this one. If mpirun has started several, but the
  * program is built without MPI, each would compute all runs. *code is then an exit code after printing this, else
  * -1. */
 kt_ranks *kt_ranks_start(int *code);
+
+/* Whether the starter's variables tell that this process is one of several ranks that compute together, or that are
+ * rejected together, and not the first one. Rank 0 prints for all. */
+bool kt_ranks_is_later(void);
+static inline bool kt_ranks_is_above_zero(const char *size, const char *rank) {
+    return size != NULL && strtol(size, NULL, 10) > 1 && rank != NULL && strtol(rank, NULL, 10) > 0;
+}
 
 /* The number of this one, from 0. */
 int kt_ranks_own(const kt_ranks *ranks);
