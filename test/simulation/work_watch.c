@@ -103,6 +103,7 @@ KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
                 kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
                 !kt_is_switched(&scene.description)) /* rodas5p rejects friction of contacts */
                 compare(entries[i]->d_name, model, &scene.run, &off, &bits);
+            kt_model_free(model);
             kt_scene_free(&scene);
         }
         free(entries[i]);

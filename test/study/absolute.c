@@ -248,6 +248,7 @@ KT_TEST(compilation_without_memory_leaks_nothing) {
         const kt_status status = kt_absolute_create(&m.description, NULL, model, &formulation, &error);
         const long allocations = kt_interpose_stop();
         if (!kt_interpose_has_failed()) {
+            kt_absolute_free(formulation);
             break;
         }
         tried++;
