@@ -202,8 +202,9 @@ static int jump_of(const kt_expression *expression) {
     return order;
 }
 
-/* The first breakpoint after t. Times next to 0 are not distinguished from 0. The slope of abs(t - 1/2) + t/4 changes
- * its sign at 1/2, where that of abs is 0, and the branch one unit of rounding later: both are one breakpoint. */
+/* The first breakpoint after t. Times next to 0 are not distinguished from 0. Changes within rounding of each
+ * other are one breakpoint. The slope of abs(t - 1/2) + t/4 changes its sign at 1/2, and abs takes its other branch one
+ * unit of rounding later. */
 static double first_breakpoint_after(const kt_expression *expression, double t, double until, int64_t *left,
                                      int *order) {
     static const double same = 64.0 * DBL_EPSILON;

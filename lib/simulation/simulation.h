@@ -185,7 +185,8 @@ KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double dur
  * accelerations jump at the present time, and in *strikes whether the speed of a drive does. The third function reduces
  * *t_limit to the next breakpoint if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error);
-/* Comes before another jump of the state: if the speed of a drive jumps at the present time, it does so first. */
+/* Comes before another jump of the state: if the speed of a drive jumps at the present time, it does so first. This
+ * stays if the other jump fails. */
 KT_CHECKED kt_status kt_simulation_strike_due(kt_simulation *simulation, kt_error *error);
 bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);

@@ -188,8 +188,8 @@ KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
     kt_expect(0, "J supplied: the balance closes to", "$K run led.yaml --out /dev/null --record balance");
 }
 
-/* The slope of each function jumps within two seconds, or nowhere in them: at the start, at the end, or where the slope
- * is zero on both sides. */
+/* The slope of each function jumps within two seconds, or nowhere in them. Jumps at the start and at the end do not
+ * count. */
 KT_TEST(kinks_of_driven_joints_are_told) {
     static const char drive[] = "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}]\n"
                                 "loops: [{name: drive, %s}]\nsimulate: {duration: 2}\n";

@@ -18,8 +18,8 @@ static inline double front_of(const kt_solid *solid, double x, double y) {
                : -DBL_MAX;
 }
 
-/* The distance by which the nearest object at a point of the picture is nearer than the object painted last there. 0:
- * the picture is correct. -1: nothing is there. */
+/* How much nearer the nearest object at a point of the picture is than the object painted last there. 0: the picture is
+ * correct. -1: nothing is there. */
 static inline double error_at(const kt_pieces *sorted, double x, double y) {
     double nearest = -DBL_MAX, painted = -DBL_MAX;
     for (int i = 0; i < sorted->count; i++) {

@@ -170,8 +170,8 @@ KT_TEST(block_slides_on_over_a_table_that_halts) {
     }
 }
 
-/* The table starts at 1 m/s, at an angle to its normal. The impulse of the contact is p = m cos(angle) across it, and
- * along it that of friction, up to mu p: the block sticks, or gets mu cos(angle). It does not bounce, whatever its
+/* The table starts at 1 m/s, at an angle to its normal. The contact has the impulse p = m cos(angle) along its normal,
+ * and friction has at most mu p. So the block sticks, or slips behind at mu cos(angle). It does not bounce at any
  * restitution. Friction dissipates the mean of its slip before and behind the jump, times its impulse. */
 KT_TEST(block_is_pushed_within_the_cone_of_friction) {
     static const double rows[] = {0.0, 0.0, 1.0, 0.0, 9.0, 8.0}, mu = 0.5, mass = 2.0;

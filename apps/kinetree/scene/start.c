@@ -251,7 +251,13 @@ static double slope_change(const kt_function *f, double from, double to) {
  * samples are not found. */
 static bool formula_has_kink(const kt_function *f, double duration) {
     enum { PARTS = 128 };
+    static const char *const words[] = {"abs", "min", "max", "clamp"};
     double largest = 0.0, jump = 0.0;
+    bool may = false;
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+        may = may || strstr(f->text, words[k]) != NULL;
+    if (!may)
+        return false;
     for (int k = 0; k < PARTS; k++) {
         const double from = duration * k / PARTS, to = duration * (k + 1) / PARTS;
         largest = fmax(largest, fabs(slope_at(f, to)));

@@ -21,9 +21,9 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
 /* Returns the same changes as a list of {joint, part, from, to}. */
 json_t *kt_start_moved(const kt_model *model, const double *q, const double *v);
 
-/* Returns the name of the first loop that makes a velocity jump; NULL: none. Velocities jump at the rows of linear
- * tables, with sign, step and comparisons of formulas, and at the kinks of abs, min, max and clamp that a run of this
- * duration passes. If a loop prescribes rates, only jumps of their values count. */
+/* Returns the name of the first loop that makes a velocity jump; NULL: none. Velocities jump at rows of linear
+ * tables, at sign, step and comparisons, and at kinks of abs, min, max and clamp. Only rows and kinks within the
+ * duration count. If a loop prescribes rates, only jumps of their values count. */
 const char *kt_start_jumping(const kt_scene *scene, double duration);
 
 /* Prints the number of inertias that violate the triangle inequality, and the worst inertia. `inertia_check: warn`

@@ -145,6 +145,8 @@ kt_ranks *kt_ranks_start(int *code) {
         (void)MPI_Finalize();
         return NULL;
     }
+    if (ranks->own > 0 && freopen("/dev/null", "w", stderr) == NULL) /* of starters whose variables are not known */
+        *code = KT_EXIT_INTEGRATION;
     return ranks;
 }
 

@@ -14,8 +14,7 @@ typedef struct kt_ranks kt_ranks;
  * -1. */
 kt_ranks *kt_ranks_start(int *code);
 
-/* Whether the starter's variables tell that this process is one of several ranks that compute together, or that are
- * rejected together, and not the first one. Rank 0 prints for all. */
+/* Returns whether this process is a rank above 0 of several, by the variables of its starter. Rank 0 prints for all. */
 bool kt_ranks_is_later(void);
 static inline bool kt_ranks_is_above_zero(const char *size, const char *rank) {
     return size != NULL && strtol(size, NULL, 10) > 1 && rank != NULL && strtol(rank, NULL, 10) > 0;
