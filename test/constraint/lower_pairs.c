@@ -139,13 +139,13 @@ static int keep(const kt_record *record, void *user) {
 static bool run_for_a_second(const scene *s, const kt_model_options *options, trace *t) {
     kt_run run = kt_run_fixed("dop853", 0.01, 1.0);
     kt_simulation_options more = kt_simulation_options_default();
-    kt_model *model = kt_scene_compile_with(&s->description, options);
+    kt_model *model = kt_test_model(&s->description, options);
     kt_error error;
     run.interval = 0.05;
     more.kinematics = true;
     *t = (trace){.model = NULL};
     t->model = model;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &more);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &more);
     if (simulation)
         (void)kt_fine("run", kt_simulation_run(simulation, keep, t, &error), &error);
     return t->count == RECORDS;

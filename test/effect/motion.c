@@ -36,7 +36,7 @@ static bool rig_start(rig *r, double tolerance) {
     run.absolute = 1e-3 * tolerance;
     r->lone.description.bodies = &r->lone.body;
     r->model = kt_scene_compile(&r->lone.description);
-    r->simulation = r->model ? kt_scene_simulate(r->model, &run, NULL) : NULL;
+    r->simulation = r->model ? kt_test_simulation(r->model, &run, NULL) : NULL;
     return r->simulation != NULL;
 }
 
@@ -411,7 +411,7 @@ KT_TEST(attracting_bodies_keep_kepler_s_period) {
     run.relative = run.absolute = 1e-14;
     kt_error error;
     kt_model *model = kt_scene_compile(&one.description);
-    kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation && kt_fine("orbits", kt_simulation_advance(simulation, 10.0 * period, &error), &error)) {
         const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
         const double x = q[7] - q[0], y = q[8] - q[1], late = -y / (v[7] - v[1]);

@@ -22,7 +22,7 @@ static bool run_free(kt_effect *effect, kt_lone *lone, double t, double *q, doub
     lone->description.effects = effect;
     lone->description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone->description);
-    kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation && kt_fine("advance", kt_simulation_advance(simulation, t, &error), &error)) {
         for (int i = 0; i < kt_model_nq(model); i++)
             q[i] = kt_simulation_positions(simulation)[i];
@@ -228,7 +228,7 @@ KT_TEST(loads_below_friction_creep_as_slowly_as_smoothing_says) {
     lone.description.effects = effects;
     lone.description.effect_count = 2;
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = model ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation && kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error))
         kt_check_near("speed", kt_simulation_velocities(simulation)[0], 1e-3 * atanh(0.5), 1e-10);
 }

@@ -34,7 +34,7 @@ static bool set_stage(stage *s, int bodies) {
 
 static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
     const kt_simulation_options options = kt_formulated(absolute);
-    return kt_scene_simulate(model, run, &options);
+    return kt_test_simulation(model, run, &options);
 }
 
 static kt_simulation *begin(const stage *s, kt_run run, kt_formulation formulation) {

@@ -15,7 +15,7 @@ KT_TEST(wrench_that_is_not_finite_anywhere_is_rejected) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     double a[6];
     for (int i = 0; i < 6; i++) {
         kt_error error = {KT_OK, "", ""};
@@ -43,7 +43,7 @@ static int evaluations_with(const kt_wrench *first, const kt_wrench *second) {
     kt_lone_make(&lone, KT_JOINT_FREE, 2.0);
     kt_model *model = kt_scene_compile(&lone.description);
     const kt_run run = kt_run_fixed("dopri5", 0.5, 10.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, first, &error), &error);
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
@@ -86,7 +86,7 @@ KT_TEST(works_are_kept_under_the_callers_equations) {
     kt_error error;
     run.record = KT_RECORD_BALANCE;
     options.acceleration = push_alone;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     (void)kt_fine("force", kt_simulation_set_torque(simulation, &force, &error), &error);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &error), &error);
     kt_check_near("supplied", kt_simulation_work(simulation).supplied, 9.0, 64.0 * DBL_EPSILON * 9.0);
@@ -100,7 +100,7 @@ KT_TEST(what_does_not_move_does_no_work) {
     kt_run run = kt_run_fixed("rk4", 0.25, 1.0);
     kt_error error;
     run.record = KT_RECORD_BALANCE;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
     kt_check_near("dissipated", kt_simulation_work(simulation).dissipated, 0.0, 0.0);
     kt_check_near("supplied", kt_simulation_work(simulation).supplied, 0.0, 0.0);
@@ -179,7 +179,7 @@ KT_TEST(shortest_run_ends) {
     kt_run run = kt_run_default();
     kt_error error;
     run.duration = KT_DURATION_LEAST;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     if (simulation != NULL && kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error)) {
         kt_check_equal_int("records", kept->count, 1001);
@@ -192,7 +192,7 @@ KT_TEST(quaternions_within_four_roundings_start_with_their_bits) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_SPHERICAL, 2.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     const double w = 1.0 + 2.0 * DBL_EPSILON, rounding = sqrt(DBL_EPSILON); /* |p|^2 - 1: 4 and 5 eps */
     const double given[2][4] = {{w, 0.0, 0.0, 0.0}, {w, rounding, 0.0, 0.0}}, v[3] = {0.0, 0.0, 0.0};
     kt_error error;
@@ -216,8 +216,8 @@ KT_TEST(run_without_a_method_has_the_bits_of_the_defaults_where_nothing_is_stiff
     const kt_run standard = kt_run_default();
     kt_error error;
     run.integrator = NULL;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL),
-                  *other = kt_scene_simulate(model, &standard, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL),
+                  *other = kt_test_simulation(model, &standard, NULL);
     (void)kt_fine("step", kt_simulation_step(simulation, 1.0, &error), &error);
     (void)kt_fine("step", kt_simulation_step(other, 1.0, &error), &error);
     kt_check_equal_bits("q", kt_simulation_positions(simulation), kt_simulation_positions(other), 1);

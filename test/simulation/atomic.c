@@ -194,8 +194,8 @@ static void compare(scene which, const char *method, double step, bool balanced,
     options.record = balanced ? KT_RECORD_BALANCE : 0;
     options.watch_works = !balanced && call % 2 == 0;
     kt_model *model = kt_scene_compile(r.description), *other = kt_scene_compile(r.description);
-    kt_simulation *a = model ? kt_scene_simulate(model, &run, &options) : NULL;
-    kt_simulation *b = other ? kt_scene_simulate(other, &run, &options) : NULL;
+    kt_simulation *a = model ? kt_test_simulation(model, &run, &options) : NULL;
+    kt_simulation *b = other ? kt_test_simulation(other, &run, &options) : NULL;
     kt_error error = {0};
     for (int k = 0; a != NULL && b != NULL && k < TICKS; k++) {
         const double tau[6] = {which == BALL || which == LIFT ? 0.0 : 4.0 * sin(0.05 * k)};

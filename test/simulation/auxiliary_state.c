@@ -108,7 +108,7 @@ KT_TEST(records_have_the_states_of_the_motion) {
         return;
     kt_run run = run_by("dop853", 0.0);
     run.relative = 1e-13;
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     fine = (records){.count = 0};
     (void)kt_fine("fine", kt_simulation_run(s, keep, &fine, &error), &error);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
@@ -122,7 +122,7 @@ KT_TEST(records_have_the_states_of_the_motion) {
         const double bound = second ? 3e-4 : methods[k].step > 0.0 ? 1e-8 : 1e-6;
         kt_worst worst = {.what = methods[k].name};
         run = run_by(methods[k].name, methods[k].step);
-        s = kt_scene_simulate(m.model, &run, NULL);
+        s = kt_test_simulation(m.model, &run, NULL);
         coarse = (records){.count = 0};
         (void)kt_fine("run", kt_simulation_run(s, keep, &coarse, &error), &error);
         kt_check_equal_int("records", coarse.count, fine.count);
@@ -141,11 +141,11 @@ KT_TEST(balance_moves_no_bit_and_closes) {
     if (!kt_parsed_make(&m, ARM STATES))
         return;
     kt_run run = run_by("dopri5", 0.0);
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     without = with = (records){.count = 0};
     (void)kt_fine("without", kt_simulation_run(s, keep, &without, &error), &error);
     run.record = KT_RECORD_BALANCE | KT_RECORD_STATE;
-    s = kt_scene_simulate(m.model, &run, NULL);
+    s = kt_test_simulation(m.model, &run, NULL);
     kt_record start, last;
     (void)kt_fine("start", kt_simulation_sense(s, &start, &error), &error);
     (void)kt_fine("with", kt_simulation_run(s, keep, &with, &error), &error);
@@ -161,7 +161,7 @@ KT_TEST(states_are_set_and_start_anew) {
     if (!kt_parsed_make(&m, ARM STATES))
         return;
     const kt_run run = run_by("dopri5", 0.0);
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double *x = kt_simulation_own_states(s), set[2] = {2.0, 3.0}, wrong[2] = {0.0, HUGE_VAL}, q = 0.1;
     double before[3];
     (void)kt_fine("advance", kt_simulation_advance(s, 0.5, &error), &error);
@@ -192,7 +192,7 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_scene_watch *watch = NULL;
     options.events = kt_scene_event_room(&m.scene);
-    kt_simulation *s = kt_scene_simulate(m.model, &run, &options);
+    kt_simulation *s = kt_test_simulation(m.model, &run, &options);
     (void)kt_fine("events", kt_scene_watch_create(&m.scene, m.model, s, NULL, 0, &watch, &error), &error);
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
     kt_check_near("time", kt_simulation_time(s), 0.3, 4.0 * DBL_EPSILON);
@@ -207,7 +207,7 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     if (!kt_parsed_make(&m, text))
         return;
     const kt_run run = run_by("rk4", 0.5);
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double zero = 0.0;
     (void)kt_fine("set", kt_simulation_set_own_states(s, &zero, &error), &error);
     kt_check_equal_int("status", kt_simulation_advance(s, 1.0, &error), KT_ERROR_NOT_FINITE);
@@ -237,7 +237,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
             continue;
         kt_run run = run_by(methods[k].name, 0.0);
         run.duration = 8.0;
-        kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+        kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
         (void)kt_fine("advance", kt_simulation_advance(s, 8.0, &error), &error);
         const double bound =
             strcmp(methods[k].name, "rkc2") == 0 ? 1e-7 : 1e-9; /* errors of order 2 add up over many steps */

@@ -88,7 +88,7 @@ static bool run(const char *name, const way *by, double duration, double y[NUMBE
     how.relative = by->tolerance;
     how.absolute = 1e-3 * by->tolerance;
     kt_model *model = kt_scene_compile(&scene.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &how, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &how, NULL);
     bool fine = simulation != NULL;
     if (fine) {
         const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model),

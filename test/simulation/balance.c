@@ -49,7 +49,7 @@ static bool keep_ledger_of(const kt_model *model, const kt_absolute *absolute, c
     const kt_simulation_options options = kt_formulated(absolute);
     kt_error error;
     *l = (kt_ledger){.count = 0};
-    kt_simulation *simulation = kt_scene_simulate(model, run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, run, &options);
     const bool fine =
         simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error) && l->count > 1;
     return kt_check_true("there are records", fine);
@@ -99,7 +99,7 @@ static void compare(const oscillator *o, double x0, double v0, kt_recorder *reco
     run.relative = run.absolute = 1e-12;
     compared it = {o, x0, kt_worst_make("heat"), kt_worst_make("work of the drive")};
     kt_model *model = kt_scene_compile(&o->lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation && kt_fine("state", kt_simulation_set_state(simulation, 0.0, &x0, &v0, &error), &error))
         (void)kt_fine("run", kt_simulation_run(simulation, recorder, &it, &error), &error);
     kt_check_worst(&it.dissipated);
@@ -134,7 +134,7 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
         kt_model *model = kt_scene_compile(&pendulum.description);
         kt_absolute *absolute = kt_formulate(&pendulum.description, NULL, model, (kt_formulation)formulation);
         const kt_simulation_options options = kt_formulated(absolute);
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         /* of a tree the two are the same sums but for rounding */
         const double bound = formulation == KT_FORMULATION_TREE ? 16.0 * DBL_EPSILON : 2e-12;
         kt_note("%s", kt_formulation_name((kt_formulation)formulation));
@@ -161,7 +161,7 @@ KT_TEST(force_on_a_free_body_supplies_its_gain_of_energy) {
     kt_run run = balanced("dop853", 0.0, 2.0);
     run.relative = run.absolute = 1e-12;
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("wrench", kt_simulation_set_wrenches(simulation, wrenches, &error), &error);
     (void)kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, &l, &error), &error);
     kt_check_above("supplied", l.last.supplied, 1.0);
@@ -269,7 +269,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             run.interval = 0.013;
             run.record = KT_RECORD_POSITION | KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
             kt_kept *kept = kt_kept_empty(model);
-            kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+            kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
             (void)kt_fine("without", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
             const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
             kt_check_true("no works", isnan(kt_simulation_work(simulation).dissipated) &&
@@ -278,7 +278,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
 
             run.record |= KT_RECORD_BALANCE;
             kept = kt_kept_empty(model);
-            simulation = kt_scene_simulate(model, &run, NULL);
+            simulation = kt_test_simulation(model, &run, NULL);
             (void)kt_fine("with", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
             kt_simulation_counts more = kt_simulation_counts_get(simulation);
             if (method->gamma != NULL) /* two more evaluations a try */
@@ -318,8 +318,8 @@ KT_TEST(checkpoint_carries_the_works) {
     kt_model *model = compile_tumbler();
     kt_run run = balanced("dopri5", 0.0, 2.0), plain = run;
     plain.record = KT_RECORD_POSITION;
-    kt_simulation *a = kt_scene_simulate(model, &run, NULL), *b = kt_scene_simulate(model, &run, NULL);
-    kt_simulation *other = kt_scene_simulate(model, &plain, NULL);
+    kt_simulation *a = kt_test_simulation(model, &run, NULL), *b = kt_test_simulation(model, &run, NULL);
+    kt_simulation *other = kt_test_simulation(model, &plain, NULL);
     void *block = malloc(kt_simulation_state_size(a));
     (void)kt_fine("half", kt_simulation_advance(a, 1.0, &error), &error);
     kt_simulation_save(a, block);

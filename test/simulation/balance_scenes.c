@@ -72,7 +72,7 @@ static bool keep_ledger(stage *s, const char *integrator, double step, double to
     *l = (kt_ledger){.count = 0};
     if (!s->model)
         s->model = kt_scene_compile(&s->description);
-    kt_simulation *simulation = kt_scene_simulate(s->model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(s->model, &run, NULL);
     const bool fine = simulation && kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, l, &error), &error);
     kt_note("%s, step %g, tolerance %g: %g J heat, %g J supplied, drift %g J", integrator, step, tolerance,
             l->last.dissipated, l->last.supplied, l->drift);

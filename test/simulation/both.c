@@ -25,14 +25,14 @@ int kt_both_keep(const kt_record *record, void *trace) {
 }
 
 kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute) {
-    kt_model *model = kt_scene_compile_with(description, options);
+    kt_model *model = kt_test_model(description, options);
     *absolute = kt_formulate(description, options, model, KT_FORMULATION_ABSOLUTE);
     return *absolute != NULL ? model : NULL;
 }
 
 kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
     const kt_simulation_options options = kt_formulated(absolute);
-    return kt_scene_simulate(model, run, &options);
+    return kt_test_simulation(model, run, &options);
 }
 
 bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,

@@ -29,7 +29,7 @@ static bool run_to_end(const kt_model *model, const char *method, double duratio
     kt_error error = {0};
     run.integrator = method;
     run.duration = duration;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, options);
     if (simulation == NULL)
         return false;
     const bool fine = kt_fine("runs", kt_simulation_advance(simulation, duration, &error), &error);
@@ -113,7 +113,7 @@ static void check_fixed(kt_function function, double step, kt_status expected) {
     push_by(&p, KT_EFFECT_MOTOR);
     p.effect.torque = function;
     kt_model *model = kt_scene_compile(&p.lone.description);
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation != NULL &&
         kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), expected) &&
         expected != KT_OK) {
@@ -196,7 +196,7 @@ KT_TEST(max_step_of_a_run_bounds_steps) {
         kt_check_near("nothing was seen, m/s", state[1], 0.0, 0.0);
     run.max_step = 5e-3;
     run.integrator = "dopri5";
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, 10.0, &error), &error)) {
         /* At a jump in the midst of a step an embedded estimate is some 70 times less than the error. */
         kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], 0.01, 1.5e-7);
@@ -304,7 +304,7 @@ KT_TEST(load_swings_on_where_the_speed_of_a_drive_jumps) {
             run.interval = 0.25;
             if (!kt_method_is_adaptive(kt_method_at(m)) || kt_method_at(m)->order < 3)
                 continue;
-            kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+            kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
             kt_fine("runs", kt_simulation_run(simulation, compare_speed, &error, &fault), &fault);
         }
         kt_check_worst(&error);
@@ -395,7 +395,7 @@ KT_TEST(jump_of_a_drive_that_fails_is_tried_again) {
     options.user = &failures;
     run.integrator = "dop853";
     run.relative = run.absolute = 1e-10;
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
     if (simulation == NULL)
         return;
     kt_check_equal_int("fails", kt_simulation_advance(simulation, 4.0, &error), KT_ERROR_CALLBACK);
@@ -455,7 +455,7 @@ KT_TEST(restored_run_has_the_same_bits_at_breakpoints) {
     kt_run run = kt_run_default();
     kt_model *model = make_towed(&t);
     run.integrator = "dopri5";
-    kt_simulation *first = kt_scene_simulate(model, &run, NULL), *second = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *first = kt_test_simulation(model, &run, NULL), *second = kt_test_simulation(model, &run, NULL);
     for (int k = 0; second != NULL && k < 2; k++) {
         const double when = k == 0 ? 5.0 : 6.5;
         if (!kt_fine("advance", kt_simulation_advance(first, when, &error), &error) ||
@@ -491,7 +491,7 @@ KT_TEST(restored_run_cuts_the_same_searches) {
                                "1.34) + 16.5*(t - 5.9902))^2) + 3.131*tanh(976.84*(t - 7.6522))*exp(-(8.9389*(t - "
                                "9.1834))^2) + -0.3038*log(cosh(374.22*(t - 6.2779)))");
     kt_model *model = kt_scene_compile(&p.lone.description);
-    kt_simulation *first = kt_scene_simulate(model, &run, NULL), *second = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *first = kt_test_simulation(model, &run, NULL), *second = kt_test_simulation(model, &run, NULL);
     if (second != NULL && kt_fine("advance", kt_simulation_advance(first, 0.2, &error), &error)) {
         const uint64_t before = kt_simulation_counts_get(first).cut;
         (void)kt_scene_hand_over(first, second);

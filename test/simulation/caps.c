@@ -72,7 +72,7 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     if (!linkage_compile(&l))
         return;
     kt_run run = kt_run_fixed("rk4", 1e-2, 2.0);
-    kt_simulation *simulation = kt_scene_simulate(l.model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(l.model, &run, NULL);
     kt_status status = KT_OK;
     kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
     while (status == KT_OK && kt_simulation_time(simulation) < 2.0) {
@@ -122,7 +122,7 @@ KT_TEST(bundled_scenes_stay_far_from_all_caps) {
                 kt_loop_count(model) > 0 && strcmp(entries[i]->d_name, "flyball-governor.yaml") != 0 &&
                 strcmp(entries[i]->d_name, "five-bar.yaml") != 0) { /* rk4 needs shorter steps there */
                 kt_run run = kt_run_fixed("rk4", 1e-4 * scene.run.duration, 1.0);
-                kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+                kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
                 (void)kt_fine(entries[i]->d_name, kt_simulation_advance(simulation, 300.0 * run.step, &error), &error);
                 const kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
                 kt_note("%s: %u and %u steps", entries[i]->d_name, seen.position, seen.velocity);
@@ -167,7 +167,7 @@ static unsigned decay(int bars) {
     if (!linkage_compile(&l))
         return 0;
     kt_run run = kt_run_fixed("rkc2", 1e-3, 1.0);
-    kt_simulation *simulation = kt_scene_simulate(l.model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(l.model, &run, NULL);
     (void)kt_fine("run", kt_simulation_advance(simulation, 0.1, &error), &error);
     const unsigned capped = kt_simulation_counts_get(simulation).iterations.capped;
     return capped;

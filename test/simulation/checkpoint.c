@@ -78,7 +78,7 @@ KT_TEST(a_run_chooses_rho_and_its_checkpoint_knows_it) {
     run.rho = 0.0;
     kt_simulation *none = begin(&stage, &run), *two = begin(&stage, &bdf);
     run.rho = 0.2;
-    kt_simulation *some = begin(&stage, &run), *callers = kt_scene_simulate(stage.tree.model, &bdf, &options);
+    kt_simulation *some = begin(&stage, &run), *callers = kt_test_simulation(stage.tree.model, &bdf, &options);
     kt_simulation *all[] = {none, two, some, callers};
     const size_t nq = (size_t)stage.tree.nq;
     for (int i = 0; i < 4; i++) {
@@ -113,7 +113,7 @@ KT_TEST(checkpoint_keeps_torques_that_wait) {
     for (size_t i = 0; i < nv; i++)
         stage.state.tau[i] *= -2.0;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, stage.state.tau, &error), &error);
-    kt_simulation *other = kt_scene_simulate(stage.tree.model, &run, NULL);
+    kt_simulation *other = kt_test_simulation(stage.tree.model, &run, NULL);
     if (!kt_scene_hand_over(simulation, other))
         return;
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
@@ -144,11 +144,11 @@ KT_TEST(wrong_checkpoint_is_rejected_and_changes_nothing) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
     kt_model *another = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL),
-                  *stranger = kt_scene_simulate(another, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL),
+                  *stranger = kt_test_simulation(another, NULL, NULL);
     kt_run run = kt_run_default();
     run.integrator = "tsit5";
-    kt_simulation *other_method = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *other_method = kt_test_simulation(model, &run, NULL);
     void *block = calloc(1, kt_simulation_state_size(stranger));
     kt_error error;
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
@@ -171,8 +171,8 @@ static int pause_at_record(const kt_record *record, void *user) {
 /* The checkpoint is taken after the first record. */
 static void check_rejected(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                            const kt_run *other_run, const kt_simulation_options *other_options, const char *words) {
-    kt_simulation *from = kt_scene_simulate(model, run, options);
-    kt_simulation *to = kt_scene_simulate(model, other_run, other_options);
+    kt_simulation *from = kt_test_simulation(model, run, options);
+    kt_simulation *to = kt_test_simulation(model, other_run, other_options);
     kt_error error = {KT_OK, "", ""};
     if (from == NULL || to == NULL)
         return;
@@ -232,8 +232,8 @@ KT_TEST(checkpoint_knows_the_structure_of_its_model) {
     kt_model *heavier = kt_scene_compile(&lone.description);
     lone.body.name = "somebody_else";
     kt_model *other = kt_scene_compile(&lone.description);
-    kt_simulation *a = kt_scene_simulate(model, &run, NULL), *b = kt_scene_simulate(heavier, &run, NULL),
-                  *c = kt_scene_simulate(other, &run, NULL);
+    kt_simulation *a = kt_test_simulation(model, &run, NULL), *b = kt_test_simulation(heavier, &run, NULL),
+                  *c = kt_test_simulation(other, &run, NULL);
     kt_error error = {KT_OK, "", ""};
     void *block = malloc(kt_simulation_state_size(a));
     (void)kt_fine("step", kt_simulation_step(a, HUGE_VAL, &error), &error);
@@ -250,7 +250,7 @@ KT_TEST(state_is_taken_over_by_a_simulation_with_coarser_steps) {
     kt_pendulum_make(&lone, 1.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
     const kt_run fine = kt_run_fixed("rk4", 1e-3, 3.0), coarse = kt_run_fixed("rk4", 2.5e-3, 3.0);
-    kt_simulation *plant = kt_scene_simulate(model, &fine, NULL), *ahead = kt_scene_simulate(model, &coarse, NULL);
+    kt_simulation *plant = kt_test_simulation(model, &fine, NULL), *ahead = kt_test_simulation(model, &coarse, NULL);
     kt_error error;
     (void)kt_fine("plant", kt_simulation_advance(plant, 1.001, &error), &error);
     (void)kt_fine("state",
@@ -272,7 +272,7 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
     kt_lone lone;
     kt_pendulum_make(&lone, mark, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     const size_t size = kt_simulation_state_size(simulation);
     char *block = malloc(size), *before = malloc(size);
     kt_error error = {KT_OK, "", ""};
@@ -310,8 +310,8 @@ KT_TEST(checkpoint_of_a_method_without_a_name_goes_on) {
     kt_error error;
     nameless.name = NULL;
     options.method = &nameless;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options),
-                  *other = kt_scene_simulate(model, &run, &options), *named = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options),
+                  *other = kt_test_simulation(model, &run, &options), *named = kt_test_simulation(model, &run, NULL);
     if (simulation == NULL)
         return;
     void *block = malloc(kt_simulation_state_size(simulation));

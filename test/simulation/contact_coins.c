@@ -169,7 +169,7 @@ static void run_coin(const coin *c, int n, double T, double x[3]) {
     run.relative = run.absolute = 1e-11;
     options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY;
     kt_model *model = kt_scene_compile(&c->description);
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
     kt_error error = {0};
     const double before = simulation != NULL ? kt_scene_balance(simulation) : 0.0;
     if (simulation != NULL && kt_fine("runs", kt_simulation_advance(simulation, T, &error), &error)) {

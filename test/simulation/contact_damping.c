@@ -133,7 +133,7 @@ static void check_plate(int feet, kt_random *random, kt_worst worst[OTHER], doub
     v[5] = 3.0 * fast * kt_random_normal(random);
     v[6] = 0.1 * kt_random_normal(random);
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     kt_error error = {0};
     kt_status status = simulation != NULL ? kt_simulation_set_state(simulation, 1.0, q, v, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)
@@ -192,7 +192,7 @@ KT_TEST(stick_that_ends_at_once_is_held) {
     s.body[1].joint.axis = kt_vec3_make(0.90922, 0.41632, 0.0);
     s.description.gravity = kt_vec3_make(4.82507213, 1.66129204, -g);
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     kt_status status = simulation != NULL ? kt_simulation_set_state(simulation, 0.0, q, v, &error) : KT_ERROR_MEMORY;
     for (int k = 0; k < 50 && status == KT_OK; k++)
         status = kt_simulation_tick(simulation, 0.01, &error);

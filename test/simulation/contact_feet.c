@@ -112,7 +112,7 @@ KT_TEST(light_foot_comes_to_rest_at_large_tolerances) {
             kt_error error = {0};
             run.relative = run.absolute = k == 0 ? 1e-10 : tolerance;
             run.integrator = k == 0 ? "dopri5" : methods[i % 3];
-            kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+            kt_simulation *simulation = kt_test_simulation(model, &run, &options);
             const kt_status status =
                 simulation != NULL ? kt_simulation_advance(simulation, 0.2, &error) : KT_ERROR_MEMORY;
             if (kt_fine(methods[i % 3], status, &error)) {
@@ -241,7 +241,7 @@ KT_TEST(dropped_boxes_come_to_rest) {
         run.integrator = methods[i % 4];
         run.duration = 2.0;
         kt_model *model = kt_scene_compile(&s.description);
-        kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+        kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
         kt_error error = {0};
         kt_status status =
             simulation != NULL ? kt_simulation_set_state(simulation, 0.0, q, v, &error) : KT_ERROR_MEMORY;

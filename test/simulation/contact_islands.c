@@ -87,7 +87,7 @@ static bool slide(const way *w, int first, int count, plate_state *to) {
         for (int k = 0; k < 3; k++)
             s.body[i].joint.velocity[k == 2 ? 5 : k] = w->speed * (1.0 + 0.4 * sin(3.0 * (first + i) + k));
     options.reduction = kt_reduction_method_of(w->reduction);
-    kt_model *model = kt_scene_compile_with(&s.description, &options);
+    kt_model *model = kt_test_model(&s.description, &options);
     kt_simulation *simulation = masks_start(model, w->method, w->step);
     kt_status status = simulation != NULL ? kt_simulation_advance(simulation, w->duration, &error) : KT_ERROR_MEMORY;
     const bool fine = kt_fine(w->method, status, &error);

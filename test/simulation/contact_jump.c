@@ -153,7 +153,7 @@ static kt_simulation *start(const kt_model *model, double duration) {
     run.interval = duration / RECORDS;
     run.relative = run.absolute = 1e-11;
     options.record = KT_RECORD_MULTIPLIER;
-    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
 }
 
 /* A ball of 1 kg above a plate that is driven, or a load on a rope whose length is. */

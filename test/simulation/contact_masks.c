@@ -211,7 +211,7 @@ KT_TEST(options_make_models_of_all_sets) {
         kt_error error = {0};
         scene_plate(&s, 4, 0.0);
         options.contact_switches = switches;
-        const kt_model *compiled = kt_scene_compile_with(&s.description, &options);
+        const kt_model *compiled = kt_test_model(&s.description, &options);
         if (compiled != NULL) {
             int sets = 0;
             for (uint64_t set = 0; set < 16; set++)
@@ -369,7 +369,7 @@ KT_TEST(plate_falls_on_many_feet_at_once) {
         s.body[0].joint.position[2] = 0.1 + drop;
         s.body[0].joint.velocity[0] = v0;
         kt_model *model = kt_scene_compile(&s.description);
-        kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+        kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
         kt_error error = {0};
         const kt_status status = simulation != NULL ? kt_simulation_advance(simulation, 0.1, &error) : KT_ERROR_MEMORY;
         kt_note("%d feet, %s", feet[way % 3], stepping ? "time stepping" : "events");

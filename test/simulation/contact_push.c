@@ -86,7 +86,7 @@ static outcome push_box(const push *p, const fading *fades, const char *method, 
     if (step == 0.0)
         run.relative = run.absolute = 1e-9;
     options.record = KT_RECORD_BALANCE;
-    if (make_pushed_box(p, fades, &m) && (simulation = kt_scene_simulate(m.model, &run, &options)) != NULL)
+    if (make_pushed_box(p, fades, &m) && (simulation = kt_test_simulation(m.model, &run, &options)) != NULL)
         o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
     o.steps = (double)kt_simulation_counts_get(simulation).steps;
     o.holds = (double)kt_simulation_contacts(simulation).rested;
@@ -279,7 +279,7 @@ static void check_limit_of_rest(const push *p, const char *method, kt_worst *bef
     kt_simulation *simulation = NULL;
     run.integrator = method;
     run.relative = run.absolute = 1e-9;
-    if (make_box(p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL) {
+    if (make_box(p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL) {
         kt_worst_near(before, sticking_corners(simulation, p, limit * (1.0 - near)), LEGS, 0.5, "%s, %.6g N", method,
                       limit);
         kt_worst_near(held, (double)kt_simulation_contacts(simulation).rested, 0.0, 0.5, "%s, %.6g N", method, limit);
@@ -315,7 +315,7 @@ static double speed_behind_limit(const push *p, const char *method, double toler
     double speed = (double)NAN;
     run.integrator = method;
     run.relative = run.absolute = tolerance;
-    if (make_box(p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL &&
+    if (make_box(p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL &&
         kt_fine("runs", kt_simulation_advance(simulation, 2.4, &error), &error))
         speed = kt_simulation_velocities(simulation)[0];
     *steps = (double)kt_simulation_counts_get(simulation).steps;
@@ -367,7 +367,7 @@ KT_TEST(records_have_the_speed_of_predicted_slip) {
         run.step = tolerances[k] > 0.0 ? 0.0 : 1e-3;
         if (tolerances[k] > 0.0)
             run.relative = run.absolute = tolerances[k];
-        if (make_box(&p, &m) && (simulation = kt_scene_simulate(m.model, &run, NULL)) != NULL)
+        if (make_box(&p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL)
             (void)kt_fine("runs", kt_simulation_run(simulation, take_slow_slip, &observed, &error), &error);
         kt_worst_near(&slow, observed / expected[k], 1.0, 1e-14, "tolerance %.0e", tolerances[k]);
     }
@@ -410,7 +410,7 @@ KT_TEST(checkpoints_of_slip_that_begins_go_on_with_the_same_bits) {
         run.step = chosen[i].step;
         if (!make_box(&p, &m))
             return;
-        kt_simulation *one = kt_scene_simulate(m.model, &run, NULL), *two = kt_scene_simulate(m.model, &run, NULL);
+        kt_simulation *one = kt_test_simulation(m.model, &run, NULL), *two = kt_test_simulation(m.model, &run, NULL);
         void *block = two != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
         if (kt_check_true(chosen[i].method, block != NULL)) {
             kt_check_equal_int("copies with the same bits", compare_copies(one, two, block), 48);

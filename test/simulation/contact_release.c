@@ -58,7 +58,7 @@ static kt_simulation *start_for(const kt_model *model, const char *method, doubl
     run.duration = duration;
     run.relative = run.absolute = 1e-11;
     options.contact = steps ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
-    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
 }
 
 static kt_simulation *start(const kt_model *model, const char *method) { return start_for(model, method, 100.0); }
@@ -220,7 +220,7 @@ KT_TEST(accelerations_and_runs_take_friction_over) {
         s.effect[0].name = "fa";
         s.effect[0].switching = s.effect[1].switching = KT_ALWAYS_ON;
         options.settable = true;
-        kt_model *model = kt_scene_compile_with(&s.description, &options);
+        kt_model *model = kt_test_model(&s.description, &options);
         kt_simulation *simulation = start_for(model, methods[m / 2], duration);
         kt_note("%s, %s", methods[m / 2], is_run ? "run" : "acceleration");
         kt_status status = kt_parameter_find(model, "effect fa.coulomb", &coulomb_of_a, &error);
@@ -248,7 +248,7 @@ KT_TEST(coulomb_of_friction_that_sticks_is_set) {
     s.effect[0].name = "fa";
     s.effect[0].switching = KT_ALWAYS_ON;
     options.settable = true;
-    kt_model *model = kt_scene_compile_with(&s.description, &options);
+    kt_model *model = kt_test_model(&s.description, &options);
     kt_simulation *simulation = start(model, "rk4");
     kt_status status = kt_parameter_find(model, "effect fa.coulomb", &parameter, &error);
     if (status == KT_OK)
@@ -274,7 +274,7 @@ static bool run_scene(const char *text, kt_contact_scheme contact, double v[SLID
     options.contact = contact;
     options.events = kt_scene_event_room(&read);
     kt_model *model = kt_scene_compile(&read.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &read.run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &read.run, &options);
     if (simulation == NULL)
         return false;
     kt_status status = kt_scene_watch_create(&read, model, simulation, NULL, 0, &watch, &error);

@@ -215,7 +215,7 @@ KT_TEST(limit_of_bounces_is_that_of_a_tick) {
     const double flight = 2.0 * sqrt(2e-6 / g), time = 12.0;
     kt_model *model = kt_scene_compile(&r.description);
     for (int ticks = 1; model != NULL && ticks <= 12; ticks += 11) {
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         kt_error error = {0};
         kt_status status = simulation != NULL ? KT_OK : KT_ERROR_MEMORY;
         for (int i = 0; status == KT_OK && i < ticks; i++)
@@ -234,7 +234,7 @@ static void limit_calls(const kt_model *model, const char *method, double step, 
     run.integrator = method;
     run.step = step;
     options.steps_per_call = most;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_error error = {0};
     int used_up = 0, named = 0, others = simulation == NULL;
     uint64_t worst = 0, steps = 0, calls = 0;

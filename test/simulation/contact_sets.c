@@ -62,7 +62,7 @@ static bool run(const masks_scene *s, int switches, double time, const char *met
     kt_error error = {0};
     kt_record record = {0};
     options.contact_switches = switches;
-    kt_model *model = kt_scene_compile_with(&s->description, &options);
+    kt_model *model = kt_test_model(&s->description, &options);
     kt_simulation *simulation = masks_start(model, method, 0.0);
     kt_status status = simulation != NULL ? kt_simulation_advance(simulation, time, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)

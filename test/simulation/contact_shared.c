@@ -41,7 +41,7 @@ static kt_simulation *start_block(const kt_parsed *m, const char *method) {
     run.step = strcmp(method, "rk4") == 0 ? 1e-3 : 0.0;
     run.relative = run.absolute = 1e-11;
     options.record = KT_RECORD_MULTIPLIER;
-    return kt_scene_simulate(m->model, &run, &options);
+    return kt_test_simulation(m->model, &run, &options);
 }
 
 /* The velocity after slip begins at t1, until it ends: A / w (cos w t1 - cos w t) - C (t - t1). */
@@ -135,7 +135,7 @@ KT_TEST(frictions_of_a_joint_share_the_load_by_their_limits) {
         run.duration = 1.5;
         run.interval = 0.5;
         options.record = KT_RECORD_MULTIPLIER;
-        kt_simulation *simulation = kt_scene_simulate(m.model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
         if (simulation != NULL)
             (void)kt_fine("run", kt_simulation_run(simulation, check_shares, friction, &error), &error);
     }

@@ -83,7 +83,7 @@ static double run_rod(kt_random *random, const char *method, double step, bool *
     run.relative = run.absolute = 1e-9;
     options.record = KT_RECORD_ENERGY;
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_error error = {0};
     kt_status status = simulation != NULL ? kt_simulation_set_state(simulation, 0.0, q, v, &error) : KT_ERROR_MEMORY;
     for (int k = 0; status == KT_OK && k < 50; k++) {
@@ -145,7 +145,7 @@ KT_TEST(steps_of_a_driven_rod_are_not_repeated) {
     const kt_run run = kt_run_fixed("heun", step, 10.0);
     const kt_simulation_options options = kt_simulation_options_default();
     kt_model *model = kt_scene_compile(&s.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_error error = {0};
     kt_status status = simulation != NULL ? kt_simulation_set_torque(simulation, pull, &error) : KT_ERROR_MEMORY;
     if (status == KT_OK)

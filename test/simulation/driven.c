@@ -69,7 +69,7 @@ static void check_method(const kt_model *model, const kt_absolute *absolute, con
     const kt_simulation_options options = kt_formulated(absolute);
     kt_error error = {KT_OK, "", ""};
     compared c = {kt_worst_make(run->integrator), right};
-    kt_simulation *simulation = kt_scene_simulate(model, run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, run, &options);
     if (simulation == NULL)
         return;
     kt_note("%s, step %g%s", run->integrator, run->step, absolute != NULL ? ", absolute" : "");
@@ -95,7 +95,7 @@ static void check_scene(const char *text) {
     run.relative = run.absolute = 1e-13;
     run.interval = 0.025;
     kt_kept *kept = kt_kept_empty(model);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("reference", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     right = *kept;
     kt_absolute *absolute = kt_formulate(&scene.description, NULL, model, KT_FORMULATION_ABSOLUTE);
@@ -181,7 +181,7 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
                      .right = right,
                      .bound = method->order > 2 ? bound : bound_of_order_2,
                      .stop_at = -1};
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         (void)kt_fine("run", kt_simulation_run(simulation, enter, &a, &error), &error);
         const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
         kt_note("%s: %llu steps, %llu evaluations, and %llu for works", method->name, (unsigned long long)counts.steps,
@@ -243,7 +243,7 @@ KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
         run.relative = run.absolute = tolerances[i];
         run.interval = 1e-3;
         kt_worst worst = kt_worst_make("angle");
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         const kt_status status = kt_simulation_run(simulation, look_at_bars, &worst, &error);
         joined += kt_simulation_counts_get(simulation).joined;
         kt_note("tolerance %g: until %g s, status %d", tolerances[i], kt_simulation_time(simulation), (int)status);
@@ -257,7 +257,7 @@ KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
     kt_error error;
     kt_model *model = compile(toggle);
     const kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     const double *slope;
     if (simulation == NULL)
         return;
@@ -283,7 +283,7 @@ KT_TEST(failing_step_of_open_loops_is_told_to_close_them) {
     options.max_steps = 3;
     for (int open = 0; open < 2; open++) {
         options.unprojected = open;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
         kt_check_true(error.message, (strstr(error.message, "let them be closed after each step") != NULL) == open);
     }
@@ -322,7 +322,7 @@ KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
     for (run_judged = 0; run_judged < 2 && model != NULL; run_judged++) {
         kt_run run = kt_run_fixed("dopri5", 0.0, 3.0);
         run.relative = run.absolute = 1e-11;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         simulation->integrator->noise = &noise;
         kt_status status = KT_OK;
         while (status == KT_OK && kt_simulation_time(simulation) < 3.0) {
@@ -364,7 +364,7 @@ KT_TEST(works_before_a_dead_point_are_given_up) {
     kt_model *model = compile(stretched);
     kt_run run = kt_run_fixed("dopri5", 0.0, 2.0);
     run.record = KT_RECORD_POSITION | KT_RECORD_BALANCE;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_check_true("ends there", kt_simulation_advance(simulation, 2.0, &error) != KT_OK);
     kt_note("%s: %s", error.where, error.message);
     kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-9);
@@ -383,8 +383,8 @@ KT_TEST(works_go_on_bit_for_bit_within_a_long_step) {
     whole = (account){.worst = &worst, .method = "dopri5", .right = supplied_to_crank, .bound = 1e-9, .stop_at = -1};
     first = second = whole;
     first.stop_at = 237;
-    kt_simulation *one = kt_scene_simulate(model, &run, NULL), *two = kt_scene_simulate(model, &run, NULL),
-                  *three = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *one = kt_test_simulation(model, &run, NULL), *two = kt_test_simulation(model, &run, NULL),
+                  *three = kt_test_simulation(model, &run, NULL);
     if (one != NULL && two != NULL && three != NULL) {
         (void)kt_fine("whole", kt_simulation_run(one, enter, &whole, &error), &error);
         kt_check_equal_int("first", kt_simulation_run(two, enter, &first, &error), KT_ERROR_CALLBACK);

@@ -68,7 +68,7 @@ static kt_simulation *simulate(const kt_model *model, const kt_run *run, int eve
     kt_simulation_options options = kt_simulation_options_default();
     options.events = events;
     options.record = record;
-    return kt_scene_simulate(model, run, &options);
+    return kt_test_simulation(model, run, &options);
 }
 
 static void add(kt_simulation *simulation, const kt_event *event) {

@@ -25,7 +25,7 @@ static double error_behind_walls(const kt_model *model, const char *method, doub
     const kt_run run = kt_run_fixed(method, step, 20.0);
     kt_simulation_options options = kt_simulation_options_default();
     options.events = 1;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     if (simulation == NULL)
         return (double)NAN;
     *walls = 0;
@@ -43,7 +43,7 @@ static double time_of_wall(const kt_model *model, double *state) {
     kt_run run = kt_run_default();
     run.integrator = "dop853";
     run.relative = run.absolute = 1e-14;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation == NULL)
         return (double)NAN;
     (void)kt_fine("without walls", kt_simulation_advance(simulation, 20.0, &error), &error);

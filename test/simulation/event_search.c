@@ -113,7 +113,7 @@ static kt_simulation *prepare(const kt_model *model, const kind *what, double t,
     run.step = what->step;
     run.duration = run.interval = t;
     options.events = 1;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     if (simulation == NULL ||
         !kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error) ||
         !kt_fine("adds", kt_simulation_event_add(simulation, what->is_pulse ? &pulses : &sines, &error), &error)) {
@@ -207,7 +207,7 @@ KT_TEST(values_of_a_step_are_an_option_with_a_least_number) {
     }
     for (int most = KT_EVENT_EVALUATIONS_LEAST; model != NULL && most < 1000000; most *= 9) {
         options.event_evaluations = most;
-        simulation = kt_scene_simulate(model, &run, &options);
+        simulation = kt_test_simulation(model, &run, &options);
         if (simulation == NULL)
             break;
         (void)kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s.rate, &error), &error);
@@ -273,7 +273,7 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
         kt_error error = {0};
         const double v[2] = {0.0, 1e7 * pow(10.0, 0.1 * i)};
         const kt_event event = {.name = "passes", .function = passes, .user = &calls};
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         if (simulation != NULL && kt_fine("starts", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
             kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error)) {
             const bool done = kt_simulation_tick(simulation, 1e-3, &error) == KT_OK;
@@ -317,7 +317,7 @@ KT_TEST(steps_from_zero_do_not_shrink_without_end) {
         kt_simulation_options options = kt_simulation_options_default();
         kt_error error = {0};
         options.events = 1;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         if (simulation != NULL && kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error) &&
             kt_fine(ways[i].method, kt_simulation_tick(simulation, 1e-3, &error), &error)) {
             kt_check_equal_int("happens", (long)kt_simulation_event_count(simulation, "jump"), 1);

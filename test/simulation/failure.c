@@ -24,7 +24,7 @@ static void overflow(kt_run run) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1e-20);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     double force = 1e-19;
     if (simulation == NULL)
@@ -55,7 +55,7 @@ KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation_options options = kt_simulation_options_default();
     options.initial_step = 0.01;
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, &options);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, &options);
     kt_error error;
     double q[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, v[6] = {0.0, 0.0, 0.0, 3e153, 3e153, 0.0};
     (void)kt_fine("state", kt_simulation_set_state(simulation, 1.0, q, v, &error), &error);
@@ -90,7 +90,7 @@ KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
     description.effect_count = 1;
     description.gravity = kt_vec3_make(1.0, 0.0, 1.0);
     kt_model *model = kt_scene_compile(&description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     kt_error error = {KT_OK, "", ""};
     kt_check_equal_int("status", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error), KT_ERROR_STEP);
     kt_note("%s: %s", error.where, error.message);
@@ -112,7 +112,7 @@ KT_TEST(singular_names_time_and_joint) {
     lone.body.joint.axis2 = kt_vec3_make(0.0, 1.0, 0.0);
     lone.body.com = kt_vec3_make(0.0, 0.0, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     kt_error error;
     double q[2] = {0.0, 0.5 * 3.14159265358979323846}, v[2] = {1.0, 0.0};
     (void)kt_fine("state", kt_simulation_set_state(simulation, 0.5, q, v, &error), &error);
@@ -129,7 +129,7 @@ KT_TEST(run_that_fails_has_handed_over_all_records_up_to_then) {
     kt_error error;
     run.interval = 0.01;
     options.max_steps = 20;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_kept *kept = kt_kept_empty(model);
     kt_check_equal_int("status", kt_simulation_run(simulation, kt_keep, kept, &error), KT_ERROR_STEP);
     kt_note("%s: %s", error.where, error.message);
@@ -191,7 +191,7 @@ KT_TEST(clock_does_not_run_backwards) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     kt_error error;
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
     (void)kt_fine("to where it is", kt_simulation_advance(simulation, 1.0, &error), &error);
@@ -206,7 +206,7 @@ KT_TEST(state_that_is_not_finite_is_rejected_and_the_old_one_stays) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     kt_error error;
     double q[7] = {1.0, 2.0, 3.0, 0.0, 0.0, 0.0, -2.0}, v[6] = {0.5, 0.0, 0.0, 0.0, 0.0, 0.0};
     static const double unit[4] = {0.0, 0.0, 0.0, -1.0};

@@ -100,7 +100,7 @@ KT_TEST(crank_that_kicks_once_a_turn_is_seen_by_every_method) {
             continue;
         run.integrator = kt_method_at(m)->name;
         run.duration = 50.0;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
             kt_worst_near(&worst, kt_simulation_positions(simulation)[1], right[0], 1e-4, "%s", run.integrator);
     }
@@ -114,7 +114,7 @@ KT_TEST(record_of_a_contact_that_no_step_has_seen_is_rejected) {
     kt_run run = kt_run_fixed("rk4", 2.5, 50.0);
     kt_error error = {0};
     run.interval = 0.05;
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation != NULL) {
         kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), KT_ERROR_STEP);
         kt_check_contains("names it", error.where, "effect 'face' (contact)");
@@ -138,7 +138,7 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
     lone.description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *simulation = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error)) {
         const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
         kt_check_below("steps", (double)counts.steps, 20.0);
@@ -184,7 +184,7 @@ static void check_swing(kt_joint_type type, kt_effect touched) {
             continue;
         run.integrator = kt_method_at(m)->name;
         run.duration = 10.0 * period;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         if (simulation != NULL && kt_fine("runs", kt_simulation_run(simulation, ignore, NULL, &error), &error))
             kt_worst_near(&worst, kt_simulation_velocities(simulation)[0], 0.0, 1e-4, "%s", run.integrator);
     }
@@ -261,7 +261,7 @@ static kt_simulation *simulate(const kt_model *model, const char *method) {
     kt_run run = kt_run_default();
     run.integrator = method;
     run.duration = ten_swings();
-    return kt_scene_simulate(model, &run, NULL);
+    return kt_test_simulation(model, &run, NULL);
 }
 
 /* After ten swings by methods that have dense output of their own, one of high order, and one that ends steps at
@@ -355,7 +355,7 @@ KT_TEST(restored_run_has_the_same_bits_between_kicks) {
     kt_run run = kt_run_default();
     kt_model *model = make_kicker(&k);
     run.integrator = "tsit5";
-    kt_simulation *first = kt_scene_simulate(model, &run, NULL), *second = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *first = kt_test_simulation(model, &run, NULL), *second = kt_test_simulation(model, &run, NULL);
     for (int i = 0; second != NULL && i < 40; i++) {
         if (!kt_fine("step", kt_simulation_step(first, HUGE_VAL, &error), &error) || !kt_scene_hand_over(first, second))
             break;

@@ -112,7 +112,7 @@ static kt_watch run_linkage(const kt_model *model, kt_run run, bool unprojected,
     w.velocity = kt_worst_make("closure, velocities");
     w.energy = kt_worst_make("energy");
     options.unprojected = unprojected;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     (void)kt_fine("run", kt_simulation_run(simulation, watch, &w, &error), &error);
     return w;
 }
@@ -171,7 +171,7 @@ KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
         kt_model *model = kt_scene_compile(&f.description);
         kt_absolute *absolute = kt_formulate(&f.description, NULL, model, (kt_formulation)formulation);
         const kt_simulation_options options = kt_formulated(absolute);
-        kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
         if (simulation && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
             kt_check_below("stretch, m", sqrt(record.potential), 16.0 * DBL_EPSILON);
     }
@@ -194,7 +194,7 @@ KT_TEST(factorizations_are_counted) {
     kt_model *model = make_linkage(0.0, length);
     kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
     kt_error error;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
     kt_simulation_counts counts = kt_simulation_counts_get(simulation);
     kt_check_equal_int("evaluations", (long long)counts.evaluations, 40);
@@ -226,7 +226,7 @@ KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
     kt_watch w = {.position = kt_worst_make("horizontal"), .velocity = kt_worst_make("vertical")};
     w.left = kt_body_coordinates(model, kt_body_find(model, "left")).q;
     w.right = kt_body_find(model, "coupler"); /* the body whose joint it is */
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("run", kt_simulation_run(simulation, check_reactions, &w, &error), &error);
     kt_check_worst(&w.position);
     kt_check_worst(&w.velocity);
@@ -258,7 +258,7 @@ KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
     for (int i = 0; i < 2; i++) {
         kt_error error;
         const kt_run run = kt_run_fixed(i == 0 ? "euler" : "rk4", h, end);
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         const kt_velocity_correction none = kt_simulation_velocity_correction(simulation);
         kt_check_true("none yet", none.share == 0.0 && isnan(none.time) && none.body == 0);
         (void)kt_fine("advance", kt_simulation_advance(simulation, end, &error), &error);

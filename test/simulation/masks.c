@@ -46,5 +46,5 @@ kt_simulation *masks_start(const kt_model *model, const char *method, double ste
         run.step = 1e-3;
     }
     options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION;
-    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
 }

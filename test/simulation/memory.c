@@ -147,7 +147,7 @@ static kt_kept *run_poisoned(const kt_tree *tree, const kt_tree_state *state, in
     run.interval = 0.01;
     run.relative = run.absolute = 1e-6;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION;
-    kt_poisoner p = {kt_scene_simulate(tree->model, &run, NULL), kt_kept_empty(tree->model), byte};
+    kt_poisoner p = {kt_test_simulation(tree->model, &run, NULL), kt_kept_empty(tree->model), byte};
     (void)kt_fine("state", kt_simulation_set_state(p.simulation, 0.0, state->q, state->v, &error), &error);
     (void)kt_fine("run", kt_simulation_run(p.simulation, keep_and_poison, &p, &error), &error);
     return p.kept;

@@ -38,7 +38,7 @@ static bool begin(const char *text, double step, kt_stepped *s) {
     options.record =
         KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_MULTIPLIER | KT_RECORD_ACCELERATION;
     s->model = kt_scene_compile(&s->scene.description);
-    s->simulation = kt_scene_simulate(s->model, &run, &options);
+    s->simulation = kt_test_simulation(s->model, &run, &options);
     return s->simulation != NULL;
 }
 

@@ -29,7 +29,7 @@ static void swing(const char *integrator, double tolerance, double bound) {
     kt_error error;
     run.integrator = integrator;
     run.relative = run.absolute = tolerance;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("run", kt_simulation_run(simulation, check_swing, &s, &error), &error);
     kt_check_worst(&s.angle);
 }
@@ -83,7 +83,7 @@ static void tumble(const char *integrator, double tolerance, double bound) {
     run.integrator = integrator;
     run.relative = run.absolute = tolerance;
     run.duration = 20.0;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_tumble t = {{0.01, 6.0, 0.06}, kt_worst_make("norm of the quaternion"), kt_worst_make(integrator), bound};
     (void)kt_fine("run", kt_simulation_run(simulation, check_tumble, &t, &error), &error);
     kt_check_worst(&t.unit);
@@ -110,7 +110,7 @@ KT_TEST(scaling_quaternions_keeps_the_order) {
     for (int i = 0; i < 4; i++) {
         kt_run run = kt_run_fixed("rk4", 0.05 / (1 << i), 2.0);
         kt_error error;
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &error), &error);
         kt_vec3 end = momentum_of(kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
         error_of[i] = kt_vec3_norm(kt_vec3_sub(end, start));
@@ -128,7 +128,7 @@ KT_TEST(scene_in_which_nothing_moves_runs) {
     kt_run run = kt_run_default();
     kt_error error;
     run.interval = 1.0;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("records", kept->count, 11);

@@ -96,7 +96,7 @@ static kt_simulation *make(kt_model **model, const kt_event *event) {
     run.interval = 0.25;
     options.events = 1;
     *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = *model != NULL ? kt_scene_simulate(*model, &run, &options) : NULL;
+    kt_simulation *simulation = *model != NULL ? kt_test_simulation(*model, &run, &options) : NULL;
     if (simulation != NULL && event != NULL)
         (void)kt_fine("event", kt_simulation_event_add(simulation, event, &error), &error);
     return simulation;

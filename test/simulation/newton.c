@@ -82,7 +82,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         if (!kt_tree_grow(&tree, &plan, &random))
             return;
         kt_tree_state_draw(&tree, &random, &state);
-        kt_simulation *s = kt_scene_simulate(tree.model, &run, NULL);
+        kt_simulation *s = kt_test_simulation(tree.model, &run, NULL);
         const size_t n = (size_t)(tree.nq + tree.nv);
         double y[MOST], slope[MOST];
         (void)kt_fine("state", kt_simulation_set_state(s, 0.0, state.q, state.v, &error), &error);
@@ -132,7 +132,7 @@ static bool open_states(states_scene *at, const char *text, const char *method) 
     if (!kt_parsed_scene(text, &at->scene))
         return false;
     at->model = kt_scene_compile(&at->scene.description);
-    at->s = at->model != NULL ? kt_scene_simulate(at->model, &run, NULL) : NULL;
+    at->s = at->model != NULL ? kt_test_simulation(at->model, &run, NULL) : NULL;
     return at->s != NULL;
 }
 
@@ -289,7 +289,7 @@ KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
     kt_worst worst = kt_worst_make("slope in time");
     kt_model *model = driven_model(drives, &loop);
     const kt_run run = kt_run_fixed("rodas5p", 0.01, 1.0);
-    kt_simulation *s = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *s = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     for (int k = 0; k < 40 && s != NULL; k++) {
         static const double step[] = {-2.0, -1.0, 1.0, 2.0};
         static const double weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};

@@ -50,7 +50,7 @@ static kt_simulation *simulate(const kt_model *model, kt_run run, tied *s) {
     options.acceleration = accelerate;
     options.projection = pull;
     options.user = s;
-    return kt_scene_simulate(model, &run, &options);
+    return kt_test_simulation(model, &run, &options);
 }
 
 KT_TEST(motion_and_records_follow_the_callers_equations) {
@@ -151,7 +151,7 @@ KT_TEST(recoverable_failures_shorten_adaptive_steps) {
     options.acceleration = reject_large_steps;
     options.projection = note_time;
     options.user = &last;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &e), &e);
     kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
     kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);

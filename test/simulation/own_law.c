@@ -195,7 +195,7 @@ enum { METHODS = sizeof methods / sizeof *methods };
 static void run(const mechanism *m, size_t k, records *r) {
     kt_error error;
     const kt_run by = run_by(methods[k].name, methods[k].step);
-    kt_simulation *s = kt_scene_simulate(m->model, &by, NULL);
+    kt_simulation *s = kt_test_simulation(m->model, &by, NULL);
     *r = (records){.count = 0};
     (void)kt_fine(methods[k].name, kt_simulation_run(s, keep, r, &error), &error);
 }
@@ -232,7 +232,7 @@ KT_TEST(runs_with_laws_go_on_with_the_same_bits_and_allocate_nothing) {
         return;
     for (size_t k = 0; k < METHODS; k++) {
         const kt_run by = run_by(methods[k].name, methods[k].step);
-        kt_simulation *a = kt_scene_simulate(m.model, &by, NULL), *b = kt_scene_simulate(m.model, &by, NULL);
+        kt_simulation *a = kt_test_simulation(m.model, &by, NULL), *b = kt_test_simulation(m.model, &by, NULL);
         void *block = malloc(kt_simulation_state_size(a));
         whole = first = rest = (records){.count = 0};
         first.stop = 31;
@@ -260,7 +260,7 @@ KT_TEST(rates_of_one_law_are_computed_together) {
     double q[2], v[2], rates[2];
     if (!make(&m, true, true))
         return;
-    kt_data *data = kt_scene_data(m.model);
+    kt_data *data = kt_test_data(m.model);
     kt_model_initial(m.model, q, v);
     m.n.calls = 0;
     (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.1, q, v, rates, &error), &error);
@@ -294,7 +294,7 @@ KT_TEST(steps_end_at_the_corners_of_laws) {
     m.states[1].rate = "0";
     m.effects[0].state_count = 1;
     m.model = kt_scene_compile(&m.description);
-    kt_simulation *s = kt_scene_simulate(m.model, &by, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &by, NULL);
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
     kt_check_near("state", kt_simulation_own_states(s)[0], 0.7, 1e-14);
 }
@@ -356,7 +356,7 @@ KT_TEST(differences_of_laws_tell_their_error) {
         if (k == 1)
             m.effects[1].law = kinked;
         m.model = kt_scene_compile(&m.description);
-        kt_data *data = kt_scene_data(m.model);
+        kt_data *data = kt_test_data(m.model);
         if (data == NULL)
             return;
         const size_t size = kt_acceleration_work_size(m.model);
@@ -381,7 +381,7 @@ static void run_into(mechanism *m, const char *method, double step, kt_status co
                      const char *what) {
     kt_error error = {0};
     const kt_run by = run_by(method, step);
-    kt_simulation *s = kt_scene_simulate(m->model, &by, NULL);
+    kt_simulation *s = kt_test_simulation(m->model, &by, NULL);
     kt_check_equal_int(method, kt_simulation_advance(s, 1.0, &error), code);
     kt_check_contains("where", error.where, where);
     kt_check_contains("what", error.message, what);

@@ -54,7 +54,7 @@ static bool make_of(machine *m, const char *text, const char *method) {
     if (!kt_parsed_scene(text, &m->scene))
         return false;
     m->model = kt_scene_compile(&m->scene.description);
-    m->data = kt_scene_data(m->model);
+    m->data = kt_test_data(m->model);
     if (m->data == NULL)
         return false;
     kt_model_initial(m->model, m->q, m->v);
@@ -86,7 +86,7 @@ KT_TEST(step_is_that_of_a_simulation) {
         kt_run run = kt_run_default();
         run.integrator = methods[k];
         run.step = m.step.h;
-        kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+        kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
         (void)kt_fine("set", kt_simulation_set_state(s, m.step.t, m.q, m.v, &error), &error);
         (void)kt_fine("torque", kt_simulation_set_torque(s, m.tau, &error), &error);
         memcpy(m.q, kt_simulation_positions(s), sizeof m.q);

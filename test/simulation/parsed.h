@@ -43,7 +43,7 @@ static inline bool kt_parsed_make(kt_parsed *m, const char *text) {
     if (!kt_parsed_scene(text, &m->scene))
         return false;
     m->model = kt_scene_compile(&m->scene.description);
-    m->data = kt_scene_data(m->model);
+    m->data = kt_test_data(m->model);
     return m->data != NULL;
 }
 

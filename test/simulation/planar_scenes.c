@@ -16,7 +16,7 @@ static kt_model *compile(const kt_scene *scene, kt_plan plan) {
     options.reduction = kt_reduction_method_of(scene->reduction);
     options.metric = scene->run.metric;
     options.plan = plan;
-    return kt_scene_compile_with(&scene->description, &options);
+    return kt_test_model(&scene->description, &options);
 }
 
 /* Bounds: five times the largest of all scenes. */

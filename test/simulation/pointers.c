@@ -52,7 +52,7 @@ static bool moved(const watched *w, const double *before) { return memcmp(before
 static void follow(const kt_tree *tree, const kt_tree_state *state, const kt_run *run, const kt_absolute *absolute) {
     const kt_simulation_options options = kt_formulated(absolute);
     kt_error error = {0};
-    watched w = {.simulation = kt_scene_simulate(tree->model, run, &options),
+    watched w = {.simulation = kt_test_simulation(tree->model, run, &options),
                  .nq = tree->nq,
                  .nv = tree->nv,
                  .converted = absolute != NULL};

@@ -17,7 +17,7 @@ static void follow_slider(kt_run run, bool by_advance) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation == NULL)
         return;
     kt_error error;
@@ -75,7 +75,7 @@ KT_TEST(periods_are_whole_steps) {
     kt_model *model = kt_scene_compile(&lone.description);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         kt_run run = cases[i].step > 0.0 ? kt_run_fixed(cases[i].integrator, cases[i].step, 5.0) : kt_run_default();
-        kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         kt_error error;
         bool fine = simulation != NULL;
         for (int way = 0; way < 2 && fine; way++) {
@@ -103,7 +103,7 @@ KT_TEST(periods_begin_anywhere) {
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 1e-3, 5.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     (void)kt_fine("advance", kt_simulation_advance(simulation, 0.0123, &error), &error);
     (void)kt_fine("period", kt_simulation_tick(simulation, 0.002, &error), &error);
@@ -121,7 +121,7 @@ KT_TEST(torque_stays_until_it_is_set_again) {
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, mass);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 0.5, 10.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     double force = 3.0;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
@@ -138,7 +138,7 @@ KT_TEST(wrench_pushes_and_turns_a_free_body) {
     kt_lone_make(&lone, KT_JOINT_FREE, mass);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     kt_wrench wrenches[2] = {{{9.0, 9.0, 9.0}, {9.0, 9.0, 9.0}}, {{0.0, 0.0, 1.5}, {1.0, -2.0, 4.0}}};
     double a[6];
@@ -161,7 +161,7 @@ KT_TEST(wrench_gives_way_to_the_next_one) {
     kt_lone_make(&lone, KT_JOINT_FREE, mass);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 0.25, 3.0);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     const double forces[3] = {1.0, -4.0, 8.0};
     double velocity = 0.0;
@@ -201,7 +201,7 @@ KT_TEST(recorder_sets_the_torque_of_the_next_step) {
     kt_error error;
     run.interval = 0.125;
     run.record = KT_RECORD_ACCELERATION;
-    kt_controller c = {kt_scene_simulate(model, &run, NULL), 8.0, kt_worst_make("acceleration"), 4.0};
+    kt_controller c = {kt_test_simulation(model, &run, NULL), 8.0, kt_worst_make("acceleration"), 4.0};
     (void)kt_fine("run", kt_simulation_run(c.simulation, control, &c, &error), &error);
     kt_check_worst(&c.acceleration);
     kt_check_near("velocity at the end", kt_simulation_velocities(c.simulation)[0], 1.5 * 4.0, 16.0 * DBL_EPSILON);
@@ -211,7 +211,7 @@ KT_TEST(push_that_is_not_finite_is_rejected_and_the_old_one_stays) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_FREE, mass);
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
     kt_error error;
     double torque[6] = {2.0, 0.0, 0.0, 0.0, 0.0, 0.0}, a[6];
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);

@@ -70,7 +70,7 @@ static void follows(const char *text, motion_call *motion) {
         compared c = {.motion = motion, .count = kt_model_nv(m.model), .bound = methods[k].bound};
         c.position = kt_worst_make(methods[k].name);
         c.velocity = kt_worst_make("velocities");
-        kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+        kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
         (void)kt_fine("run", kt_simulation_run(s, compare, &c, &error), &error);
         kt_check_worst(&c.position);
         kt_check_worst(&c.velocity);
@@ -221,7 +221,7 @@ static bool trace(const char *method, double tolerance, const char *small_flap, 
     kt_run run = run_by(method, 0.0);
     run.relative = run.absolute = tolerance;
     run.duration = 2.0;
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const bool done = kt_fine(method, kt_simulation_run(s, keep, p, &error), &error);
     return done;
 }
@@ -304,7 +304,7 @@ KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
         return;
     kt_run run = run_by("dopri5", 0.0);
     run.record |= KT_RECORD_BALANCE | KT_RECORD_ENERGY;
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     (void)kt_fine("start", kt_simulation_sense(s, &start, &error), &error);
     (void)kt_fine("advance", kt_simulation_advance(s, 2.0, &error), &error);
     (void)kt_fine("end", kt_simulation_sense(s, &last, &error), &error);
@@ -327,7 +327,7 @@ KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     kt_check_near("its speed", v[1], 300.0 * 0.5 / 400.0, 1e-9);
     kt_check_near("the mass stays", q[0] + v[0], 1.5, 0.0);
     const kt_run run = run_by("dopri5", 0.0);
-    kt_simulation *s = kt_scene_simulate(m.model, &run, NULL);
+    kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double from = kt_simulation_positions(s)[1];
     (void)kt_fine("push", kt_simulation_set_torque(s, push, &error), &error);
     (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);

@@ -16,7 +16,7 @@ static kt_model *make_slider(void) {
 /* Runs and checks that record k has the time k * interval to the bit, but the last one the duration. */
 static void check_times(const kt_model *model, kt_run run, int expected) {
     kt_error error;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation == NULL)
         return;
     kt_kept *kept = kt_kept_empty(model);
@@ -66,7 +66,7 @@ KT_TEST(records_do_not_shorten_steps) {
     kt_run run = kt_run_fixed("rk4", 0.3, 3.0);
     kt_error error;
     run.interval = 0.07;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 10);
@@ -84,7 +84,7 @@ KT_TEST(duration_need_not_be_a_multiple_of_the_step) {
     kt_run run = kt_run_fixed("rk4", 0.3, 1.05);
     run.interval = 1.0;
     check_times(model, run, 3);
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error), &error);
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 4);
@@ -96,7 +96,7 @@ KT_TEST(run_goes_on_after_a_recorder_that_stopped) {
     kt_model *model = make_slider();
     kt_run run = kt_run_fixed("dopri5", 0.5, 2.0);
     run.interval = 0.1;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     kt_error error;
     kept->stop_at = 7; /* within the second step */
@@ -119,7 +119,7 @@ KT_TEST(run_after_advance_records_from_there_on) {
     kt_run run = kt_run_default();
     run.duration = 1.0;
     run.interval = 0.125;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     kt_error error;
     (void)kt_fine("advance", kt_simulation_advance(simulation, 0.5, &error), &error);
@@ -128,7 +128,7 @@ KT_TEST(run_after_advance_records_from_there_on) {
     kt_check_equal_int("records", kept->count, 5);
     kt_check_equal_int("first", kept->index[0], 4);
 
-    simulation = kt_scene_simulate(model, &run, NULL);
+    simulation = kt_test_simulation(model, &run, NULL);
     kept = kt_kept_empty(model);
     (void)kt_fine("advance between records", kt_simulation_advance(simulation, 0.55, &error), &error);
     (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
@@ -165,7 +165,7 @@ KT_TEST(record_has_what_was_asked_for) {
     run.duration = 2.0;
     run.interval = 0.05;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     kt_worst worst[7] = {
         kt_worst_make("acceleration"),         kt_worst_make("kinetic energy"),     kt_worst_make("potential energy"),
@@ -207,7 +207,7 @@ KT_TEST(record_answers_queries_of_kinematics_where_asked) {
     kt_error error;
     run.record = KT_RECORD_POSITION;
     options.kinematics = true;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     (void)kt_fine("run", kt_simulation_run(simulation, check_bob, &bob, &error), &error);
     kt_check_worst(&bob.place);
 }
@@ -218,7 +218,7 @@ KT_TEST(record_has_nothing_that_was_not_asked_for) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_default();
     run.record = KT_RECORD_POSITION;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
     int more = 0;
     (void)kt_fine("run", kt_simulation_run(simulation, check_nothing_more, &more, &error), &error);

@@ -73,7 +73,7 @@ static bool make_stand(stand *s, owner *o, kt_run run, bool own) {
         options.projection = leave_it;
         options.user = o;
     }
-    s->simulation = kt_scene_simulate(s->model, &run, &options);
+    s->simulation = kt_test_simulation(s->model, &run, &options);
     return s->simulation != NULL;
 }
 
@@ -159,7 +159,7 @@ KT_TEST(projection_that_rejects_long_steps_shortens_them) {
     kt_error error;
     options.projection = reject_long_steps;
     options.user = &last;
-    kt_simulation *simulation = kt_scene_simulate(model, NULL, &options);
+    kt_simulation *simulation = kt_test_simulation(model, NULL, &options);
     (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
     kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
     kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
@@ -313,7 +313,7 @@ static kt_simulation *simulate(const kt_lone *lone, kt_formulation formulation, 
     *model = kt_scene_compile(&lone->description);
     *absolute = kt_formulate(&lone->description, NULL, *model, formulation);
     const kt_simulation_options options = kt_formulated(*absolute);
-    return kt_scene_simulate(*model, &run, &options);
+    return kt_test_simulation(*model, &run, &options);
 }
 
 /* Checks a lone body in either formulation. In the tree's formulation, a loop may also tie the world and the body. */

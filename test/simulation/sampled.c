@@ -51,7 +51,7 @@ static kt_simulation *open_simulation(const kt_model *model, const char *method,
     if (step == 0.0)
         run.relative = run.absolute = 1e-13;
     options.smooth_inputs = smooth;
-    return kt_scene_simulate(model, &run, &options);
+    return kt_test_simulation(model, &run, &options);
 }
 
 /* One tick from the present time: the torques are samples at its start. */

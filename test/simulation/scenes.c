@@ -29,39 +29,7 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity) {
     lone->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
 }
 
-static void release_model(void *model) { kt_model_free(model); }
-
-static void release_data(void *data) { kt_data_free(data); }
-
-static void release_simulation(void *simulation) { kt_simulation_free(simulation); }
-
-kt_model *kt_scene_compile_with(const kt_description *description, const kt_model_options *options) {
-    kt_error error;
-    kt_model *model = NULL;
-    (void)kt_fine("model", kt_model_compile(description, options, &model, &error), &error);
-    kt_test_own(model, release_model);
-    return model;
-}
-
-kt_model *kt_scene_compile(const kt_description *description) { return kt_scene_compile_with(description, NULL); }
-
-kt_data *kt_scene_data(const kt_model *model) {
-    kt_error error;
-    kt_data *data = NULL;
-    if (model != NULL)
-        (void)kt_fine("data", kt_data_create(model, &data, &error), &error);
-    kt_test_own(data, release_data);
-    return data;
-}
-
-kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options) {
-    kt_error error;
-    kt_simulation *simulation = NULL;
-    if (model != NULL)
-        (void)kt_fine("simulation", kt_simulation_create(model, run, options, &simulation, &error), &error);
-    kt_test_own(simulation, release_simulation);
-    return simulation;
-}
+kt_model *kt_scene_compile(const kt_description *description) { return kt_test_model(description, NULL); }
 
 void kt_scene_check_rejected(const char *what, const kt_description *description, const char *words) {
     kt_model *model = NULL;
@@ -84,7 +52,7 @@ kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, 
     run.duration = 100.0;
     run.relative = run.absolute = tolerance;
     options.record = record;
-    return model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
 }
 
 kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record) {
@@ -179,7 +147,7 @@ bool kt_scene_hand_over(const kt_simulation *from, kt_simulation *to) {
 
 kt_simulation *kt_resumption_start(const kt_resumption *r) {
     kt_error error = {0};
-    kt_simulation *simulation = kt_scene_simulate(r->model, r->run, r->options);
+    kt_simulation *simulation = kt_test_simulation(r->model, r->run, r->options);
     bool fine = simulation != NULL;
     if (fine && r->q != NULL)
         fine = kt_fine("state", kt_simulation_set_state(simulation, 0.0, r->q, r->v, &error), &error);
@@ -194,7 +162,7 @@ int kt_resumption_check(const kt_resumption *r, int stop) {
     static kt_kept whole;
     kt_error error = {0};
     kt_simulation *alone = kt_resumption_start(r), *first = kt_resumption_start(r);
-    kt_simulation *second = kt_scene_simulate(r->model, r->run, r->options);
+    kt_simulation *second = kt_test_simulation(r->model, r->run, r->options);
     if (alone == NULL || first == NULL || second == NULL)
         return 0;
     kt_kept *kept = kt_kept_empty(r->model);

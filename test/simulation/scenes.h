@@ -19,12 +19,8 @@ void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass);
  * -y. */
 void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 
-/* Models, data and simulations that the running test owns: it frees them at its end. NULL if the model is NULL, or
- * after a failed check. */
+/* A model with the options of the library (fixture.h). */
 kt_model *kt_scene_compile(const kt_description *description);
-kt_model *kt_scene_compile_with(const kt_description *description, const kt_model_options *options);
-kt_data *kt_scene_data(const kt_model *model);
-kt_simulation *kt_scene_simulate(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 /* A run of 100 s with a method, a fixed step or adaptive ones (0), and records. NULL if the model is NULL, or after a
  * failed check. kt_scene_start takes the tolerance kt_scene_tolerance_of(method): 1e-13 for dop853, else 1e-10. */
 kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record);

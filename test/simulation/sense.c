@@ -67,7 +67,7 @@ static kt_run run_of(const char *name, const kt_run *given, const char *method, 
 static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
     kt_simulation_options options = kt_formulated(absolute);
     options.kinematics = true;
-    return kt_scene_simulate(model, run, &options);
+    return kt_test_simulation(model, run, &options);
 }
 
 /* ---- what is shown ----------------------------------------------------------------------------------------------- */
@@ -210,12 +210,12 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     if (!kt_fine("scene", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error))
         return;
     kt_model *model = kt_scene_compile(&scene.description);
-    kt_data *data = kt_scene_data(model);
+    kt_data *data = kt_test_data(model);
     if (data == NULL)
         return;
     kt_run run = kt_run_fixed("rk4", 2e-3, 10.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     int near = 0, differing = 0;
     for (int k = 0; k < 5000; k++) {
         if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
@@ -402,7 +402,7 @@ KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
     int answer = 0;
     options.acceleration = reject;
     options.user = &answer;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_error error = {0};
     kt_record record = {.index = 77};
     answer = -1;
@@ -463,7 +463,7 @@ KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
-    kt_simulation *simulation = kt_scene_simulate(model, &run, NULL);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_worst along = kt_worst_make("along the link, m/s^2"), across = kt_worst_make("across it, m/s^2");
     kt_worst borne = kt_worst_make("force in the joint, N");
     kt_record record;

@@ -117,7 +117,7 @@ static kt_simulation *simulate(const kt_model *model, const kt_run *run, unsigne
     kt_error error = {0};
     options.events = 1;
     options.record = record;
-    kt_simulation *simulation = kt_scene_simulate(model, run, &options);
+    kt_simulation *simulation = kt_test_simulation(model, run, &options);
     const kt_event event = {.name = "clutch", .function = clock_of, .action = toggle, .user = s};
     if (simulation != NULL)
         (void)kt_fine("event", kt_simulation_event_add(simulation, &event, &error), &error);
@@ -234,8 +234,8 @@ KT_TEST(a_switch_that_is_rejected_leaves_the_simulation) {
     kt_model *model = kt_scene_compile(&d.description);
     const kt_run run = kt_run_default();
     kt_error error = {0};
-    kt_simulation *one = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
-    kt_simulation *two = model != NULL ? kt_scene_simulate(model, &run, NULL) : NULL;
+    kt_simulation *one = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
+    kt_simulation *two = model != NULL ? kt_test_simulation(model, &run, NULL) : NULL;
     if (one != NULL && two != NULL) {
         kt_check_true("open", kt_simulation_switch(one, 1, NULL, &error) == KT_ERROR_CONSTRAINT);
         kt_check_true("in words", strstr(error.message, "open by 1.5 (m or rad)") != NULL);
@@ -260,7 +260,7 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
         kt_error error = {0};
         kt_residual residual = {0.0, 0.0};
         options.switch_gap = gaps[i];
-        kt_simulation *one = model != NULL ? kt_scene_simulate(model, &run, &options) : NULL;
+        kt_simulation *one = model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
         if (one == NULL)
             return;
         kt_check_equal_int("switch", kt_simulation_switch(one, 1, NULL, &error), i == 0 ? KT_ERROR_CONSTRAINT : KT_OK);
@@ -271,7 +271,7 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
                               "in C may raise kt_simulation_options.switch_gap");
         }
         const kt_model *now = kt_simulation_model(one);
-        kt_data *data = kt_scene_data(now);
+        kt_data *data = kt_test_data(now);
         (void)kt_fine("residual",
                       kt_loop_residual(now, data, 0.0, kt_simulation_positions(one), kt_simulation_velocities(one),
                                        &residual, &error),

@@ -186,7 +186,7 @@ KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
     kt_error error = {0};
     options.watch_works = true;
     options.record = KT_RECORD_ENERGY;
-    kt_simulation *simulation = kt_scene_simulate(kt_scene_compile(&d), NULL, &options);
+    kt_simulation *simulation = kt_test_simulation(kt_scene_compile(&d), NULL, &options);
     if (simulation != NULL) {
         kt_worst off = kt_worst_make("work of a force");
         double v = 0.0;
