@@ -491,13 +491,4 @@ static inline double kt_simulation_time_inside(const kt_simulation *simulation, 
     return t == c->end ? c->before : t == c->begin ? c->after : t;
 }
 
-/* The time at which the loops of a state at t are closed. If a prescribed position or velocity jumps within rounding of
- * t, this time is on the side of the step. */
-static inline double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
-    const kt_breakpoints *c = &simulation->breakpoints;
-    if (c->strikes && t > c->before && t <= c->end)
-        return c->before;
-    return c->struck && t >= c->begin && t < c->after ? c->after : t;
-}
-
 #endif

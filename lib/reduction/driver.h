@@ -119,6 +119,6 @@ KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric
 
 #define KT_DRIVER_KERNELS                                                                                              \
     .forward = forward, .residuals = residuals, .fill = fill, .prepare = prepare, .least_step = least_step,            \
-    .violate = KT_KERNEL(kt_group_violate_velocities), .apply = KT_KERNEL(kt_front_apply),                             \
-    .measure = KT_KERNEL(kt_damped_measure), .damp = KT_KERNEL(kt_damped_solve),                                       \
-    .nullspace = KT_KERNEL(kt_front_nullspace), .factor = KT_KERNEL(kt_groups_factor)
+    .violate = kt_group_add_violation, .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure),    \
+    .damp = KT_KERNEL(kt_damped_solve), .nullspace = KT_KERNEL(kt_front_nullspace),                                    \
+    .factor = KT_KERNEL(kt_groups_factor)

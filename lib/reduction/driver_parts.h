@@ -6,6 +6,7 @@
 
 #include "constraint/planar_rows.h"
 #include "constraint/spatial_rows.h"
+#include "dynamics/aba_planar.h"
 #include "reduction/front.h"
 #include "reduction/links.h"
 
@@ -26,7 +27,7 @@ KT_INLINE void kt_links_motion(const kt_model *model, kt_data *data, bool planar
                                const kt_external *external) {
     const size_t end = kt_spatial_end(model, planar);
     if (planar)
-        KT_KERNEL(kt_planar_links_motion)(model, data, q, v, external);
+        kt_planar_articulated_motions(model, data, q, v, external);
     if (end > 1)
         KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
@@ -60,7 +61,8 @@ KT_INLINE void kt_group_fill(const kt_model *model, kt_data *data, size_t g, boo
         kt_rows_fill(model, data, g, moving, q, v, t);
 }
 
-/* Adds the violation of a group's velocities, and stores it in `right`. */
+/* Adds the violation of a group's velocities, and stores it in `right`. Uses the entries of A or, if fronts reduce the
+ * group, the product with A (front.h). */
 KT_INLINE void kt_group_add_violation(const kt_model *model, kt_data *data, size_t g, const kt_real1 *v,
                                       kt_violation *violation) {
     const kt_group *group = &model->group[g];

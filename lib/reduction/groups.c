@@ -65,18 +65,13 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     return some;
 }
 
-void KT_KERNEL(kt_group_violate_velocities)(const kt_model *model, kt_data *data, size_t g, const double *v,
-                                            kt_violation *violation) {
-    kt_group_add_violation(model, data, g, v, violation);
-}
-
 void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
                                    kt_violation *violation) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_group_position_residuals(&w, violation);
     if (v)
-        KT_KERNEL(kt_group_violate_velocities)(model, data, g, v, violation);
+        kt_group_add_violation(model, data, g, v, violation);
     for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
         data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
     for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)

@@ -18,9 +18,6 @@
  *
  * kt_groups_factor factors all groups. Returns false if a number is not finite.
  *
- * kt_group_violate_velocities is `violate` of kernel.h. It uses the entries of A or, if fronts reduce the group, the
- * product with A (front.h).
- *
  * kt_group_residuals adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
  * may be NULL). Coordinates to be held (NULL: none) count as constants from then on.
  *
@@ -37,8 +34,6 @@
                                 bool delassus, bool front4, bool range);                                               \
     bool kt_groups_refactor_##isa(const kt_model *model, kt_data *data);                                               \
     bool kt_groups_factor_##isa(const kt_model *model, kt_data *data, kt_rows rows, bool regular);                     \
-    void kt_group_violate_velocities_##isa(const kt_model *model, kt_data *data, size_t g, const double *v,            \
-                                           kt_violation *violation);                                                   \
     void kt_group_residuals_##isa(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,   \
                                   kt_violation *violation);                                                            \
     bool kt_groups_least_step_##isa(const kt_model *model, kt_data *data, double *step);                               \

@@ -13,7 +13,8 @@
  *
  * clear sets wrenches and the inertias from children to zero (in the plane `move` does).
  *
- * motion does all of these, then adds external wrenches (may be NULL). The ground's acceleration is minus gravity.
+ * motion does all of these, then adds external wrenches (may be NULL). The ground's acceleration is minus gravity. In
+ * the plane, kt_planar_articulated_motions is the same.
  *
  * accelerate is the backward and forward pass, after the groups' equations have been factored. Returns the link at
  * which the inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which
@@ -32,8 +33,6 @@
                                              bool delassus, kt_real1 *a);                                              \
     void kt_planar_links_pose_##isa(const kt_model *model, kt_data *data, const kt_real1 *q);                          \
     void kt_planar_links_move_##isa(const kt_model *model, kt_data *data, const kt_real1 *v);                          \
-    void kt_planar_links_motion_##isa(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,      \
-                                      const kt_external *external);                                                    \
     size_t kt_planar_links_accelerate_##isa(const kt_model *model, kt_data *data, const kt_real1 *v,                   \
                                             const kt_real1 *tau, bool weightless, kt_real1 *a);
 KT_EACH_KERNEL(KT_LINKS_DECLARE)

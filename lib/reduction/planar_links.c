@@ -37,11 +37,6 @@ void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const
     }
 }
 
-void KT_KERNEL(kt_planar_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                       const kt_external *external) {
-    kt_planar_articulated_motions(model, data, q, v, external);
-}
-
 KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group,
                                        const kt_group_work *w, int32_t top, const kt_real1 *tau, bool has_armature,
                                        kt_real1 *a) {

@@ -237,6 +237,13 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
+double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
+    const kt_breakpoints *c = &simulation->breakpoints;
+    if (c->strikes && t > c->before && t <= c->end)
+        return c->before;
+    return c->struck && t >= c->begin && t < c->after ? c->after : t;
+}
+
 void kt_simulation_note_correction(kt_simulation *simulation, double t) {
     const kt_data *data = simulation->data;
     kt_corrections *corrections = &simulation->memory.corrections;

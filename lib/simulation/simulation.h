@@ -131,6 +131,10 @@ void kt_simulation_inputs_use(kt_simulation *simulation);
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,
                                            kt_error *error);
 
+/* The time at which the loops of a state at t are closed. If a prescribed position or velocity jumps within rounding of
+ * t, this time is on the side of the step. */
+double kt_simulation_closing_time(const kt_simulation *simulation, double t);
+
 /* Stores the correction of the engine's own projection at t. */
 void kt_simulation_note_correction(kt_simulation *simulation, double t);
 
