@@ -212,7 +212,8 @@ void kt_simulation_forget_breakpoints(kt_simulation *simulation) {
     kt_breakpoints *c = &simulation->breakpoints;
     if (c->passing)
         return;
-    c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
+    /* `begin` stays: what follows at that instant is behind its jump. */
+    c->from = c->next = c->end = simulation->memory.piece = (double)NAN;
 }
 
 /* Finds the breakpoint after t. Returns what jumps at t itself. */

@@ -251,6 +251,34 @@ KT_TEST(box_moves_as_in_a_fast_ramp) {
     kt_check_below("runs that open contacts", opened, RUNS / 5.0);
 }
 
+/* The acceleration of a table jumps to -6 (10 m) / (1 s)^2 at 0.3 s. A box falls behind it. Its feet open at one
+ * instant, one event after another, and each of these is behind the jump. */
+KT_TEST(box_falls_freely_over_a_table_that_falls_faster) {
+    for (int feet = 3; feet <= 4; feet++) {
+        const double start = 0.3, fall = 0.1;
+        struck_scene b;
+        kt_error error = {0};
+        touch_scene_box(&b.s, feet, 1.0, 0.0);
+        b.s.body[1].name = "table";
+        b.s.body[1].mass = 1.0;
+        b.s.body[1].joint.type = KT_JOINT_PRISMATIC;
+        b.s.description.body_count = 2;
+        for (int k = 0; k < feet; k++)
+            b.s.effect[k].between[1].body = "table";
+        set_drive(&b, KT_LOOP_MOTION);
+        b.drive.function = kt_function_ramp(0.0, -10.0, start, start + 1.0);
+        kt_model *model = kt_scene_compile(&b.s.description);
+        kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+        kt_note("%d feet", feet);
+        if (simulation == NULL || !kt_fine("falls", kt_simulation_advance(simulation, start + fall, &error), &error))
+            continue;
+        const kt_contact_counts counts = kt_simulation_contacts(simulation);
+        kt_check_near("height, m", kt_simulation_positions(simulation)[2], 0.1 - 0.5 * g * fall * fall, 1e-11);
+        kt_check_equal_int("contacts that open", (long long)counts.openings, (long long)counts.closings);
+        kt_check_equal_int("contacts that friction holds", (long long)counts.rested, 0);
+    }
+}
+
 /* A blow of 1e-5 s on a box with three or four feet, at their height: F / (mu m g) from 2 to 1e4. Friction brakes the
  * box in the blow and behind it. */
 KT_TEST(box_slides_under_a_force_far_beyond_its_friction) {
