@@ -9,12 +9,13 @@
  *     u+ = uC + W pE,   0 <= pE - e pC   complementary to   u+ >= 0
  *
  * Each phase includes friction (friction.c). If contacts of both rules close, those of Newton's rule take part
- * in both phases. In the second phase, 0 <= pE is complementary to u+ + e min(u, 0) >= 0. A contact that closes below
- * its rest velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared
- * rate is W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is
- * below ten of their tolerances, and e = 0 for it, too. The height follows from e |u| and from the acceleration without
- * contacts. Fixed steps resolve the first EXACT instants of events within the length of a step. Behind these, e = 0 if
- * all further bounces end within that length. So the number of impacts within a step is bounded.
+ * in both phases, and 0 <= pE is complementary to u+ + e min(u, 0) >= 0 in the second one. Contacts of Poisson's rule
+ * that are not struck do not count: they may only rest on the same drive. A contact that closes below its rest velocity
+ * has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared rate is W_ii pC,
+ * which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is below ten of their
+ * tolerances, and e = 0 for it, too. The height follows from e |u| and from the acceleration without contacts. Fixed
+ * steps resolve the first EXACT instants of events within the length of a step. Behind these, e = 0 if all further
+ * bounces end within that length. So the number of impacts within a step is bounded.
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
  * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
@@ -116,17 +117,27 @@ static bool may_be_unresolved(const kt_simulation *simulation) {
     return simulation->step == 0.0 || simulation->memory.event_many > EXACT;
 }
 
+/* Whether contacts of Poisson's rule take part, with impulses p of compression if these are known. */
+static bool any_is_poisson(const kt_simulation *simulation, const double *p) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool any = false;
+    for (int i = 0; i < c->meeting; i++) {
+        const kt_loop_record *loop = kt_contact_loop(simulation, i);
+        any = any || (loop->poisson && (p == NULL || kt_contacts_own(c, c->W, i) * p[i] > loop->rest_velocity));
+    }
+    return any;
+}
+
 /* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. The
- * first phase of Poisson's rule becomes *compression. It is empty if all contacts follow Newton's rule. */
+ * first phase of Poisson's rule becomes *compression. It is empty unless it strikes a contact of that rule. */
 static bool begin_impact(kt_simulation *simulation, const double *W, const double *u, bool limits,
                          kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
-    bool compresses = false;
     clear_phase(c, u, compression);
-    for (int i = 0; i < c->meeting; i++)
-        compresses = compresses || kt_contact_loop(simulation, i)->poisson;
-    if (compresses && !solve_impact(simulation, W, compression))
+    if (any_is_poisson(simulation, NULL) && !solve_impact(simulation, W, compression))
         return false;
+    if (!any_is_poisson(simulation, compression->p))
+        clear_phase(c, u, compression);
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
         const double rate = loop->poisson ? kt_contacts_own(c, W, i) * compression->p[i] : -u[i];

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "check.h"
 #include "random.h"
@@ -135,6 +136,54 @@ KT_TEST(poissons_rule_does_not_let_the_energy_of_kanes_pendulum_grow) {
         kt_check_above("never grows", before - rods_energy(angle, newton), -1e-16);
     }
     kt_check_above("told of Newton's rule", (double)told, 0.5);
+}
+
+/* A spinning box strikes a driven plate with friction, by Newton's rule. A ball that rests on the plate is not struck,
+ * and its rule has no influence. */
+KT_TEST(ball_at_rest_on_a_drive_does_not_change_the_impact_of_a_box) {
+    double v[2][6] = {{0.0}};
+    for (int k = 0; k < 2; k++) {
+        static const double up[] = {0.0, 0.3};
+        touch_scene s;
+        kt_loop drive = kt_loop_default();
+        kt_error error = {0};
+        touch_scene_box(&s, 3, 0.3, 0.0);
+        s.body[0].joint.position[2] = 0.11;
+        s.body[0].joint.velocity[0] = 1.0;
+        s.body[0].joint.velocity[5] = -3.0;
+        s.body[1].name = "plate";
+        s.body[1].mass = 1.0;
+        s.body[1].joint.type = s.body[2].joint.type = KT_JOINT_PRISMATIC;
+        s.body[2].name = "ball";
+        s.body[2].parent = "plate";
+        s.body[2].mass = 1.0;
+        s.description.body_count = 3;
+        for (int i = 0; i < 3; i++) {
+            s.effect[i].between[1].body = "plate";
+            s.effect[i].restitution = 0.2;
+        }
+        s.effect[3].name = "rest";
+        s.effect[3].type = KT_EFFECT_JOINT_LIMIT;
+        s.effect[3].joint = "ball";
+        s.effect[3].lower = 0.0;
+        s.effect[3].restitution = 0.0;
+        s.effect[3].poisson = k == 1;
+        s.description.effect_count = 4;
+        drive.name = "drive";
+        drive.type = KT_LOOP_MOTION;
+        drive.joint = "plate";
+        drive.function = kt_function_polynomial(up, 2);
+        s.description.loops = &drive;
+        s.description.loop_count = 1;
+        kt_model *model = kt_scene_compile(&s.description);
+        kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+        if (simulation != NULL && kt_fine("strikes", kt_simulation_advance(simulation, 0.04, &error), &error))
+            memcpy(v[k], kt_simulation_velocities(simulation), sizeof v[k]);
+        kt_check_equal_int("impacts", (long long)kt_simulation_contacts(simulation).impacts, 3);
+    }
+    for (int i = 0; i < 6; i++)
+        kt_check_near("velocity", v[1][i], v[0][i], 1e-13);
+    kt_check_above("spin that friction takes, rad/s", 3.0 + v[0][5], 0.1);
 }
 
 /* Housner (1963): a block of half-diagonal R at the angle alpha rocks from one corner to the other. If friction holds,
