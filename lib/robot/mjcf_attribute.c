@@ -124,23 +124,58 @@ const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number) {
     return c->element;
 }
 
-const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name) {
-    const char *value = kt_xml_attribute(e, name);
+/* The attribute of a <default> that is one of a tag, or of several words. */
+static const char *text_of_default(const kt_element *d, const char *tag, const char *name) {
+    const bool is_meant = *tag == ' ' ? kt_words_have(tag, d->name) : strcmp(d->name, tag) == 0;
+    return is_meant ? kt_xml_attribute(d, name) : NULL;
+}
+
+static void replace_text(const char *text, int index, const char **value, int *which) {
+    if (text != NULL) {
+        *value = text;
+        *which = index;
+    }
+}
+
+/* The text of one of several attributes: that of the element, else that of the innermost class with any of them. Of
+ * several in one place, the last counts. */
+static const char *nearest_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *const *names,
+                                int count, int *which) {
+    const char *value = NULL;
     int class = e->number;
+    for (int i = 0; i < count; i++)
+        replace_text(kt_xml_attribute(e, names[i]), i, &value, which);
     while (value == NULL && tag != NULL) {
         const kt_element *defaults = kt_mjcf_class_element(m, &class);
         if (defaults == NULL)
             break;
-        for (const kt_element *d = defaults->first; d != NULL; d = d->next) {
-            const bool is_meant = *tag == ' ' ? kt_words_have(tag, d->name) : strcmp(d->name, tag) == 0;
-            const char *here = is_meant ? kt_xml_attribute(d, name) : NULL;
-            value = here != NULL ? here : value;
-        }
+        for (const kt_element *d = defaults->first; d != NULL; d = d->next)
+            for (int i = 0; i < count; i++)
+                replace_text(text_of_default(d, tag, names[i]), i, &value, which);
     }
     return value;
 }
 
+const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name) {
+    int which;
+    return nearest_text(m, e, tag, &name, 1, &which);
+}
+
 /* ---- numbers and words ------------------------------------------------------------------------------------------- */
+
+/* Reads the numbers of the classes, from the outermost inwards. Numbers behind the last of a class stay. */
+static void read_numbers_of_classes(const kt_mjcf *m, int class, const char *tag, const char *name, int room,
+                                    double *values) {
+    const kt_element *defaults = kt_mjcf_class_element(m, &class);
+    if (defaults == NULL)
+        return;
+    read_numbers_of_classes(m, class, tag, name, room, values);
+    for (const kt_element *d = defaults->first; d != NULL; d = d->next) {
+        const char *text = text_of_default(d, tag, name);
+        if (text != NULL)
+            (void)kt_parse_numbers(text, room, values);
+    }
+}
 
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values) {
@@ -158,6 +193,8 @@ int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char
             (void)kt_mjcf_fault(m, e, "%s: expected %d to %d numbers, found '%.60s'", name, least, most, text);
         return 0;
     }
+    if (least < most && tag != NULL)
+        read_numbers_of_classes(m, e->number, tag, name, room, values);
     memcpy(values, read, (size_t)count * sizeof *values);
     return count;
 }
@@ -244,8 +281,29 @@ kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double
     return r;
 }
 
+static kt_mat3 from_axisangle(kt_mjcf *m, const kt_element *e, const double v[4]) {
+    const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
+    if (!is_zero(axis))
+        return kt_matrix_from_euler_vector(
+            kt_vec3_scale(kt_mjcf_settings_of(m, e)->angle * v[3], kt_vec3_normalize(axis)));
+    (void)kt_mjcf_fault(m, e, "axisangle: the axis is zero");
+    return kt_mat3_identity();
+}
+
+static kt_mat3 from_zaxis(kt_mjcf *m, const kt_element *e, const double v[3]) {
+    const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
+    if (!is_zero(axis))
+        return kt_matrix_z_to(kt_vec3_normalize(axis));
+    (void)kt_mjcf_fault(m, e, "zaxis: the axis is zero");
+    return kt_mat3_identity();
+}
+
+/* The innermost attribute counts, except that `quat` counts without others alone. */
 static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
+    static const char *const kinds[] = {"axisangle", "xyaxes", "zaxis", "euler"};
+    static const int sizes[] = {4, 6, 3, 3};
     double v[6];
+    int kind = -1;
     kt_mat3 r = kt_mat3_identity();
     if (kt_mjcf_numbers(m, e, tag, "quat", 4, 4, v) == 4) {
         const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
@@ -254,25 +312,13 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
         else
             (void)kt_mjcf_fault(m, e, "quat: the norm is zero or too large");
     }
-    if (kt_mjcf_numbers(m, e, tag, "axisangle", 4, 4, v) == 4) {
-        const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
-        if (is_zero(axis))
-            (void)kt_mjcf_fault(m, e, "axisangle: the axis is zero");
-        else
-            r = kt_matrix_from_euler_vector(
-                kt_vec3_scale(kt_mjcf_settings_of(m, e)->angle * v[3], kt_vec3_normalize(axis)));
-    }
-    if (kt_mjcf_numbers(m, e, tag, "xyaxes", 6, 6, v) == 6)
-        r = from_xyaxes(m, e, v);
-    if (kt_mjcf_numbers(m, e, tag, "zaxis", 3, 3, v) == 3) {
-        if (is_zero(kt_vec3_make(v[0], v[1], v[2])))
-            (void)kt_mjcf_fault(m, e, "zaxis: the axis is zero");
-        else
-            r = kt_matrix_z_to(kt_vec3_normalize(kt_vec3_make(v[0], v[1], v[2])));
-    }
-    if (kt_mjcf_numbers(m, e, tag, "euler", 3, 3, v) == 3)
-        r = kt_mjcf_rotation_of_euler(kt_mjcf_settings_of(m, e), v);
-    return r;
+    if (nearest_text(m, e, tag, kinds, 4, &kind) == NULL ||
+        kt_mjcf_numbers(m, e, tag, kinds[kind], sizes[kind], sizes[kind], v) == 0)
+        return r;
+    return kind == 0   ? from_axisangle(m, e, v)
+           : kind == 1 ? from_xyaxes(m, e, v)
+           : kind == 2 ? from_zaxis(m, e, v)
+                       : kt_mjcf_rotation_of_euler(kt_mjcf_settings_of(m, e), v);
 }
 
 /* The middle of `fromto`, with z along it. */

@@ -44,9 +44,9 @@ static void read_size(kt_mjcf *m, const kt_element *e, geom *g) {
     double ends[6];
     const bool has_ends = kt_mjcf_text(m, e, "geom", "fromto") != NULL;
     const int need = geom_sizes_of(g->type, has_ends);
-    const int count = kt_mjcf_numbers(m, e, "geom", "size", 1, 3, g->size);
+    (void)kt_mjcf_numbers(m, e, "geom", "size", 1, 3, g->size);
     for (int i = 0; i < need; i++)
-        if (i >= count || !(g->size[i] > 0.0)) {
+        if (!(g->size[i] > 0.0)) {
             (void)kt_mjcf_fault(m, e, "size: a %s needs %d number%s above zero", geom_words[g->type], need,
                                 need > 1 ? "s" : "");
             g->size[0] = g->size[1] = g->size[2] = 1.0;

@@ -80,6 +80,22 @@ KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
               "<body pos='0 -1 1' quat='1 1 0 0'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"));
 }
 
+#define IN_CLASS(attributes, own)                                                                                      \
+    "<mujoco><default><geom type='box' " attributes "/></default><worldbody><body><joint axis='1 2 3'/><geom " own     \
+    "/></body></worldbody></mujoco>"
+#define LINE "size='0.1 0.2 0.3' pos='0.3 0 0' "
+
+/* Of orientations, the innermost counts. MuJoCo prefers all others to a quat. */
+KT_TEST(numbers_and_orientations_of_an_element_count_before_those_of_its_class) {
+    check_same("fewer numbers", IN_CLASS("size='0.5 0.2 0.3'", "size='0.1' pos='0.3 0 0'"), IN_CLASS("", LINE));
+    check_same("xyaxes", IN_CLASS("euler='10 20 30'", LINE "xyaxes='0 1 0 1 0 1'"),
+               IN_CLASS("", LINE "xyaxes='0 1 0 1 0 1'"));
+    check_same("axisangle", IN_CLASS("zaxis='1 1 0'", LINE "axisangle='1 2 3 40'"),
+               IN_CLASS("", LINE "axisangle='1 2 3 40'"));
+    check_same("zaxis", IN_CLASS("euler='10 20 30'", LINE "zaxis='1 1 0'"), IN_CLASS("", LINE "zaxis='1 1 0'"));
+    check_same("quat", IN_CLASS("zaxis='1 1 0'", LINE "quat='1 2 3 4'"), IN_CLASS("", LINE "zaxis='1 1 0'"));
+}
+
 KT_TEST(joints_keep_their_names_and_limits) {
     kt_scene *scene =
         test_robot(WORLD("<body name='a'><joint name='hip' range='-90 45' limited='true' actuatorfrcrange='-20 30' "
