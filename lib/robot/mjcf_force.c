@@ -144,7 +144,22 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         add_line_stop(m, &l, j->lower, j->upper);
 }
 
+/* MuJoCo adds the compensation in such a joint to the forces of actuators, which it computes only if there are any. */
+static void report_lost_compensation(kt_mjcf *m) {
+    if (!m->off.actuation && kt_mjcf_section(m, "actuator", NULL) != NULL)
+        return;
+    for (int i = 0; i < m->joints.count; i++) {
+        const kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
+        if (kt_mjcf_flag(m, j->element, j->tag, "actuatorgravcomp", false))
+            kt_unknown_count(&m->changes,
+                             "actuatorgravcomp of a joint in a model without actuators, or whose actuators are turned "
+                             "off, which MuJoCo does not compensate",
+                             j->element);
+    }
+}
+
 void kt_mjcf_passive(kt_mjcf *m) {
+    bool lifts = false;
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++)
         act_in_joint(m, kt_mjcf_joint_at(m, i));
     if (m->off.springs && m->off.dampers) /* then MuJoCo has no passive force at all */
@@ -153,7 +168,10 @@ void kt_mjcf_passive(kt_mjcf *m) {
         const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         const kt_body body = {.name = b->name, .mass = b->mass, .com = b->com};
         (void)kt_draft_lift(&m->draft, b->element, &body, m->gravity, b->gravcomp);
+        lifts = lifts || b->gravcomp != 0.0;
     }
+    if (lifts)
+        report_lost_compensation(m);
     for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
         kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
         kt_mjcf_add_elasticity(m, kt_mjcf_body_at(m, i));

@@ -422,6 +422,24 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
 }
 
 /* Such an element has no class with a number to look up. */
+/* MuJoCo computes forces of actuators only if there are any. */
+KT_TEST(compensation_by_missing_actuators_is_a_warning) {
+#define LIFTED "<body gravcomp='1'><joint name='j' type='slide' actuatorgravcomp='true'/>" BALL "</body>"
+    static const char *const texts[] = {WORLD(LIFTED),
+                                        "<mujoco><option><flag actuation='disable'/></option><worldbody>" LIFTED
+                                        "</worldbody><actuator><motor joint='j'/></actuator></mujoco>",
+                                        "<mujoco><worldbody>" LIFTED
+                                        "</worldbody><actuator><motor joint='j'/></actuator></mujoco>"};
+    for (int i = 0; i < 3; i++) {
+        bool is_told = false;
+        const kt_scene *scene = test_robot(texts[i], NULL);
+        for (int k = 0; k < scene->note_count; k++)
+            is_told = is_told || (scene->notes[k].rank == KT_NOTE_RANK_MOTION &&
+                                  strstr(scene->notes[k].what, "which MuJoCo does not compensate: 1") != NULL);
+        kt_check_equal_int("it is told", is_told, i < 2);
+    }
+}
+
 KT_TEST(default_that_is_not_at_the_root_is_no_class) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
                                "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";
