@@ -232,8 +232,8 @@ const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number);
 /* The value of an attribute, or of its default for elements called `tag` (NULL: no defaults); NULL if there is none. */
 const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name);
 
-/* Its numbers, from `least` to `most` of them. Those behind are the ones of its class, as in MuJoCo; others stay as they
- * are. Returns how many it has itself; 0 if the attribute is missing, or wrong, which is reported. */
+/* Its numbers, from `least` to `most` of them. Those behind are the ones of its class, as in MuJoCo; others stay.
+ * Returns how many it has itself; 0 if the attribute is missing, or wrong, which is reported. */
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values);
 double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard);
