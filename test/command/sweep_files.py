@@ -4,6 +4,7 @@
 sweep_files.py COMMAND
 """
 import array
+import os
 import pathlib
 import re
 import shutil
@@ -170,6 +171,30 @@ def spreadsheets():
         same("semicolons", ("semicolons.csv:1:" in told.stderr and "commas" in told.stderr, told.returncode), (True, 2))
 
 
+    for path, words in ((".", ". cannot be read: Is a directory"), ("none.csv", "none.csv cannot be read")):
+        same(f"a table that is {path}", words in run("fall.yaml", "--from", path, code=2).stderr, True)
+    told = subprocess.run([command, "accuracy", "fall.yaml", "--reference", "fall.yaml"], capture_output=True, text=True, check=False)
+    same("a scene instead of records", ("fall.yaml:1: the first line is the single name 'kinetree: 1'" in told.stderr, told.returncode), (True, 2))
+
+
+def streams():
+    """Lines go behind earlier output of a file that is standard output, and to devices and pipes."""
+    sweep = ["fall.yaml", "--vary", "m=1,2", "--quiet", "--out"]
+    lines = run(*sweep, "-").stdout
+    with open("shared.txt", "w", encoding="ascii") as file:
+        file.write("before\n")
+        file.flush()
+        subprocess.run([command, "sweep", *sweep, "-"], check=True, stdout=file)
+        file.seek(0, 2)
+        file.write("after\n")
+    same("earlier and later output stays", pathlib.Path("shared.txt").read_text() == f"before\n{lines}after\n", True)
+    run(*sweep, "/dev/null")
+    os.mkfifo("pipe")
+    with subprocess.Popen([command, "sweep", *sweep, "pipe"]) as process:
+        same("lines through a pipe", pathlib.Path("pipe").read_text() == lines, True)
+    same("exit code into a pipe", process.returncode, 0)
+
+
 def starts():
     """A run from the records of another one: HDF5 and CSV give the same bytes."""
     run_of = [command, "run", "bounce.yaml", "--quiet"]
@@ -226,4 +251,4 @@ def named():
     same("attributes of a run", (told["status"], float(told["parameters.status"]), float(told["run"])), ("done", 2, 1))
 
 
-finish((kept, pictures, motions, inputs_stay, spreadsheets, starts, named))
+finish((kept, pictures, motions, inputs_stay, spreadsheets, streams, starts, named))

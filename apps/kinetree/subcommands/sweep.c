@@ -264,7 +264,9 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
     if (code >= 0)
         return code;
     char *header = next == first ? kt_sweep_header(sweep) : NULL;
-    const bool begins = next > first || (header != NULL && fseek(file, 0, SEEK_SET) <= 0 && fputs(header, file) >= 0);
+    if (next == first && file != stdout) /* standard output may be a file that other programs write, too */
+        rewind(file);
+    const bool begins = next > first || (header != NULL && fputs(header, file) >= 0);
     free(header);
     if (!begins)
         return kt_reject(KT_EXIT_INTEGRATION, "sweep: %s cannot be written: %s", name, strerror(errno));
@@ -298,7 +300,7 @@ static int write_sweep_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *kee
         return code;
     const int descriptor = kt_output_open(&output, O_CREAT | O_RDWR);
     FILE *file = descriptor >= 0 ? fdopen(descriptor, "r+") : NULL;
-    if (file == NULL || (!sweep->arguments->resume && ftruncate(descriptor, 0) != 0)) {
+    if (file == NULL || (!sweep->arguments->resume && output.partial != NULL && ftruncate(descriptor, 0) != 0)) {
         kt_say("sweep: %s cannot be written: %s", out,
                errno == EBUSY ? "another sweep is writing it" : strerror(errno));
         (void)kt_output_end(&output, KT_OUTPUT_AS_IS);

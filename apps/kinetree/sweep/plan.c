@@ -375,6 +375,8 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
                : line[0] != '\0' ? read_axis_row(plan, path, number, line)
                                  : -1;
     }
+    if (code < 0 && ferror(file))
+        code = kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
     free(line);
     (void)fclose(file);
     plan->is_table = true;
