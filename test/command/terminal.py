@@ -11,6 +11,7 @@ import pathlib
 import pty
 import re
 import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -112,6 +113,28 @@ def runs():
     claim("a_signal_that_is_ignored_stays_ignored", [] if (status, told) == (0, "") else [f"status {status}, {told!r}"])
 
 
+# Sends SIGINT to the process that writes lines, before it leaves the group of the run.
+EARLY = """#include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+int setsid(void) { return kill(getpid(), SIGINT), (int)syscall(SYS_setsid); }
+"""
+
+
+def writers():
+    """Ctrl-C goes to all processes of a group. The one that writes lines ends its write and prints nothing."""
+    if shutil.which("cc") is None:
+        print("skipped: there is no compiler cc")
+        return
+    pathlib.Path("early.c").write_text(EARLY)
+    subprocess.run(["cc", "-shared", "-fPIC", "early.c", "-o", "early.so"], check=True)
+    environment = {**os.environ, "LD_PRELOAD": os.path.abspath("early.so"), "ASAN_OPTIONS": "verify_asan_link_order=0"}
+    done = subprocess.run([command, "run", "long.yaml", "--duration", "20", "--out", "g.csv", "--quiet"], env=environment, capture_output=True, text=True, check=False)
+    subprocess.run([command, "run", "long.yaml", "--duration", "20", "--out", "h.csv", "--quiet"], check=True)
+    claim("the_process_that_writes_lines_reports_no_interrupt", [] if (done.returncode, done.stderr) == (0, "") else [f"status {done.returncode}, {done.stderr!r}"])
+    claim("and_writes_all_of_them", [] if done.returncode == 0 and pathlib.Path("g.csv").read_bytes() == pathlib.Path("h.csv").read_bytes() else ["g.csv and h.csv differ"])
+
+
 def sweeps():
     sweep = ["sweep", "long.yaml", "--vary", "m=1:2:40", "--set", "simulate.duration=200", "--jobs", "2", "--quiet", "--out", "s.csv"]
     status, told = interrupt(sweep, lambda: lines_of("s.csv.partial") > 2)
@@ -201,6 +224,6 @@ with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     pathlib.Path("long.yaml").write_text(LONG)
     pathlib.Path("short.yaml").write_text(SHORT)
-    for part in (runs, sweeps, questions):
+    for part in (runs, writers, sweeps, questions):
         part()
 finish()

@@ -42,18 +42,24 @@ static int write_whole(const kt_lines *lines) {
 }
 
 /* Writes whole lines from a child process in a separate session. Signals to this process or its group do not reach the
- * child. The child shares this process's memory (vfork) and changes nothing in it that is used afterwards. */
+ * child. SIGINT is blocked until then: its handler would report in the child, too. The child shares this process's
+ * memory (vfork) and changes nothing in it that is used afterwards. */
 static int write_apart(const kt_lines *lines) {
     int status = 0;
+    sigset_t interrupt, before;
+    (void)sigemptyset(&interrupt);
+    (void)sigaddset(&interrupt, SIGINT);
+    (void)pthread_sigmask(SIG_BLOCK, &interrupt, &before);
     /* NOLINTBEGIN(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork): fork costs much more */
     const pid_t child = vfork();
-    if (child < 0)
-        return write_whole(lines);
     if (child == 0) {
         (void)setsid();
         _exit(write_whole(lines));
     }
     /* NOLINTEND(clang-analyzer-security.insecureAPI.vfork,clang-analyzer-unix.Vfork) */
+    (void)pthread_sigmask(SIG_SETMASK, &before, NULL);
+    if (child < 0)
+        return write_whole(lines);
     while (waitpid(child, &status, 0) < 0)
         if (errno != EINTR)
             return errno;
