@@ -37,7 +37,8 @@ static void check_same_end(const char *what, const json_t *whole, const char *su
 KT_TEST(a_run_goes_on_from_a_summary_a_record_and_a_written_scene) {
     kt_write_file("chain.yaml", chain);
     json_t *whole = kt_json(kt_shell("$K run chain.yaml --quiet --out all.csv --summary -").out);
-    kt_expect(0, NULL, "$K run chain.yaml --quiet --duration 1 --out half.csv --summary half.json --scene end.yaml");
+    kt_expect(0, "  scene: end.yaml\n",
+              "$K run chain.yaml --duration 1 --out half.csv --summary half.json --scene end.yaml");
     kt_expect(0, NULL, "$K run chain.yaml --from half.json --duration 1 --quiet --out a.csv --summary a.json");
     check_same_end("from a summary", whole, "a.json");
     kt_expect(0, NULL, "$K run chain.yaml --from half.csv --duration 1 --quiet --out b.csv --summary b.json");

@@ -310,9 +310,9 @@ static int check_other_endings(const char *writes, const char *path, const other
 }
 
 int kt_check_records(const char *path) {
-    static const other_ending other[] = {{".html", "--view"}, {".svg", "--plot"}, {".png", "--plot"},
-                                         {".pdf", "--plot"},  {".glb", "--glb"},  {".json", "--summary"},
-                                         {".yaml", "--scene"}};
+    static const other_ending other[] = {{".html", "--view"},  {".svg", "--plot"},       {".png", "--plot"},
+                                         {".pdf", "--plot"},   {".glb", "--glb"},        {".json", "--summary"},
+                                         {".yaml", "--scene"}, {".gz", "--out - | gzip"}};
     return check_other_endings("--out writes records as CSV", path, other, sizeof other / sizeof other[0]);
 }
 

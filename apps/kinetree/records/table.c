@@ -125,9 +125,10 @@ static int read_lines(const char *path, kt_table *table, size_t most, const char
 
 static int read_cells(const char *path, kt_table *table, const char *lines) {
     size_t most = 1;
-    if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t") != NULL)
+    if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t :{") != NULL)
         return kt_reject(KT_EXIT_SCENE,
-                         "%s:1: the first line is the single name '%s'; put commas between names and between cells",
+                         "%s:1: the first line is the single name '%s': this is no file of records (CSV), which has "
+                         "commas between names and between cells",
                          path, kt_show(table->names[0]).text);
     for (const char *c = lines; *c != '\0'; c++)
         most += *c == '\n';

@@ -5,6 +5,7 @@
 #include "text/json.h"
 
 #include <stdio.h>
+#include <string.h>
 
 /* Prints the parts of the scene that the written scene begins anew. */
 static void say_end_scene_anew(const kt_outcome *outcome, const char *path) {
@@ -31,7 +32,9 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     json_decref(released);
     const int code = kt_write_scene(&end, path, status, &error);
     kt_scene_free(&end);
-    if (code == KT_EXIT_DONE && !quiet)
+    if (code == KT_EXIT_DONE && !quiet) {
+        fprintf(stderr, "  scene: %s\n", strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
         say_end_scene_anew(outcome, path);
+    }
     return code;
 }
