@@ -37,6 +37,19 @@ def main():
     claim("help_shows_each_option_once", [f"{name} --{option}" for name, option, _ in described
                                           if len(re.findall(rf"^  --{option}\b(?!-)", helps[name], flags=re.M)) != 1])
 
+    takes = set(re.findall(r"^complete -c kinetree -n '__fish_seen_subcommand_from (\w+)' -l ([\w-]+) (?:-r|-x) ",
+                           kinetree("help", "--completion", "fish").stdout, flags=re.M))
+    calls = [call.split() for text in helps.values() for call in re.findall(r"(?:^  |[|&] )(kinetree [^|&>]*?)(?=$|   | [|&>])", text.partition("Usage:")[0], flags=re.M)]
+    options = [(call[1], word[2:].partition("=")[0], (call + ["--"])[i + 1], word) for call in calls for i, word in enumerate(call) if word.startswith("--")]
+    known = {(name, option) for name, option, _ in described} | {("demo", option) for name, option, _ in described if name == "run"}
+    note(f"{len(calls)} examples, {len(options)} options in them, {len(takes)} options with a value")
+    claim("options_of_examples_are_known", [f"{name} --{option}" for name, option, *_ in options if (name, option) not in known and option != "version"])
+    claim("options_of_examples_have_their_values", [f"{name} --{option} {after}" for name, option, after, word in options
+                                                    if (name, option) in takes and "=" not in word and after.startswith("--")])
+    claim("there_are_examples_with_options", [] if len(options) > 50 and len(takes) > 80 else [f"{len(options)}, {len(takes)}"])
+    told = kinetree("import", "arm.urdf", "--mass", "hand").stderr
+    claim("a_mass_without_a_link_is_no_path", [] if "takes LINK=MASS, not 'hand'" in told else [told])
+
     run = helps["run"]
     headings = re.findall(r"^([A-Z]\w+)\n  --(\S+)", run, flags=re.M)
     expected = [("Input", "set"), ("Method", "duration"), ("Output", "interval"), ("Recovery", "checkpoint")]

@@ -42,7 +42,7 @@ const kt_usage kt_usage_import = {
                 "  kinetree import humanoid.xml --keyframe squat --out humanoid.yaml\n"
                 "  kinetree import dog.xml --contacts --ground 0 --keyframe home --out dog.yaml\n"
                 "  kinetree import rover.sdf --out rover.yaml\n"
-                "  kinetree run arm.urdf --duration 2 --view\n",
+                "  kinetree view arm.urdf --duration 2\n",
     .operands = "ROBOT.urdf",
     .about =
         "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"

@@ -169,8 +169,10 @@ static int read_names_option(const kt_usage *usage, const kt_option *option, con
 
 static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_settings *settings) {
     if (strchr(text, '=') == NULL || text[0] == '=')
-        return kt_misuse("%s: --%s takes %s, where PATH or NAME is such as L or bodies.arm.mass, not '%s'",
-                         usage->command, option->name, option->argument, text);
+        return kt_misuse(
+            "%s: --%s takes %s%s, not '%s'", usage->command, option->name, option->argument,
+            strncmp(option->argument, "LINK=", 5) == 0 ? "" : ", where PATH or NAME is such as L or bodies.arm.mass",
+            text);
     if (settings->count == KT_SETTINGS_MAX)
         return kt_misuse("%s: --%s can be given %d times; write the rest into the scene", usage->command, option->name,
                          KT_SETTINGS_MAX);
