@@ -111,6 +111,9 @@ simulate: {duration: 0.2}
         if len(curves) < values or len(colours) != values or " more" in svg or legend != (values if values <= 7 else 0):
             missing.append(f"{values} values: {len(curves)} curves of {len(colours)} colours, {legend} in the legend; {ran.stderr}")
     claim("plot_by_draws_a_curve_for_each_value", missing)
+    run(path, "sweep", "sweep.yaml", "--vary", "L=1:2:1", "--out", "one.csv", "--quiet")
+    run(path, "plot", "one.csv", "--columns", "position.arm.end", "--out", "one.svg")
+    claim("one_run_is_no_runs", [] if ">1 run, 0 without a value<" in (path / "one.svg").read_text() else ["another subtitle"])
     run(path, "sweep", "sweep.yaml", "--vary", "L=0.5:2:2", "--vary", "k=1:50:201", "--out", "s.csv", "--quiet")
     ran = run(path, "plot", "s.csv", "--columns", "position.arm.end", "--by", "k", "--out", "many.svg")
     claim("more_values_than_colours_are_rejected", [] if ran.returncode == 1 and "'k' has 201 values" in ran.stderr and "--map L,k" in ran.stderr
@@ -142,6 +145,15 @@ simulate: {duration: 0.2}
     ran = run(path, "plot", "arm.csv", "--columns", "position,velocity,acceleration,energy", "--size", "1234x567", "--out", "p.svg")
     svg = (path / "p.svg").read_text()
     claim("pages_have_the_size_that_is_given", [] if 'viewBox="0 0 1234 567"' in svg else [svg[:300]])
+    close = []
+    for size in ("300x300", "500x300", "900x600"):
+        run(path, "plot", "arm.csv", "--columns", "position,energy", "--size", size, "--out", "small.svg")
+        labels = re.findall(r'<text [^>]*x="([-0-9.]+)" y="([-0-9.]+)"[^>]*>([^<]*)</text>', (path / "small.svg").read_text())
+        ticks = sorted((float(x), float(y)) for x, y, text in labels if re.fullmatch(r"\u2212?[0-9.]+", text))
+        close += [f"{size}: {a} and {b}" for a in ticks for b in ticks if a < b and abs(a[1] - b[1]) < 12 and abs(a[0] - b[0]) < 12]
+        note(f"{size}: {len(ticks)} labels of ticks")
+        close += [f"{size}: no ticks"] if len(ticks) < 8 else []
+    claim("labels_of_ticks_do_not_overlap_in_small_pictures", close)
     header, _, rest = (path / "arm.csv").read_text().partition("\n")
     (path / "quoted.csv").write_text(",".join(f'"{name}"' for name in header.split(",")) + "\n" + rest)
     (path / "arm.csv").rename(path / "plain.csv")

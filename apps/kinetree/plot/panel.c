@@ -470,9 +470,13 @@ static void draw_panel_title(cairo_t *c, const kt_plot_frame *f, const kt_plot_p
     kt_paper_quantity(c, f->left - 50.0, f->top - 12.0, KT_ANCHOR_LEFT, title, panel->unit, f->y.exponent);
 }
 
+/* Returns the number of ticks whose labels have room along an axis: at most `most`, and enough to show the scale. */
+static int ticks_with_room(double length, double pitch, int most) { return (int)fmax(4.0, fmin(most, length / pitch)); }
+
 int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                   double width, double height, double room) {
-    const int most_x = width < 500.0 ? 8 : TICKS_X, most_y = height > 250.0 ? 2 * TICKS_Y : TICKS_Y;
+    const int most_x = ticks_with_room(width, 2.5 * kt_small_size, width < 500.0 ? 8 : TICKS_X),
+              most_y = ticks_with_room(height, 1.4 * kt_small_size, height > 250.0 ? 2 * TICKS_Y : TICKS_Y);
     kt_plot_frame f = {
         left,   left + width, top, top + height, make_axis(panel, false, most_x), make_axis(panel, true, most_y),
         palette};
