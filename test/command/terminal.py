@@ -6,6 +6,7 @@ terminal.py KINETREE
 An interrupted run names its partial file, counts its records, and states how to continue; what it advises is then done, and
 must give the bytes of a run without a break. Large sweeps ask on a terminal.
 """
+import fcntl
 import os
 import pathlib
 import pty
@@ -13,9 +14,11 @@ import re
 import select
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -146,10 +149,11 @@ def sweeps():
           [] if pathlib.Path("s.csv").read_bytes() == pathlib.Path("t.csv").read_bytes() and 0 < left < 40 else [f"{left} runs before the break"])
 
 
-def on_terminal(arguments, answer, enough=None):
+def on_terminal(arguments, answer, enough=None, columns=80):
     """Runs on a pseudo-terminal, and answers its question; SIGINT once the output has `enough`. Returns status and output."""
     pid, terminal = pty.fork()
     if pid == 0:
+        fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
         os.execv(command, [command, *arguments])
     seen, is_answered, end = b"", False, time.monotonic() + PATIENCE
     while time.monotonic() < end:
@@ -174,6 +178,17 @@ def on_terminal(arguments, answer, enough=None):
     told = seen.decode(errors="replace")
     note(f"{' '.join(arguments[:2])} on a terminal: status {status}, {told.strip()[:300]!r}")
     return status, told
+
+
+def bars():
+    """Bars of progress fit the terminal, so that each one replaces the one before."""
+    for columns in (20, 40, 70, 200):
+        end = time.monotonic() + 2.5
+        _, told = on_terminal(["run", "long.yaml", "--duration", "1e6", "--out", "bar.csv"], b"", lambda: time.monotonic() > end, columns)  # noqa: B023
+        drawn = [part.partition("\033[K")[0] for part in told.split("\r  ")[1:] if "%" in part]
+        wrong = [line for line in drawn if len(line) + 2 >= columns or not re.search(r"\d %", line) or (columns > 20 and "left" not in line)]
+        claim(f"bars_fit_{columns}_columns", wrong if drawn else [repr(told)])
+        claim(f"bars_are_drawn_in_{columns}_columns", [] if columns < 40 or all(len(line) > 30 for line in drawn) else drawn[:1])
 
 
 def seconds_of(told):
@@ -224,6 +239,6 @@ with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     pathlib.Path("long.yaml").write_text(LONG)
     pathlib.Path("short.yaml").write_text(SHORT)
-    for part in (runs, writers, sweeps, questions):
+    for part in (runs, writers, bars, sweeps, questions):
         part()
 finish()

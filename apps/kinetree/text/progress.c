@@ -1,7 +1,10 @@
 /* Draws a progress bar for runs that take more than a second. */
 #include "subcommands/run.h"
 
+#include <limits.h>
 #include <stdio.h>
+#include <string.h>
+#include <sys/ioctl.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -28,6 +31,12 @@ static bool is_time(const kt_progress *progress, double time) {
     return progress->is_shown && time - progress->start >= 1.0 && time - progress->last >= 0.1;
 }
 
+/* A line that is longer than this would not be replaced by the next one. */
+static int terminal_columns(void) {
+    struct winsize size;
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : INT_MAX;
+}
+
 void kt_progress_show(kt_progress *progress, double part, const char *words) {
     double time = kt_clock();
     if (!is_time(progress, time))
@@ -35,12 +44,16 @@ void kt_progress_show(kt_progress *progress, double part, const char *words) {
     progress->last = time;
     progress->is_drawn = true;
     part = part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
-    int filled = (int)(part * BAR_WIDTH);
     double left = part > 0.0 ? (time - progress->start) * (1.0 - part) / part : 0.0;
+    char text[160];
+    snprintf(text, sizeof text, " %3.0f %%  %s, %.0f s left", 100.0 * part, words, left);
+    const int most = terminal_columns() - 3, room = most - (int)strlen(text); /* two blanks, and one for the cursor */
+    const int width = room < 0 ? 0 : room < BAR_WIDTH ? room : BAR_WIDTH;
+    int filled = (int)(part * width);
     fputs("\r  ", stderr);
-    for (int i = 0; i < BAR_WIDTH; i++)
+    for (int i = 0; i < width; i++)
         fputs(i < filled ? (progress->has_utf8 ? "\u2588" : "#") : (progress->has_utf8 ? "\u2591" : "."), stderr);
-    fprintf(stderr, " %3.0f %%  %s, %.0f s left\033[K", 100.0 * part, words, left);
+    fprintf(stderr, "%.*s\033[K", most > 0 ? most : 0, text);
     fflush(stderr);
 }
 
