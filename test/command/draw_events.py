@@ -165,6 +165,10 @@ simulate: {duration: 2, until: "position.stone < -3"}
     (path / "g.yaml").write_text((path / "f.yaml").read_text().replace(', until: "position.stone < -3"', ""))
     behind = run(path, "draw", "g.yaml", "--at", "5", "--out", "g.svg")
     claim("times_behind_the_duration_are_reported", [] if behind.returncode == 0 and "--at 5 is after the end of the scene's run, 2 s" in behind.stderr else [behind.stderr])
+    for words in (["--strobe", "3"], ["--animate"]):
+        behind = run(path, "draw", "g.yaml", *words, "--until", "5", "--out", "g.svg")
+        claim(f"{words[0][2:]}_behind_the_duration_is_reported",
+              [] if behind.returncode == 0 and "--until 5 is after the end of the scene's run, 2 s" in behind.stderr else [behind.stderr])
     within = run(path, "draw", "g.yaml", "--at", "2", "--out", "g.svg")
     claim("times_within_it_are_not", [] if within.stderr.startswith("picture: g.svg\n") else [within.stderr])
     # A box that falls from rest. Its height, 1 m, is the scale of the picture. Numbers are cut at a tenth of a unit, and 1 m has 37 or more.

@@ -239,10 +239,10 @@ static kt_status simulate_states(motion *m, const kt_draw_arguments *arguments, 
         lay_times(m, end);
     else if (end < limit)
         cut_times(m, end);
-    else if (limit > duration)
-        kt_say("draw: --at %.6g is after the end of the scene's run, %.6g s (simulate.duration): the motion goes on "
+    if (end == limit && limit > duration)
+        kt_say("draw: --%s %.6g is after the end of the scene's run, %.6g s (simulate.duration): the motion goes on "
                "from there",
-               limit, duration);
+               arguments->at != NULL ? "at" : "until", limit, duration);
     return follow_run(m, end, error);
 }
 
