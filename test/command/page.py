@@ -150,8 +150,15 @@ def check_time(page, path):
     key(" ", 32)
     expect("the space bar pauses", "[kinetree.is_playing, document.getElementById('play').getAttribute('aria-label')]", [False, "Play"])
     before = page.evaluate("kinetree.pictures")
-    page.resize(400, 700)
-    page.evaluate(PAINTED)
+    page.evaluate("kinetree.fit()")
+    for width, height in ((400, 700), (300, 900), (WIDTH, HEIGHT), (1000, 300), (400, 700)):
+        page.resize(width, height)
+        page.evaluate(PAINTED)
+        expect(f"all points are in a window of {width} x {height}", """(() => {
+            const {width, height} = document.getElementById("picture"), {matrix: m} = kinetree.camera.look(width, height, [0, 0, 0]);
+            return kinetree.points(40).every(([x, y, z]) => [0, 1].every((k) =>
+                Math.abs(m[k] * x + m[k + 4] * y + m[k + 8] * z + m[k + 12]) <= Math.abs(m[3] * x + m[7] * y + m[11] * z + m[15])));
+        })()""", True)
     expect("a narrow window is painted anew, and nothing is cut off", f"kinetree.pictures > {before} && document.documentElement.scrollWidth <= 400", True)
     expect("its parts are one below the other", """(() => {
         const edge = (selector, side) => document.querySelector(selector).getBoundingClientRect()[side];

@@ -10,6 +10,7 @@ class Camera {
         this.slope = Math.tan((14 * Math.PI) / 180);
         this.target = [0, 0, 0];
         this.distance = 4 * data.size;
+        this.aspect = 0; /* of the points that were fitted */
         this.reset();
     }
 
@@ -58,9 +59,15 @@ class Camera {
         const [x, y, z] = [range(right), range(up), range(back)];
         const middle = ([low, high]) => 0.5 * (low + high), half = ([low, high]) => 0.5 * (high - low) + margin;
         this.target = add(add(scale(middle(x), right), scale(middle(y), up)), scale(middle(z), back));
-        const height = Math.max(half(y), half(x) / aspect, 0.05 * this.data.size);
-        this.distance = (1.12 * height) / this.slope + (this.is_parallel ? 0 : half(z));
+        const height = Math.max(half(y), 0.05 * this.data.size);
+        this.aspect = half(x) / height;
+        this.distance = (1.12 * height * this.shrink(aspect)) / this.slope + (this.is_parallel ? 0 : half(z));
     }
+
+    /* By how much the points are smaller in a picture that is too narrow for them. */
+    shrink(aspect) { return Math.max(1, this.aspect / aspect); }
+
+    reshape(before, aspect) { this.zoom_by(this.shrink(aspect) / this.shrink(before)); }
 
     /* What shaders need for a picture of that many pixels; shift: what the target has moved by following. */
     look(width, height, shift) {

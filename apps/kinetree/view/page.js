@@ -127,9 +127,11 @@ class Page extends Panel {
     set_resolution(quality) {
         const canvas = find("picture"), ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[quality][1]);
         const size = [canvas.clientWidth, canvas.clientHeight].map((pixels) => Math.max(1, Math.round(pixels * ratio)));
+        const before = this.aspect;
         this.ratio = ratio;
         if (canvas.width !== size[0] || canvas.height !== size[1])
             [canvas.width, canvas.height] = size;
+        this.camera.reshape(before, this.aspect);
     }
 
     get aspect() { return find("picture").width / find("picture").height; }
