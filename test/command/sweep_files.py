@@ -214,6 +214,19 @@ def starts():
     same("a reference in HDF5", subprocess.run([*study, "--reference", "fall.h5"], check=False).returncode, 0)
 
 
+def reported():
+    """The report names both files, and those that it replaces."""
+    words = ["fall.yaml", "--vary", "m=1,2", "--out", "again.csv"]
+    first = run(*words).stderr
+    same("the first sweep", (first.endswith("\n  again.csv\n"), "older" in first), (True, False))
+    same("the second one", re.search(r"\n  replaces an older again\.csv of 20\d\d-\d\d-\d\d \d\d:\d\d\n$", run(*words).stderr) is not None, True)
+    same("one into a stream", "older" in run(*words[:-1], "-").stderr, False)
+    done = subprocess.run([command, "sweep", *words, "--keep", "again.h5"], capture_output=True, text=True, check=False)
+    if done.returncode == 0:
+        same("one with records", "\n  all records: again.h5\n  replaces an older again.csv" in done.stderr, True)
+        same("and again", ", again.h5 of 20" in run(*words, "--keep", "again.h5").stderr, True)
+
+
 def inputs_stay():
     """Results that would overwrite the scene, the table or a part are rejected; the inputs keep their bytes."""
     pathlib.Path("table.csv").write_text("m,g\n1,2\n3,4\n")
@@ -251,4 +264,4 @@ def named():
     same("attributes of a run", (told["status"], float(told["parameters.status"]), float(told["run"])), ("done", 2, 1))
 
 
-finish((kept, pictures, motions, inputs_stay, spreadsheets, streams, starts, named))
+finish((kept, pictures, motions, inputs_stay, spreadsheets, streams, reported, starts, named))

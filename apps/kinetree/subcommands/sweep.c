@@ -226,6 +226,17 @@ static void report_native(const kt_sweep_worker *all, int64_t runs) {
                 (long long)(runs - all->natively));
 }
 
+/* Names the file of --keep, and the older results, which are replaced next. */
+static void report_kept(const char *keep, const char *out) {
+    char replaced[400] = "";
+    if (keep != NULL)
+        fprintf(stderr, "  all records: %s\n", kt_show(keep).text);
+    kt_note_replaced(out, replaced, sizeof replaced);
+    kt_note_replaced(keep, replaced, sizeof replaced);
+    if (replaced[0] != '\0')
+        fprintf(stderr, "  replaces an older %s\n", replaced);
+}
+
 static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
     const int64_t runs = s->end - s->first;
     fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
@@ -245,6 +256,7 @@ static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *
                 "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
                 all->why);
     fprintf(stderr, "\n  %s\n", strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
+    report_kept(s->sweep->arguments->keep, out);
 }
 
 /* Writes the lines from run `first` on that the file does not have yet. */
