@@ -86,6 +86,9 @@ typedef struct kt_shown {
 
 kt_shown kt_show(const char *name);
 
+/* The name of a result in messages: that of the file, or "standard output" for "-". */
+kt_shown kt_show_result(const char *path);
+
 /* Returns the exit code for a status, and its name in lines of sweeps and in HDF5. */
 int kt_exit_code(kt_status status);
 const char *kt_exit_name(int code);

@@ -457,6 +457,8 @@ KT_TEST(half_names_of_markers_and_columns_are_completed) {
               "$K plot half.csv --columns leg");
     kt_expect(1, "there is no column 'qqqqqqqq'; the columns are 'time', 'position.leg', 'velocity.leg', ",
               "$K plot half.csv --columns qqqqqqqq");
+    kt_expect(1, "there is no column 'velocty'; did you mean 'velocity'?", "$K plot half.csv --columns velocty");
+    kt_expect(1, "there is no column 'velocty'; the columns are ", "$K plot half.csv --x velocty");
 #endif
     kt_expect(1, "half.yaml is a scene, not a robot: 'kinetree run half.yaml' runs it as it is", "$K import half.yaml");
 }

@@ -227,6 +227,7 @@ KT_TEST(pages_and_models_have_names_that_say_so) {
     kt_expect(1, "--out writes records as CSV, not 'a.json'; did you mean --summary?", "$K run p.yaml --out a.json");
     kt_expect(1, "--out writes records as CSV, not 'b.yaml'; did you mean --scene?", "$K run p.yaml --out b.yaml");
     kt_expect(1, "--out writes records as CSV, not 'b.gz'; did you mean --out - | gzip?", "$K run p.yaml --out b.gz");
+    kt_expect(4, "standard output cannot be written", "$K run p.yaml --out /dev/null --quiet --scene - >/dev/full");
     kt_expect(1, "--summary writes JSON, not 'a.csv'; did you mean --out?", "$K run p.yaml --summary a.csv");
     kt_check_text("what was there", kt_read_file("a.svg"), "mine\n");
     kt_expect(0, NULL, "test ! -e iso -a ! -e ./- -a ! -e p.csv");

@@ -247,7 +247,7 @@ int kt_output_write(const char *path, void (*write)(FILE *file, const void *what
     bool is_said;
     const kt_status status = fill_output(path, write_plain, &writer, &is_said, &error);
     if (status != KT_OK && !is_said)
-        kt_say("%s cannot be written: %s", is_stream(path) ? "standard output" : path, error.message);
+        kt_say("%s cannot be written: %s", kt_show_result(path).text, error.message);
     return status == KT_OK ? KT_EXIT_DONE : KT_EXIT_INTEGRATION;
 }
 

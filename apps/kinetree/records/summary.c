@@ -383,7 +383,7 @@ static void say_energy(const kt_outcome *outcome) {
 
 static void say_result_file(const char *what, const char *path) {
     if (path != NULL)
-        fprintf(stderr, "  %s: %s\n", what, strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
+        fprintf(stderr, "  %s: %s\n", what, kt_show_result(path).text);
 }
 
 /* The energy that impacts and closings have dissipated; 0 if it is below the rounding of the energies of the motion. */
@@ -456,7 +456,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     kt_compressions_say(&outcome->so_far.compressions, outcome->scene);
     if (names->out != NULL)
         fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->so_far.records, kt_plural(outcome->so_far.records),
-                strcmp(names->out, "-") == 0 ? "standard output" : kt_show(names->out).text);
+                kt_show_result(names->out).text);
     say_result_file("summary", names->summary);
     say_result_file("picture", names->plot);
     say_result_file("view", names->view);

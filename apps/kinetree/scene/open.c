@@ -375,7 +375,7 @@ int kt_write_scene(const kt_scene *scene, const char *path, kt_status status, kt
         status = kt_output_fill(path, write_scene_stream, scene, error);
     if (status == KT_OK)
         return KT_EXIT_DONE;
-    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", path,
+    return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", kt_show_result(path).text,
                      error->message[0] != '\0' ? error->message : kt_status_text(status));
 }
 

@@ -16,6 +16,8 @@ static const kt_option options[] = {
     {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "write to this file; default: standard output", NULL},
     {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
      "make limits of position elastic stops, N m/rad or N/m; default: they are left out", NULL},
+    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
+     "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
     {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
      "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a warning; "
      "'strict' accepts none, 'accept' all; default: warn",
@@ -27,8 +29,6 @@ static const kt_option options[] = {
     {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
      "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated", NULL},
     KT_ROBOT_OPTIONS(kt_import_arguments, settings),
-    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
-     "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
     KT_QUIET_OPTION(kt_import_arguments, settings),
     KT_VERBOSE_OPTION(kt_import_arguments, settings),
 };

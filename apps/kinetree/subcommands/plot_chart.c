@@ -193,8 +193,12 @@ int kt_plot_say_no_column(const kt_table *table, const char *option, const char 
     char columns[400];
     const int about = list_matching_columns(table, name, columns, sizeof columns);
     kt_nearest nearest = kt_nearest_make(name, NULL);
-    for (int i = 0; i < table->columns; i++)
+    const bool takes_beginnings = strcmp(option, "columns") == 0;
+    for (int i = 0; i < table->columns; i++) {
         (void)kt_nearest_try(&nearest, table->names[i]);
+        if (takes_beginnings)
+            (void)kt_nearest_try(&nearest, kt_column_kinds[kt_column_kind_of(table->names[i])].name);
+    }
     const kt_question did = kt_ask(&nearest, "");
     if (about > 0)
         kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, about == 1 ? "is" : "are",

@@ -5,7 +5,6 @@
 #include "text/json.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* Prints the parts of the scene that the written scene begins anew. */
 static void say_end_scene_anew(const kt_outcome *outcome, const char *path) {
@@ -33,7 +32,7 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     const int code = kt_write_scene(&end, path, status, &error);
     kt_scene_free(&end);
     if (code == KT_EXIT_DONE && !quiet) {
-        fprintf(stderr, "  scene: %s\n", strcmp(path, "-") == 0 ? "standard output" : kt_show(path).text);
+        fprintf(stderr, "  scene: %s\n", kt_show_result(path).text);
         say_end_scene_anew(outcome, path);
     }
     return code;

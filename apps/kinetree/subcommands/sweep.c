@@ -255,7 +255,7 @@ static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *
         fprintf(stderr,
                 "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
                 all->why);
-    fprintf(stderr, "\n  %s\n", strcmp(out, "-") == 0 ? "standard output" : kt_show(out).text);
+    fprintf(stderr, "\n  %s\n", kt_show_result(out).text);
     report_kept(s->sweep->arguments->keep, out);
 }
 

@@ -200,8 +200,7 @@ static int say_missing(const char *out, long long missing, long long first, long
         snprintf(of, sizeof of, " of %lld", (long long)runs);
     return kt_reject(KT_EXIT_INTEGRATION,
                      "sweep: %lld%s run%s %s in none of the parts, from run %lld on; %s has the others", missing, of,
-                     missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first,
-                     strcmp(out, "-") == 0 ? "standard output" : out);
+                     missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first, kt_show_result(out).text);
 }
 
 /* Writes the lines of all parts in the order of their runs. *is_written: the file has all lines of the parts. */

@@ -50,6 +50,8 @@ kt_shown kt_show(const char *name) {
     return shown;
 }
 
+kt_shown kt_show_result(const char *path) { return kt_show(strcmp(path, "-") == 0 ? "standard output" : path); }
+
 void kt_say_error(const kt_error *error) {
     const char *message = error->message[0] != '\0' ? error->message : kt_status_text(error->code);
     if (error->where[0] != '\0')
