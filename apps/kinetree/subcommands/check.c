@@ -25,11 +25,13 @@ typedef struct kt_check_arguments {
     const char *view;
 } kt_check_arguments;
 
+#define KT_AT(member) offsetof(kt_check_arguments, member)
+
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(kt_check_arguments, settings)),
-    {"view", KT_OPTION_TEXT, offsetof(kt_check_arguments, view), "FILE.html",
-     "write a page that shows the given positions, and over them the assembled ones (one scene)", NULL},
-    KT_READER_OPTIONS(kt_check_arguments, settings),
+    KT_SET_OPTION,
+    KT_OPTION(TEXT, "view", view, "FILE.html",
+              "write a page that shows the given positions, and over them the assembled ones (one scene)"),
+    KT_READER_OPTIONS,
 };
 
 const kt_usage kt_usage_check = {

@@ -14,8 +14,10 @@ typedef struct kt_demo_arguments {
     bool force;
 } kt_demo_arguments;
 
+#define KT_AT(member) offsetof(kt_demo_arguments, member)
+
 static const kt_option options[] = {
-    {"force", KT_OPTION_FLAG, offsetof(kt_demo_arguments, force), NULL, "replace existing results", NULL},
+    KT_FLAG("force", force, "replace existing results"),
 };
 
 const kt_usage kt_usage_demo = {

@@ -41,26 +41,24 @@ typedef struct kt_draw_arguments {
 #define KT_AT(member) offsetof(kt_draw_arguments, member)
 
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(kt_draw_arguments, settings)),
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE", "write the picture here, .svg, .png or .pdf; default: NAME.svg", NULL},
-    {"view", KT_OPTION_TEXT, KT_AT(view), "VIEW",
-     "set the direction of the view: x, y or z (the normal of the plane), iso, or AZIMUTH,ELEVATION in degrees, from "
-     "the front to the right and up; default: the plane of a planar mechanism, else from 25 above",
-     NULL},
-    {"at", KT_OPTION_TEXT, KT_AT(at), "T,...", "draw the states at these times of a run, side by side, s", NULL},
-    {"strobe", KT_OPTION_COUNT, KT_AT(strobe), "N", "draw N states of a run over each other, earlier ones paler", NULL},
-    {"animate", KT_OPTION_FLAG, KT_AT(animate), NULL,
-     "write an SVG that plays the run again and again, light or dark as its page", NULL},
-    {"speed", KT_OPTION_POSITIVE, KT_AT(speed), "X", "play --animate at X times real time; default: 1", NULL},
-    {"until", KT_OPTION_POSITIVE, KT_AT(until), "T",
-     "end --strobe, --trace and --animate at this time, s; default: the duration of the scene", NULL},
-    {"trace", KT_OPTION_NAMES, KT_AT(trace), "B.M,...", "draw the paths of these markers, over the same time", NULL},
-    {"axes", KT_OPTION_FLAG, KT_AT(axes), NULL, "draw the axes of joints", NULL},
-    {"names", KT_OPTION_FLAG, KT_AT(names), NULL, "print the names of bodies, loops and markers", NULL},
-    {"boxes", KT_OPTION_FLAG, KT_AT(boxes), NULL,
-     "draw boxes with mass and inertia of the bodies instead of shapes and meshes", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
-    KT_READER_OPTIONS(kt_draw_arguments, settings),
+    KT_SET_OPTION,
+    KT_OPTION(TEXT, "out", out, "FILE", "write the picture here, .svg, .png or .pdf; default: NAME.svg"),
+    KT_OPTION(TEXT, "view", view, "VIEW",
+              "set the direction of the view: x, y or z (the normal of the plane), iso, or AZIMUTH,ELEVATION in "
+              "degrees, from "
+              "the front to the right and up; default: the plane of a planar mechanism, else from 25 above"),
+    KT_OPTION(TEXT, "at", at, "T,...", "draw the states at these times of a run, side by side, s"),
+    KT_OPTION(COUNT, "strobe", strobe, "N", "draw N states of a run over each other, earlier ones paler"),
+    KT_FLAG("animate", animate, "write an SVG that plays the run again and again, light or dark as its page"),
+    KT_OPTION(POSITIVE, "speed", speed, "X", "play --animate at X times real time; default: 1"),
+    KT_OPTION(POSITIVE, "until", until, "T",
+              "end --strobe, --trace and --animate at this time, s; default: the duration of the scene"),
+    KT_OPTION(NAMES, "trace", trace, "B.M,...", "draw the paths of these markers, over the same time"),
+    KT_FLAG("axes", axes, "draw the axes of joints"),
+    KT_FLAG("names", names, "print the names of bodies, loops and markers"),
+    KT_FLAG("boxes", boxes, "draw boxes with mass and inertia of the bodies instead of shapes and meshes"),
+    KT_FLAG("dark", dark, "draw on a dark page"),
+    KT_READER_OPTIONS,
 };
 
 static const char end_of[] =

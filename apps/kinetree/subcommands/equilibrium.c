@@ -16,14 +16,14 @@ typedef struct kt_equilibrium_arguments {
     const char *scene;
 } kt_equilibrium_arguments;
 
+#define KT_AT(member) offsetof(kt_equilibrium_arguments, member)
+
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(kt_equilibrium_arguments, settings)),
-    {"nearest", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, nearest), NULL,
-     "find the equilibrium nearest to the initial position, stable or not", NULL},
-    {"scene", KT_OPTION_TEXT, offsetof(kt_equilibrium_arguments, scene), "FILE",
-     "write the scene with the equilibrium as its initial state", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(kt_equilibrium_arguments, json), NULL, "print JSON", NULL},
-    KT_READER_OPTIONS(kt_equilibrium_arguments, settings),
+    KT_SET_OPTION,
+    KT_FLAG("nearest", nearest, "find the equilibrium nearest to the initial position, stable or not"),
+    KT_OPTION(TEXT, "scene", scene, "FILE", "write the scene with the equilibrium as its initial state"),
+    KT_FLAG("json", json, "print JSON"),
+    KT_READER_OPTIONS,
 };
 
 const kt_usage kt_usage_equilibrium = {

@@ -17,13 +17,13 @@ typedef struct kt_evaluate_arguments {
     const char *acceleration, *out;
 } kt_evaluate_arguments;
 
+#define KT_AT(member) offsetof(kt_evaluate_arguments, member)
+
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(kt_evaluate_arguments, settings)),
-    {"acceleration", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, acceleration), "A1,A2,...",
-     "compute the inverse dynamics for these accelerations", NULL},
-    {"out", KT_OPTION_TEXT, offsetof(kt_evaluate_arguments, out), "FILE", "write to a file instead of standard output",
-     NULL},
-    KT_READER_OPTIONS(kt_evaluate_arguments, settings),
+    KT_SET_OPTION,
+    KT_OPTION(TEXT, "acceleration", acceleration, "A1,A2,...", "compute the inverse dynamics for these accelerations"),
+    KT_OPTION(TEXT, "out", out, "FILE", "write to a file instead of standard output"),
+    KT_READER_OPTIONS,
 };
 
 const kt_usage kt_usage_evaluate = {

@@ -18,22 +18,20 @@ typedef struct kt_export_arguments {
     kt_settings settings;
 } kt_export_arguments;
 
-#define AT(member) offsetof(kt_export_arguments, member)
+#define KT_AT(member) offsetof(kt_export_arguments, member)
 static const kt_option options[] = {
-    {"urdf", KT_OPTION_FLAG, AT(urdf), NULL, "write URDF, the format of ROS", NULL},
-    {"mjcf", KT_OPTION_FLAG, AT(mjcf), NULL, "write MJCF, the format of MuJoCo", NULL},
-    {"c", KT_OPTION_FLAG, AT(c), NULL, "write C: FILE.c and FILE.h, without any library", NULL},
-    {"fmu", KT_OPTION_FLAG, AT(fmu), NULL, "write an FMU, for other simulation tools", NULL},
-    {"fmi", KT_OPTION_CHOICE, AT(version), "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"},
-    {"input", KT_OPTION_ANY_NAMES, AT(inputs), "LIST", "take joint forces and functions of time as inputs of an FMU",
-     NULL},
-    {"sources", KT_OPTION_FLAG, AT(sources), NULL, "add the source of the binary to an FMU", NULL},
-    {"functions", KT_OPTION_NAMES, AT(functions), "LIST",
-     "write these functions of C; default: forward,inverse,bias,mass", NULL},
-    {"fold", KT_OPTION_FLAG, AT(constant), NULL, "write all numbers of C as constants", NULL},
-    {"out", KT_OPTION_TEXT, AT(out), "FILE", "write to this file; default: standard output", NULL},
-    KT_SET_OPTION(AT(settings)),
-    KT_READER_OPTIONS(kt_export_arguments, settings),
+    KT_FLAG("urdf", urdf, "write URDF, the format of ROS"),
+    KT_FLAG("mjcf", mjcf, "write MJCF, the format of MuJoCo"),
+    KT_FLAG("c", c, "write C: FILE.c and FILE.h, without any library"),
+    KT_FLAG("fmu", fmu, "write an FMU, for other simulation tools"),
+    KT_CHOICE("fmi", version, "VERSION", "set the version of the standard of an FMU; default: 3", "2|3"),
+    KT_OPTION(ANY_NAMES, "input", inputs, "LIST", "take joint forces and functions of time as inputs of an FMU"),
+    KT_FLAG("sources", sources, "add the source of the binary to an FMU"),
+    KT_OPTION(NAMES, "functions", functions, "LIST", "write these functions of C; default: forward,inverse,bias,mass"),
+    KT_FLAG("fold", constant, "write all numbers of C as constants"),
+    KT_OPTION(TEXT, "out", out, "FILE", "write to this file; default: standard output"),
+    KT_SET_OPTION,
+    KT_READER_OPTIONS,
 };
 
 static const kt_option_rule rules[] = {

@@ -15,11 +15,9 @@ typedef struct kt_help_arguments {
 #define KT_AT(member) offsetof(kt_help_arguments, member)
 
 static const kt_option options[] = {
-    {"man", KT_OPTION_FLAG, KT_AT(man), NULL, "print a man page", NULL},
-    {"completion", KT_OPTION_CHOICE, KT_AT(completion), "SHELL", "print a script that completes command lines",
-     KT_SHELLS},
-    {"types", KT_OPTION_FLAG, KT_AT(types), NULL,
-     "print all types of joints, loops, effects, functions and shapes, as Markdown", NULL},
+    KT_FLAG("man", man, "print a man page"),
+    KT_CHOICE("completion", completion, "SHELL", "print a script that completes command lines", KT_SHELLS),
+    KT_FLAG("types", types, "print all types of joints, loops, effects, functions and shapes, as Markdown"),
 };
 
 const kt_usage kt_usage_help = {

@@ -11,26 +11,25 @@ typedef struct kt_import_arguments {
     kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
 } kt_import_arguments;
 
-#define AT(member) offsetof(kt_import_arguments, member)
+#define KT_AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
-    {"out", KT_OPTION_TEXT, AT(out), "FILE.yaml", "write to this file; default: standard output", NULL},
-    {"stops", KT_OPTION_POSITIVE, AT(stops), "STIFFNESS",
-     "make limits of position elastic stops, N m/rad or N/m; default: they are left out", NULL},
-    {"stop-damping", KT_OPTION_POSITIVE, AT(stop_damping), "DAMPING",
-     "set the damping of these stops, N m s/rad or N s/m; default: 0", NULL},
-    {"inertia", KT_OPTION_TEXT, AT(inertia), "HOW",
-     "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a warning; "
-     "'strict' accepts none, 'accept' all; default: warn",
-     NULL},
-    {"density", KT_OPTION_POSITIVE, AT(density), "DENSITY",
-     "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia of their shapes, "
-     "kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2",
-     NULL},
-    {"mass", KT_OPTION_SETTING, AT(masses), "LINK=MASS",
-     "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated", NULL},
-    KT_ROBOT_OPTIONS(kt_import_arguments, settings),
-    KT_QUIET_OPTION(kt_import_arguments, settings),
-    KT_VERBOSE_OPTION(kt_import_arguments, settings),
+    KT_OPTION(TEXT, "out", out, "FILE.yaml", "write to this file; default: standard output"),
+    KT_OPTION(POSITIVE, "stops", stops, "STIFFNESS",
+              "make limits of position elastic stops, N m/rad or N/m; default: they are left out"),
+    KT_OPTION(POSITIVE, "stop-damping", stop_damping, "DAMPING",
+              "set the damping of these stops, N m s/rad or N s/m; default: 0"),
+    KT_OPTION(
+        TEXT, "inertia", inertia, "HOW",
+        "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a warning; "
+        "'strict' accepts none, 'accept' all; default: warn"),
+    KT_OPTION(POSITIVE, "density", density, "DENSITY",
+              "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia of "
+              "their shapes, kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2"),
+    KT_OPTION(SETTING, "mass", masses, "LINK=MASS",
+              "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated"),
+    KT_ROBOT_OPTIONS,
+    KT_QUIET_OPTION,
+    KT_VERBOSE_OPTION,
 };
 
 static const kt_option_rule rules[] = {{"stop-damping", true, "stops", NULL}};

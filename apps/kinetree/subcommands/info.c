@@ -130,12 +130,14 @@ typedef struct info_arguments {
     bool plan, json;
 } info_arguments;
 
+#define KT_AT(member) offsetof(info_arguments, member)
+
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(info_arguments, settings)),
-    {"plan", KT_OPTION_FLAG, offsetof(info_arguments, plan), NULL,
-     "print the computations of each evaluation, step and record, their sizes, and those that the scene avoids", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(info_arguments, json), NULL, "print the plan as JSON", NULL},
-    KT_READER_OPTIONS(info_arguments, settings),
+    KT_SET_OPTION,
+    KT_FLAG("plan", plan,
+            "print the computations of each evaluation, step and record, their sizes, and those that the scene avoids"),
+    KT_FLAG("json", json, "print the plan as JSON"),
+    KT_READER_OPTIONS,
 };
 
 static const kt_option_rule rules[] = {{"json", true, "plan", NULL}};

@@ -39,19 +39,19 @@ static const kt_joint_type joints[] = {KT_JOINT_LIST(JOINT_TYPE)};
 enum { JOINT_COUNT = sizeof joints / sizeof joints[0] }; /* index of "mixed": all types in turn */
 
 static const kt_option options[] = {
-    {"links", KT_OPTION_COUNT, KT_AT(links), "N", "make N bodies; default: 10, of a pendulum 1", NULL},
-    {"joint", KT_OPTION_CHOICE, KT_AT(joint), "TYPE", "set the type of all joints; mixed: all types in turn",
-     KT_JOINT_LIST(JOINT_NAME) "mixed"},
-    {"axes", KT_OPTION_CHOICE, KT_AT(axes), "AXES", "set the joint axes: always z, or x, y, z in turn", "z|xyz"},
-    {"mass", KT_OPTION_POSITIVE, KT_AT(mass), "KG", "set the mass of each body; default: 1", NULL},
-    {"length", KT_OPTION_POSITIVE, KT_AT(length), "M", "set the length of each body; default: 1", NULL},
-    {"shape", KT_OPTION_CHOICE, KT_AT(shape), "SHAPE",
-     "make uniform rods, or point masses at the end; default: rod, of a pendulum point", "rod|point"},
-    {"branching", KT_OPTION_COUNT, KT_AT(branching), "B", "attach B bodies to each body of a tree; default: 2", NULL},
-    {"angle", KT_OPTION_ANGLE, KT_AT(angle), "A",
-     "set the angle of the first joint at the start: 0.5, 30deg; default: 0, of a pendulum 90deg", NULL},
-    {"seed", KT_OPTION_COUNT, KT_AT(seed), "S",
-     "draw masses, lengths, axes and positions at random; equal seeds give equal scenes", NULL},
+    KT_OPTION(COUNT, "links", links, "N", "make N bodies; default: 10, of a pendulum 1"),
+    KT_CHOICE("joint", joint, "TYPE", "set the type of all joints; mixed: all types in turn",
+              KT_JOINT_LIST(JOINT_NAME) "mixed"),
+    KT_CHOICE("axes", axes, "AXES", "set the joint axes: always z, or x, y, z in turn", "z|xyz"),
+    KT_OPTION(POSITIVE, "mass", mass, "KG", "set the mass of each body; default: 1"),
+    KT_OPTION(POSITIVE, "length", length, "M", "set the length of each body; default: 1"),
+    KT_CHOICE("shape", shape, "SHAPE",
+              "make uniform rods, or point masses at the end; default: rod, of a pendulum point", "rod|point"),
+    KT_OPTION(COUNT, "branching", branching, "B", "attach B bodies to each body of a tree; default: 2"),
+    KT_OPTION(ANGLE, "angle", angle, "A",
+              "set the angle of the first joint at the start: 0.5, 30deg; default: 0, of a pendulum 90deg"),
+    KT_OPTION(COUNT, "seed", seed, "S",
+              "draw masses, lengths, axes and positions at random; equal seeds give equal scenes"),
 };
 
 const kt_usage kt_usage_make = {

@@ -14,25 +14,21 @@
 #define KT_AT(member) offsetof(kt_plot_arguments, member)
 
 static const kt_option options[] = {
-    {"columns", KT_OPTION_NAMES, KT_AT(columns), "A,B", "draw these columns: names, or beginnings such as 'velocity'",
-     NULL},
-    {"phase", KT_OPTION_TEXT, KT_AT(phase), "JOINT", "draw the velocity of a joint against its position", NULL},
-    {"x", KT_OPTION_TEXT, KT_AT(x), "COLUMN", "draw against this column; default: the first", NULL},
-    {"by", KT_OPTION_TEXT, KT_AT(by), "COLUMN", "draw a curve for each value of this column of a sweep", NULL},
-    {"map", KT_OPTION_TEXT, KT_AT(map), "A,B", "draw a sweep as colours over these two columns", NULL},
-    {"histogram", KT_OPTION_FLAG, KT_AT(histogram), NULL, "count the runs of a sweep by their values", NULL},
-    {"log", KT_OPTION_FLAG, KT_AT(log), NULL, "draw magnitudes on logarithmic axes", NULL},
-    {"marks", KT_OPTION_TEXT, KT_AT(marks), "SUMMARY",
-     "draw lines at the events and impacts in this summary of the run", NULL},
-    {"title", KT_OPTION_TEXT, KT_AT(title), "TEXT",
-     "set the title; default: the name of the scene in --marks or in the summary NAME.json next to NAME.csv, or of the "
-     "file",
-     NULL},
-    {"size", KT_OPTION_TEXT, KT_AT(size), "WxH", "set width and height, such as 1200x800; default: it fits a screen",
-     NULL},
-    {"out", KT_OPTION_TEXT, KT_AT(out), "FILE",
-     "write the picture here: FILE.svg, FILE.png or FILE.pdf; default: NAME.svg", NULL},
-    {"dark", KT_OPTION_FLAG, KT_AT(dark), NULL, "draw on a dark page", NULL},
+    KT_OPTION(NAMES, "columns", columns, "A,B", "draw these columns: names, or beginnings such as 'velocity'"),
+    KT_OPTION(TEXT, "phase", phase, "JOINT", "draw the velocity of a joint against its position"),
+    KT_OPTION(TEXT, "x", x, "COLUMN", "draw against this column; default: the first"),
+    KT_OPTION(TEXT, "by", by, "COLUMN", "draw a curve for each value of this column of a sweep"),
+    KT_OPTION(TEXT, "map", map, "A,B", "draw a sweep as colours over these two columns"),
+    KT_FLAG("histogram", histogram, "count the runs of a sweep by their values"),
+    KT_FLAG("log", log, "draw magnitudes on logarithmic axes"),
+    KT_OPTION(TEXT, "marks", marks, "SUMMARY", "draw lines at the events and impacts in this summary of the run"),
+    KT_OPTION(TEXT, "title", title, "TEXT",
+              "set the title; default: the name of the scene in --marks or in the summary NAME.json next to NAME.csv, "
+              "or of the "
+              "file"),
+    KT_OPTION(TEXT, "size", size, "WxH", "set width and height, such as 1200x800; default: it fits a screen"),
+    KT_OPTION(TEXT, "out", out, "FILE", "write the picture here: FILE.svg, FILE.png or FILE.pdf; default: NAME.svg"),
+    KT_FLAG("dark", dark, "draw on a dark page"),
 };
 
 /* The picture of one has no place for the other. */

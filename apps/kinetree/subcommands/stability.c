@@ -26,20 +26,20 @@ typedef struct arguments {
     const char *base; /* of the name of the scene */
 } arguments;
 
+#define KT_AT(member) offsetof(arguments, member)
+
 static const kt_option options[] = {
-    KT_SET_OPTION(offsetof(arguments, settings)),
-    {"step", KT_OPTION_POSITIVE, offsetof(arguments, step), "S", "check this step, seconds", NULL},
-    {"integrator", KT_OPTION_TEXT, offsetof(arguments, integrator), "NAME", "draw this method; default: the scene's",
-     NULL},
-    {"duration", KT_OPTION_POSITIVE, offsetof(arguments, duration), "S",
-     "follow the motion for S seconds; default: the scene's", NULL},
-    {"samples", KT_OPTION_SEVERAL, offsetof(arguments, samples), "N",
-     "linearise at N states along the motion; default: 9, 1 for large scenes", NULL},
-    {"plot", KT_OPTION_TEXT, offsetof(arguments, plot), "FILE",
-     "draw the modes times the step in the method's region of stability, .svg, .png or .pdf", NULL},
-    {"dark", KT_OPTION_FLAG, offsetof(arguments, dark), NULL, "draw the picture on a dark page", NULL},
-    {"json", KT_OPTION_FLAG, offsetof(arguments, json), NULL, "print all modes and steps as JSON", NULL},
-    KT_READER_OPTIONS(arguments, settings),
+    KT_SET_OPTION,
+    KT_OPTION(POSITIVE, "step", step, "S", "check this step, seconds"),
+    KT_OPTION(TEXT, "integrator", integrator, "NAME", "draw this method; default: the scene's"),
+    KT_OPTION(POSITIVE, "duration", duration, "S", "follow the motion for S seconds; default: the scene's"),
+    KT_OPTION(SEVERAL, "samples", samples, "N",
+              "linearise at N states along the motion; default: 9, 1 for large scenes"),
+    KT_OPTION(TEXT, "plot", plot, "FILE",
+              "draw the modes times the step in the method's region of stability, .svg, .png or .pdf"),
+    KT_FLAG("dark", dark, "draw the picture on a dark page"),
+    KT_FLAG("json", json, "print all modes and steps as JSON"),
+    KT_READER_OPTIONS,
 };
 
 static const kt_option_rule rules[] = {{"dark", true, "plot", NULL}};

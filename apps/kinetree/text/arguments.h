@@ -43,47 +43,42 @@ typedef struct kt_option {
     const char *choices; /* "qr|partition|svd" */
 } kt_option;
 
-/* --set, of a subcommand that reads a scene; `at` is the offset of the kt_settings. */
-#define KT_SET_OPTION(at)                                                                                              \
-    {                                                                                                                  \
-        "set", KT_OPTION_SETTING, at, "PATH=VALUE",                                                                    \
-            "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be repeated", NULL                            \
-    }
+/* Rows of a table of options. KT_AT(member) is the offset of a member in the struct of the subcommand, of which
+ * `settings` is its kt_settings. */
+#define KT_OPTION(type, name, member, argument, help)                                                                  \
+    { name, KT_OPTION_##type, KT_AT(member), argument, help, NULL }
+#define KT_FLAG(name, member, help)                                                                                    \
+    { name, KT_OPTION_FLAG, KT_AT(member), NULL, help, NULL }
+#define KT_CHOICE(name, member, argument, help, choices)                                                               \
+    { name, KT_OPTION_CHOICE, KT_AT(member), argument, help, choices }
 
-/* --quiet and --verbose of a subcommand that reads a scene. `settings` is the kt_settings in the struct `type`. */
-#define KT_QUIET_OPTION(type, settings)                                                                                \
-    { "quiet", KT_OPTION_FLAG, offsetof(type, settings.is_quiet), NULL, "print no notes on a robot's file", NULL }
-#define KT_VERBOSE_OPTION(type, settings)                                                                              \
-    {                                                                                                                  \
-        "verbose", KT_OPTION_FLAG, offsetof(type, settings.is_verbose), NULL,                                          \
-            "print all notes on a robot's file, also those on pictures and names", NULL                                \
-    }
+/* Options of a subcommand that reads a scene. */
+#define KT_SET_OPTION                                                                                                  \
+    KT_OPTION(SETTING, "set", settings, "PATH=VALUE",                                                                  \
+              "replace a value of the scene: L=1.5, bodies.arm.mass=2; may be repeated")
+#define KT_QUIET_OPTION KT_FLAG("quiet", settings.is_quiet, "print no notes on a robot's file")
+#define KT_VERBOSE_OPTION                                                                                              \
+    KT_FLAG("verbose", settings.is_verbose, "print all notes on a robot's file, also those on pictures and names")
 
-/* Options of a subcommand that reads a robot's file, in the same struct. */
-#define KT_ROBOT_FLAG(type, settings, name, help)                                                                      \
-    { #name, KT_OPTION_FLAG, offsetof(type, settings.robot.name), NULL, help, NULL }
-#define KT_ROBOT_TEXT(type, settings, name, argument, help)                                                            \
-    { #name, KT_OPTION_TEXT, offsetof(type, settings.robot.name), argument, help, NULL }
-#define KT_ROBOT_OPTIONS(type, settings)                                                                               \
-    KT_ROBOT_FLAG(type, settings, floating,                                                                            \
-                  "let the root of a robot's file move freely; default: it is fixed to the world"),                    \
-        KT_ROBOT_TEXT(type, settings, keyframe, "NAME",                                                                \
+/* Options of a subcommand that reads a robot's file. */
+#define KT_ROBOT_FLAG(name, help) KT_FLAG(#name, settings.robot.name, help)
+#define KT_ROBOT_TEXT(name, argument, help) KT_OPTION(TEXT, #name, settings.robot.name, argument, help)
+#define KT_ROBOT_OPTIONS                                                                                               \
+    KT_ROBOT_FLAG(floating, "let the root of a robot's file move freely; default: it is fixed to the world"),          \
+        KT_ROBOT_TEXT(keyframe, "NAME",                                                                                \
                       "start from the positions, velocities and controls of this keyframe of MJCF; default: "          \
                       "reference positions"),                                                                          \
-        KT_ROBOT_FLAG(type, settings, contacts,                                                                        \
-                      "let the collisions of a robot's file touch planes; default: they touch nothing"),               \
-        KT_ROBOT_TEXT(type, settings, ground, "HEIGHT",                                                                \
-                      "add a floor at this height, m, to --contacts; default: none"),                                  \
-        KT_ROBOT_TEXT(type, settings, search, "FOLDER:FOLDER",                                                         \
+        KT_ROBOT_FLAG(contacts, "let the collisions of a robot's file touch planes; default: they touch nothing"),     \
+        KT_ROBOT_TEXT(ground, "HEIGHT", "add a floor at this height, m, to --contacts; default: none"),                \
+        KT_ROBOT_TEXT(search, "FOLDER:FOLDER",                                                                         \
                       "find meshes of package:// and model://, and models that SDF includes, in these folders first; " \
                       "then in those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and "                  \
                       "GAZEBO_MODEL_PATH, those in which Gazebo keeps models, that of the robot and those around it"), \
-        KT_ROBOT_TEXT(type, settings, allow, "FOLDER:FOLDER",                                                          \
+        KT_ROBOT_TEXT(allow, "FOLDER:FOLDER",                                                                          \
                       "allow a robot's file to include files of these folders outside of its own")
 
-/* Options of a subcommand that reads scenes and robots, in the same struct: all of these. */
-#define KT_READER_OPTIONS(type, settings)                                                                              \
-    KT_ROBOT_OPTIONS(type, settings), KT_QUIET_OPTION(type, settings), KT_VERBOSE_OPTION(type, settings)
+/* Options of a subcommand that reads scenes and robots. */
+#define KT_READER_OPTIONS KT_ROBOT_OPTIONS, KT_QUIET_OPTION, KT_VERBOSE_OPTION
 
 /* A heading of the help, above the option `first`. */
 typedef struct kt_option_group {
