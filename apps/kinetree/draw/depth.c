@@ -297,15 +297,12 @@ static void paint_bars(const kt_sheet *sheet, int first) {
         const kt_vec3 half = kt_vec3_make(0.0, 0.0, p->solids[k].half.z);
         const kt_spot a = kt_sheet_place(sheet, kt_pose_apply(pose, kt_vec3_scale(-1.0, half)));
         const kt_spot b = kt_sheet_place(sheet, kt_pose_apply(pose, half));
-        if (!bodies_are_alike(p, first, k))
-            continue;
-        cairo_move_to(sheet->c, a.x, a.y);
-        cairo_line_to(sheet->c, b.x, b.y);
+        if (bodies_are_alike(p, first, k))
+            kt_trace_line(sheet->c, a, b);
     }
-    kt_paper_use(sheet->c, kt_sheet_colour(sheet, p->solids[first].body));
-    cairo_set_line_width(sheet->c, 2.0 * fmax(sheet->scale * p->solids[first].half.x, 1.1));
     cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_ROUND);
-    cairo_stroke(sheet->c);
+    kt_paper_stroke(sheet->c, kt_sheet_colour(sheet, p->solids[first].body),
+                    2.0 * fmax(sheet->scale * p->solids[first].half.x, 1.1));
     cairo_set_line_cap(sheet->c, CAIRO_LINE_CAP_BUTT);
 }
 

@@ -41,13 +41,9 @@ static void paint_bushing(const kt_sheet *sheet, kt_spot at) {
     cairo_rectangle(c, at.x - h, at.y - h, 2.0 * h, 2.0 * h);
     kt_paper_use(c, sheet->palette->paper);
     cairo_fill_preserve(c);
-    cairo_move_to(c, at.x - h, at.y - h);
-    cairo_line_to(c, at.x + h, at.y + h);
-    cairo_move_to(c, at.x - h, at.y + h);
-    cairo_line_to(c, at.x + h, at.y - h);
-    kt_paper_use(c, kt_sheet_faded(sheet, sheet->palette->ink));
-    cairo_set_line_width(c, 1.1);
-    cairo_stroke(c);
+    kt_trace_line(c, (kt_spot){at.x - h, at.y - h}, (kt_spot){at.x + h, at.y + h});
+    kt_trace_line(c, (kt_spot){at.x - h, at.y + h}, (kt_spot){at.x + h, at.y - h});
+    kt_paper_stroke(c, kt_sheet_faded(sheet, sheet->palette->ink), 1.1);
 }
 
 /* An arc with a head, anticlockwise, around a spot; clockwise where `sign` is negative. */
@@ -58,9 +54,7 @@ static void paint_arc(const kt_sheet *sheet, kt_spot at, double sign, kt_colour 
     cairo_t *c = sheet->c;
     cairo_new_sub_path(c);
     cairo_arc(c, at.x, at.y, r, middle - 0.3 * pi, middle + 0.3 * pi);
-    kt_paper_use(c, colour);
-    cairo_set_line_width(c, 1.4);
-    cairo_stroke(c);
+    kt_paper_stroke(c, colour, 1.4);
     kt_paint_arrow(sheet, kt_spot_offset(tip, ahead, -3.5, 0.0), kt_spot_offset(tip, ahead, 4.5, 0.0), 1.4, colour);
 }
 
@@ -102,9 +96,7 @@ static void paint_joint_spring(const kt_sheet *sheet, const kt_picture_joint *jo
                                   : joint_spot(sheet, joint, out * cos(angle), out * sin(angle), 0.0);
         cairo_line_to(sheet->c, at.x, at.y);
     }
-    kt_paper_use(sheet->c, kt_sheet_faded(sheet, sheet->palette->ink));
-    cairo_set_line_width(sheet->c, 1.1);
-    cairo_stroke(sheet->c);
+    kt_paper_stroke(sheet->c, kt_sheet_faded(sheet, sheet->palette->ink), 1.1);
 }
 
 /* The direction of a joint's body at position 0: that of the first solid of the body that is not at the joint. */

@@ -16,10 +16,7 @@ static bool is_point_loop(kt_loop_type type) {
 static bool is_slot(kt_loop_type type) { return type == KT_LOOP_INLINE || type == KT_LOOP_INPLANE; }
 
 /* A dot is a line of no length, with round ends. */
-static void trace_dot(cairo_t *c, kt_spot at) {
-    cairo_move_to(c, at.x, at.y);
-    cairo_line_to(c, at.x, at.y);
-}
+static void trace_dot(cairo_t *c, kt_spot at) { kt_trace_line(c, at, at); }
 
 /* Small circles, with a dot if they close a loop. They are painted layer by layer, which keeps files small. */
 void kt_paint_pivots(const kt_sheet *sheet) {
@@ -35,9 +32,8 @@ void kt_paint_pivots(const kt_sheet *sheet) {
         for (int i = 0; i < p->loop_count; i++)
             if (is_point_loop(p->loops[i].type) || is_slot(p->loops[i].type))
                 trace_dot(c, kt_sheet_frame(sheet, &p->loops[i].ends[1]));
-        kt_paper_use(c, layer == 1 ? sheet->palette->paper : kt_sheet_faded(sheet, sheet->palette->ink));
-        cairo_set_line_width(c, widths[layer]);
-        cairo_stroke(c);
+        kt_paper_stroke(c, layer == 1 ? sheet->palette->paper : kt_sheet_faded(sheet, sheet->palette->ink),
+                        widths[layer]);
     }
     cairo_set_line_cap(c, CAIRO_LINE_CAP_BUTT);
 }
@@ -52,11 +48,7 @@ static void paint_mount(const kt_sheet *sheet, kt_spot at, bool is_above) {
     cairo_line_to(c, left.x, left.y);
     cairo_line_to(c, right.x, right.y);
     cairo_close_path(c);
-    kt_paper_use(c, sheet->palette->faint);
-    cairo_fill_preserve(c);
-    kt_paper_use(c, sheet->palette->quiet);
-    cairo_set_line_width(c, 1.0);
-    cairo_stroke(c);
+    kt_paper_fill(c, sheet->palette->faint, sheet->palette->quiet, 1.0);
     const kt_spot a = kt_spot_offset(left, (kt_spot){1.0, 0.0}, -r, 0.0),
                   b = kt_spot_offset(right, (kt_spot){1.0, 0.0}, r, 0.0);
     kt_paint_hatching(sheet, is_above ? b : a, is_above ? a : b);
@@ -226,21 +218,15 @@ static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
     for (int i = 0; i < 4; i++)
         cairo_line_to(c, corners[i].x, corners[i].y);
     cairo_close_path(c);
-    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.09));
-    cairo_fill_preserve(c);
-    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.55));
-    cairo_set_line_width(c, 1.0);
-    cairo_stroke(c);
+    kt_paper_fill(c, kt_colour_mix(paper, sheet->palette->quiet, 0.09),
+                  kt_colour_mix(paper, sheet->palette->quiet, 0.55), 1.0);
     for (int i = 1; i < 8; i++)
         for (int k = 0; k < 2; k++) {
             const kt_spot p = kt_spot_between(corners[0], corners[k == 0 ? 1 : 3], 0.125 * i);
             const kt_spot q = kt_spot_between(corners[k == 0 ? 3 : 1], corners[2], 0.125 * i);
-            cairo_move_to(c, p.x, p.y);
-            cairo_line_to(c, q.x, q.y);
+            kt_trace_line(c, p, q);
         }
-    kt_paper_use(c, kt_colour_mix(paper, sheet->palette->quiet, 0.2));
-    cairo_set_line_width(c, 0.7);
-    cairo_stroke(c);
+    kt_paper_stroke(c, kt_colour_mix(paper, sheet->palette->quiet, 0.2), 0.7);
 }
 
 void kt_paint_ground(const kt_sheet *sheet) {

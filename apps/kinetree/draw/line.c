@@ -22,12 +22,14 @@ kt_spot kt_spot_offset(kt_spot from, kt_spot along, double ahead, double aside) 
     return (kt_spot){from.x + ahead * along.x - aside * along.y, from.y + ahead * along.y + aside * along.x};
 }
 
+void kt_trace_line(cairo_t *c, kt_spot from, kt_spot to) {
+    cairo_move_to(c, from.x, from.y);
+    cairo_line_to(c, to.x, to.y);
+}
+
 void kt_paint_line(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour) {
-    kt_paper_use(sheet->c, colour);
-    cairo_set_line_width(sheet->c, width);
-    cairo_move_to(sheet->c, from.x, from.y);
-    cairo_line_to(sheet->c, to.x, to.y);
-    cairo_stroke(sheet->c);
+    kt_trace_line(sheet->c, from, to);
+    kt_paper_stroke(sheet->c, colour, width);
 }
 
 void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour) {
@@ -53,11 +55,9 @@ void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to) {
     for (int i = 0; i < count; i++) {
         const kt_spot top = kt_spot_offset(from, along, (i + 0.75) * length / count, 0.0);
         const kt_spot foot = kt_spot_offset(top, along, -0.75 * step, 0.75 * step);
-        cairo_move_to(sheet->c, top.x, top.y);
-        cairo_line_to(sheet->c, foot.x, foot.y);
+        kt_trace_line(sheet->c, top, foot);
     }
-    cairo_set_line_width(sheet->c, 0.9);
-    cairo_stroke(sheet->c);
+    kt_paper_stroke(sheet->c, colour, 0.9);
 }
 
 void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour colour, double width) {
@@ -103,23 +103,18 @@ static void trace_wire(cairo_t *c, const wire *w, double a, double b) {
     cairo_line_to(c, last.x, last.y);
 }
 
-static void trace_line(cairo_t *c, kt_spot from, kt_spot to) {
-    cairo_move_to(c, from.x, from.y);
-    cairo_line_to(c, to.x, to.y);
-}
-
 /* The part of a line from share low to share high that is within shares a to b. */
 static void trace_part(cairo_t *c, kt_spot from, kt_spot to, double low, double high, double a, double b) {
     const double begin = fmax(low, a), end = fmin(high, b);
     if (begin < end)
-        trace_line(c, kt_spot_between(from, to, begin), kt_spot_between(from, to, end));
+        kt_trace_line(c, kt_spot_between(from, to, begin), kt_spot_between(from, to, end));
 }
 
 /* A line across the way from one spot to another, at a share of it, if that is within shares a to b. */
 static void trace_across(cairo_t *c, kt_spot from, kt_spot to, double share, double half, double a, double b) {
     const kt_spot along = kt_spot_direction(from, to), middle = kt_spot_between(from, to, share);
     if (a <= share && b >= share)
-        trace_line(c, kt_spot_offset(middle, along, 0.0, -half), kt_spot_offset(middle, along, 0.0, half));
+        kt_trace_line(c, kt_spot_offset(middle, along, 0.0, -half), kt_spot_offset(middle, along, 0.0, half));
 }
 
 /* Traces the part of a spring around a bar that is in front of the bar. */
@@ -128,7 +123,7 @@ static void trace_coil(cairo_t *c, const wire *w, double a, double b) {
         const double share = lead + (1.0 - 2.0 * lead) * (k + 0.75) / w->turns,
                      half = 0.5 * (1.0 - 2.0 * lead) / w->turns;
         if (share >= a && share <= b && k + 1 != w->turns)
-            trace_line(c, wire_at(w, share), wire_at(w, share + half));
+            kt_trace_line(c, wire_at(w, share), wire_at(w, share + half));
     }
 }
 
@@ -180,7 +175,5 @@ void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, 
     if (has_damping && around <= 0.0)
         trace_dashpot(c, kt_spot_offset(from, along, 0.0, aside), kt_spot_offset(to, along, 0.0, aside), 0.85 * width,
                       a, b);
-    kt_paper_use(c, kt_sheet_faded(sheet, sheet->palette->ink));
-    cairo_set_line_width(c, fmin(1.3, 0.3 + 0.2 * sheet->pin));
-    cairo_stroke(c);
+    kt_paper_stroke(c, kt_sheet_faded(sheet, sheet->palette->ink), fmin(1.3, 0.3 + 0.2 * sheet->pin));
 }

@@ -234,15 +234,10 @@ static void paint_scale(const kt_sheet *sheet, double right, double y) {
     cairo_t *c = sheet->c;
     char text[48];
     write_length(length, text, sizeof text);
-    kt_paper_use(c, sheet->palette->quiet);
-    cairo_set_line_width(c, 1.2);
-    cairo_move_to(c, right - width, y - 4.0);
-    cairo_line_to(c, right - width, y + 4.0);
-    cairo_move_to(c, right - width, y);
-    cairo_line_to(c, right, y);
-    cairo_move_to(c, right, y - 4.0);
-    cairo_line_to(c, right, y + 4.0);
-    cairo_stroke(c);
+    kt_trace_line(c, (kt_spot){right - width, y - 4.0}, (kt_spot){right - width, y + 4.0});
+    kt_trace_line(c, (kt_spot){right - width, y}, (kt_spot){right, y});
+    kt_trace_line(c, (kt_spot){right, y - 4.0}, (kt_spot){right, y + 4.0});
+    kt_paper_stroke(c, sheet->palette->quiet, 1.2);
     kt_paper_text(c, right - 0.5 * width, y - 8.0, KT_ANCHOR_MIDDLE, text);
 }
 
@@ -263,12 +258,9 @@ static void paint_gravity(const kt_sheet *sheet, kt_spot at) {
         return;
     }
     cairo_arc(c, at.x, at.y, 6.0, 0.0, 6.283185307179586);
-    cairo_set_line_width(c, 1.2);
-    for (int i = 0; i < 2 && down.z < 0.0; i++) {
-        cairo_move_to(c, at.x - 4.2, at.y + (i ? 4.2 : -4.2));
-        cairo_line_to(c, at.x + 4.2, at.y + (i ? -4.2 : 4.2));
-    }
-    cairo_stroke(c);
+    for (int side = -1; side <= 1 && down.z < 0.0; side += 2)
+        kt_trace_line(c, (kt_spot){at.x - 4.2, at.y + side * 4.2}, (kt_spot){at.x + 4.2, at.y - side * 4.2});
+    kt_paper_stroke(c, sheet->palette->quiet, 1.2);
     if (down.z > 0.0) {
         cairo_arc(c, at.x, at.y, 1.8, 0.0, 6.283185307179586);
         cairo_fill(c);

@@ -134,6 +134,8 @@ double kt_spot_distance(kt_spot a, kt_spot b);
 kt_spot kt_spot_direction(kt_spot a, kt_spot b);
 kt_spot kt_spot_offset(kt_spot from, kt_spot along, double ahead, double aside);
 
+/* The first function adds a line to the path, the second paints it. */
+void kt_trace_line(cairo_t *c, kt_spot from, kt_spot to);
 void kt_paint_line(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);
 /* A line with a head at its end. */
 void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);

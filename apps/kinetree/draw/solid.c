@@ -59,14 +59,12 @@ static void use_pattern(cairo_t *c, cairo_pattern_t *pattern) {
 static void stroke_bar(cairo_t *c, kt_spot a, kt_spot b, double width, bool round_a, bool round_b) {
     cairo_set_line_width(c, width);
     cairo_set_line_cap(c, round_a && round_b ? CAIRO_LINE_CAP_ROUND : CAIRO_LINE_CAP_BUTT);
-    cairo_move_to(c, a.x, a.y);
-    cairo_line_to(c, b.x, b.y);
+    kt_trace_line(c, a, b);
     cairo_stroke(c);
     cairo_set_line_cap(c, CAIRO_LINE_CAP_ROUND);
     if (round_a != round_b) { /* one end is a cut */
         const kt_spot end = round_a ? a : b;
-        cairo_move_to(c, end.x, end.y);
-        cairo_line_to(c, end.x, end.y);
+        kt_trace_line(c, end, end);
         cairo_stroke(c);
     }
     cairo_set_line_cap(c, CAIRO_LINE_CAP_BUTT);
@@ -106,9 +104,7 @@ static void paint_ball(const kt_sheet *sheet, const kt_piece *piece, kt_colour c
     if (is_shaded(sheet, radius))
         use_pattern(sheet->c, ball_shade(colour, middle, radius));
     cairo_fill_preserve(sheet->c);
-    kt_paper_use(sheet->c, kt_sheet_edge(sheet, colour));
-    cairo_set_line_width(sheet->c, 1.0);
-    cairo_stroke(sheet->c);
+    kt_paper_stroke(sheet->c, kt_sheet_edge(sheet, colour), 1.0);
 }
 
 /* ---- boxes ------------------------------------------------------------------------------------------------------- */
@@ -136,8 +132,7 @@ static void trace_edges(const kt_sheet *sheet, const kt_piece *piece, const kt_v
             continue;
         const kt_spot a = kt_sheet_spot(sheet, kt_pose_apply(piece->solid.pose, from));
         const kt_spot b = kt_sheet_spot(sheet, kt_pose_apply(piece->solid.pose, to));
-        cairo_move_to(sheet->c, a.x, a.y);
-        cairo_line_to(sheet->c, b.x, b.y);
+        kt_trace_line(sheet->c, a, b);
     }
 }
 
@@ -167,9 +162,7 @@ static void paint_box(const kt_sheet *sheet, const kt_piece *piece, kt_colour co
             cairo_stroke(c);
             trace_edges(sheet, piece, corners);
         }
-        kt_paper_use(c, kt_sheet_edge(sheet, colour));
-        cairo_set_line_width(c, 1.0);
-        cairo_stroke(c);
+        kt_paper_stroke(c, kt_sheet_edge(sheet, colour), 1.0);
     }
     cairo_set_line_cap(c, CAIRO_LINE_CAP_BUTT);
 }
@@ -234,13 +227,10 @@ static void paint_cylinder(const kt_sheet *sheet, const kt_piece *piece, kt_colo
     kt_paper_use(
         c, kt_paint_shade(colour, fabs(axis.z) > 0.999 ? kt_vec3_make(0.0, 0.35, 0.94) : kt_vec3_scale(sign, axis)));
     cairo_fill_preserve(c);
-    kt_paper_use(c, edge);
-    cairo_set_line_width(c, 1.0);
-    cairo_stroke(c);
+    kt_paper_stroke(c, edge, 1.0);
     if (radius > 14.0) { /* a radius, which shows how it turns */
         const kt_spot rim = kt_sheet_spot(sheet, kt_pose_apply(pose, kt_vec3_make(piece->solid.half.x, 0.0, z_near)));
-        cairo_move_to(c, near.x, near.y);
-        cairo_line_to(c, rim.x, rim.y);
+        kt_trace_line(c, near, rim);
         cairo_set_line_width(c, 0.8);
         cairo_stroke(c);
     }

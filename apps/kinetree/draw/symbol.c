@@ -22,11 +22,9 @@ static void paint_axis(const kt_sheet *sheet, const kt_picture_joint *joint) {
                        (kt_spot){at.x + length * axis.x, at.y - length * axis.y}, 1.4, colour);
         return;
     }
-    kt_paper_use(sheet->c, colour);
     cairo_new_sub_path(sheet->c);
     cairo_arc(sheet->c, at.x, at.y, fmax(1.7 * sheet->pin, 5.0), 0.0, 2.0 * pi);
-    cairo_set_line_width(sheet->c, 1.4);
-    cairo_stroke(sheet->c);
+    kt_paper_stroke(sheet->c, colour, 1.4);
     cairo_arc(sheet->c, at.x, at.y, 1.6, 0.0, 2.0 * pi);
     cairo_fill(sheet->c);
 }

@@ -18,6 +18,18 @@ const double kt_text_size = 13.0, kt_small_size = 11.5, kt_title_size = 16.0;
 
 void kt_paper_use(cairo_t *c, kt_colour colour) { cairo_set_source_rgb(c, colour.red, colour.green, colour.blue); }
 
+void kt_paper_stroke(cairo_t *c, kt_colour colour, double width) {
+    kt_paper_use(c, colour);
+    cairo_set_line_width(c, width);
+    cairo_stroke(c);
+}
+
+void kt_paper_fill(cairo_t *c, kt_colour fill, kt_colour edge, double width) {
+    kt_paper_use(c, fill);
+    cairo_fill_preserve(c);
+    kt_paper_stroke(c, edge, width);
+}
+
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
 double kt_paper_width(cairo_t *c, const char *text) {
@@ -202,9 +214,7 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
         return;
     }
     cairo_fill_preserve(c);
-    kt_paper_use(c, colour);
-    cairo_set_line_width(c, 1.3);
-    cairo_stroke(c);
+    kt_paper_stroke(c, colour, 1.3);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
@@ -217,14 +227,32 @@ static bool ends_in(const char *path, const char *ending) {
     return end >= size && strncasecmp(path + end - size, ending, size) == 0;
 }
 
-/* A page of a PDF, whose units are points. */
-static cairo_status_t write_pdf(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                                const void *what) {
-    cairo_surface_t *surface = cairo_pdf_surface_create(path, width, height);
+typedef struct job {
+    const char *path; /* NULL: to memory */
+    char *text;       /* that */
+    bool is_svg, is_pdf;
+    int width, height;
+    kt_paper_draw *draw;
+    const void *what;
+    cairo_status_t status;
+    int reason; /* errno */
+} job;
+
+static cairo_status_t draw_on(cairo_surface_t *surface, const job *j, double scale, FILE *elements) {
     cairo_t *c = cairo_create(surface);
-    draw(c, what);
-    cairo_status_t status = cairo_status(c);
+    cairo_status_t status = CAIRO_STATUS_SUCCESS;
+    cairo_scale(c, scale, scale);
+    if (elements != NULL)
+        status = cairo_set_user_data(c, &elements_key, elements, NULL);
+    j->draw(c, j->what);
+    if (status == CAIRO_STATUS_SUCCESS)
+        status = cairo_status(c);
     cairo_destroy(c);
+    return status;
+}
+
+/* Finishes and releases a surface; keeps errno. */
+static cairo_status_t end_surface(cairo_surface_t *surface, cairo_status_t status) {
     cairo_surface_finish(surface);
     if (status == CAIRO_STATUS_SUCCESS)
         status = cairo_surface_status(surface);
@@ -234,22 +262,19 @@ static cairo_status_t write_pdf(const char *path, int width, int height, void (*
     return status;
 }
 
+/* A page of a PDF, whose units are points. */
+static cairo_status_t write_pdf(const job *j) {
+    cairo_surface_t *surface = cairo_pdf_surface_create(j->path, j->width, j->height);
+    return end_surface(surface, draw_on(surface, j, 1.0, NULL));
+}
+
 /* PNG pictures have two pixels per unit, for screens of high resolution. */
-static cairo_status_t write_png(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                                const void *what) {
-    const int scale = 2;
-    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, scale * width, scale * height);
-    cairo_t *c = cairo_create(surface);
-    cairo_scale(c, scale, scale);
-    draw(c, what);
-    cairo_status_t status = cairo_status(c);
-    cairo_destroy(c);
+static cairo_status_t write_png(const job *j) {
+    cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, 2 * j->width, 2 * j->height);
+    cairo_status_t status = draw_on(surface, j, 2.0, NULL);
     if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_surface_write_to_png(surface, path);
-    const int reason = errno;
-    cairo_surface_destroy(surface);
-    errno = reason;
-    return status;
+        status = cairo_surface_write_to_png(surface, j->path);
+    return end_surface(surface, status);
 }
 
 static cairo_status_t append_to_file(void *file, const unsigned char *data, unsigned length) {
@@ -257,20 +282,9 @@ static cairo_status_t append_to_file(void *file, const unsigned char *data, unsi
 }
 
 /* Draws the picture; cairo's output goes to `shapes`, the text elements to `elements`. */
-static cairo_status_t draw_svg(FILE *shapes, FILE *elements, int width, int height,
-                               void (*draw)(cairo_t *c, const void *what), const void *what) {
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append_to_file, shapes, width, height);
-    cairo_t *c = cairo_create(surface);
-    cairo_status_t status = cairo_set_user_data(c, &elements_key, elements, NULL);
-    draw(c, what);
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_status(c);
-    cairo_destroy(c);
-    cairo_surface_finish(surface);
-    if (status == CAIRO_STATUS_SUCCESS)
-        status = cairo_surface_status(surface);
-    cairo_surface_destroy(surface);
-    return status;
+static cairo_status_t draw_svg(FILE *shapes, FILE *elements, const job *j) {
+    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append_to_file, shapes, j->width, j->height);
+    return end_surface(surface, draw_on(surface, j, 1.0, elements));
 }
 
 /* Skips a redundant move after 'Z' (close path) and returns the remaining text. After each closed shape cairo writes a
@@ -380,24 +394,13 @@ static cairo_status_t write_paper_file(const char *path, char **text, char *shap
  * Together they may need more stack than the program was given. */
 enum { DRAWING_STACK = 1 << 20 };
 
-typedef struct job {
-    const char *path; /* NULL: to memory */
-    char *text;       /* that */
-    bool is_svg, is_pdf;
-    int width, height;
-    void (*draw)(cairo_t *c, const void *what);
-    const void *what;
-    cairo_status_t status;
-    int reason; /* errno */
-} job;
-
 static cairo_status_t write_svg(job *j) {
     char *shapes = NULL, *elements = NULL;
     size_t shapes_size = 0, elements_size = 0;
     FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
     cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
     if (one != NULL && other != NULL)
-        status = draw_svg(one, other, j->width, j->height, j->draw, j->what);
+        status = draw_svg(one, other, j);
     const bool one_lost = one != NULL && fclose(one) != 0;
     const bool other_lost = other != NULL && fclose(other) != 0;
     const bool lost = one_lost || other_lost;
@@ -413,8 +416,7 @@ static cairo_status_t write_svg(job *j) {
 static void *write_job(void *user) {
     job *j = user;
     errno = 0;
-    j->status =
-        j->is_svg ? write_svg(j) : (j->is_pdf ? write_pdf : write_png)(j->path, j->width, j->height, j->draw, j->what);
+    j->status = j->is_svg ? write_svg(j) : (j->is_pdf ? write_pdf : write_png)(j);
     j->reason = errno;
     return NULL;
 }
@@ -432,8 +434,7 @@ static void write_on_own_stack(job *j) {
         j->status = CAIRO_STATUS_NO_MEMORY;
 }
 
-int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                   const void *what) {
+int kt_paper_write(const char *path, int width, int height, kt_paper_draw *draw, const void *what) {
     kt_output output;
     const int code = kt_output_start(&output, path);
     if (code >= 0)
@@ -456,7 +457,7 @@ int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t
                      by_system ? strerror(j.reason) : cairo_status_to_string(j.status));
 }
 
-char *kt_paper_svg(int width, int height, void (*draw)(cairo_t *c, const void *what), const void *what) {
+char *kt_paper_svg(int width, int height, kt_paper_draw *draw, const void *what) {
     job j = {.is_svg = true, .width = width, .height = height, .draw = draw, .what = what};
     write_on_own_stack(&j);
     if (j.status == CAIRO_STATUS_SUCCESS)

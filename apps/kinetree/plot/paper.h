@@ -12,6 +12,9 @@ extern const double kt_text_size, kt_small_size, kt_title_size;
 typedef enum kt_anchor { KT_ANCHOR_LEFT, KT_ANCHOR_MIDDLE, KT_ANCHOR_RIGHT } kt_anchor;
 
 void kt_paper_use(cairo_t *c, kt_colour colour);
+/* Strokes the path; the second function fills it before. */
+void kt_paper_stroke(cairo_t *c, kt_colour colour, double width);
+void kt_paper_fill(cairo_t *c, kt_colour fill, kt_colour edge, double width);
 double kt_paper_width(cairo_t *c, const char *text);
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text);
 /* Draws text left-aligned at x; text wider than `width` is cut and ends with dots. */
@@ -37,12 +40,13 @@ void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour pa
 int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
                   double width, double height, double room);
 
+typedef void kt_paper_draw(cairo_t *c, const void *what);
+
 /* Writes a picture that the function `draw` draws: SVG, PNG or PDF, selected by the file's extension. Returns
  * KT_EXIT_DONE, or an exit code after printing the error. */
-int kt_paper_write(const char *path, int width, int height, void (*draw)(cairo_t *c, const void *what),
-                   const void *what);
+int kt_paper_write(const char *path, int width, int height, kt_paper_draw *draw, const void *what);
 
 /* Returns the text of an SVG of that size, which the caller frees; NULL after printing the error. */
-char *kt_paper_svg(int width, int height, void (*draw)(cairo_t *c, const void *what), const void *what);
+char *kt_paper_svg(int width, int height, kt_paper_draw *draw, const void *what);
 
 #endif

@@ -3,11 +3,10 @@
 
 #include "command.h"
 #include "plot/paper.h"
+#include "records/output.h"
 
 #include <cairo.h>
 #include <math.h>
-#include <string.h>
-#include <strings.h>
 
 enum {
     WIDTH = 900,
@@ -121,15 +120,10 @@ static void draw_all(cairo_t *c, const kt_plot *plot) {
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */
 
-static bool ends_in(const char *path, const char *ending) {
-    size_t length = strlen(path), tail = strlen(ending);
-    return length > tail && strcasecmp(path + length - tail, ending) == 0;
-}
-
 bool kt_plot_is_possible(void) { return true; }
 
 int kt_plot_check(const char *path) {
-    if (ends_in(path, ".svg") || ends_in(path, ".png") || ends_in(path, ".pdf"))
+    if (kt_stem_length(path, ".svg|.png|.pdf") > 0)
         return kt_check_writable(path);
     return kt_misuse("%s cannot be drawn: a picture's name ends in .svg, .png or .pdf", path);
 }
