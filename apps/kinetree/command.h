@@ -93,12 +93,12 @@ kt_shown kt_show_result(const char *path);
 int kt_exit_code(kt_status status);
 const char *kt_exit_name(int code);
 
-/* The text "; did you mean 'NAME'?" with `before` in front of the name. It is empty if no name is near enough. */
+/* The text "; did you mean 'NAME'?" with `before` in front of the name; `otherwise` if no name is near enough. */
 typedef struct kt_question {
     char text[96];
 } kt_question;
 
-kt_question kt_ask(const kt_nearest *nearest, const char *before);
+kt_question kt_ask(const kt_nearest *nearest, const char *before, const char *otherwise);
 
 /* Flushes standard output; the last call of a subcommand that prints. Returns code, or KT_EXIT_INTEGRATION after
  * printing an error if the output could not be written. */

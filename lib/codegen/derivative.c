@@ -22,7 +22,6 @@
  */
 #include "codegen/recursion.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* A direction: one position or velocity of a link, or the time. */

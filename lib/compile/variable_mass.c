@@ -1,5 +1,4 @@
 /* Bodies whose mass is a function of time: their check, and their records in a model. */
-#include "base/names.h"
 #include "compile/attach.h"
 #include "compile/compile.h"
 

@@ -14,7 +14,6 @@
  */
 #include "compile/compile.h"
 
-#include "base/aligned.h"
 #include "base/copy.h"
 #include "base/pool.h"
 #include "contact/hard.h"

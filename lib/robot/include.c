@@ -7,7 +7,6 @@
 #include "document/file.h"
 #include "robot/robot.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>

@@ -7,7 +7,6 @@
 #include "robot/contact.h"
 
 #include <math.h>
-#include <string.h>
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 

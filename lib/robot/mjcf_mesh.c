@@ -4,7 +4,6 @@
  * single-precision numbers: MuJoCo rounds those of files, of the model and of surfaces that are built in. */
 #include "robot/mjcf_mesh.h"
 #include "document/file.h"
-#include "document/number.h"
 #include "robot/mjcf_axes.h"
 #include "robot/mjcf_make.h"
 

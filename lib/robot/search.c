@@ -10,7 +10,6 @@
 #include "base/text.h"
 #include "robot/robot.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

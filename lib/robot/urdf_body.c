@@ -2,7 +2,6 @@
 #include "robot/urdf.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */

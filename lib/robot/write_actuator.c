@@ -10,8 +10,6 @@
 #include "model/joint_name.h"
 #include "robot/write.h"
 
-#include "kinetree/effect.h"
-
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

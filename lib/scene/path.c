@@ -9,7 +9,6 @@
 #include "scene/part.h"
 
 #include <stddef.h>
-#include <string.h>
 
 #define AT(member) offsetof(kt_path_point, member)
 

@@ -9,7 +9,6 @@
 
 #include "document/file.h"
 #include "document/flow.h"
-#include "document/number.h"
 #include "model/describe.h"
 #include "scene/assignment.h"
 #include "scene/beam.h"

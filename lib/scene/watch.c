@@ -8,7 +8,6 @@
 #include "scene/assignment.h"
 #include "scene/bound.h"
 #include "scene/couple.h"
-#include "scene/event.h"
 #include "scene/foothold.h"
 #include "scene/impulse.h"
 #include "simulation/feature.h"

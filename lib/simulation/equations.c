@@ -17,7 +17,6 @@
  * therefore keeps the method's order.
  */
 #include "algebra/lane.h"
-#include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"

@@ -31,7 +31,6 @@
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
-#include "effect/effect.h"
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "simulation/event_root.h"

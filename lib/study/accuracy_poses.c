@@ -2,7 +2,6 @@
  * formulation has the same coordinates, and its transformation finds the joints' from them. */
 #include "base/aligned.h"
 #include "base/require.h"
-#include "kinetree/descriptor.h"
 #include "study/absolute.h"
 #include "study/accuracy.h"
 

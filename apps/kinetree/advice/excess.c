@@ -3,7 +3,6 @@
 
 #include "scene/linear.h"
 
-#include "base/escape.h"
 #include "kinetree/mechanism.h"
 
 #include <math.h>

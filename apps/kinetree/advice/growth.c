@@ -10,7 +10,6 @@
 #include "scene/linear.h"
 #include "subcommands/run.h"
 
-#include "base/escape.h"
 #include "kinetree/mechanism.h"
 
 #include <math.h>

@@ -5,12 +5,10 @@
 #include "advice/idle.h"
 #include "advice/penetration.h"
 #include "scene/play.h"
-#include "scene/released.h"
 #include "subcommands/run.h"
 #include "view/view.h"
 
 #include <math.h>
-#include <stdio.h>
 
 /* ---- the start --------------------------------------------------------------------------------------------------- */
 

@@ -2,7 +2,6 @@
 #include "fmu/port.h"
 
 #include "base/names.h"
-#include "kinetree/joint.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,7 +1,6 @@
 /* Draws mode shapes as bars, with cairo. */
 #include "plot/shapes.h"
 
-#include "command.h"
 #include "plot/paper.h"
 
 #include <math.h>

@@ -6,13 +6,9 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
-bool kt_keep_is_meant(const char *path) {
-    const char *ending = path != NULL ? strrchr(path, '.') : NULL;
-    return ending != NULL && (strcasecmp(ending, ".h5") == 0 || strcasecmp(ending, ".hdf5") == 0);
-}
+bool kt_keep_is_meant(const char *path) { return kt_stem_length(path, ".h5|.hdf5") >= 0; }
 
 int kt_keep_check(const char *path) {
     if (kt_hdf5_is_there)

@@ -283,41 +283,47 @@ void kt_say_picture(const char *path, const char *remark, const char *replaced) 
         fprintf(stderr, "  replaces an older %s\n", replaced);
 }
 
+ptrdiff_t kt_stem_length(const char *path, const char *endings) {
+    const size_t length = path != NULL ? strlen(path) : 0;
+    for (const char *end = endings; *end != '\0';) {
+        const size_t size = strcspn(end, "|");
+        if (length >= size && strncasecmp(path + length - size, end, size) == 0)
+            return (ptrdiff_t)(length - size);
+        end += size + (end[size] == '|');
+    }
+    return -1;
+}
+
 int kt_check_ending(const char *option, const char *path, const char *ending) {
-    const size_t length = path != NULL ? strlen(path) : 0, end = strlen(ending);
     struct stat status;
-    if (path == NULL || (length > end && strcasecmp(path + length - end, ending) == 0) ||
+    if (path == NULL || kt_stem_length(path, ending) > 0 ||
         (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
         return -1;
     return kt_misuse("%s takes the name of a file that ends in %s, not '%s'", option, ending, path);
 }
 
-/* An ending of the results of another option. */
+/* Endings of the results of another option. */
 typedef struct other_ending {
     const char *ending, *option;
 } other_ending;
 
 /* Prints an error if a name has one of the endings. Returns -1 if it has none, else KT_EXIT_USAGE. */
 static int check_other_endings(const char *writes, const char *path, const other_ending *other, int count) {
-    const size_t length = path != NULL ? strlen(path) : 0;
-    for (int i = 0; i < count; i++) {
-        const size_t end = strlen(other[i].ending);
-        if (length < end || strcasecmp(path + length - end, other[i].ending) != 0)
-            continue;
-        return kt_misuse("%s, not '%s'; did you mean %s?", writes, path, other[i].option);
-    }
+    for (int i = 0; i < count; i++)
+        if (kt_stem_length(path, other[i].ending) >= 0)
+            return kt_misuse("%s, not '%s'; did you mean %s?", writes, path, other[i].option);
     return -1;
 }
 
 int kt_check_records(const char *path) {
-    static const other_ending other[] = {{".html", "--view"},  {".svg", "--plot"},       {".png", "--plot"},
-                                         {".pdf", "--plot"},   {".glb", "--glb"},        {".json", "--summary"},
+    static const other_ending other[] = {{".html", "--view"},  {".svg|.png|.pdf", "--plot"},
+                                         {".glb", "--glb"},    {".json", "--summary"},
                                          {".yaml", "--scene"}, {".gz", "--out - | gzip"}};
     return check_other_endings("--out writes records as CSV", path, other, sizeof other / sizeof other[0]);
 }
 
 int kt_check_summary(const char *path) {
-    static const other_ending other[] = {{".csv", "--out"}, {".h5", "--out"}, {".yaml", "--scene"}};
+    static const other_ending other[] = {{".csv|.h5", "--out"}, {".yaml", "--scene"}};
     return check_other_endings("--summary writes JSON", path, other, sizeof other / sizeof other[0]);
 }
 
@@ -422,6 +428,11 @@ int kt_check_files(const char *command, const kt_file_use *uses, int count) {
 }
 
 /* Prints why a file cannot be written, by errno. */
+int kt_check_result(const char *command, const char *what, const char *input, const char *option, const char *path) {
+    const kt_file_use uses[] = {{what, input, false}, {option, path, true}};
+    return kt_check_files(command, uses, 2);
+}
+
 static void say_unwritable(const char *path) {
     const int reason = errno;
     char *folder = kt_folder_of(path);

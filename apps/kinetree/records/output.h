@@ -85,6 +85,10 @@ const char *kt_temporary_folder(void);
  * `replaced` is empty (kt_note_replaced). */
 void kt_say_picture(const char *path, const char *remark, const char *replaced);
 
+/* Returns the length of a file's name before its ending, one of those in `endings` (".svg|.png"), in letters of any
+ * case; -1 if it has none of them, or is NULL. */
+ptrdiff_t kt_stem_length(const char *path, const char *endings);
+
 /* Prints an error if the ending of a result's name does not match its format. path: NULL, or as given to the option.
  * Devices may have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
 int kt_check_ending(const char *option, const char *path, const char *ending);
@@ -106,6 +110,8 @@ typedef struct kt_file_use {
 /* Prints an error if a result would overwrite another result or an input, even under a different name. Also prints an
  * error if a result could not be written at the end. Returns -1 if there is no error, else an exit code. */
 int kt_check_files(const char *command, const kt_file_use *uses, int count);
+/* Does the same for the result of one option, and one input. */
+int kt_check_result(const char *command, const char *what, const char *input, const char *option, const char *path);
 
 /* Prints an error if a result of any call of kt_check_files would overwrite this input, which only the scene names.
  * Later calls of kt_check_files reject such results, too. path: NULL if there is none. Returns -1 if there is no error,

@@ -1,7 +1,6 @@
 /* What a run does with each of its records. */
 #include "records/sinks.h"
 
-#include "advice/advice.h"
 #include "advice/excess.h"
 
 #include <math.h>

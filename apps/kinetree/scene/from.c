@@ -237,7 +237,7 @@ static void say_unknown_joints(const source *s, const kt_model *model) {
         kt_nearest nearest = kt_nearest_make(name, NULL);
         for (int body = 1; body < kt_model_body_count(model); body++)
             (void)kt_nearest_try(&nearest, kt_joint_name(model, body));
-        kt_say("%s has a joint '%s', which the scene does not have%s", s->path, name, kt_ask(&nearest, "").text);
+        kt_say("%s has a joint '%s', which the scene does not have%s", s->path, name, kt_ask(&nearest, "", "").text);
     }
 }
 

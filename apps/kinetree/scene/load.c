@@ -139,7 +139,7 @@ int kt_reject_method(const char *where, const char *name) {
     for (int i = 0; i < kt_method_count(); i++)
         (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
     return kt_misuse("%s: there is no method '%s'%s", where, name,
-                     nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree integrators' lists them");
+                     kt_ask(&nearest, "", "; 'kinetree integrators' lists them").text);
 }
 
 int kt_reject_fmus(const char *command, const kt_scene *scene) {

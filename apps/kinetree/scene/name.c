@@ -2,25 +2,18 @@
 #include "scene/name.h"
 #include "base/names.h"
 #include "command.h"
+#include "records/output.h"
 #include "scene/bundled.h"
 
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 enum { PATH_SIZE = 4096 };
 
-bool kt_is_robot_name(const char *path) {
-    static const char *const endings[] = {".urdf", ".xml", ".sdf", ".world", ".mjcf"};
-    const char *dot = strrchr(path, '.');
-    bool found = false;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings && dot != NULL; i++)
-        found = found || strcasecmp(dot, endings[i]) == 0;
-    return found;
-}
+bool kt_is_robot_name(const char *path) { return kt_stem_length(path, ".urdf|.xml|.sdf|.world|.mjcf") >= 0; }
 
 /* Builds a path from a folder and a name with an ending. Returns whether a readable file is there. */
 static bool find_file(char *path, const char *folder, const char *name, const char *ending) {
@@ -46,9 +39,7 @@ static bool suggest_bundled(const char *path) {
 }
 
 static int is_scene_or_robot(const struct dirent *entry) {
-    const char *dot = strrchr(entry->d_name, '.');
-    return (dot != NULL && (strcasecmp(dot, ".yaml") == 0 || strcasecmp(dot, ".yml") == 0)) ||
-           kt_is_robot_name(entry->d_name);
+    return kt_stem_length(entry->d_name, ".yaml|.yml") >= 0 || kt_is_robot_name(entry->d_name);
 }
 
 /* Returns the index of the file whose name is nearest to that of a path; -1: none is near. Endings do not count, since

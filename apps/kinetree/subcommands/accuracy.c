@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* ---- the command line ------------------------------------------------------------------------------------------- */
 
@@ -151,11 +150,8 @@ int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arg
 }
 
 static double cpu_now(void *user) {
-    struct timespec time;
     (void)user;
-    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) != 0)
-        return 0.0;
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+    return kt_cpu_clock();
 }
 
 static int show_study_progress(double done, const char *what, void *user) {

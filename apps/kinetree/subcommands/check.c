@@ -327,8 +327,7 @@ int kt_command_check(int argc, char **argv) {
         return code;
     if (arguments.view != NULL && operands > 1)
         return kt_misuse("check: --view shows one scene; give one");
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--view", arguments.view, true}};
-    code = arguments.view != NULL ? kt_check_files("check", uses, 2) : -1;
+    code = arguments.view != NULL ? kt_check_result("check", "the scene", argv[1], "--view", arguments.view) : -1;
     code = code < 0 ? kt_check_ending("--view", arguments.view, ".html") : code;
     if (code >= 0)
         return code;

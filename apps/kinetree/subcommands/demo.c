@@ -71,11 +71,7 @@ static int say_unknown_demo(const char *name, struct dirent **entries, int count
         entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
         (void)kt_nearest_try(&nearest, entries[i]->d_name);
     }
-    if (nearest.best != NULL)
-        kt_say("demo: there is no scene '%s'%s", name, kt_ask(&nearest, "").text);
-    else
-        kt_say("demo: there is no scene '%s'; 'kinetree demo' lists them", name);
-    return KT_EXIT_USAGE;
+    return kt_misuse("demo: there is no scene '%s'%s", name, kt_ask(&nearest, "", "; 'kinetree demo' lists them").text);
 }
 
 /* Removes --force from the arguments, at any position; the others are passed to `kinetree run`. Returns whether it was

@@ -17,7 +17,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/stat.h>
 
 enum {
@@ -286,8 +285,7 @@ static void thin_states(motion *m, int count) {
 /* Returns the size of an SVG in bytes; 0 for other files. */
 static long long svg_size(const char *path) {
     struct stat status;
-    const char *end = strrchr(path, '.');
-    return end != NULL && strcasecmp(end, ".svg") == 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
+    return kt_stem_length(path, ".svg") >= 0 && stat(path, &status) == 0 ? (long long)status.st_size : 0;
 }
 
 /* Writes the drawing. A strobe picture that is larger than SVG_BYTES is written again with flat colours. Its earlier
@@ -486,8 +484,7 @@ int kt_command_draw(int argc, char **argv) {
         return kt_say_no_memory("the picture");
     snprintf(own, sizeof own, "%s.svg", base);
     const char *path = arguments.out != NULL ? arguments.out : own;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", path, true}};
-    code = kt_check_files("draw", uses, 2);
+    code = kt_check_result("draw", "the scene", argv[1], "--out", path);
     code = code < 0 ? kt_plot_check(path) : code;
     if (code < 0 && arguments.animate)
         code = kt_check_ending("--animate: --out", path, ".svg");

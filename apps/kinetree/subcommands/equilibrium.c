@@ -4,8 +4,6 @@
 #include "scene/linear.h"
 #include "text/arguments.h"
 
-#include "kinetree/descriptor.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -175,10 +173,7 @@ int kt_command_equilibrium(int argc, char **argv) {
     kt_small_motion motion;
     kt_error error = {0};
     int code = kt_arguments_read(&kt_usage_equilibrium, argc, argv, &arguments, NULL);
-    if (code >= 0)
-        return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--scene", arguments.scene, true}};
-    code = kt_check_files("equilibrium", uses, 2);
+    code = code < 0 ? kt_check_result("equilibrium", "the scene", argv[1], "--scene", arguments.scene) : code;
     if (code >= 0)
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);

@@ -361,10 +361,6 @@ static int evaluate_instant(const kt_scene *scene, const kt_model *model, const 
 int kt_command_evaluate(int argc, char **argv) {
     kt_evaluate_arguments arguments = {.out = NULL};
     int code = kt_arguments_read(&kt_usage_evaluate, argc, argv, &arguments, NULL);
-    if (code >= 0)
-        return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", arguments.out, true}};
-    if ((code = kt_check_files("evaluate", uses, 2)) >= 0)
-        return code;
-    return kt_use_model(argv[1], &arguments.settings, evaluate_instant, &arguments);
+    code = code < 0 ? kt_check_result("evaluate", "the scene", argv[1], "--out", arguments.out) : code;
+    return code < 0 ? kt_use_model(argv[1], &arguments.settings, evaluate_instant, &arguments) : code;
 }

@@ -127,10 +127,7 @@ int kt_command_export(int argc, char **argv) {
     const int version = a.version < 0 ? KT_FMU_THIRD : a.version;
     const kt_export_fmu fmu = {argv[1], a.inputs, a.out, &a.settings, version, a.sources};
     code = a.c ? kt_export_c_check(&c) : a.fmu ? kt_export_fmu_check(&fmu) : -1;
-    if (code >= 0)
-        return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--out", a.out, true}};
-    code = kt_check_files("export", uses, 2);
+    code = code < 0 ? kt_check_result("export", "the scene", argv[1], "--out", a.out) : code;
     if (code >= 0)
         return code;
     if (a.c || a.fmu)

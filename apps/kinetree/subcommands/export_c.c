@@ -35,7 +35,7 @@ static unsigned read_function_names(const char *list) {
         for (k = 0; k < KT_CODEGEN_COUNT; k++)
             (void)kt_nearest_try(&nearest, kt_codegen_name(k));
         kt_say("export: --functions has no '%s'%s", word,
-               nearest.best != NULL ? kt_ask(&nearest, "").text : "; 'kinetree export --help' lists the functions");
+               kt_ask(&nearest, "", "; 'kinetree export --help' lists the functions").text);
         return 0;
     }
     return functions;

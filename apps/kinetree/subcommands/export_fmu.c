@@ -55,18 +55,11 @@ static void name_of_fmu(const char *out, char name[KT_FMU_TEXT]) {
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
-/* The content of a file. */
-typedef struct kt_content {
-    char *text;
-    size_t size;
-} kt_content;
-
 /* Reads a whole file. Returns an exit code; text is NULL after printing an error. The caller frees it. */
-static int read_content(const char *path, kt_content *content) {
-    kt_bytes bytes = {0};
-    if (!kt_bytes_read_file(&bytes, path, SIZE_MAX))
+static int read_content(const char *path, kt_bytes *content) {
+    *content = (kt_bytes){0};
+    if (!kt_bytes_read_file(content, path, SIZE_MAX))
         kt_say("%s cannot be read: %s", kt_show(path).text, strerror(errno));
-    *content = (kt_content){bytes.text, bytes.used};
     return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
 }
 
@@ -90,25 +83,25 @@ static bool find_installed(const char *name, char path[KT_FMU_PATH]) {
 }
 
 /* Reads such a file. Returns an exit code after printing an error. */
-static int read_installed(const char *name, kt_content *content) {
+static int read_installed(const char *name, kt_bytes *content) {
     char path[KT_FMU_PATH];
     return find_installed(name, path) ? read_content(path, content) : KT_EXIT_INTEGRATION;
 }
 
 /* ---- the archive ------------------------------------------------------------------------------------------------- */
 
-static bool add_entry(zipFile zip, const char *name, kt_content content) {
+static bool add_entry(zipFile zip, const char *name, kt_bytes content) {
     const zip_fileinfo info = {.dosDate = 0x210000}; /* 1980-01-01: equal scenes give equal bytes */
     if (zipOpenNewFileInZip(zip, name, &info, NULL, 0, NULL, 0, NULL, Z_DEFLATED, Z_DEFAULT_COMPRESSION) != ZIP_OK)
         return false;
-    const bool fine = content.size == 0 || zipWriteInFileInZip(zip, content.text, (unsigned)content.size) == ZIP_OK;
+    const bool fine = content.used == 0 || zipWriteInFileInZip(zip, content.text, (unsigned)content.used) == ZIP_OK;
     return zipCloseFileInZip(zip) == ZIP_OK && fine;
 }
 
 typedef struct kt_fmu_parts {
     const char *name, *platform; /* the name of the binary, and of its folder */
-    kt_content description, binary, scene;
-    kt_content build, source; /* text is NULL: the archive has no sources */
+    kt_bytes description, binary, scene;
+    kt_bytes build, source; /* text is NULL: the archive has no sources */
     const kt_fmu_inputs *inputs;
 } kt_fmu_parts;
 
@@ -141,12 +134,12 @@ static int write_archive(const char *out, const kt_fmu_parts *parts) {
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 /* Reads the scene of the resources, with a setting (NULL: none). */
-static kt_status parse_alone(const kt_content *text, const char *setting, kt_scene *scene, kt_error *error) {
+static kt_status parse_alone(const kt_bytes *text, const char *setting, kt_scene *scene, kt_error *error) {
     kt_scene_options options = kt_scene_options_default();
     options.settings = &setting;
     options.setting_count = setting != NULL;
     options.is_alone = true;
-    return kt_scene_parse_with(KT_FMU_SCENE, text->text, text->size, &options, scene, NULL, NULL, error);
+    return kt_scene_parse_with(KT_FMU_SCENE, text->text, text->used, &options, scene, NULL, NULL, error);
 }
 
 /* Returns why a scene cannot be an FMU, with the alternative; NULL if it can. */
@@ -179,8 +172,8 @@ static void mark_inputs(const kt_model *model, const kt_fmu_inputs *inputs, bool
 
 /* Writes a description to memory. */
 static int describe_fmu(void (*write)(const kt_fmu_model *fmu, FILE *stream), const kt_fmu_model *described,
-                        kt_content *content) {
-    FILE *stream = open_memstream(&content->text, &content->size);
+                        kt_bytes *content) {
+    FILE *stream = open_memstream(&content->text, &content->used);
     if (stream == NULL)
         return KT_EXIT_INTEGRATION;
     write(described, stream);
@@ -205,7 +198,7 @@ static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *desc
 }
 
 /* Finds the uses of all parameters. The scene is read again with a value that differs slightly. */
-static void find_uses(const kt_content *text, const kt_scene *scene, kt_fmu_use *uses) {
+static void find_uses(const kt_bytes *text, const kt_scene *scene, kt_fmu_use *uses) {
     for (int k = 0; k < scene->parameter_count; k++) {
         const kt_scene_parameter *parameter = &scene->parameters[k];
         const double factors[] = {1.0 + 1.0 / 1024.0, 1.0 - 1.0 / 1024.0};
@@ -243,8 +236,8 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
         code = KT_EXIT_SCENE;
     } else {
         mark_inputs(model, parts->inputs, is_input);
-        const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.size);
-        kt_fmu_find_roles(parts->scene.text, parts->scene.size, scene, roles);
+        const kt_fmu_token token = kt_fmu_token_of(parts->scene.text, parts->scene.used);
+        kt_fmu_find_roles(parts->scene.text, parts->scene.used, scene, roles);
         find_uses(&parts->scene, scene, uses);
         const kt_fmu_model described = {.name = parts->name,
                                         .token = token.text,
@@ -293,18 +286,18 @@ static int write_resource_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
 }
 
 /* Writes the text of a scene in flow style, with settings and the line of inputs. Returns an exit code. */
-static int write_flow_scene(const char *path, const kt_content *content, const kt_settings *settings,
-                            const kt_fmu_inputs *inputs, kt_content *flow) {
+static int write_flow_scene(const char *path, const kt_bytes *content, const kt_settings *settings,
+                            const kt_fmu_inputs *inputs, kt_bytes *flow) {
     kt_error error = {0};
     kt_scene_options options = kt_scene_options_default();
     options.settings = settings->text;
     options.setting_count = settings->count;
-    FILE *stream = open_memstream(&flow->text, &flow->size);
+    FILE *stream = open_memstream(&flow->text, &flow->used);
     int code = KT_EXIT_DONE;
     if (stream == NULL)
         return kt_say_no_memory(NULL);
     kt_fmu_write_inputs(inputs, stream);
-    if (kt_scene_write_flow(path, content->text, content->size, &options, stream, &error) != KT_OK) {
+    if (kt_scene_write_flow(path, content->text, content->used, &options, stream, &error) != KT_OK) {
         kt_say_error(&error);
         code = KT_EXIT_SCENE;
     }
@@ -317,8 +310,8 @@ static int write_flow_scene(const char *path, const kt_content *content, const k
 
 /* Likewise, with the last setting for each function that is an input. A motor in a sliding joint may have either name
  * of its key in the file. */
-static int write_flow_with(const char *path, const kt_content *content, const kt_settings *settings,
-                           const kt_fmu_inputs *inputs, kt_content *flow) {
+static int write_flow_with(const char *path, const kt_bytes *content, const kt_settings *settings,
+                           const kt_fmu_inputs *inputs, kt_bytes *flow) {
     kt_settings all = *settings;
     char(*texts)[KT_FMU_PATH] = calloc((size_t)inputs->count + 1, sizeof *texts);
     int code = texts != NULL ? write_flow_scene(path, content, &all, inputs, flow) : KT_EXIT_INTEGRATION;
@@ -350,8 +343,8 @@ static int write_flow_with(const char *path, const kt_content *content, const kt
 }
 
 /* Reads the file of the scene and writes its text in flow style, with settings and inputs. Returns an exit code. */
-static int read_flow_scene(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs, kt_content *flow) {
-    kt_content content;
+static int read_flow_scene(const kt_export_fmu *fmu, const kt_fmu_inputs *inputs, kt_bytes *flow) {
+    kt_bytes content;
     int code = read_content(fmu->scene, &content);
     if (code != KT_EXIT_DONE)
         return code;

@@ -104,7 +104,7 @@ static void report_unknown_input(const kt_description *d, const char *word) {
         free = nearest.best == names[free] ? 1 - free : free;
     }
     kt_say("export: --input names '%s', which is no joint and no function of time of the scene%s", kt_show(word).text,
-           kt_ask(&nearest, "").text);
+           kt_ask(&nearest, "", "").text);
     list_input_candidates(d);
 }
 

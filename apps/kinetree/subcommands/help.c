@@ -79,25 +79,19 @@ static const kt_subcommand *find_subcommand(const char *name, kt_nearest *neares
 const kt_subcommand *kt_subcommand_find(const char *name) {
     kt_nearest nearest;
     const kt_subcommand *found = find_subcommand(name, &nearest);
-    if (found == NULL && nearest.best != NULL)
-        kt_say("there is no subcommand '%s'%s", name, kt_ask(&nearest, "").text);
-    else if (found == NULL && access(name, F_OK) == 0)
+    if (found == NULL && nearest.best == NULL && access(name, F_OK) == 0)
         kt_say("there is no subcommand '%s'; 'kinetree run %s' simulates this file, and 'kinetree --help' lists the "
                "subcommands",
                kt_show(name).text, kt_show(name).text);
     else if (found == NULL)
-        kt_say("there is no subcommand '%s'; 'kinetree --help' lists them", name);
+        kt_say("there is no subcommand '%s'%s", name, kt_ask(&nearest, "", "; 'kinetree --help' lists them").text);
     return found;
 }
 
 static void say_unknown_topic(const char *name, kt_nearest *nearest) {
+    static const char lists[] = "; 'kinetree --help' lists the former, 'kinetree help --types' the latter";
     kt_types_try(nearest);
-    if (nearest->best != NULL)
-        kt_say("there is no subcommand and no type '%s'%s", name, kt_ask(nearest, "").text);
-    else
-        kt_say("there is no subcommand and no type '%s'; 'kinetree --help' lists the former, 'kinetree help --types' "
-               "the latter",
-               name);
+    kt_say("there is no subcommand and no type '%s'%s", name, kt_ask(nearest, "", lists).text);
 }
 
 int kt_command_help(int argc, char **argv) {

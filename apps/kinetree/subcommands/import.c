@@ -81,8 +81,7 @@ int kt_command_import(int argc, char **argv) {
                             .mass_count = a.masses.count};
     if (inertia < 0 || !kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
-    const kt_file_use uses[] = {{"the robot", argv[1], false}, {"--out", a.out, true}};
-    code = kt_check_files("import", uses, 2);
+    code = kt_check_result("import", "the robot", argv[1], "--out", a.out);
     if (code >= 0)
         return code;
     const char *ending = strrchr(argv[1], '.');

@@ -225,7 +225,8 @@ static int complete_options(kt_maker *maker, const char *kind) {
         (void)kt_nearest_try(&nearest, kinds[i]);
     }
     if (found < 0)
-        return kt_misuse("make: there is no '%s' to make; chain, pendulum and tree%s", kind, kt_ask(&nearest, "").text);
+        return kt_misuse("make: there is no '%s' to make; chain, pendulum and tree%s", kind,
+                         kt_ask(&nearest, "", "").text);
     maker->kind = (kt_kind)found;
     bool is_pendulum = maker->kind == KT_KIND_PENDULUM;
     settings->links = settings->links >= 0 ? settings->links : is_pendulum ? 1 : 10;

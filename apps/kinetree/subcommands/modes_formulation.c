@@ -64,10 +64,8 @@ int kt_modes_print_formulation(const kt_small_motion *motion, kt_constraint_form
     if (status == KT_OK)
         status = kt_constraint_formulation_spectrum(formulation, motion->data, 0.0, motion->q, motion->v, real,
                                                     imaginary, &error);
-    int code = kt_exit_code(status);
-    if (status != KT_OK)
-        kt_say_error(&error);
-    else
+    int code = kt_say_status(status, &error);
+    if (status == KT_OK)
         code = json ? kt_json_write(describe_formulation_modes(motion, name, real, imaginary, count), "-")
                     : print_formulation_table(motion, name, real, imaginary, count);
     kt_constraint_formulation_free(formulation);

@@ -56,10 +56,8 @@ int kt_modes_print_period(const kt_small_motion *motion, double period, long ste
     kt_status status = kt_floquet_create(motion->model, &options, &floquet, &error);
     if (status == KT_OK)
         status = kt_floquet_evaluate(floquet, 0.0, motion->q, motion->v, &error);
-    int code = kt_exit_code(status);
-    if (status != KT_OK) {
-        kt_say_error(&error);
-    } else {
+    int code = kt_say_status(status, &error);
+    if (status == KT_OK) {
         if (!(kt_floquet_gap(floquet) <= KT_GAP_TOLD))
             kt_say("after %.9g s the motion is %.2g (rad or m) from its start: the period is another one, or the start "
                    "is not on the periodic motion. These multipliers describe this part of the motion only",

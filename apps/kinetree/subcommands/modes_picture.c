@@ -104,9 +104,9 @@ int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *
     if (d.poses == NULL)
         return kt_say_no_memory("the picture");
     const kt_status status = deflect(motion, &d, &error);
-    if (status != KT_OK)
-        kt_say_error(&error);
-    const int code = status == KT_OK ? draw_deflected(motion, &d, number, state, path, is_dark) : kt_exit_code(status);
+    int code = kt_say_status(status, &error);
+    if (status == KT_OK)
+        code = draw_deflected(motion, &d, number, state, path, is_dark);
     kt_picture_free(d.picture);
     free(d.poses);
     return code;

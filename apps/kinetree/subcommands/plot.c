@@ -157,10 +157,8 @@ int kt_command_plot(int argc, char **argv) {
     const char *out = arguments.out != NULL ? arguments.out : name;
     code = kt_plot_check(out);
     code = code < 0 ? kt_plot_size_read("plot", arguments.size, &arguments.page) : code;
-    for (int i = 1; i <= operands && code < 0; i++) {
-        const kt_file_use uses[] = {{"the result", argv[i], false}, {"--out", out, true}};
-        code = kt_check_files("plot", uses, 2);
-    }
+    for (int i = 1; i <= operands && code < 0; i++)
+        code = kt_check_result("plot", "the result", argv[i], "--out", out);
     const char *ending = strrchr(argv[1], '.');
     if (code < 0 && ending != NULL && strcmp(ending, ".yaml") == 0)
         code = kt_misuse("plot: %s is a scene, not a result: 'kinetree run %s --plot %s' runs and draws it", argv[1],

@@ -6,13 +6,13 @@
 #include "plot/plot.h"
 #include "records/keep.h"
 #include "records/marks.h"
+#include "records/output.h"
 #include "text/list.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 enum {
     OWN_KINDS = 12, /* columns of a scene's own that have units: "range [m]" */
@@ -199,7 +199,7 @@ int kt_plot_say_no_column(const kt_table *table, const char *option, const char 
         if (takes_beginnings)
             (void)kt_nearest_try(&nearest, kt_column_kinds[kt_column_kind_of(table->names[i])].name);
     }
-    const kt_question did = kt_ask(&nearest, "");
+    const kt_question did = kt_ask(&nearest, "", "");
     if (about > 0)
         kt_say("plot: --%s: there is no column '%s'; about it there %s %s", option, name, about == 1 ? "is" : "are",
                columns);
@@ -377,10 +377,10 @@ static void decide_units(kt_chart *chart, const json_t *summary) {
 /* Finds the name of the scene, and units, in the summary next to the records: NAME.json for NAME.csv. The summary must
  * end at the same time as the records. */
 static void read_chart_summary(kt_chart *chart, const char *path) {
-    const char *ending = strrchr(path, '.');
+    const ptrdiff_t length = kt_stem_length(path, ".csv");
     char summary[4096];
-    if (chart->table->part_count > 1 || ending == NULL || strcasecmp(ending, ".csv") != 0 ||
-        snprintf(summary, sizeof summary, "%.*s.json", (int)(ending - path), path) >= (int)sizeof summary)
+    if (chart->table->part_count > 1 || length < 0 ||
+        snprintf(summary, sizeof summary, "%.*s.json", (int)length, path) >= (int)sizeof summary)
         return;
     json_t *root = json_load_file(summary, 0, NULL);
     const double *times = kt_table_column(chart->table, "time");

@@ -8,7 +8,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #define KT_AT(member) offsetof(kt_run_arguments, member)
 
@@ -153,8 +152,7 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
     snprintf(own, sizeof own, "%s.html", base);
     free(base);
     const char *page = arguments->view != NULL ? arguments->view : own;
-    const kt_file_use uses[] = {{"the scene", path, false}, {"--view", page, true}};
-    int code = kt_check_files("view", uses, 2);
+    int code = kt_check_result("view", "the scene", path, "--view", page);
     code = code < 0 ? kt_check_ending("--view", page, ".html") : code;
     if (code >= 0)
         return code;
@@ -168,9 +166,7 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
 
 /* The page is the result of 'view', so that --out may name it. */
 static void take_page(const kt_usage *usage, kt_run_arguments *arguments) {
-    const size_t length = arguments->out != NULL ? strlen(arguments->out) : 0;
-    if (usage != &kt_usage_view || arguments->view != NULL || length <= 5 ||
-        strcasecmp(arguments->out + length - 5, ".html") != 0)
+    if (usage != &kt_usage_view || arguments->view != NULL || kt_stem_length(arguments->out, ".html") <= 0)
         return;
     arguments->view = arguments->out;
     arguments->out = NULL;
@@ -218,7 +214,7 @@ static int override_record(const kt_run_arguments *arguments, unsigned *record) 
                 KT_RECORD_LIST(KT_RECORD_JOIN);
 #undef KT_RECORD_JOIN
             return kt_misuse("%s: --record: there is no '%s' to record; there are %s%s", arguments->command, word,
-                             all + 2, kt_ask(&nearest, "").text);
+                             all + 2, kt_ask(&nearest, "", "").text);
         }
         *record |= found;
     }
@@ -229,7 +225,7 @@ static int say_no_body(const char *option, const kt_model *model, const char *na
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int body = 0; body < kt_model_body_count(model); body++)
         (void)kt_nearest_try(&nearest, kt_body_name(model, body));
-    return kt_misuse("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "").text);
+    return kt_misuse("%s: there is no body '%s'%s", option, name, kt_ask(&nearest, "", "").text);
 }
 
 static int say_no_marker(const char *option, const kt_model *model, int body, const char *name) {
@@ -237,7 +233,7 @@ static int say_no_marker(const char *option, const kt_model *model, int body, co
     for (int marker = 0; marker < kt_marker_count(model, body); marker++)
         (void)kt_nearest_try(&nearest, kt_marker_name(model, body, marker));
     return kt_misuse("%s: body '%s' has no marker '%s'%s", option, kt_body_name(model, body), name,
-                     kt_ask(&nearest, "").text);
+                     kt_ask(&nearest, "", "").text);
 }
 
 /* Reports a marker without its body, and suggests all markers of this name. */

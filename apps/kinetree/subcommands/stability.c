@@ -383,10 +383,8 @@ static int start_and_analyse(const kt_scene *scene, const kt_model *model, const
 int kt_command_stability(int argc, char **argv) {
     arguments given = {0};
     int code = kt_arguments_read(&kt_usage_stability, argc, argv, &given, NULL);
+    code = code < 0 ? kt_check_result("stability", "the scene", argv[1], "--plot", given.plot) : code;
     if (code >= 0)
-        return code;
-    const kt_file_use uses[] = {{"the scene", argv[1], false}, {"--plot", given.plot, true}};
-    if ((code = kt_check_files("stability", uses, 2)) >= 0)
         return code;
     char *base = kt_base_name(argv[1]);
     given.base = base != NULL ? base : "scene";

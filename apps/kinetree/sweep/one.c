@@ -422,7 +422,7 @@ static int add_chosen(kt_sweep *sweep, const kt_columns *columns, const char *li
                 (void)kt_nearest_try(&nearest, sweep->columns[i].name);
             return kt_misuse(
                 "sweep: --columns: the records have no column '%s'%s; --set output.record=[...] records more", name,
-                kt_ask(&nearest, "").text);
+                kt_ask(&nearest, "", "").text);
         }
         if (!add_sweep_column(sweep, name, kt_column_quantity(columns, found).unit))
             return kt_say_no_memory(NULL);

@@ -476,7 +476,7 @@ static int say_without_use(const kt_scene *scene, const char *path, const char *
         if (scene->parameters[k].is_used)
             (void)kt_nearest_try(&nearest, scene->parameters[k].name);
     return kt_misuse(
-        "'%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name, kt_ask(&nearest, "").text,
+        "'%s' varies, but nothing in the scene uses the parameter '%s'%s%s", path, name, kt_ask(&nearest, "", "").text,
         nearest.best != NULL ? "" : "; write =NAME where it is meant, or vary a number by its path (bodies.arm.mass)");
 }
 

@@ -148,7 +148,7 @@ static int read_choice_option(const kt_usage *usage, const kt_option *option, co
         (void)kt_nearest_try(&nearest, words[i]);
     }
     return kt_misuse("%s: --%s takes one of %s, not '%s'%s", usage->command, option->name, option->choices, text,
-                     kt_ask(&nearest, "").text);
+                     kt_ask(&nearest, "", "").text);
 }
 
 /* Rejects a list in which a name occurs twice: its column, for example, would be written twice. */
@@ -246,7 +246,7 @@ static int say_unknown_option(const kt_usage *usage, const char *argument, size_
             return kt_misuse("%s: '--%s' is an option of 'kinetree import', which writes a scene for '%s' to read",
                              usage->command, name, usage->command);
     if (nearest.best != NULL)
-        kt_say("%s: there is no option '--%s'%s", usage->command, name, kt_ask(&nearest, "--").text);
+        kt_say("%s: there is no option '--%s'%s", usage->command, name, kt_ask(&nearest, "--", "").text);
     else
         kt_say("%s: there is no option '--%s'; 'kinetree %s --help' lists them", usage->command, name, usage->command);
     return KT_EXIT_USAGE;

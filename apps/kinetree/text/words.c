@@ -66,10 +66,12 @@ int kt_say_status(kt_status status, const kt_error *error) {
     return kt_exit_code(status);
 }
 
-kt_question kt_ask(const kt_nearest *nearest, const char *before) {
-    kt_question question = {""};
+kt_question kt_ask(const kt_nearest *nearest, const char *before, const char *otherwise) {
+    kt_question question;
     if (nearest->best != NULL)
         snprintf(question.text, sizeof question.text, "; did you mean '%s%s'?", before, nearest->best);
+    else
+        snprintf(question.text, sizeof question.text, "%s", otherwise);
     return question;
 }
 

@@ -4,7 +4,6 @@
 #include "view/view.h"
 
 #include "command.h"
-#include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "picture/mesh.h"
