@@ -3,7 +3,7 @@
 
 #include "present.h"
 
-#include "records/quantities.h"
+#include "records/gravity.h"
 
 #include "kinetree/dynamics.h"
 #include "kinetree/joint.h"

@@ -1,5 +1,5 @@
 /* What a call of kt_codegen_write cannot generate. */
-#include "codegen/check.h"
+#include "codegen/functions.h"
 
 #include "codegen/loops.h"
 #include "kinetree/codegen.h"

@@ -6,7 +6,6 @@
 #include "kinetree/codegen.h"
 
 #include "base/require.h"
-#include "codegen/check.h"
 #include "codegen/functions.h"
 #include "codegen/loops.h"
 #include "document/number.h"

@@ -4,6 +4,7 @@
 
 #include "codegen/print.h"
 #include "kinetree/codegen.h"
+#include "model/model.h"
 
 /* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
 enum {
@@ -16,5 +17,11 @@ enum {
 
 /* Makes the graph of a function that is no text. is_apart: no output is an input. */
 void kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_function *f);
+
+/* Whether a name can begin the names of a file in C. */
+bool kt_code_is_identifier(const char *name);
+
+/* Reports what cannot be generated of the functions. */
+kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error);
 
 #endif

@@ -11,7 +11,6 @@
  */
 #include "base/require.h"
 #include "compile/compile.h"
-#include "compile/polygon.h"
 #include "model/describe.h"
 
 #include <math.h>

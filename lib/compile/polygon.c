@@ -5,7 +5,7 @@
  *
  * and less the squares of the centroid.
  */
-#include "compile/polygon.h"
+#include "compile/compile.h"
 
 #include <math.h>
 

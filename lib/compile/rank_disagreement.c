@@ -5,7 +5,6 @@
 #include "closure/levenberg_marquardt.h"
 #include "closure/rounding.h"
 #include "compile/rank_samples.h"
-#include "compile/repair.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
+#include "model/model.h"
 #include "reduction/delassus.h"
 #include "reduction/kernel.h"
 #include "reduction/method.h"
@@ -73,5 +74,22 @@ void kt_rank_coarsen(kt_model *model, const kt_data *data, size_t g);
 /* Treats groups that close at no position, except for a disagreement below the tolerance. Either their data are
  * corrected, or they count as closed (rank_disagreement.c). Errors: KT_ERROR_MEMORY. */
 kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_samples *found);
+
+/* Loops whose equations repeat each other except for the rounding of the data. */
+
+/* Moves the ends of the loops of a group that leaves one degree of freedom, along the motion that leads through a
+ * position near q. The moves are the least ones with which the equations repeat each other to the last digit. Stores by
+ * how much they disagree. *found: whether there are such moves below the model's tolerance; if not, all ends are where
+ * they are `given`, two a loop.
+ * Errors: KT_ERROR_MEMORY.
+ * Cost: O((coordinates + equations + corrections)^3) a position. */
+kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, const kt_pose *given, bool *found);
+
+/* Puts the ends of all loops to given places, two a loop. */
+void kt_loops_place_ends(kt_model *model, const kt_pose *ends);
+
+/* Stores the gaps of the loops of a group, as last filled, if they are larger than the stored ones. Returns the largest
+ * gap, relative to the scales. */
+double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g);
 
 #endif

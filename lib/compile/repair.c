@@ -17,7 +17,7 @@
  * one more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
  * vanish. W has one direction more at this position.
  */
-#include "compile/repair.h"
+#include "compile/rank_samples.h"
 
 #include "base/aligned.h"
 #include "base/arena.h"

@@ -1,6 +1,6 @@
 /* Formulas of a scene, written piece by piece, for features of MJCF that effects and loops do not have as numbers. */
 #include "robot/mjcf.h"
-#include "robot/print.h"
+#include "robot/robot.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* Texts with numbers that are as short as their bits allow. */
-#include "robot/print.h"
 #include "document/number.h"
+#include "robot/robot.h"
 
 #include <stdio.h>
 #include <string.h>

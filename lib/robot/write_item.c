@@ -1,5 +1,5 @@
 /* Parts that both formats write: numbers, texts, joints of several coordinates as several joints, solids, masses. */
-#include "robot/print.h"
+#include "robot/robot.h"
 #include "robot/write.h"
 
 #include <string.h>

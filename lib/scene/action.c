@@ -1,5 +1,5 @@
 /* Actions of events, as nodes of the file (action.h). */
-#include "scene/action.h"
+#include "scene/expand.h"
 
 void kt_actions_visit(const kt_reader *r, kt_action_visit *visit, void *user) {
     const kt_node *events = r->root->kind == KT_NODE_MAP ? kt_node_find(r->root, "events") : NULL;

@@ -2,7 +2,6 @@
  * their new values. */
 #include "scene/assignment.h"
 #include "scene/foothold.h"
-#include "scene/impulse.h"
 
 #include "base/sum.h"
 #include "expression/expression.h"

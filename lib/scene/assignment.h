@@ -8,8 +8,10 @@
 #ifndef KT_SCENE_RESET_H
 #define KT_SCENE_RESET_H
 
+#include "base/pool.h"
 #include "kinetree/expression.h"
 #include "kinetree/model.h"
+#include "kinetree/scene.h"
 #include "scene/reader.h"
 
 /* ---- while a scene is read (vary.c) ------------------------------------------------------------------------------ */
@@ -87,5 +89,27 @@ KT_CHECKED kt_status kt_assignments_apply(kt_assignments *assignments, kt_simula
 
 /* Sets the model's parameters by the states that the simulation has, and leaves the simulation as it is. */
 KT_CHECKED kt_status kt_assignments_sync(kt_assignments *assignments, const kt_simulation *simulation, kt_error *error);
+
+/* Velocities that events set: {set: {velocity.arm: "-0.8*velocity.arm"}} (impulse.c). */
+
+/* Whether a name that an event sets is that of a velocity. */
+bool kt_is_velocity_name(const char *name);
+
+/* Whether an event of the scene sets velocities. */
+bool kt_impulses_are_set(const kt_scene *scene);
+
+typedef struct kt_impulses kt_impulses;
+
+/* Memory for a model and for `count` velocities at most; NULL if there is not enough. */
+kt_impulses *kt_impulses_create(kt_pool *pool, const kt_model *model, int count);
+
+/* Sets the velocities at[i] of the simulation to values[i]. The others become the velocities nearest to theirs with
+ * which the loops stay closed. If loops, or the velocities before, do not permit a value, it is counted
+ * (kt_impulses_missed). */
+KT_CHECKED kt_status kt_impulses_apply(kt_impulses *impulses, kt_simulation *simulation, kt_data *data, const int *at,
+                                       const double *values, int count, kt_error *error);
+
+/* The values that could not be set: their count, and the first of them. */
+kt_scene_missed kt_impulses_missed(const kt_impulses *impulses);
 
 #endif

@@ -2,9 +2,8 @@
  * set. */
 #include "effect/effect.h"
 #include "model/parameter_key.h"
-#include "scene/action.h"
 #include "scene/assignment.h"
-#include "scene/fmu_node.h"
+#include "scene/expand.h"
 
 #include <stdint.h>
 #include <string.h>

@@ -3,7 +3,6 @@
  * beam. build/beam.c makes the items. They are written as a text, and read from there as nodes; the ends of the beam
  * keep the nodes that the file gives them.
  */
-#include "scene/beam.h"
 #include "document/emit.h"
 #include "kinetree/build.h"
 #include "scene/expand.h"

@@ -3,7 +3,7 @@
  *
  * Such parts are found from their parentheses, reported once, and hidden from everything else.
  */
-#include "scene/comma.h"
+#include "scene/expand.h"
 
 /* Parentheses that a text opens less those that it closes; below zero at some place: it is no beginning. */
 static int open_parentheses(const char *text) {

@@ -1,4 +1,5 @@
-/* Nodes that the reader makes of others: sections of a file that stand for items of other sections. */
+/* Nodes of a file before its sections are read: sections that stand for items of other sections, effects of the type
+ * `fmu`, actions of events, and formulas that a comma has cut. */
 #ifndef KT_SCENE_EXPAND_H
 #define KT_SCENE_EXPAND_H
 
@@ -19,5 +20,36 @@ void kt_nodes_settle(kt_node *node, const kt_node *place, const kt_replacement *
 
 /* Appends the items of a list, or the keys of a mapping, to a section. Makes the section if the file has none. */
 void kt_nodes_append(kt_reader *r, const char *key, kt_node *items, const kt_node *place);
+
+/* Visits the actions of the file's events that are mappings. */
+typedef void kt_action_visit(const kt_node *action, void *user);
+void kt_actions_visit(const kt_reader *r, kt_action_visit *visit, void *user);
+
+/* Makes the items of the section `beams` into items of `bodies`, `effects` and `loops`, before these are read. */
+void kt_beams_expand(kt_reader *r);
+
+/* Reports plain texts of the file that a comma has cut within parentheses; their parts are faulty then. O(nodes). */
+void kt_commas_check(kt_reader *r);
+
+/* Takes effects of the type `fmu` out of the section `effects`, before anything else is read. */
+void kt_fmus_take(kt_reader *r);
+
+/* Whether an output of an FMU is the parameter of this name; NULL: any parameter. */
+bool kt_fmus_set(const kt_reader *r, const char *name);
+
+/* The first key of a mapping of an FMU; NULL: the mapping is missing, empty or something else. */
+kt_node *kt_fmu_first(const kt_node *item, const char *key);
+
+/* Whether a section of the file, a mapping, has a key. */
+bool kt_section_has(const kt_reader *r, const char *section, const char *key);
+
+/* After parameters are read: makes the auxiliary states and the forces of outputs of FMUs that act in joints. */
+void kt_fmus_expand(kt_reader *r);
+
+/* After all sections are read: the FMUs, and an event for each. */
+void kt_fmus_read(kt_reader *r, kt_scene *scene);
+
+/* The section `effects` of a kt_scene: forces, and FMUs. An output in a joint is written as the state that holds it. */
+extern const kt_kind kt_kind_effects;
 
 #endif

@@ -12,14 +12,12 @@
  * The items are taken out of `effects` before anything else is read (fmu_node.c), so that the list contains forces
  * alone.
  */
-#include "scene/fmu.h"
+#include "scene/expand.h"
 
 #include "base/copy.h"
 #include "scene/csv.h"
 #include "scene/event.h"
-#include "scene/expand.h"
 #include "scene/expression.h"
-#include "scene/fmu_node.h"
 #include "scene/parameter.h"
 #include "scene/part.h"
 

@@ -1,5 +1,5 @@
 /* Effects of the type `fmu`, as nodes of the file (fmu_node.h). */
-#include "scene/fmu_node.h"
+#include "scene/expand.h"
 
 #include <string.h>
 

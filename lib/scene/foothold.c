@@ -7,10 +7,8 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 #include "model/follow.h"
-#include "scene/action.h"
 #include "scene/expand.h"
 #include "scene/expression.h"
-#include "scene/fmu_node.h"
 #include "scene/named.h"
 #include "scene/part.h"
 

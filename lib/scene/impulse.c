@@ -8,7 +8,7 @@
  * remains of a row, loops determine the velocity, or velocities that are set before it. Hard contacts and friction that
  * sticks are left out of A: they open, and impacts stop bodies that approach.
  */
-#include "scene/impulse.h"
+#include "scene/assignment.h"
 
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

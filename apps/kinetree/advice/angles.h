@@ -1,4 +1,5 @@
-/* Angles that were probably given in degrees without the unit. */
+/* What a scene says and its author hardly means: angles that were probably given in degrees without the unit, effects
+ * that exert no force, and own columns that copy another column and state another unit. */
 #ifndef KT_COMMAND_ADVICE_ANGLES_H
 #define KT_COMMAND_ADVICE_ANGLES_H
 
@@ -12,5 +13,14 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
 
 /* Prints the same warnings, of whole numbers alone, without a list. Returns their number. */
 int kt_angles_say(const kt_scene *scene, bool quiet);
+
+/* Warns of springs, bushings, friction and drag all of whose numbers are 0, and of effects whose ends cannot move.
+ * Numbers are not checked if an event or an FMU sets parameters of the scene. Returns the number of warnings. */
+int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene);
+
+/* Warns of own columns (`output.columns`) whose formula is the name of a column alone, and whose unit measures the same
+ * quantity with another factor: `{value: position.arm, unit: deg}`. The unit is a label, and numbers are not converted.
+ * Other formulas may convert. Returns the number of warnings. */
+int kt_column_units_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model);
 
 #endif

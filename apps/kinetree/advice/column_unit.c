@@ -1,5 +1,5 @@
 /* Own columns that copy another column, and state another unit. */
-#include "advice/column_unit.h"
+#include "advice/angles.h"
 
 #include "document/unit.h"
 #include "records/columns.h"

@@ -1,5 +1,5 @@
 /* Effects that exert no force, whatever the motion: a key was forgotten, or the force acts on the ground. */
-#include "advice/idle.h"
+#include "advice/angles.h"
 
 #include "advice/advice.h"
 

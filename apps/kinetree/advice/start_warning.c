@@ -1,8 +1,6 @@
 /* What a run reports before its first step, and what its view will not show. */
 #include "advice/advice.h"
 #include "advice/angles.h"
-#include "advice/column_unit.h"
-#include "advice/idle.h"
 #include "advice/penetration.h"
 #include "scene/play.h"
 #include "subcommands/run.h"

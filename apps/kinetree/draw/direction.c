@@ -1,5 +1,5 @@
 /* The direction in which `kinetree draw` looks, and the words for it. */
-#include "draw/direction.h"
+#include "draw/draw.h"
 
 #include "command.h"
 #include "text/list.h"

@@ -2,10 +2,12 @@
 #ifndef KT_COMMAND_DRAW_DRAW_H
 #define KT_COMMAND_DRAW_DRAW_H
 
+#include "kinetree/scene.h"
 #include "picture/camera.h"
 #include "picture/picture.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* The path of a point: its places in the world, one after the other. */
 typedef struct kt_drawn_path {
@@ -67,5 +69,25 @@ double kt_path_share(const kt_drawing *drawing, const kt_drawn_path *path, doubl
  * Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path. */
 enum { KT_ANIMATION_BYTES = 300000 };
 int kt_animation_write(const kt_drawing *drawing, double seconds, const char *path, int *frames, size_t *bytes);
+
+/* The words for the direction in which `kinetree draw` looks. */
+typedef struct kt_view_words {
+    char text[80];
+} kt_view_words;
+
+/* Takes the direction that --view names. view: NULL to take the plane of the mechanism, or one from above. Returns -1,
+ * or an exit code after printing the error. */
+int kt_draw_direction_choose(const char *view, const kt_picture *picture, const kt_pose *poses, kt_camera *camera,
+                             kt_view_words *words);
+
+/* Creates the picture at each of `count` states. released: for each state, the set of released elements
+ * (kt_released_set).
+ *
+ * Ownership: each picture shares everything with `whole`, which must outlive it, except its lists of loops, relations
+ * and effects. The caller releases the pictures with kt_shown_free.
+ *
+ * Errors: NULL if memory is insufficient. */
+kt_picture *kt_shown_create(const kt_scene *scene, const kt_picture *whole, const uint64_t *released, int count);
+void kt_shown_free(kt_picture *shown, int count);
 
 #endif

@@ -1,5 +1,5 @@
 /* The picture of a state: loops and effects that are released do not act, and are not drawn. */
-#include "draw/shown.h"
+#include "draw/draw.h"
 
 #include "scene/released.h"
 

@@ -2,8 +2,8 @@
 #include "fmu/couple.h"
 
 #include "command.h"
+#include "fmu/description.h"
 #include "fmu/instance.h"
-#include "fmu/port.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* The variables of an FMU that a scene names (port.h). */
-#include "fmu/port.h"
+#include "fmu/description.h"
 
 #include "base/names.h"
 

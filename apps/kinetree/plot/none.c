@@ -2,7 +2,6 @@
 #include "command.h"
 #include "draw/draw.h"
 #include "plot/plot.h"
-#include "plot/shapes.h"
 
 bool kt_plot_is_possible(void) { return false; }
 

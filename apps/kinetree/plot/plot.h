@@ -3,6 +3,8 @@
 #ifndef KT_COMMAND_PLOT_PLOT_H
 #define KT_COMMAND_PLOT_PLOT_H
 
+#include "records/table.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -124,5 +126,44 @@ int kt_plot_check(const char *path);
 
 /* Returns KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_plot_draw(const kt_plot *plot, const char *path);
+
+/* Mode shapes: one panel per mode, two bars per coordinate. */
+typedef struct kt_shape_panel {
+    const char *title;  /* "1: 0.38 Hz, damping ratio 0.01" */
+    const double *bars; /* two per coordinate: real part, in phase with the largest element, and imaginary part */
+} kt_shape_panel;
+
+typedef struct kt_shape_plot {
+    const char *title;
+    const char *subtitle;
+    const char *const *names; /* of the joints' coordinates */
+    int count;                /* number of coordinates */
+    const kt_shape_panel *panels;
+    int panel_count;
+    bool is_dark;
+} kt_shape_plot;
+
+/* Returns KT_EXIT_DONE, or an exit code after printing the error. The caller has checked the path with
+ * kt_plot_check. */
+int kt_plot_shapes(const kt_shape_plot *plot, const char *path);
+
+/* Pictures of a sweep's lines: columns over the swept values, as curves or points, as colours over two, as
+ * histograms. */
+typedef struct kt_sweep_chart {
+    const kt_table *table;
+    const char *title;
+    const int *columns; /* that are drawn, a panel each */
+    int column_count;
+    int x;  /* the column that they are drawn over */
+    int by; /* a curve for each of its values; the other axis of a map; -1: none */
+    kt_plot_size size;
+    bool is_map, is_histogram, is_log, is_dark;
+} kt_sweep_chart;
+
+/* Whether a table has the lines of a sweep. *first and *count: the columns of the swept values. */
+bool kt_sweep_table_find(const kt_table *table, int *first, int *count);
+
+/* Returns an exit code. */
+int kt_sweep_plot(const kt_sweep_chart *chart, const char *out);
 
 #endif

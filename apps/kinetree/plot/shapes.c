@@ -1,5 +1,5 @@
 /* Draws mode shapes as bars, with cairo. */
-#include "plot/shapes.h"
+#include "plot/plot.h"
 
 #include "plot/paper.h"
 

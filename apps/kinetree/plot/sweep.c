@@ -1,9 +1,8 @@
 /* Pictures of a sweep's lines. Each column is a panel of its own: their units differ. */
-#include "plot/sweep.h"
+#include "plot/plot.h"
 
 #include "command.h"
 #include "plot/kind.h"
-#include "plot/plot.h"
 
 #include "base/order.h"
 

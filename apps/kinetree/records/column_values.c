@@ -1,8 +1,7 @@
 /* The values of columns in a record. Some columns in a row are components of one vector, which is computed once. */
 #include "records/columns.h"
 
-#include "records/bearing.h"
-#include "records/quantities.h"
+#include "records/gravity.h"
 
 #include "kinetree/descriptor.h"
 #include "kinetree/dynamics.h"

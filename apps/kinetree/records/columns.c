@@ -7,7 +7,7 @@
 #include "kinetree/descriptor.h"
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
-#include "records/quantities.h"
+#include "records/gravity.h"
 
 #include <stdio.h>
 #include <stdlib.h>

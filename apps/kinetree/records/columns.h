@@ -3,7 +3,6 @@
 #define KT_COMMAND_RECORDS_COLUMNS_H
 
 #include "records/gravity.h"
-#include "records/singular.h"
 
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"

@@ -9,7 +9,7 @@
  * constraint at rest has no power. With time stepping, T is the reaction of NAME.stick also during slip, and the power
  * is T . s.
  */
-#include "records/quantities.h"
+#include "records/gravity.h"
 
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"

@@ -6,7 +6,7 @@
  * until all are orthogonal. Their lengths are the singular values. Small values keep their relative accuracy, which a
  * decomposition of A A' would lose.
  */
-#include "records/singular.h"
+#include "records/gravity.h"
 
 #include "base/order.h"
 #include "kinetree/algebra.h"

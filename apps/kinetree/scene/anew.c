@@ -1,7 +1,7 @@
 /* Reports the parts of a scene that a later initial state does not continue: everything that reads the time, and the
  * counts of events. */
-#include "scene/anew.h"
 #include "command.h"
+#include "scene/load.h"
 
 #include <stdio.h>
 #include <string.h>

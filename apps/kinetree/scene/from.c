@@ -1,8 +1,7 @@
 /* Reads the state of a result, joint by joint. */
-#include "scene/from.h"
 #include "picture/picture.h"
 #include "records/keep.h"
-#include "scene/anew.h"
+#include "scene/load.h"
 #include "scene/released.h"
 #include "scene/start.h"
 #include "text/json.h"

@@ -1,6 +1,5 @@
 /* Loads scenes for the subcommands, with the state that they start from. */
 #include "scene/load.h"
-#include "scene/from.h"
 
 #include "fmu/couple.h"
 #include "records/output.h"

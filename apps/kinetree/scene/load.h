@@ -1,8 +1,11 @@
-/* The first part of loading a scene. */
+/* The parts of loading a scene: reading it, its start from the result of a run, and names of files. */
 #ifndef KT_COMMAND_SCENE_LOAD_H
 #define KT_COMMAND_SCENE_LOAD_H
 
 #include "command.h"
+#include "kinetree/scene.h"
+
+#include <stdbool.h>
 
 /* Reads a scene as kt_read_scene does, without the result that it may start from. */
 int kt_read_scene_as_written(const char *path, const kt_settings *settings, kt_scene *scene);
@@ -13,5 +16,25 @@ int kt_check_scene_files(const kt_scene *scene);
 
 /* Whether a scene was read from the file of a robot, also from standard input. */
 bool kt_is_robot_scene(const kt_scene *scene);
+
+/* Makes the state of a result the initial state of the scene, matching the names of joints. Prints the mismatches:
+ * joints of the scene that the result lacks, and the reverse. The result is a summary (JSON) with the last state, or
+ * records (CSV). ":TIME" after the name selects the record nearest to that time; the default is the last record. The
+ * name is relative to `folder`, the folder of the scene; NULL: the current folder. Returns KT_EXIT_DONE, or an exit
+ * code after printing the error. The scene is then unchanged. */
+int kt_start_from(kt_scene *scene, const char *result, const char *folder);
+
+/* Prints that functions of time, masses that are functions of time, times in events and limits of events begin anew.
+ * Each line begins with `start`, such as "the motion starts at t = 0 from the state of run.json". `source` names what
+ * has the state. Prints nothing if the scene has no such part. FMUs are left to the caller. */
+void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
+
+/* Returns whether a file is a robot, from the ending of its name. */
+bool kt_is_robot_name(const char *path);
+
+/* Prints what a path that does not exist may mean: the path with the ending .yaml, a bundled scene, or the file in the
+ * same folder whose name is nearest, or else the bundled scene whose name is nearest. Prints nothing for a path that
+ * exists, or without such a file. */
+void kt_missing_suggest(const char *path);
 
 #endif

@@ -1,9 +1,9 @@
 /* Names of files: robots by their endings, and suggestions for a path that does not exist. */
-#include "scene/name.h"
 #include "base/names.h"
 #include "command.h"
 #include "records/output.h"
 #include "scene/bundled.h"
+#include "scene/load.h"
 
 #include <dirent.h>
 #include <stdio.h>

@@ -1,7 +1,6 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
 #include "records/output.h"
 #include "scene/load.h"
-#include "scene/name.h"
 #include "scene/start.h"
 #include "text/bytes.h"
 

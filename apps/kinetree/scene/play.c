@@ -3,7 +3,7 @@
 
 #include "fmu/couple.h"
 
-#include "records/quantities.h"
+#include "records/gravity.h"
 
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"

@@ -1,11 +1,9 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
 #include "advice/advice.h"
 #include "advice/angles.h"
-#include "advice/column_unit.h"
-#include "advice/idle.h"
 #include "advice/penetration.h"
 #include "records/output.h"
-#include "scene/name.h"
+#include "scene/load.h"
 #include "scene/start.h"
 #include "text/arguments.h"
 #include "view/view.h"

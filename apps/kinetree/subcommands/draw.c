@@ -1,7 +1,5 @@
 /* kinetree draw: a picture of a mechanism in one state or several. */
 #include "draw/draw.h"
-#include "draw/direction.h"
-#include "draw/shown.h"
 
 #include "command.h"
 #include "plot/plot.h"

@@ -1,7 +1,6 @@
 /* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF, its equations as C, or an FMU. */
 #include "command.h"
 #include "records/output.h"
-#include "subcommands/export_c.h"
 #include "subcommands/export_fmu.h"
 #include "text/arguments.h"
 

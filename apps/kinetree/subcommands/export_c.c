@@ -1,5 +1,5 @@
 /* The C files of `kinetree export --c`: FILE.c and FILE.h, both whole or not at all. */
-#include "subcommands/export_c.h"
+#include "subcommands/export_fmu.h"
 
 #include "base/names.h"
 #include "command.h"

@@ -1,12 +1,12 @@
-/* `kinetree export --fmu`: an FMU of FMI 3.0 or 2.0, for model exchange and co-simulation. */
+/* `kinetree export --fmu`: an FMU of FMI 3.0 or 2.0, for model exchange and co-simulation; and the C files of
+ * `kinetree export --c`. */
 #ifndef KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 #define KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 
-#include "records/columns.h"
-#include "text/arguments.h"
-
 #include "../fmu/roles.h"
 #include "../fmu/signal.h"
+#include "records/columns.h"
+#include "text/arguments.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -95,5 +95,17 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream);
 
 /* Writes sources/buildDescription.xml: how to compile KT_FMU_SOURCE. */
 void kt_fmu_describe_build(const kt_fmu_model *fmu, FILE *stream);
+
+typedef struct kt_export_c {
+    const char *scene, *functions, *out; /* functions: NULL for the default */
+    const kt_settings *settings;
+    bool constant;
+} kt_export_c;
+
+/* Checks the command line. Returns -1, or an exit code after printing the error. */
+int kt_export_c_check(const kt_export_c *c);
+
+/* Reads the scene and writes both files. Returns an exit code. */
+int kt_export_c_write(const kt_export_c *c);
 
 #endif

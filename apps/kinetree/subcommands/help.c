@@ -1,7 +1,6 @@
 /* The table of subcommands, and kinetree help, which shows it on a terminal, as man pages or as shell completions. All
  * are generated from the tables of options by which command lines are parsed. */
 #include "text/reference.h"
-#include "text/types.h"
 
 #include <stdio.h>
 #include <string.h>

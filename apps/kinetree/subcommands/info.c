@@ -3,7 +3,7 @@
 #include "subcommands/run.h"
 #include "text/arguments.h"
 #include "text/json.h"
-#include "text/tree.h"
+#include "text/reference.h"
 
 #include "kinetree/batch.h"
 

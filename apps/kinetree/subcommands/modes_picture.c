@@ -3,7 +3,7 @@
 
 #include "command.h"
 #include "draw/draw.h"
-#include "plot/shapes.h"
+#include "plot/plot.h"
 #include "scene/deflection.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* kinetree plot: draws the columns of a result, with one panel for each kind of quantity, because kinds differ in their
  * units. */
+#include "plot/plot.h"
 #include "command.h"
 #include "plot/kind.h"
-#include "plot/sweep.h"
 #include "records/output.h"
 #include "subcommands/plot_chart.h"
 #include "text/arguments.h"

@@ -7,7 +7,6 @@
 #include "native/native.h"
 #include "plot/run.h"
 #include "scene/play.h"
-#include "view/glb.h"
 #include "view/view.h"
 
 #include <math.h>

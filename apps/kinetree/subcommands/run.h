@@ -2,10 +2,7 @@
 #ifndef KT_COMMAND_SUBCOMMANDS_RUN_H
 #define KT_COMMAND_SUBCOMMANDS_RUN_H
 
-#include "advice/compression.h"
 #include "advice/growth.h"
-#include "advice/half_turn.h"
-#include "advice/path_jump.h"
 #include "advice/warnings.h"
 #include "records/columns.h"
 #include "records/extremes.h"

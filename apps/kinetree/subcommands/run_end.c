@@ -1,5 +1,5 @@
 /* run --scene: the scene with the end of the run as its initial state. */
-#include "scene/anew.h"
+#include "scene/load.h"
 #include "scene/released.h"
 #include "subcommands/run.h"
 #include "text/json.h"

@@ -2,7 +2,7 @@
 #include "sweep/sweep.h"
 #include "records/interrupt.h"
 #include "records/keep.h"
-#include "scene/name.h"
+#include "scene/load.h"
 #include "subcommands/run.h"
 #include "sweep/merge.h"
 #include "sweep/ranks.h"

@@ -5,7 +5,7 @@
  *
  * Then the tree is cut at the deepest level that keeps it within LINES_MAX lines. Levels count branchings, not the
  * bodies of a run. */
-#include "text/tree.h"
+#include "text/reference.h"
 
 #include "command.h"
 #include "text/bytes.h"

@@ -1,6 +1,6 @@
 /* Prints 'kinetree help TYPE' and the page of all types. Both are generated from the descriptors by which scenes are
  * read. */
-#include "text/types.h"
+#include "text/reference.h"
 
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"

@@ -37,4 +37,8 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
  * reason of a failed assembly is only on the page. */
 int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path);
 
+/* Writes a motion as glTF 2.0 in one binary file (GLB), which other viewers and modellers read: a node for each body,
+ * animated, with meshes of its solids. name: of the scene. Returns an exit code as above. */
+int kt_glb_write(const kt_motion *motion, const char *name, const char *path);
+
 #endif
