@@ -20,8 +20,17 @@
 
 /* A sphere has a rotation, although the rotation has no effect. An invalid rotation is still a fault, since a scene
  * file could not contain it. */
+#define PLACE_KEY(help)                                                                                                \
+    { "shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS(help), .needed = false }
+#define LENGTH_KEY(name, member, help)                                                                                 \
+    { name, KT_KEY_NUMBER, offsetof(kt_shape, member), "m", KT_WORDS(help), .range = KT_RANGE_POSITIVE, .needed = true }
+#define ROTATION_KEY                                                                                                   \
+    {                                                                                                                  \
+        "shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",                                           \
+            KT_WORDS("of the axes of the solid against those of the body"), .needed = false                            \
+    }
 static const kt_key point_keys[] = {
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("where it is, body frame"), .needed = false},
+    PLACE_KEY("where it is, body frame"),
 };
 static const kt_key rod_keys[] = {
     {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", KT_WORDS("one end, body frame"), .needed = false},
@@ -32,37 +41,28 @@ static const kt_key rod_keys[] = {
 static const kt_key box_keys[] = {
     {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m",
      KT_WORDS("a, b, c, the lengths of its edges along x, y, z"), .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
-    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
+    PLACE_KEY("the centre, body frame"),
+    ROTATION_KEY,
 };
 static const kt_key sphere_keys[] = {
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
-    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
+    LENGTH_KEY("shape.radius", radius, "r"),
+    PLACE_KEY("the centre, body frame"),
+    ROTATION_KEY,
 };
 static const kt_key cylinder_keys[] = {
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
-    {"shape.length", KT_KEY_NUMBER, offsetof(kt_shape, length), "m", KT_WORDS("l"), .range = KT_RANGE_POSITIVE,
-     .needed = true},
+    LENGTH_KEY("shape.radius", radius, "r"),
+    LENGTH_KEY("shape.length", length, "l"),
     {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", KT_WORDS("in the axes of the solid"), .needed = false},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the centre, body frame"), .needed = false},
-    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
+    PLACE_KEY("the centre, body frame"),
+    ROTATION_KEY,
 };
 
 static const kt_key polygon_keys[] = {
     {"shape.points", KT_KEY_CORNERS, offsetof(kt_shape, points), "m",
      KT_WORDS("[[x, y], [x, y], ...], its corners in order, three or more"), .needed = true},
-    {"shape.thickness", KT_KEY_NUMBER, offsetof(kt_shape, length), "m",
-     KT_WORDS("d, along z, half on either side of the corners' plane"), .range = KT_RANGE_POSITIVE, .needed = true},
-    {"shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS("the origin of the corners, body frame"),
-     .needed = false},
-    {"shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",
-     KT_WORDS("of the axes of the solid against those of the body"), .needed = false},
+    LENGTH_KEY("shape.thickness", length, "d, along z, half on either side of the corners' plane"),
+    PLACE_KEY("the origin of the corners, body frame"),
+    ROTATION_KEY,
 };
 
 /* A scene with a body of that shape, and joints with which it moves. */
@@ -71,65 +71,46 @@ static const kt_key polygon_keys[] = {
 #define SWINGS "{type: revolute, axis: y, position: 30 deg}"
 #define TUMBLES "{type: free, velocity: {angular: [1, 2, 3]}}"
 
+#define KEYS(list) .keys = list, .key_count = (int)(sizeof list / sizeof *list)
+
 /* KT_SHAPE_NONE has no name in scene files, and no descriptor. */
 static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
-    [KT_SHAPE_POINT] =
-        {
-            .name = "point",
-            .help = KT_WORDS("a point mass"),
-            .formula = KT_WORDS("I = 0"),
-            .example = EXAMPLE_BODY("bob", SWINGS, "{type: point, at: [0, 0, -1]}"),
-            .keys = point_keys,
-            .key_count = 1,
-        },
-    [KT_SHAPE_ROD] =
-        {
-            .name = "rod",
-            .help = KT_WORDS("a rod between two points"),
-            .formula = KT_WORDS("that of the cylinder from one end to the other"),
-            .example = EXAMPLE_BODY("rod", SWINGS, "{type: rod, to: [0, 0, -1]}"),
-            .keys = rod_keys,
-            .key_count = 3,
-        },
-    [KT_SHAPE_BOX] =
-        {
-            .name = "box",
-            .help = KT_WORDS("a box with edges along its axes"),
-            .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
-            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: box, size: [0.1, 0.2, 0.3]}"),
-            .keys = box_keys,
-            .key_count = 3,
-        },
-    [KT_SHAPE_SPHERE] =
-        {
-            .name = "sphere",
-            .help = KT_WORDS("a ball"),
-            .formula = KT_WORDS("I = 2/5 m r^2"),
-            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: sphere, radius: 0.2}"),
-            .keys = sphere_keys,
-            .key_count = 3,
-        },
-    [KT_SHAPE_CYLINDER] =
-        {
-            .name = "cylinder",
-            .help = KT_WORDS("a cylinder about its axis"),
-            .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
-            .example = EXAMPLE_BODY("solid", TUMBLES, "{type: cylinder, radius: 0.1, length: 0.5, axis: x}"),
-            .keys = cylinder_keys,
-            .key_count = 5,
-        },
-    [KT_SHAPE_POLYGON] =
-        {
-            .name = "polygon",
-            .help = KT_WORDS("a plate of any outline"),
-            .formula = KT_WORDS("I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
-                                "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
-            .example = EXAMPLE_BODY("bracket", SWINGS,
-                                    "{type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], [0, "
-                                    "0.8]], thickness: 0.05}"),
-            .keys = polygon_keys,
-            .key_count = 4,
-        },
+    [KT_SHAPE_POINT] = {.name = "point",
+                        .help = KT_WORDS("a point mass"),
+                        .formula = KT_WORDS("I = 0"),
+                        .example = EXAMPLE_BODY("bob", SWINGS, "{type: point, at: [0, 0, -1]}"),
+                        KEYS(point_keys)},
+    [KT_SHAPE_ROD] = {.name = "rod",
+                      .help = KT_WORDS("a rod between two points"),
+                      .formula = KT_WORDS("that of the cylinder from one end to the other"),
+                      .example = EXAMPLE_BODY("rod", SWINGS, "{type: rod, to: [0, 0, -1]}"),
+                      KEYS(rod_keys)},
+    [KT_SHAPE_BOX] = {.name = "box",
+                      .help = KT_WORDS("a box with edges along its axes"),
+                      .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
+                      .example = EXAMPLE_BODY("solid", TUMBLES, "{type: box, size: [0.1, 0.2, 0.3]}"),
+                      KEYS(box_keys)},
+    [KT_SHAPE_SPHERE] = {.name = "sphere",
+                         .help = KT_WORDS("a ball"),
+                         .formula = KT_WORDS("I = 2/5 m r^2"),
+                         .example = EXAMPLE_BODY("solid", TUMBLES, "{type: sphere, radius: 0.2}"),
+                         KEYS(sphere_keys)},
+    [KT_SHAPE_CYLINDER] = {.name = "cylinder",
+                           .help = KT_WORDS("a cylinder about its axis"),
+                           .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
+                           .example =
+                               EXAMPLE_BODY("solid", TUMBLES, "{type: cylinder, radius: 0.1, length: 0.5, axis: x}"),
+                           KEYS(cylinder_keys)},
+    [KT_SHAPE_POLYGON] = {.name = "polygon",
+                          .help = KT_WORDS("a plate of any outline"),
+                          .formula = KT_WORDS(
+                              "I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
+                              "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
+                          .example = EXAMPLE_BODY(
+                              "bracket", SWINGS,
+                              "{type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], [0, "
+                              "0.8]], thickness: 0.05}"),
+                          KEYS(polygon_keys)},
 };
 
 const kt_descriptor *kt_shape_descriptor(kt_shape_type type) {

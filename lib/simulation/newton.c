@@ -154,28 +154,22 @@ static void finish_vector(kt_complex sigma, kt_complex factor, size_t n, vector 
                       factor, kt_complex_add(kt_complex_multiply(sigma, get_entry(x, i)), get_entry(half_x, i))));
 }
 
-/* d becomes S d, for a quaternion. */
-static void divide_quaternion(kt_complex sigma, const double *w, vector d) {
-    double re[4], im[4];
-    half_turn(d.re, w, re);
-    if (d.im != NULL)
-        half_turn(d.im, w, im);
-    finish_vector(sigma, turning_factor(sigma, w), 4, (vector){re, d.im != NULL ? im : NULL}, d);
-}
-
 static void half_cross_product(const double *z, const double *w, double *out) {
     out[0] = 0.5 * (z[1] * w[2] - z[2] * w[1]);
     out[1] = 0.5 * (z[2] * w[0] - z[0] * w[2]);
     out[2] = 0.5 * (z[0] * w[1] - z[1] * w[0]);
 }
 
-/* z becomes P S E z, three components. */
-static void divide_turn(kt_complex sigma, const double *w, vector z) {
-    double re[3], im[3];
-    half_cross_product(z.re, w, re);
-    if (z.im != NULL)
-        half_cross_product(z.im, w, im);
-    finish_vector(sigma, turning_factor(sigma, w), 3, (vector){re, z.im != NULL ? im : NULL}, z);
+/* Half a product of x, of n components, with an angular velocity. */
+typedef void half_product(const double *x, const double *w, double *out);
+
+/* x becomes S x, for a quaternion, or P S E x, for three components. */
+static void divide_turning(kt_complex sigma, const double *w, half_product *half, size_t n, vector x) {
+    double re[4], im[4];
+    half(x.re, w, re);
+    if (x.im != NULL)
+        half(x.im, w, im);
+    finish_vector(sigma, turning_factor(sigma, w), n, (vector){re, x.im != NULL ? im : NULL}, x);
 }
 
 static const double *quaternion_at(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
@@ -192,28 +186,16 @@ static void divide_plain(kt_complex sigma, vector x, size_t first, size_t last) 
         set_entry(x, i, kt_complex_multiply(factor, get_entry(x, i)));
 }
 
-/* x (nq) becomes S x. */
-static void divide_positions(const kt_simulation *s, kt_complex sigma, vector x) {
+/* x (nq) becomes S x, or x (nv), tangents, becomes P S E x. */
+static void divide_all(const kt_simulation *s, kt_complex sigma, bool of_tangents, vector x) {
     size_t from = 0;
     for (size_t k = 0; k < s->size.turning; k++) {
-        const size_t p = (size_t)s->quaternion[k];
-        divide_plain(sigma, x, from, p);
-        divide_quaternion(sigma, spin_of(s, k), vector_from(x, p));
-        from = p + 4;
+        const size_t at = of_tangents ? spin_at(s, k) : (size_t)s->quaternion[k], n = of_tangents ? 3 : 4;
+        divide_plain(sigma, x, from, at);
+        divide_turning(sigma, spin_of(s, k), of_tangents ? half_cross_product : half_turn, n, vector_from(x, at));
+        from = at + n;
     }
-    divide_plain(sigma, x, from, s->size.nq);
-}
-
-/* z (nv) becomes P S E z. */
-static void divide_tangents(const kt_simulation *s, kt_complex sigma, vector z) {
-    size_t from = 0;
-    for (size_t k = 0; k < s->size.turning; k++) {
-        const size_t v = spin_at(s, k);
-        divide_plain(sigma, z, from, v);
-        divide_turn(sigma, spin_of(s, k), vector_from(z, v));
-        from = v + 3;
-    }
-    divide_plain(sigma, z, from, s->size.nv);
+    divide_plain(sigma, x, from, of_tangents ? s->size.nv : s->size.nq);
 }
 
 /* out (nv) = P x, x (nq). */
@@ -368,7 +350,7 @@ static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, 
         memcpy(z.re, s->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
     else
         z.re[j] = 1.0;
-    divide_tangents(s, sigma, z);
+    divide_all(s, sigma, true, z);
     return z;
 }
 
@@ -469,7 +451,7 @@ static void solve_loop_system(const kt_simulation *s, kt_complex sigma, vector v
     add_real_product(s->basis, nv, free, -1.0, b, r_v);
     divide_plain(sigma, r_v, 0, nv); /* x_0 */
     copy(c, r_v, nv);
-    divide_tangents(s, sigma, c);
+    divide_all(s, sigma, true, c);
     for (size_t i = 0; i < nv; i++)
         set_entry(velocity, i, kt_complex_add(get_entry(velocity, i), get_entry(c, i)));
     clear_vector(c, free);
@@ -492,7 +474,7 @@ static int solve_newton(double *re, double *im, void *user) {
     const vector r_q = {re, im}, r_v = vector_from(r_q, s->size.nq), velocity = work_of(s, 0, complex);
     const vector moved = work_of(s, 3, complex);
     copy(moved, r_q, s->size.nq);
-    divide_positions(s, sigma, moved);
+    divide_all(s, sigma, false, moved);
     tangents_of(s, moved.re, velocity.re);
     if (complex)
         tangents_of(s, moved.im, velocity.im);
@@ -503,7 +485,7 @@ static int solve_newton(double *re, double *im, void *user) {
     add_position_rates(s, r_v.re, r_q.re);
     if (complex)
         add_position_rates(s, r_v.im, r_q.im);
-    divide_positions(s, sigma, r_q);
+    divide_all(s, sigma, false, r_q);
     return 0;
 }
 

@@ -50,12 +50,20 @@ static bool takes_subcommand(const kt_usage *usage) { return kt_text_begins(usag
 
 static bool takes_word(const kt_usage *usage) { return strchr(usage->operands, '|') != NULL; }
 
-/* Prints the words of which one is the operand. */
-static void put_operand_words(const kt_overview *all, const kt_usage *usage) {
+/* Prints the words of which one is the operand, or an option's value, between two texts. */
+static void put_operand_words(const char *before, const kt_overview *all, const kt_usage *usage, const char *after) {
+    fputs(before, stdout);
     if (takes_subcommand(usage))
         put_subcommands(all);
     else
         put_words(usage->operands);
+    fputs(after, stdout);
+}
+
+static void put_choices(const char *before, const kt_option *option, const char *after) {
+    fputs(before, stdout);
+    put_words(option->choices);
+    fputs(after, stdout);
 }
 
 /* Prints text for use within single quotes: ' as `quote`, and each character of `special` after a backslash. */
@@ -75,9 +83,7 @@ static void put_bash_value(const kt_subcommand *subcommand, const kt_option *opt
         return;
     printf("    '%s --%s') ", subcommand->name, option->name);
     if (option->type == KT_OPTION_CHOICE) {
-        fputs("words='", stdout);
-        put_words(option->choices);
-        puts("' ;;");
+        put_choices("words='", option, "' ;;\n");
     } else if (takes_method(option)) {
         puts("words=$(\"${COMP_WORDS[0]}\"" LISTED_METHODS ") ;;");
     } else {
@@ -95,11 +101,8 @@ static void put_bash_operands(const kt_overview *all, const kt_usage *usage) {
         printf(" files='!*.%s'", operand_ending(usage));
     if (takes_bundled_scene(usage))
         fputs(" words=$(\"${COMP_WORDS[0]}\" demo 2>/dev/null | cut -d ' ' -f 1)", stdout);
-    if (takes_word(usage)) {
-        fputs(" words='", stdout);
-        put_operand_words(all, usage);
-        putchar('\'');
-    }
+    if (takes_word(usage))
+        put_operand_words(" words='", all, usage, "'");
 }
 
 static void print_bash(const kt_overview *all) {
@@ -148,9 +151,8 @@ static void put_zsh_option(const kt_subcommand *subcommand, const kt_option *opt
     put_quoted(option->help, "[]:\\", "'\\''");
     putchar(']');
     if (option->type == KT_OPTION_CHOICE) {
-        printf(":%s:(", option->argument);
-        put_words(option->choices);
-        putchar(')');
+        printf(":%s:", option->argument);
+        put_choices("(", option, ")");
     } else if (takes_method(option)) {
         printf(":%s:($(kinetree" LISTED_METHODS "))", option->argument);
     } else if (option->type != KT_OPTION_FLAG) {
@@ -164,11 +166,8 @@ static void put_zsh_operands(const kt_overview *all, const kt_usage *usage) {
         printf(" \\\n            '*:file:_files -g \"*.%s\"'", operand_ending(usage));
     if (takes_bundled_scene(usage))
         fputs(" \\\n            '1:scene:($(kinetree demo 2>/dev/null | cut -d \" \" -f 1))'", stdout);
-    if (takes_word(usage)) {
-        fputs(" \\\n            '1:word:(", stdout);
-        put_operand_words(all, usage);
-        fputs(")'", stdout);
-    }
+    if (takes_word(usage))
+        put_operand_words(" \\\n            '1:word:(", all, usage, ")'");
 }
 
 static void print_zsh(const kt_overview *all) {
@@ -207,9 +206,7 @@ static void print_zsh(const kt_overview *all) {
 static void put_fish_option(const kt_subcommand *subcommand, const kt_option *option) {
     printf("complete -c kinetree -n '__fish_seen_subcommand_from %s' -l %s", subcommand->name, option->name);
     if (option->type == KT_OPTION_CHOICE) {
-        fputs(" -x -a '", stdout);
-        put_words(option->choices);
-        putchar('\'');
+        put_choices(" -x -a '", option, "'");
     } else if (takes_method(option)) {
         fputs(" -x -a '(kinetree" LISTED_METHODS ")'", stdout);
     } else if (option->type != KT_OPTION_FLAG) {
@@ -231,7 +228,7 @@ static void put_fish_operands(const kt_overview *all, const kt_subcommand *subco
     if (takes_bundled_scene(usage))
         fputs("(kinetree demo 2>/dev/null | string replace -r \" .*\" \"\")", stdout);
     if (takes_word(usage))
-        put_operand_words(all, usage);
+        put_operand_words("", all, usage, "");
     puts("'");
 }
 
