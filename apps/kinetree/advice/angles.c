@@ -178,8 +178,8 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
     return a.count;
 }
 
-int kt_angles_say(const kt_scene *scene, bool quiet) {
-    kt_warnings warnings = {.quiet = quiet};
+int kt_angles_say(const kt_scene *scene) {
+    kt_warnings warnings = {.quiet = false};
     const int count = kt_angles_warn(&warnings, scene, true);
     kt_warnings_free(&warnings);
     return count;

@@ -12,7 +12,7 @@
 int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole);
 
 /* Prints the same warnings, of whole numbers alone, without a list. Returns their number. */
-int kt_angles_say(const kt_scene *scene, bool quiet);
+int kt_angles_say(const kt_scene *scene);
 
 /* Warns of springs, bushings, friction and drag all of whose numbers are 0, and of effects whose ends cannot move.
  * Numbers are not checked if an event or an FMU sets parameters of the scene. Returns the number of warnings. */

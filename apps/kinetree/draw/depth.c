@@ -1,4 +1,5 @@
 /* Occlusion: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
+#include "base/grow.h"
 #include "draw/paper.h"
 #include "picture/solid.h"
 
@@ -23,21 +24,18 @@ typedef struct thing {
 
 typedef struct things {
     thing *items;
-    int count, room;
+    int count;
+    size_t room;
     kt_pieces pieces;
     bool is_full; /* memory was insufficient */
 } things;
 
 static void add_thing(things *t, const kt_sheet *sheet, kt_pose world, kt_solid solid, thing_type type, int number) {
-    if (t->count == t->room) {
-        const int room = 2 * t->room + 32;
-        thing *more = realloc(t->items, (size_t)room * sizeof *more);
-        t->is_full = t->is_full || more == NULL;
-        if (more == NULL)
-            return;
-        t->items = more;
-        t->room = room;
-    }
+    thing *items = kt_heap_grow(t->items, (size_t)t->count, 1, &t->room, sizeof *items);
+    t->is_full = t->is_full || items == NULL;
+    if (items == NULL)
+        return;
+    t->items = items;
     solid.pose = kt_camera_pose(&sheet->drawing->camera, kt_pose_compose(world, solid.pose));
     t->items[t->count] = (thing){type, number, solid};
     t->is_full = !kt_pieces_add(&t->pieces, &solid, t->count, type == THING_BODY) || t->is_full;

@@ -3,6 +3,7 @@
  */
 #include "records/columns.h"
 
+#include "base/grow.h"
 #include "base/memory.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/expression.h"
@@ -22,14 +23,10 @@ static int own_count(const kt_own_columns *own);
 /* Adds `count` columns of one source, with the components from 0 on. at: index of the first column's value. Returns
  * false if memory is insufficient. */
 static bool add_source_columns(kt_columns *columns, kt_column_source source, int index, int count, int at) {
-    if (columns->room - columns->count < (size_t)count) {
-        const size_t room = 2 * columns->room + (size_t)count + 32;
-        kt_column *more = realloc(columns->columns, room * sizeof *more);
-        if (more == NULL)
-            return false;
-        columns->columns = more;
-        columns->room = room;
-    }
+    kt_column *more = kt_heap_grow(columns->columns, columns->count, (size_t)count, &columns->room, sizeof *more);
+    if (more == NULL && count > 0)
+        return false;
+    columns->columns = more;
     for (int k = 0; k < count; k++)
         columns->columns[columns->count++] =
             (kt_column){.source = source, .index = index, .component = k, .at = at + k};

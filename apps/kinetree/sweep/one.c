@@ -5,6 +5,7 @@
 #include "advice/angles.h"
 #include "advice/excess.h"
 #include "advice/growth.h"
+#include "base/grow.h"
 #include "records/columns.h"
 #include "scene/load.h"
 #include "scene/play.h"
@@ -202,14 +203,10 @@ void kt_sweep_worker_free(kt_sweep_worker *worker) {
 static bool keep_record(made *m, double time, const double *values) {
     kt_sweep_result *to = &m->result;
     const size_t width = m->sweep->column_count + 1;
-    if (to->rows == to->room) {
-        const size_t room = 2 * to->room + 256;
-        double *more = realloc(to->records, room * width * sizeof *more);
-        if (more == NULL)
-            return false;
-        to->records = more;
-        to->room = room;
-    }
+    double *records = kt_heap_grow(to->records, to->rows, 1, &to->room, width * sizeof *records);
+    if (records == NULL)
+        return false;
+    to->records = records;
     double *row = to->records + to->rows++ * width;
     row[0] = time;
     for (size_t i = 0; i + 1 < width; i++)
@@ -473,12 +470,12 @@ static int64_t find_first_valid_run(const kt_sweep *sweep) {
 
 /* Warns of doubtful angles in the first valid run; without any, in the runs with the largest values. */
 static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first) {
-    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first, false);
+    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first);
     for (int axis = 0; axis < sweep->plan.count && count == 0; axis++) {
         made m = {.scene = NULL};
         kt_error error = {0};
         if (make_model(sweep, kt_sweep_plan_largest(&sweep->plan, axis), &m, NULL, NULL, &error) == KT_OK)
-            count = kt_angles_say(m.scene, false);
+            count = kt_angles_say(m.scene);
         release_run(&m);
     }
 }

@@ -134,13 +134,10 @@ static int say_random(const char *text) {
         text);
 }
 
-/* A number, and the character that must follow it. */
-static bool take_number(const char **text, char after, double *value) {
+/* A number at the end of a text. */
+static bool is_number(const char *text, double *value) {
     const char *end;
-    if (!kt_decimal_read(*text, value, &end) || *end != after)
-        return false;
-    *text = after != '\0' ? end + 1 : end;
-    return true;
+    return kt_decimal_read(text, value, &end) && *end == '\0';
 }
 
 /* A value in SI units, or an angle with deg or rad as in scenes, and the character that must follow it. */
@@ -251,7 +248,7 @@ static int read_axis_range(const char *text, const char *rest, kt_axis *axis) {
     const bool is_counted = strchr(rest, ':') != NULL;
     if (!take_axis_value(axis, &rest, is_counted ? ':' : '\0', &axis->b))
         return say_vary(text);
-    if (is_counted && (!take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count)))
+    if (is_counted && (!is_number(rest, &count) || !(count >= 1.0 && count <= 1e9) || count != floor(count)))
         return say_vary(text);
     if (axis->is_logarithmic && !(axis->a > 0.0 && axis->b > 0.0))
         return kt_misuse("--vary %s: a logarithmic range has ends above zero", text);
@@ -415,7 +412,7 @@ static int set_sample(kt_sweep_plan *plan, const char *text) {
         plan->sample = KT_SAMPLE_LATIN;
     else
         rest = NULL;
-    if (rest == NULL || *rest++ == '\0' || !take_number(&rest, '\0', &count) || !(count >= 1.0 && count <= 1e9) ||
+    if (rest == NULL || *rest++ == '\0' || !is_number(rest, &count) || !(count >= 1.0 && count <= 1e9) ||
         count != floor(count))
         return kt_misuse("--sample takes sobol:COUNT or latin:COUNT, not '%s'", text);
     plan->points = (int64_t)count;
