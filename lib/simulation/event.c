@@ -321,6 +321,8 @@ static void pass_step(kt_simulation *simulation, bool fires) {
     kt_simulation_clear_jump(simulation);
     simulation->memory.cut += simulation->event_cut;
     for (size_t k = 0; k < simulation->event_count; k++) {
+        if (!kt_event_is_armed(simulation, k)) /* it has no value */
+            continue;
         const int side = kt_sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;
         simulation->event_memory[k].size = simulation->event_search[k].size;
@@ -404,12 +406,14 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
         return KT_OK;
     }
     if (fires || !(instant < HUGE_VAL)) {
-        if (gains_energy(simulation)) {
+        status = gains_energy(simulation)
+                     ? KT_ERROR_STEP
+                     : kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
+        if (status == KT_OK)
+            pass_step(simulation, fires);
+        else
             kt_integrator_retreat(simulation->integrator, t1 - t0);
-            return KT_ERROR_STEP;
-        }
-        pass_step(simulation, fires);
-        return kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
+        return status;
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : instant;
     kt_integrator_retreat(simulation->integrator, instant - t0);

@@ -351,6 +351,32 @@ KT_TEST(disarmed_events_do_not_happen) {
     kt_check_contains("named", error.where, "up");
 }
 
+/* A disarmed event has no value. Another value is left in the memory of each of the two simulations. */
+KT_TEST(equal_states_give_equal_bytes_with_disarmed_events) {
+    static double block[2][512];
+    kt_lone lone;
+    kt_error error = {0};
+    told seen = {.level = 0.0};
+    kt_simulation *s[3] = {NULL};
+    kt_pendulum_make(&lone, 0.0, 1.0);
+    kt_model *model = kt_scene_compile(&lone.description);
+    const kt_run run = kt_run_fixed("rk4", 0.01, 10.0);
+    for (int i = 0; model != NULL && i < 3; i++) {
+        s[i] = simulate(model, &run, 2, 0);
+        add(s[i], &(kt_event){.name = "level", .function = height, .user = &seen});
+        add(s[i], &(kt_event){.name = "armed", .function = height, .user = &seen});
+        (void)kt_fine("runs", kt_simulation_advance(s[i], 0.1 + 0.2 * i, &error), &error);
+    }
+    (void)kt_fine("disarms", kt_simulation_event_arm(s[2], "level", false, &error), &error);
+    for (int i = 0; i < 2; i++) {
+        (void)kt_scene_hand_over(s[2], s[i]);
+        (void)kt_fine("runs", kt_simulation_advance(s[i], 1.5, &error), &error);
+        kt_need(kt_check_below("bytes", (double)kt_simulation_state_size(s[i]), sizeof block[i]));
+        kt_simulation_save(s[i], block[i]);
+    }
+    kt_check_true("equal bytes", memcmp(block[0], block[1], kt_simulation_state_size(s[0])) == 0);
+}
+
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
 static int keep_events(const kt_record *record, void *user) {
