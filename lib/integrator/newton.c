@@ -117,16 +117,19 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
     return kt_try_called(result, newton->jacobian(t, y, it->k[slot], it->callbacks.user), "the Jacobian", t);
 }
 
-/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. */
+/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. A run without an interruption
+ * does not repeat it, and the costs that auto compares must be the same: it does not count. */
 static kt_try_result recompute(kt_integrator *it, kt_try *result) {
     const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;
     kt_newton_of(it)->is_in_memory = true;
     if ((int)m->state != KT_JACOBIAN_KNOWN && (int)m->state != KT_JACOBIAN_LEFT_OUT)
         return KT_TRY_PASSED;
-    if (kt_evaluate(it, m->time, jacobian_point(it), 1, result) != KT_TRY_PASSED)
-        return result->result;
-    return compute_jacobian(it, m->time, jacobian_point(it), 1, result);
+    const kt_integrator_counts counts = it->memory.counts;
+    if (kt_evaluate(it, m->time, jacobian_point(it), 1, result) == KT_TRY_PASSED)
+        (void)compute_jacobian(it, m->time, jacobian_point(it), 1, result);
+    it->memory.counts = counts;
+    return result->result;
 }
 
 kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {

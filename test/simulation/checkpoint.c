@@ -323,3 +323,40 @@ KT_TEST(checkpoint_of_a_method_without_a_name_goes_on) {
     kt_check_contains("message", error.message, "another integrator");
     free(block);
 }
+
+/* Dampers that are so strong that auto leaves dopri5 and comes back. In the second simulation, the Jacobian is computed
+ * again at each step. Its cost must not count when auto compares the costs of its two methods. */
+KT_TEST(checkpoints_do_not_change_the_choice_of_auto) {
+    static double block[512];
+    kt_run run = kt_run_default();
+    kt_lone lone;
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_error error;
+    run.integrator = "auto";
+    run.relative = run.absolute = 1e-3;
+    kt_pendulum_make(&lone, 1.0, 0.0);
+    effects[0].type = KT_EFFECT_JOINT_SPRING;
+    effects[1].type = KT_EFFECT_MOTOR;
+    effects[0].joint = effects[1].joint = lone.body.name;
+    effects[0].stiffness = 5.0;
+    effects[0].damping = 100.0;
+    effects[1].torque = kt_function_sine(12.0, 3.5, 0.0, 0.0);
+    lone.description.effects = effects;
+    lone.description.effect_count = 2;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_simulation *whole = kt_test_simulation(model, &run, NULL), *now = kt_test_simulation(model, &run, NULL),
+                  *next = kt_test_simulation(model, &run, NULL);
+    kt_need(kt_check_below("bytes", (double)kt_simulation_state_size(whole), sizeof block));
+    while (kt_simulation_time(whole) < run.duration && kt_simulation_time(now) == kt_simulation_time(whole)) {
+        kt_simulation *last = now;
+        kt_simulation_save(now, block);
+        now = next;
+        next = last;
+        kt_need_fine("restores", kt_simulation_restore(now, block, &error), &error);
+        kt_need_fine("steps", kt_simulation_step(whole, run.duration, &error), &error);
+        kt_need_fine("steps", kt_simulation_step(now, run.duration, &error), &error);
+    }
+    kt_scene_check_equal("state", now, whole);
+    kt_check_near("time", kt_simulation_time(now), run.duration, 0.0);
+    kt_check_above("switches", (double)kt_simulation_counts_get(whole).switches, 1.5);
+}
