@@ -134,11 +134,11 @@ static void finish_group_step(kt_batch_work *w, kt_batch_group *group, double h,
     const kt_batch_counts *n = &batch->n;
     const size_t N = n->N;
     double *y = batch->y + group->first * N;
-    kt_lane_mask closed = group->live;
+    kt_lane_mask closed = batch->kernels ? batch->kernels->finite(w->stage, n->nq + n->nv) : 0;
     if (batch->model->n.group > 0)
-        closed = close_stage_loops(w, group, h);
-    else if (n->nq > n->nv)
-        closed = batch->kernels ? batch->kernels->make_units(batch->model, w->lanes, w->stage) : 0;
+        closed &= close_stage_loops(w, group, h);
+    else if (n->nq > n->nv && batch->kernels)
+        closed &= batch->kernels->make_units(batch->model, w->lanes, w->stage);
     for (size_t lane = 0; lane < n->width; lane++)
         if (kt_lane_is_in(group->live & ~closed, lane))
             close_alone(w, group, lane, h, fault);

@@ -1,5 +1,6 @@
 /* States of a whole mechanism. Quaternions have unit norm, and loops are closed. A projection closes them after a step
  * (project.c), and an assembly at the start (assemble.c). */
+#include "algebra/finite.h"
 #include "base/copy.h"
 #include "closure/project.h"
 #include "closure/rejected_loops.h"
@@ -70,6 +71,8 @@ kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool pr
                          kt_error *error) {
     if (KT_HAS_LOOPS && model->n.group && projects)
         return kt_state_project(model, data, t, q, v, NULL, error);
+    if (!kt_all_finite(q, model->n.q) || !kt_all_finite(v, model->n.v))
+        return kt_input_check(model, &(kt_input){.q = q, .v = v}, error);
     return kt_position_make_units(model, q)
                ? KT_OK
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "step", "a quaternion has become zero");

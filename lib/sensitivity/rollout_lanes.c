@@ -178,6 +178,7 @@ static void run_step(lanes_work *w, int k, const double *state) {
     }
     combine_lane_slopes(w, state, w->method->b, w->n.s, w->raw);
     kt_copy(w->next, w->raw, w->n.W * w->n.N * sizeof *w->raw);
+    w->live &= w->kernels->finite(w->next, w->n.nq + w->n.n);
     if (w->n.nq > w->n.n)
         w->live &= w->kernels->make_units(w->model, w->lanes, w->next);
 }

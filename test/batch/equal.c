@@ -11,6 +11,7 @@
 #include "kinetree/study.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { TREES = 300 };
@@ -132,6 +133,48 @@ KT_TEST(states_that_fail_fail_alone_and_as_they_do_alone) {
     }
     kt_check_above("evaluations in lanes", (double)compare(KT_ISA_AUTO, "spoilt", TREES, true, false),
                    10.0 * TREES * KT_MANY_STATES);
+}
+
+/* Wheels that turn freely: the accelerations do not depend on the velocities. The step makes a position of them. */
+KT_TEST(steps_reject_numbers_that_no_acceleration_depends_on) {
+    enum { STATES = 9, BAD = 4 };
+    static const char *const names[] = {"one", "two"};
+    kt_body wheels[2] = {kt_body_default(), kt_body_default()};
+    for (int i = 0; i < 2; i++) {
+        wheels[i].name = names[i];
+        wheels[i].joint.type = KT_JOINT_REVOLUTE;
+        wheels[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    }
+    kt_description d = kt_description_default();
+    d.bodies = wheels;
+    d.body_count = 2;
+    kt_error error = {KT_OK, "", ""};
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    const kt_step step = {.method = kt_method_find("euler"), .h = 0.1};
+    const double q[2] = {0.3, 0.4}, v[2] = {1.0, (double)NAN};
+    double next_q[2] = {7.0, 7.0}, next_v[2] = {8.0, 8.0}, t;
+    const size_t size = kt_step_work_size(model, step.method);
+    void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+    kt_need(kt_check_true("memory", work != NULL));
+    kt_check_equal_int("one state", kt_step_evaluate(model, data, work, size, &step, q, v, next_q, next_v, &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_contains("named", error.where, "two");
+    kt_check_true("untouched", next_q[0] == 7.0 && next_q[1] == 7.0 && next_v[0] == 8.0 && next_v[1] == 8.0);
+    free(work);
+    for (int lanes = 0; lanes < 2; lanes++) {
+        kt_batch_options options = {.size = sizeof options, .states = lanes ? STATES : BAD + 1, .method = step.method};
+        kt_batch *batch = NULL;
+        kt_need_fine("batch", kt_batch_create(model, &options, &batch, &error), &error);
+        kt_need_fine("state", kt_batch_set_state(batch, BAD, 0.0, q, v, &error), &error);
+        kt_check_equal_int("batch", kt_batch_step(batch, 0.1, 1, &error), KT_ERROR_NOT_FINITE);
+        kt_check_equal_int("status", kt_batch_status(batch, BAD), KT_ERROR_NOT_FINITE);
+        (void)kt_fine("state", kt_batch_get_state(batch, BAD, &t, next_q, next_v, &error), &error);
+        kt_check_equal_bits("kept", next_q, q, 2);
+        kt_check_near("time", t, 0.0, 0.0);
+        kt_check_equal_int("others", kt_batch_status(batch, BAD - 1), KT_OK);
+        kt_batch_free(batch);
+    }
 }
 
 KT_TEST(states_with_parameters_of_their_own_have_the_bits_of_single_states) {
