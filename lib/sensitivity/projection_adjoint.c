@@ -38,6 +38,8 @@ static kt_status add_loop_gradients(kt_projection_work *w, const double *q, cons
     kt_status status = kt_loops_multipliers_of(w->model, w->data, w->by_x, w->lambda, error);
     if (status == KT_OK)
         status = kt_loops_multipliers_of(w->model, w->data, w->work, w->residual, error);
+    if (status == KT_OK)
+        status = kt_sweep_pose(w->model, w->data, q, error);
     const kt_dual_motion at = {.model = w->model, .data = w->data, .t = w->t, .q = q, .dof = w->dof, .chain = w->chain};
     if (status == KT_OK)
         kt_loop_gradient(&at, &sum, by_xi, w->work);
@@ -85,8 +87,6 @@ static kt_status respond_to_gradient(kt_projection_work *w, const double *q, con
     }
     kt_loops_apply(model, w->data, y, w->residual);
     status = kt_loops_respond(model, w->data, KT_METRIC_IDENTITY, w->residual, model->zero, w->response, error);
-    if (status == KT_OK && kt_loop_gradient_reads_space(model))
-        status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
     for (size_t i = 0; i < w->n; i++) {
         w->by_g[i] = w->response[i] = y[i] - w->response[i];
         w->by_x[i] = w->x[i];

@@ -451,6 +451,8 @@ KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *m
 KT_CHECKED kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                                       kt_error *error);
 KT_CHECKED kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error);
+/* Computes the poses in space that the gradient of the loops reads, if a sweep in the plane has left them out. */
+KT_CHECKED kt_status kt_sweep_pose(const kt_model *model, kt_data *data, const double *q, kt_error *error);
 
 /* Adds w . dQ of effects in joints at a state. Numbers of q, v and of the gradients are `stride` apart, as in a lane
  * among others. */

@@ -32,6 +32,12 @@ kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const dou
     return status == KT_OK ? kt_loops_respond(w->model, w->data, KT_METRIC_MASS, NULL, mu, by_tau, error) : status;
 }
 
+kt_status kt_sweep_pose(const kt_model *model, kt_data *data, const double *q, kt_error *error) {
+    return model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)
+               ? kt_links_update(model, data, q, NULL, NULL, false, NULL, error)
+               : KT_OK;
+}
+
 kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;
@@ -49,10 +55,8 @@ kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt
     status = kt_loops_multipliers_of(model, w->data, w->inverse_force, p->lambda, error);
     if (status == KT_OK)
         status = kt_loops_multipliers_of(model, w->data, w->momentum, p->residual, error);
-    if (status != KT_OK)
-        return status;
-    if (model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)) /* it needs poses in space */
-        status = kt_links_update(model, w->data, q, NULL, NULL, false, NULL, error);
+    if (status == KT_OK)
+        status = kt_sweep_pose(model, w->data, q, error);
     if (status != KT_OK)
         return status;
     const kt_loop_sum sum = {.lambda = {p->lambda}, .p = {by_tau}, .pi = p->residual, .v = v, .a = a};

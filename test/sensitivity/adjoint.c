@@ -20,6 +20,19 @@ static const kt_method *any_method(int n) {
     return at < 11 ? explicit_method(at) : implicit_method(at - 11);
 }
 
+/* Leaves the motion of another state in the data, which are scratch. */
+static void spoil_data(const kt_model *model, kt_data *data) {
+    const int nq = kt_model_nq(model), n = kt_model_nv(model);
+    double *x = calloc((size_t)(nq + 3 * n + 1), sizeof *x), *v = x + nq, *a = v + n;
+    kt_model_initial(model, x, v);
+    for (int i = 0; i < n; i++)
+        a[i] = 0.7;
+    kt_position_add(model, x, a, x);
+    if (kt_acceleration_evaluate(model, data, 0.0, x, v, NULL, NULL, a, NULL) != KT_OK)
+        kt_note("there is no acceleration in the other state");
+    free(x);
+}
+
 static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst *worst, const char *name) {
     const int n = kt_model_nv(c->model), rows = 2 * n;
     const size_t size = kt_step_work_size(c->model, c->step.method);
@@ -31,6 +44,7 @@ static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst
         y[i] = kt_random_normal(random);
     const kt_status status =
         kt_step_derivatives(c->model, c->data, work, size, &c->step, c->q, c->v, NULL, NULL, A, B, &error);
+    spoil_data(c->model, c->data);
     const kt_status adjoint =
         kt_step_adjoint(c->model, c->data, work, size, &c->step, c->q, c->v, y, by, by + rows, &error);
     kt_check_equal_int("both take the step or reject it", adjoint, status);
@@ -83,6 +97,38 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     }
     kt_check_worst(&worst);
     kt_check_above("mechanisms", taken, 12.0);
+}
+
+/* A skate moves in the plane. Its equation reads poses in space, which the recursions in the plane do not compute. */
+KT_TEST(adjoint_of_a_skate_does_not_depend_on_the_data) {
+    kt_random random = kt_random_of_test();
+    kt_worst worst = kt_worst_make("A'y and B'y of a skate");
+    kt_body skate = kt_body_default();
+    kt_loop edge = kt_loop_default();
+    kt_description d = kt_description_default();
+    const double q[3] = {0.1, -0.2, 0.4}, tau[3] = {1.0, 2.0, -0.5};
+    double v[3] = {cos(0.4), sin(0.4), 1.2};
+    skate.name = "skate";
+    skate.joint.type = KT_JOINT_PLANAR;
+    skate.mass = 2.0;
+    skate.com = kt_vec3_make(0.3, 0.1, 0.0);
+    skate.inertia = kt_sym3_make(0.1, 0.1, 0.2, 0.0, 0.0, 0.0);
+    edge.name = "edge";
+    edge.type = KT_LOOP_KNIFE_EDGE;
+    edge.between[1].body = "skate";
+    edge.axis = kt_vec3_make(0.0, 1.0, 0.0);
+    d.bodies = &skate;
+    d.loops = &edge;
+    d.body_count = d.loop_count = 1;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    kt_check_text("plan", kt_model_plan(model), "planar");
+    for (int n = 0; n < 11 + IMPLICIT_METHODS; n++) {
+        const kt_step step = {.method = any_method(n), .t = 0.1, .h = 0.02, .tau = tau};
+        const step_case c = {model, data, q, v, step, 0.0};
+        kt_check_true("taken", compare(&c, true, &random, &worst, step.method->name));
+    }
+    kt_check_worst(&worst);
 }
 
 /* ---- many steps -------------------------------------------------------------------------------------------------- */
