@@ -100,7 +100,7 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
                               "that sticks, and there are none; leave it out");
 }
 
-/* Rejects markers that the model does not have. */
+/* Rejects markers that the model does not have, and a second one of the same names. */
 static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_error *error) {
     for (int i = 0; i < run->marker_count; i++) {
         const kt_marker_pair *pair = &run->markers[i];
@@ -114,6 +114,10 @@ static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_
         if (kt_marker_find(model, body, pair->marker) < 0)
             return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "body '%.80s' has no marker '%.80s'", pair->body,
                                 pair->marker);
+        for (int k = 0; k < i; k++)
+            if (strcmp(pair->body, run->markers[k].body) == 0 && strcmp(pair->marker, run->markers[k].marker) == 0)
+                return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "[%.80s, %.80s] is there already; remove one",
+                                    pair->body, pair->marker);
     }
     return KT_OK;
 }

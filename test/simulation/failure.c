@@ -185,6 +185,13 @@ KT_TEST(run_that_makes_no_sense_is_rejected_in_words) {
     reject(model, &run, KT_ERROR_ARGUMENT, "markers[0]", "has no marker 'tipp'");
     run.markers = &marker[1];
     reject(model, &run, KT_ERROR_ARGUMENT, "markers[0]", "no body 'bloc'");
+    const kt_marker tip = {.name = "tip"};
+    lone.body.markers = &tip;
+    lone.body.marker_count = 1;
+    marker[0] = marker[1] = (kt_marker_pair){lone.body.name, "tip"};
+    run.markers = marker;
+    run.marker_count = 2;
+    reject(kt_scene_compile(&lone.description), &run, KT_ERROR_ARGUMENT, "markers[1]", "is there already");
 }
 
 KT_TEST(clock_does_not_run_backwards) {
