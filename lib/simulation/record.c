@@ -15,11 +15,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Whether kt_simulation_run has not yet handed over all records before the current time. */
-static bool owes_records(const kt_simulation *simulation) {
+/* Whether kt_simulation_run has not yet handed over all records before the current time, or events at this time have
+ * not taken effect. Both need the last step with its inputs. */
+static bool needs_last_step(const kt_simulation *simulation) {
     const int64_t k = simulation->memory.next_record;
-    return k < simulation->record_count &&
-           kt_simulation_record_time(simulation, k) < kt_integrator_time(simulation->integrator);
+    return simulation->memory.fires || (k < simulation->record_count && kt_simulation_record_time(simulation, k) <
+                                                                            kt_integrator_time(simulation->integrator));
 }
 
 bool kt_simulation_owes_record(const kt_simulation *simulation) {
@@ -405,8 +406,7 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     return KT_OK;
 }
 
-/* Computes them without the integrator, if records within the last step have not been handed over yet. Those records
- * need the integrator's memory unchanged. */
+/* Computes them without the integrator, if the last step is still needed. */
 static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *from) {
     const double t = kt_integrator_time(simulation->integrator);
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
@@ -425,8 +425,8 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     if (KT_HAS_EVENTS && kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
-        status =
-            owes_records(simulation) ? find_acceleration_aside(simulation, from) : find_acceleration(simulation, from);
+        status = needs_last_step(simulation) ? find_acceleration_aside(simulation, from)
+                                             : find_acceleration(simulation, from);
     else if (simulation->cached == KT_CACHED_EVALUATION)
         simulation->cached = KT_CACHED_NOTHING; /* data belong to some stage of the last step */
     if (status == KT_OK)

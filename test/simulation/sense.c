@@ -392,6 +392,46 @@ static int reject(const kt_instant *at, double *rate, double *a, kt_error *error
     return *(int *)user;
 }
 
+static int stop_at_once(const kt_record *record, void *user) {
+    (void)user;
+    return record->time > 0.85;
+}
+
+/* A slider comes to rest at 1 s, where its friction sticks. The run is interrupted at a record within the step that
+ * ends there, so that the friction has not taken effect yet. A torque is set, and one of two simulations senses it. */
+KT_TEST(sensing_before_an_event_takes_effect_does_not_change_it) {
+    kt_lone lone;
+    kt_effect friction = kt_effect_default();
+    kt_run run = kt_run_default();
+    kt_error error;
+    kt_record now;
+    kt_simulation *s[2];
+    const double torque = -3.0;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    lone.body.joint.velocity[0] = 1.0;
+    friction.type = KT_EFFECT_JOINT_FRICTION;
+    friction.joint = lone.body.name;
+    friction.coulomb = 1.0;
+    friction.stick = true;
+    lone.description.effects = &friction;
+    lone.description.effect_count = 1;
+    run.interval = 0.3;
+    run.record = KT_RECORD_ACCELERATION;
+    kt_model *model = kt_scene_compile(&lone.description);
+    for (int i = 0; i < 2; i++) {
+        s[i] = kt_test_simulation(model, &run, NULL);
+        kt_check_equal_int("interrupted", kt_simulation_run(s[i], stop_at_once, NULL, &error), KT_ERROR_CALLBACK);
+        kt_check_near("time of rest", kt_simulation_time(s[i]), 1.0, 1e-9);
+        (void)kt_fine("torque", kt_simulation_set_torque(s[i], &torque, &error), &error);
+        if (i == 1)
+            (void)kt_fine("sense", kt_simulation_sense(s[i], &now, &error), &error);
+        (void)kt_fine("a step", kt_simulation_step(s[i], 1.5, &error), &error);
+        kt_check_equal_int("sticks", (long long)kt_simulation_contacts(s[i]).sticks, 1);
+    }
+    kt_check_near("time", kt_simulation_time(s[1]), kt_simulation_time(s[0]), 0.0);
+    kt_scene_check_equal("state", s[1], s[0]);
+}
+
 KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 0.5);
