@@ -18,7 +18,7 @@
  * auxiliary states, there is no other way. */
 static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_auxiliary_states(w->model); }
 
-static bool step_closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.group && !w->step->unprojected; }
+static bool step_closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.row && !w->step->unprojected; }
 
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);

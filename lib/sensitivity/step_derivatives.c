@@ -101,7 +101,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
             kt_tangent_drop(model, w->next, w->change_q + j * Q, end);
         memcpy(end + n, change_v + j * V, n * sizeof *end);
     }
-    if (KT_HAS_LOOPS && model->n.group && !w->step->unprojected) {
+    if (KT_HAS_LOOPS && model->n.row && !w->step->unprojected) { /* groups may have no equations */
         const kt_status status =
             kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
         return status == KT_OK ? reject_unknown_step(w, columns, error) : status;

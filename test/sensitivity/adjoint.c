@@ -328,3 +328,42 @@ KT_TEST(failed_gradient_leaves_outputs_untouched) {
         free(work);
     }
 }
+
+/* A wheel with stops, and with friction that slips. Its loops have no equations while they are open. */
+KT_TEST(work_of_motions_is_scratch_while_loops_have_no_equations) {
+    kt_body wheel = kt_body_default();
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_description d = kt_description_default();
+    kt_error error;
+    double A[2][4], B[2][2];
+    wheel.name = "wheel";
+    wheel.joint.type = KT_JOINT_REVOLUTE;
+    wheel.joint.velocity[0] = -1.0;
+    wheel.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    effects[0].type = KT_EFFECT_JOINT_LIMIT;
+    effects[0].lower = -1.0;
+    effects[0].upper = 1.0;
+    effects[0].restitution = 0.5;
+    effects[1].type = KT_EFFECT_JOINT_FRICTION;
+    effects[1].coulomb = 0.5;
+    effects[1].stick = true;
+    effects[0].joint = effects[1].joint = "wheel";
+    d.bodies = &wheel;
+    d.effects = effects;
+    d.body_count = 1;
+    d.effect_count = 2;
+    kt_model *model = kt_test_model(&d, NULL);
+    for (int i = 0; i < 2; i++) {
+        kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);
+        const size_t size = kt_motion_work_size(simulation);
+        double *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
+        kt_need(kt_check_true("memory", work != NULL));
+        for (size_t k = 0; k < size / sizeof *work; k++)
+            work[k] = 1e3 * i;
+        (void)kt_fine("motion", kt_motion_derivatives(simulation, work, size, 0.5, A[i], B[i], &error), &error);
+        free(work);
+    }
+    kt_check_equal_bits("A", A[1], A[0], 4);
+    kt_check_equal_bits("B", B[1], B[0], 2);
+    kt_check_near("angle by angle", A[1][0], 1.0, 1e-12);
+}
