@@ -45,7 +45,7 @@ static int trapped_projection(double t, double *y, bool *changed, void *user) {
     return f->code;
 }
 
-static kt_integrator *trap_begin(const kt_method *m, trap *f, const kt_integrator_options *options) {
+static kt_integrator *trap_begin(const kt_method *m, trap *f, kt_integrator_options options) {
     kt_error error;
     double y[PROBLEM_MAX];
     f->p->solution(f->p->start, y);
@@ -59,11 +59,10 @@ static kt_integrator *trap_begin(const kt_method *m, trap *f, const kt_integrato
 
 /* The step that is accepted in the end has the bits of the same step taken at once. */
 static void check_no_trace(const char *what, const char *method, trap f, double first_step) {
-    kt_error error;
     kt_integrator_options options = tolerance(1e-6, 1e-6);
     options.initial_step = first_step;
-    kt_integrator *it = trap_begin(kt_method_find(method), &f, &options);
-    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    kt_integrator *it = trap_begin(kt_method_find(method), &f, options);
+    integrator_step(it, HUGE_VAL);
     kt_note("%s: %s", method, what);
     kt_check_above("rejected", (double)kt_integrator_counts_get(it).rejected, 1.0);
     const kt_integrator_memory *memory = kt_integrator_memory_get(it);
@@ -71,18 +70,16 @@ static void check_no_trace(const char *what, const char *method, trap f, double 
 
     trap harmless = {.p = f.p, .beyond = HUGE_VAL, .project = f.project};
     options.initial_step = kt_integrator_memory_get(it)->last_step;
-    kt_integrator *at_once = trap_begin(kt_method_find(method), &harmless, &options);
-    is_ok("step at once", kt_integrator_step(at_once, HUGE_VAL, &error), &error);
+    kt_integrator *at_once = trap_begin(kt_method_find(method), &harmless, options);
+    integrator_step(at_once, HUGE_VAL);
     kt_check_equal_int("rejected at once", (long long)kt_integrator_counts_get(at_once).rejected, 0);
     kt_check_near("time", kt_integrator_time(it), kt_integrator_time(at_once), 0.0);
     kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(at_once), f.p->n);
     const double t[1] = {f.p->start + 0.3 * options.initial_step};
     double y[2][PROBLEM_MAX];
-    is_ok("value", kt_integrator_interpolate(it, t[0], y[0], &error), &error);
-    is_ok("value", kt_integrator_interpolate(at_once, t[0], y[1], &error), &error);
+    integrator_value(it, t[0], y[0]);
+    integrator_value(at_once, t[0], y[1]);
     kt_check_equal_bits("value within", y[0], y[1], f.p->n);
-    integrator_free(it);
-    integrator_free(at_once);
 }
 
 KT_TEST(a_rejected_try_leaves_no_trace) {
@@ -108,13 +105,12 @@ typedef struct snapshot {
 } snapshot;
 
 static void look(kt_integrator *it, snapshot *s) {
-    kt_error error;
     memset(s, 0, sizeof *s);
     kt_integrator_save(it, &s->memory, s->y, NULL, s->history);
     s->memory.counts = (kt_integrator_counts){0};
     for (int i = 0; i < 3; i++) {
         const double t = s->memory.previous_t + (0.2 + 0.35 * i) * (s->memory.t - s->memory.previous_t);
-        is_ok("value", kt_integrator_interpolate(it, t, s->within[i], &error), &error);
+        integrator_value(it, t, s->within[i]);
     }
 }
 
@@ -134,10 +130,10 @@ static bool same(const snapshot *a, const snapshot *b) {
 static void check_stopped_step(const kt_method *m, const kt_integrator_options *options, bool looks_between) {
     kt_error error;
     trap f = {.p = &problem_kepler, .beyond = HUGE_VAL}, g = f;
-    kt_integrator *it = trap_begin(m, &f, options), *undisturbed = trap_begin(m, &g, options);
+    kt_integrator *it = trap_begin(m, &f, *options), *undisturbed = trap_begin(m, &g, *options);
     for (int i = 0; i < 5; i++) {
-        is_ok("step", kt_integrator_step(it, 4.0, &error), &error);
-        is_ok("step", kt_integrator_step(undisturbed, 4.0, &error), &error);
+        integrator_step(it, 4.0);
+        integrator_step(undisturbed, 4.0);
     }
     snapshot before, after;
     look(undisturbed, &before);
@@ -168,12 +164,10 @@ static void check_stopped_step(const kt_method *m, const kt_integrator_options *
             : fmax(1.0, m->stages - (kt_method_stages_vary(m)
                                          ? 2
                                          : 1))); /* of rkc2 and of multistep methods as few as two evaluations */
-    is_ok("step", kt_integrator_step(undisturbed, 4.0, &error), &error);
+    integrator_step(undisturbed, 4.0);
     look(undisturbed, &before);
     look(it, &after);
     kt_check_true("the step itself is undisturbed", same(&before, &after));
-    integrator_free(it);
-    integrator_free(undisturbed);
 }
 
 KT_TEST(a_stopped_step_leaves_everything_as_it_was) {
@@ -190,13 +184,11 @@ KT_TEST(a_stopped_step_leaves_everything_as_it_was) {
 /* ---- the outcomes of callbacks ----------------------------------------------------------------------------------- */
 
 static kt_status outcome(const char *method, double step, trap f, kt_error *error) {
-    const kt_integrator_options options = step > 0.0 ? fixed_step(step) : tolerance(1e-6, 1e-6);
-    kt_integrator *it = trap_begin(kt_method_find(method), &f, &options);
+    kt_integrator *it = trap_begin(kt_method_find(method), &f, step > 0.0 ? fixed_step(step) : tolerance(1e-6, 1e-6));
     kt_status status = KT_OK;
     while (status == KT_OK && kt_integrator_time(it) < 1.0)
         status = kt_integrator_step(it, 1.0, error);
     kt_check_below("time before the trap", kt_integrator_time(it), fmin(1.0, f.beyond));
-    integrator_free(it);
     return status;
 }
 
@@ -254,7 +246,7 @@ static int explosion(double t, const double *y, double *dydt, void *user) {
 static kt_status explode(const char *method, const kt_integrator_options *options, kt_integrator **it,
                          kt_error *error) {
     const kt_integrator_callbacks callbacks = {explosion, NULL, NULL};
-    *it = integrator_make(kt_method_find(method), 1, options);
+    *it = integrator_make(kt_method_find(method), 1, *options);
     is_ok("start", kt_integrator_start(*it, 0.0, (double[]){1.0}, &callbacks, error), error);
     kt_status status = KT_OK;
     while (status == KT_OK && kt_integrator_time(*it) < 2.0)
@@ -278,7 +270,6 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
         kt_check_equal_int("again", kt_integrator_step(it, 2.0, &error), KT_ERROR_STEP);
         kt_check_near("state", kt_integrator_state(it)[0], y, 0.0);
         kt_check_near("proposal", kt_integrator_memory_get(it)->next_step, next, 0.0);
-        integrator_free(it);
     }
 }
 
@@ -297,8 +288,7 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
     for (int i = 0; i < ADAPTIVE; i++) {
         kt_error error;
         kt_status status = KT_OK;
-        const kt_integrator_options options = tolerance(0.0, 1e-14);
-        kt_integrator *it = integrator_make(kt_method_find(adaptive[i]), 2, &options);
+        kt_integrator *it = integrator_make(kt_method_find(adaptive[i]), 2, tolerance(0.0, 1e-14));
         is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.1, 1.0}, &callbacks, &error), &error);
         double before[2] = {0.0, 0.0};
         while (status == KT_OK && kt_integrator_time(it) < 1.0) {
@@ -310,7 +300,6 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
         if (kt_method_is_implicit(kt_method_find(adaptive[i]))) { /* its iteration jumps back and forth, too */
             kt_check_contains("words", error.message, "Newton's iteration did not converge. Look for a jump");
             kt_check_below("tries", (double)(counts.steps + counts.rejected), 20000.0);
-            integrator_free(it);
             continue;
         }
         kt_check_contains("words", error.message, "the last 10000 tries of a step have advanced the time by");
@@ -319,8 +308,7 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
         kt_check_equal_int("component", (long long)kt_integrator_blamed(it), 0);
         kt_check_equal_int("tries", (long long)(counts.steps + counts.rejected), 20000);
         kt_check_equal_bits("state", kt_integrator_state(it), before, 2);
-        is_ok("again, one step", kt_integrator_step(it, 1.0, &error), &error); /* another window of tries */
-        integrator_free(it);
+        integrator_step(it, 1.0); /* another window of tries */
     }
 }
 
@@ -334,12 +322,10 @@ static int oscillation(double t, const double *y, double *dydt, void *user) {
 
 /* A smooth motion with steps of some 0.1 s would take 1e13 of them to 1e12 s: only the end of the run is wrong. */
 KT_TEST(a_run_of_too_many_steps_is_advised_to_end_earlier) {
-    const kt_integrator_callbacks callbacks = {oscillation, NULL, NULL};
-    const kt_integrator_options options = tolerance(1e-9, 1e-9);
     kt_error error = {0};
     kt_status status = KT_OK;
-    kt_integrator *it = integrator_make(kt_method_find("dopri5"), 2, &options);
-    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
+    kt_integrator *it = integrator_start(kt_method_find("dopri5"), 2, tolerance(1e-9, 1e-9), oscillation, NULL, 0.0,
+                                         (double[]){1.0, 0.0});
     while (status == KT_OK && kt_integrator_time(it) < 1e6)
         status = kt_integrator_step(it, 1e12, &error);
     kt_check_equal_int("status", status, KT_ERROR_STEP);
@@ -347,7 +333,6 @@ KT_TEST(a_run_of_too_many_steps_is_advised_to_end_earlier) {
                       "more would be needed: the run is too long for steps of this length. Loosen the tolerances, or "
                       "end the run earlier");
     kt_check_equal_int("no component is to blame", (long long)kt_integrator_blamed(it), 2);
-    integrator_free(it);
 }
 
 static int constant(double t, const double *y, double *dydt, void *user) {
@@ -360,16 +345,13 @@ static int constant(double t, const double *y, double *dydt, void *user) {
 
 /* The status after `tries` tries of steps no longer than h, from t. */
 static kt_status creep_for(int tries, double t, double h, double t_limit) {
-    const kt_integrator_callbacks callbacks = {constant, NULL, NULL};
     kt_error error;
     kt_status status = KT_OK;
     kt_integrator_options options = tolerance(1e-6, 1e-6);
     options.initial_step = options.max_step = h;
-    kt_integrator *it = integrator_make(kt_method_find("bs32"), 1, &options);
-    is_ok("start", kt_integrator_start(it, t, (double[]){1.0}, &callbacks, &error), &error);
+    kt_integrator *it = integrator_start(kt_method_find("bs32"), 1, options, constant, NULL, t, (double[]){1.0});
     for (int i = 0; status == KT_OK && i < tries; i++)
         status = kt_integrator_step(it, t_limit, &error);
-    integrator_free(it);
     return status;
 }
 
@@ -400,7 +382,6 @@ KT_TEST(a_state_that_overflows_is_not_committed) {
     kt_check_equal_int("status", status, KT_ERROR_NOT_FINITE);
     kt_check_contains("words", error.message, "not finite; the step is fixed");
     kt_check_true("finite", isfinite(kt_integrator_state(it)[0]));
-    integrator_free(it);
 }
 
 static int steep(double t, const double *y, double *dydt, void *user) {
@@ -415,14 +396,10 @@ static int steep(double t, const double *y, double *dydt, void *user) {
 KT_TEST(a_sum_that_overflows_is_not_committed) {
     for (int i = 0; i < kt_method_count(); i++) {
         kt_error error;
-        const kt_integrator_options options = fixed_step(4.0);
-        const kt_integrator_callbacks callbacks = {steep, NULL, NULL};
-        kt_integrator *it = integrator_make(kt_method_at(i), 1, &options);
-        is_ok("start", kt_integrator_start(it, 0.0, (double[]){3.0}, &callbacks, &error), &error);
+        kt_integrator *it = integrator_start(kt_method_at(i), 1, fixed_step(4.0), steep, NULL, 0.0, (double[]){3.0});
         kt_check_equal_int(kt_method_at(i)->name, kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_NOT_FINITE);
         kt_check_contains("words", error.message, "component 0 of the new state is not finite");
         kt_check_near("state", kt_integrator_state(it)[0], 3.0, 0.0);
-        integrator_free(it);
     }
 }
 
@@ -433,15 +410,13 @@ KT_TEST(a_stop_while_the_first_step_is_chosen_is_heeded) {
         trap f = {.p = &problem_kepler, .beyond = HUGE_VAL, .at = 2, .code = -3}, g = f;
         g.at = 0;
         const kt_integrator_options options = tolerance(1e-6, 1e-6);
-        kt_integrator *it = trap_begin(kt_method_find(adaptive[i]), &f, &options);
-        kt_integrator *undisturbed = trap_begin(kt_method_find(adaptive[i]), &g, &options);
+        kt_integrator *it = trap_begin(kt_method_find(adaptive[i]), &f, options);
+        kt_integrator *undisturbed = trap_begin(kt_method_find(adaptive[i]), &g, options);
         kt_check_equal_int(adaptive[i], kt_integrator_step(it, 1.0, &error), KT_ERROR_CALLBACK);
         kt_check_near("time", kt_integrator_time(it), 0.0, 0.0);
-        is_ok("again", kt_integrator_step(it, 1.0, &error), &error);
-        is_ok("undisturbed", kt_integrator_step(undisturbed, 1.0, &error), &error);
+        integrator_step(it, 1.0);
+        integrator_step(undisturbed, 1.0);
         kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(undisturbed), 4);
-        integrator_free(it);
-        integrator_free(undisturbed);
     }
 }
 
@@ -454,28 +429,24 @@ KT_TEST(steps_can_be_limited_in_number_and_from_below) {
     kt_check_contains("words", error.message, "max_steps = 20 are used up");
     const kt_integrator_counts counts = kt_integrator_counts_get(it);
     kt_check_equal_int("tries", (long long)counts.steps + (long long)counts.rejected, 20);
-    integrator_free(it);
     options.max_steps = 0;
     options.min_step = 1e-3;
     kt_check_equal_int("min_step", explode("dopri5", &options, &it, &error), KT_ERROR_STEP);
     kt_check_contains("words", error.message, "a step below 0.001 would be needed: the error estimate was still");
     kt_check_above("last step", kt_integrator_memory_get(it)->last_step, 1e-3 * (1.0 - 1e-12));
-    integrator_free(it);
 }
 
 KT_TEST(calls_out_of_order_are_rejected) {
     kt_error error;
     double y[4] = {1.0, 2.0, 3.0, 4.0};
     const kt_integrator_options options = fixed_step(0.1);
-    kt_integrator *it = integrator_make(kt_method_find("rk4"), 4, &options);
+    kt_integrator *it = integrator_make(kt_method_find("rk4"), 4, options);
     kt_check_equal_int("step", kt_integrator_step(it, 1.0, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "kt_integrator_start first");
     kt_check_equal_int("interpolate", kt_integrator_interpolate(it, 0.0, y, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("jump", kt_integrator_jump(it, y, &error), KT_ERROR_ARGUMENT);
-    integrator_free(it);
-    it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    it = integrator_begin(kt_method_find("rk4"), &problem_kepler, options);
     kt_check_equal_int("no way to go", kt_integrator_step(it, 0.0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("NaN", kt_integrator_step(it, (double)NAN, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("nothing was evaluated", (long long)kt_integrator_counts_get(it).evaluations, 0);
-    integrator_free(it);
 }

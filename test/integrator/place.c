@@ -71,7 +71,7 @@ KT_TEST(memory_may_begin_anywhere_and_is_not_overrun) {
             inside = inside && (const unsigned char *)(const void *)last <= memory + size;
             is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
             integrate_to(it, 1.0);
-            is_ok("value", kt_integrator_interpolate(it, 0.999, value, &error), &error);
+            integrator_value(it, 0.999, value);
             if (offset == 0)
                 memcpy(first, kt_integrator_state(it), sizeof first);
             same = same && same_bits(first, kt_integrator_state(it), 4);
@@ -112,30 +112,27 @@ KT_TEST(nothing_is_allocated) {
 
 /* Scratch memory is filled with garbage between all calls. */
 KT_TEST(garbage_in_scratch_changes_no_bit) {
-    kt_error error;
     static const unsigned char bytes[] = {0xFF, 0x00, 0x7F, 0x55}; /* 0xFF..: NaN; 0x7F7F..: 1.4e306 */
     for (int i = 0; i < kt_method_count() + 5; i++) {
         const kt_method *m = kt_method_at(i < kt_method_count() ? i : i - 5);
         const kt_integrator_options options =
             i >= kt_method_count() && m->e != NULL ? tolerance(1e-6, 1e-6) : fixed_step(0.05);
-        kt_integrator *clean = integrator_begin(m, &problem_kepler, &options);
-        kt_integrator *dirty = integrator_begin(m, &problem_kepler, &options);
+        kt_integrator *clean = integrator_begin(m, &problem_kepler, options);
+        kt_integrator *dirty = integrator_begin(m, &problem_kepler, options);
         double y[2][4];
         bool same = true;
         for (int k = 0; k < 12; k++) {
             kt_integrator_poison(dirty, bytes[k % 4]);
-            is_ok("clean", kt_integrator_step(clean, 9.0, &error), &error);
-            is_ok("dirty", kt_integrator_step(dirty, 9.0, &error), &error);
+            integrator_step(clean, 9.0);
+            integrator_step(dirty, 9.0);
             const double t0 = kt_integrator_previous_time(clean), t1 = kt_integrator_time(clean);
             kt_integrator_poison(dirty, bytes[(k + 1) % 4]);
-            is_ok("clean", kt_integrator_interpolate(clean, 0.4 * t0 + 0.6 * t1, y[0], &error), &error);
-            is_ok("dirty", kt_integrator_interpolate(dirty, 0.4 * t0 + 0.6 * t1, y[1], &error), &error);
+            integrator_value(clean, 0.4 * t0 + 0.6 * t1, y[0]);
+            integrator_value(dirty, 0.4 * t0 + 0.6 * t1, y[1]);
             same = same && same_bits(y[0], y[1], 4) && t1 == kt_integrator_time(dirty) &&
                    same_bits(kt_integrator_state(clean), kt_integrator_state(dirty), 4);
         }
         kt_check_true(m->name, same);
-        integrator_free(clean);
-        integrator_free(dirty);
     }
 }
 
@@ -193,8 +190,7 @@ KT_TEST(wrong_options_are_rejected_with_words) {
 
 KT_TEST(a_start_that_is_rejected_changes_nothing) {
     kt_error error;
-    const kt_integrator_options options = fixed_step(0.1);
-    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, fixed_step(0.1));
     integrate_to(it, 0.3);
     double before[4];
     memcpy(before, kt_integrator_state(it), sizeof before);
@@ -208,7 +204,6 @@ KT_TEST(a_start_that_is_rejected_changes_nothing) {
     kt_check_equal_int("no state", kt_integrator_start(it, 0.0, NULL, &callbacks, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
     kt_check_near("time", kt_integrator_time(it), 0.3, 0.0);
-    integrator_free(it);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
@@ -241,28 +236,28 @@ static int onto_circle(double t, double *y, bool *changed, void *user) {
 static void check_restore(const kt_method *m, const kt_integrator_options *options, bool with_previous) {
     kt_error error;
     const kt_integrator_callbacks callbacks = {turn, onto_circle, NULL};
-    kt_integrator *it = integrator_make(m, 2, options);
+    kt_integrator *it = integrator_make(m, 2, *options);
     is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
     bool same = true;
     for (int k = 0; k < 15; k++) {
         kt_integrator_memory memory;
         double y[2], previous[2], history[HISTORY_MAX], value[2][2];
-        is_ok("step", kt_integrator_step(it, k % 3 == 2 ? kt_integrator_time(it) + 0.03 : HUGE_VAL, &error), &error);
+        integrator_step(it, k % 3 == 2 ? kt_integrator_time(it) + 0.03 : HUGE_VAL);
         kt_integrator_save(it, &memory, y, with_previous ? previous : NULL, history);
-        kt_integrator *other = integrator_make(m, 2, options);
+        kt_integrator *other = integrator_make(m, 2, *options);
         is_ok("restore",
               kt_integrator_restore(other, &memory, y, with_previous ? previous : NULL, history, &callbacks, &error),
               &error);
         const double t = 0.3 * kt_integrator_previous_time(it) + 0.7 * kt_integrator_time(it);
         if (with_previous) {
-            is_ok("value", kt_integrator_interpolate(it, t, value[0], &error), &error);
-            is_ok("value", kt_integrator_interpolate(other, t, value[1], &error), &error);
+            integrator_value(it, t, value[0]);
+            integrator_value(other, t, value[1]);
             same = same && same_bits(value[0], value[1], 2);
         } else
             same = same && kt_integrator_interpolate(other, t, value[1], NULL) == KT_ERROR_ARGUMENT;
         for (int l = 0; l < 3; l++) {
-            is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
-            is_ok("step", kt_integrator_step(other, HUGE_VAL, &error), &error);
+            integrator_step(it, HUGE_VAL);
+            integrator_step(other, HUGE_VAL);
             const kt_integrator_memory *a = kt_integrator_memory_get(it), *b = kt_integrator_memory_get(other);
             same = same && same_bits(kt_integrator_state(it), kt_integrator_state(other), 2) && a->t == b->t &&
                    a->next_step == b->next_step && a->control_error == b->control_error && a->grid == b->grid &&
@@ -272,10 +267,8 @@ static void check_restore(const kt_method *m, const kt_integrator_options *optio
         kt_integrator_save(it, &memory, y, NULL, remembered[0]);
         kt_integrator_save(other, &memory, y, NULL, remembered[1]);
         same = same && same_bits(remembered[0], remembered[1], HISTORY_MAX);
-        integrator_free(other);
     }
     kt_check_true(m->name, same);
-    integrator_free(it);
 }
 
 KT_TEST(a_restored_integrator_goes_on_with_the_same_bits) {
@@ -293,8 +286,7 @@ KT_TEST(a_restored_integrator_goes_on_with_the_same_bits) {
 
 KT_TEST(a_damaged_checkpoint_is_rejected) {
     kt_error error;
-    const kt_integrator_options options = tolerance(1e-5, 1e-5);
-    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, tolerance(1e-5, 1e-5));
     const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
     integrate_to(it, 1.0);
     kt_integrator_memory good, bad;
@@ -314,7 +306,6 @@ KT_TEST(a_damaged_checkpoint_is_rejected) {
     kt_check_equal_int("y", kt_integrator_restore(it, &good, y, wrong, NULL, &callbacks, &error), KT_ERROR_NOT_FINITE);
     kt_check_equal_bits("state", kt_integrator_state(it), y, 4);
     kt_check_equal_int("good", kt_integrator_restore(it, &good, y, NULL, NULL, &callbacks, &error), KT_OK);
-    integrator_free(it);
 }
 
 /* Memories are written to files byte by byte, so no byte of them may be indeterminate. */
@@ -331,7 +322,7 @@ KT_TEST(a_jump_keeps_the_time_and_forgets_the_rest) {
     kt_error error;
     kt_integrator_options options = tolerance(1e-7, 1e-7);
     const kt_integrator_callbacks callbacks = {turn, NULL, NULL};
-    kt_integrator *it = integrator_make(kt_method_find("tsit5"), 2, &options);
+    kt_integrator *it = integrator_make(kt_method_find("tsit5"), 2, options);
     is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
     integrate_to(it, 1.25);
     const double next = kt_integrator_memory_get(it)->next_step, y[2] = {0.0, -1.0};
@@ -344,25 +335,21 @@ KT_TEST(a_jump_keeps_the_time_and_forgets_the_rest) {
                        KT_ERROR_ARGUMENT);
 
     options.initial_step = next;
-    kt_integrator *other = integrator_make(kt_method_find("tsit5"), 2, &options);
+    kt_integrator *other = integrator_make(kt_method_find("tsit5"), 2, options);
     is_ok("start", kt_integrator_start(other, 1.25, y, &callbacks, &error), &error);
     for (int k = 0; k < 10; k++) {
-        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
-        is_ok("step", kt_integrator_step(other, HUGE_VAL, &error), &error);
+        integrator_step(it, HUGE_VAL);
+        integrator_step(other, HUGE_VAL);
     }
     kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 2);
     kt_check_near("time", kt_integrator_time(it), kt_integrator_time(other), 0.0);
-    integrator_free(it);
-    integrator_free(other);
 }
 
 KT_TEST(a_jump_keeps_the_grid) {
     kt_error error;
-    const kt_integrator_options options = fixed_step(0.1);
-    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, fixed_step(0.1));
     integrate_to(it, 0.25);
     is_ok("jump", kt_integrator_jump(it, kt_integrator_state(it), &error), &error);
-    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    integrator_step(it, HUGE_VAL);
     kt_check_near("time", kt_integrator_time(it), 3.0 * 0.1, 0.0);
-    integrator_free(it);
 }

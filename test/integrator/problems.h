@@ -12,7 +12,7 @@ typedef struct problem {
     void (*solution)(double t, double *y);
 } problem;
 
-enum { PROBLEM_MAX = 4, HISTORY_MAX = 64 };
+enum { PROBLEM_MAX = 5, HISTORY_MAX = 64 };
 
 /* Whether the method evaluates the stages of its table, one by one: explicit, of one step, with a fixed
  * number of them. */
@@ -37,12 +37,18 @@ int forced(double t, const double *y, double *dydt, void *user);
 /* Silent if the status is KT_OK, as it is thousands of times; otherwise prints the message and fails the test. */
 bool is_ok(const char *what, kt_status status, const kt_error *error);
 
-/* An integrator in allocated memory, NULL where it was rejected; integrator_free releases it. */
-kt_integrator *integrator_make(const kt_method *method, size_t n, const kt_integrator_options *options);
-void integrator_free(kt_integrator *integrator);
+/* An integrator in allocated memory, which the running test owns. A rejected one ends the test. */
+kt_integrator *integrator_make(const kt_method *method, size_t n, kt_integrator_options options);
 
-/* The same, started. */
-kt_integrator *integrator_begin(const kt_method *method, const problem *p, const kt_integrator_options *options);
+/* The same, started: from y at time t, or at the start of a problem. */
+kt_integrator *integrator_start(const kt_method *method, size_t n, kt_integrator_options options,
+                                int (*rhs)(double t, const double *y, double *dydt, void *user), void *user, double t,
+                                const double *y);
+kt_integrator *integrator_begin(const kt_method *method, const problem *p, kt_integrator_options options);
+
+/* One step, and a value within the last step. False after a failed check. */
+bool integrator_step(kt_integrator *integrator, double limit);
+bool integrator_value(kt_integrator *integrator, double t, double *y);
 
 kt_integrator_options fixed_step(double step);
 
@@ -50,11 +56,23 @@ kt_integrator_options fixed_step(double step);
 double forced_error(const kt_method *method, double lambda, int steps);
 kt_integrator_options tolerance(double relative, double absolute);
 
+/* Checks the order of these errors within `room`: `levels` times, with halved steps. */
+void check_forced_order(const kt_method *method, double lambda, int first_steps, int levels, double order, double room);
+
+/* Checks y1(2) of van_der_pol from (2, 0), and that there are few steps: an explicit method takes 1e6. */
+kt_integrator_counts check_stiff_oscillator(const kt_method *method, double tol, double bound);
+
+/* Checks y and the number of evaluations in each of four parts of `forced`, whose lambda is -1e5, -1, -1e5 and -1. The
+ * Jacobian of the caller is known in the first and in the last: that of the first part misleads in the second, and
+ * serves again in the third. */
+void check_lost_jacobian(const kt_method *method, double evaluations, double bound);
+
 /* Steps until t; whether all went well. */
 bool integrate_to(kt_integrator *integrator, double t);
 
-/* max_i |y_i - solution_i(t)| */
+/* max_i |y_i - solution_i(t)|, and its largest at the ends of steps until the end of the problem */
 double error_at(const problem *p, double t, const double *y);
+double error_until_end(kt_integrator *integrator, const problem *p);
 
 /* The same bits, without a word about it. */
 bool same_bits(const double *a, const double *b, size_t count);

@@ -151,8 +151,7 @@ KT_TEST(what_is_missing_is_named) {
 KT_TEST(every_number_of_a_checkpoint_is_checked) {
     static const char damaged[] = "the memory is damaged", missing[] = "the memory and a right-hand side must be given";
     kt_error error;
-    const kt_integrator_options options = tolerance(1e-5, 1e-5);
-    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, tolerance(1e-5, 1e-5));
     const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL}, none = {NULL, NULL, NULL};
     integrate_to(it, 1.0);
     kt_integrator_memory good, bad;
@@ -185,14 +184,12 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     kt_check_equal_int("no rhs", kt_integrator_restore(it, &good, y, NULL, NULL, &none, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, missing);
     kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
-    integrator_free(it);
 }
 
 KT_TEST(the_history_of_a_checkpoint_is_checked) {
     kt_error error;
-    const kt_integrator_options options = tolerance(1e-5, 1e-5);
     const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
-    kt_integrator *it = integrator_begin(kt_method_find("rkc2"), &problem_kepler, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("rkc2"), &problem_kepler, tolerance(1e-5, 1e-5));
     integrate_to(it, 1.0);
     kt_integrator_memory memory;
     double y[4], history[2];
@@ -207,7 +204,6 @@ KT_TEST(the_history_of_a_checkpoint_is_checked) {
         history[i] = good;
     }
     is_ok("good", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error), &error);
-    integrator_free(it);
 }
 
 /* There is no previous state yet. The state itself is stored in its place, and is not taken for one. */
@@ -215,8 +211,8 @@ KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     kt_error error;
     const kt_integrator_options options = fixed_step(0.1);
     const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
-    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, &options);
-    kt_integrator *other = integrator_make(kt_method_find("rk4"), 4, &options);
+    kt_integrator *it = integrator_begin(kt_method_find("rk4"), &problem_kepler, options);
+    kt_integrator *other = integrator_make(kt_method_find("rk4"), 4, options);
     kt_integrator_memory memory;
     double y[4], previous[4], value[4];
     kt_integrator_save(it, &memory, y, previous, NULL);
@@ -228,8 +224,6 @@ KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     integrate_to(it, 0.3);
     integrate_to(other, 0.3);
     kt_check_equal_bits("state", kt_integrator_state(other), kt_integrator_state(it), 4);
-    integrator_free(it);
-    integrator_free(other);
 }
 
 /* ---- steps that lead nowhere ------------------------------------------------------------------------------------- */

@@ -27,14 +27,11 @@ static int decays(double t, const double *y, double *dydt, void *user) {
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): it goes into the callbacks */
-static kt_integrator *decays_begin(const char *method, double *rate, const kt_integrator_options *options) {
-    kt_error error;
-    const kt_integrator_callbacks callbacks = {decays, NULL, rate};
+static kt_integrator *decays_begin(const char *method, double *rate, kt_integrator_options options) {
     double y[DECAYS];
     for (int i = 0; i < DECAYS; i++)
         y[i] = cos(i);
-    kt_integrator *it = integrator_make(kt_method_find(method), DECAYS, options);
-    is_ok("start", kt_integrator_start(it, 0.0, y, &callbacks, &error), &error);
+    kt_integrator *it = integrator_start(kt_method_find(method), DECAYS, options, decays, rate, 0.0, y);
     return it;
 }
 
@@ -47,9 +44,8 @@ static double decays_error(const kt_integrator *it) {
 
 /* Largest error on the way to t = 3. */
 static double decays_worst(kt_integrator *it) {
-    kt_error error;
     double worst = 0.0;
-    while (kt_integrator_time(it) < 3.0 && is_ok("step", kt_integrator_step(it, 3.0, &error), &error))
+    while (kt_integrator_time(it) < 3.0 && integrator_step(it, 3.0))
         worst = fmax(worst, decays_error(it));
     return worst;
 }
@@ -57,31 +53,29 @@ static double decays_worst(kt_integrator *it) {
 /* ---- accuracy ---------------------------------------------------------------------------------------------------- */
 
 /* problem_chirp, nonlinear and not autonomous, next to a decay at rest that requires many stages. */
-static int chirp_and_decay(double t, const double *y, double *dydt, void *user) {
+static int chirp_and_decay_rhs(double t, const double *y, double *dydt, void *user) {
     (void)problem_chirp.rhs(t, y, dydt, user);
     dydt[4] = -3e4 * y[4];
     return 0;
 }
 
+static void chirp_and_rest(double t, double *y) {
+    problem_chirp.solution(t, y);
+    y[4] = 0.0;
+}
+
+static const problem chirp_and_decay = {"chirp and decay", 5, 0.25, 1.5, chirp_and_decay_rhs, chirp_and_rest};
+
 /* The order over halved steps, of `first` on to end at problem_chirp's end; stages from about 15 to 40. */
 static double measured_order(const char *method, int first) {
-    double h[4], error[4], y[5] = {0.0};
+    double h[4], error[4];
     for (int i = 0; i < 4; i++) {
         const int steps = first << i;
-        kt_error trouble;
         h[i] = (problem_chirp.end - problem_chirp.start) / steps;
-        const kt_integrator_options options = fixed_step(h[i]);
-        const kt_integrator_callbacks callbacks = {chirp_and_decay, NULL, NULL};
-        kt_integrator *it = integrator_make(kt_method_find(method), 5, &options);
-        problem_chirp.solution(problem_chirp.start, y);
-        is_ok("start", kt_integrator_start(it, problem_chirp.start, y, &callbacks, &trouble), &trouble);
-        error[i] = 0.0;
-        while (kt_integrator_time(it) != problem_chirp.end &&
-               is_ok("step", kt_integrator_step(it, problem_chirp.end, &trouble), &trouble))
-            error[i] = fmax(error[i], error_at(&problem_chirp, kt_integrator_time(it), kt_integrator_state(it)));
+        kt_integrator *it = integrator_begin(kt_method_find(method), &chirp_and_decay, fixed_step(h[i]));
+        error[i] = error_until_end(it, &chirp_and_decay);
         kt_note("%s, h = %g: error %.3g, %d stages", method, h[i], error[i],
                 kt_chebyshev_stages(h[i] * kt_stabilised_radius(it), kt_chebyshev_damping(kt_method_find(method))));
-        integrator_free(it);
     }
     return slope_of(h, error, 4);
 }
@@ -103,10 +97,8 @@ KT_TEST(errors_on_a_stiff_problem_fall_as_measured) {
         double rate = 2000.0, h[4], error[4];
         for (int i = 0; i < 4; i++) {
             h[i] = 0.2 / (double)(1 << i);
-            const kt_integrator_options options = fixed_step(h[i]);
-            kt_integrator *it = decays_begin(cases[m].method, &rate, &options);
+            kt_integrator *it = decays_begin(cases[m].method, &rate, fixed_step(h[i]));
             error[i] = decays_worst(it);
-            integrator_free(it);
         }
         kt_note("%s: errors %.3g %.3g %.3g %.3g", cases[m].method, error[0], error[1], error[2], error[3]);
         kt_check_below("error at the largest step", error[0], cases[m].first);
@@ -120,15 +112,13 @@ KT_TEST(errors_follow_the_tolerance) {
     double rate = 2000.0, at[5], error[5];
     for (int i = 0; i < 5; i++) {
         at[i] = pow(10.0, -3 - i);
-        const kt_integrator_options options = tolerance(at[i], at[i]);
-        kt_integrator *it = decays_begin("rkc2", &rate, &options);
+        kt_integrator *it = decays_begin("rkc2", &rate, tolerance(at[i], at[i]));
         error[i] = decays_worst(it);
         const kt_integrator_counts counts = kt_integrator_counts_get(it);
         kt_note("tolerance %g: error %.3g, %llu steps, %llu rejected, %llu evaluations", at[i], error[i],
                 (unsigned long long)counts.steps, (unsigned long long)counts.rejected,
                 (unsigned long long)counts.evaluations);
         kt_check_below("error over tolerance^(2/3)", error[i] / pow(at[i], 2.0 / 3.0), 0.2);
-        integrator_free(it);
     }
     kt_check_near("slope", slope_of(at, error, 5), 2.0 / 3.0, 0.05);
 }
@@ -137,22 +127,13 @@ KT_TEST(errors_follow_the_tolerance) {
  * determines the step. The estimate of each step is near the tolerance, and the number of steps grows as
  * tolerance^(-1/4). */
 KT_TEST(errors_of_rkc4_are_in_proportion_to_the_tolerance) {
-    double at[5], error[5], steps[5], y[5] = {0.0};
+    double at[5], error[5], steps[5];
     for (int i = 0; i < 5; i++) {
-        kt_error trouble;
         at[i] = pow(10.0, -4 - i);
-        const kt_integrator_options options = tolerance(at[i], at[i]);
-        const kt_integrator_callbacks callbacks = {chirp_and_decay, NULL, NULL};
-        kt_integrator *it = integrator_make(kt_method_find("rkc4"), 5, &options);
-        problem_chirp.solution(problem_chirp.start, y);
-        is_ok("start", kt_integrator_start(it, problem_chirp.start, y, &callbacks, &trouble), &trouble);
-        error[i] = 0.0;
-        while (kt_integrator_time(it) != problem_chirp.end &&
-               is_ok("step", kt_integrator_step(it, problem_chirp.end, &trouble), &trouble))
-            error[i] = fmax(error[i], error_at(&problem_chirp, kt_integrator_time(it), kt_integrator_state(it)));
+        kt_integrator *it = integrator_begin(kt_method_find("rkc4"), &chirp_and_decay, tolerance(at[i], at[i]));
+        error[i] = error_until_end(it, &chirp_and_decay);
         steps[i] = (double)kt_integrator_counts_get(it).steps;
         kt_note("tolerance %g: error %.3g, %g steps", at[i], error[i], steps[i]);
-        integrator_free(it);
     }
     kt_check_near("slope of the error", slope_of(at, error, 5), 1.0, 0.15);
     kt_check_near("slope of the steps", slope_of(at, steps, 5), -0.25, 0.05);
@@ -161,13 +142,11 @@ KT_TEST(errors_of_rkc4_are_in_proportion_to_the_tolerance) {
 /* RK4 would need 2.8 / rate. */
 KT_TEST(it_needs_far_fewer_evaluations_where_decays_are_fast) {
     double rate = 1e5;
-    const kt_integrator_options options = tolerance(1e-5, 1e-5);
-    kt_integrator *it = decays_begin("rkc2", &rate, &options);
+    kt_integrator *it = decays_begin("rkc2", &rate, tolerance(1e-5, 1e-5));
     const double worst = decays_worst(it), rk4 = 4.0 * 3.0 * rate / 2.8;
     kt_check_below("error", worst, 1e-4);
     kt_check_below("evaluations over those of RK4 at its limit", (double)kt_integrator_counts_get(it).evaluations / rk4,
                    0.05);
-    integrator_free(it);
 }
 
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
@@ -192,14 +171,11 @@ KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
     static const double rates[] = {1.0, 20.0, 150.0, 1000.0};
     for (int i = 0; i < 4; i++) {
         times r = {.rate = rates[i]};
-        kt_error error;
-        const kt_integrator_options options = fixed_step(0.125);
-        const kt_integrator_callbacks callbacks = {record_times, NULL, &r};
-        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
-        is_ok("start", kt_integrator_start(it, 2.0, (double[]){1.0}, &callbacks, &error), &error);
-        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        kt_integrator *it =
+            integrator_start(kt_method_find("rkc2"), 1, fixed_step(0.125), record_times, &r, 2.0, (double[]){1.0});
+        integrator_step(it, HUGE_VAL);
         r.count = 0;
-        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        integrator_step(it, HUGE_VAL);
         const int s = kt_chebyshev_stages(1.2 * 0.125 * rates[i], 2.0 / 13.0);
         const kt_chebyshev family = kt_chebyshev_make(s, 2.0 / 13.0);
         kt_check_equal_int("stages", r.count, s);
@@ -212,7 +188,6 @@ KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
             kt_chebyshev_next(&v, family.w0);
         }
         kt_check_worst(&worst);
-        integrator_free(it);
     }
 }
 
@@ -234,15 +209,11 @@ static int decay_and_swing(double t, const double *y, double *dydt, void *user) 
 }
 
 static double radius_of(spectrum s, uint64_t *evaluations) {
-    kt_error error;
-    const kt_integrator_options options = fixed_step(1e-9);
-    const kt_integrator_callbacks callbacks = {decay_and_swing, NULL, &s};
-    kt_integrator *it = integrator_make(kt_method_find("rkc2"), 4, &options);
-    is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0, 0.3, 0.0, 1.0}, &callbacks, &error), &error);
-    is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+    kt_integrator *it = integrator_start(kt_method_find("rkc2"), 4, fixed_step(1e-9), decay_and_swing, &s, 0.0,
+                                         (double[]){0.0, 0.3, 0.0, 1.0});
+    integrator_step(it, HUGE_VAL);
     *evaluations = kt_integrator_counts_get(it).evaluations - 2; /* of a step with two stages */
     const double radius = kt_stabilised_radius(it);
-    integrator_free(it);
     return radius / KT_RADIUS_MARGIN;
 }
 
@@ -268,17 +239,14 @@ static int stiffening(double t, const double *y, double *dydt, void *user) {
 }
 
 KT_TEST(stages_follow_a_problem_that_becomes_stiff) {
-    kt_error error;
     for (int fixed = 0; fixed <= 1; fixed++) {
-        const kt_integrator_options options = fixed ? fixed_step(0.01) : tolerance(1e-4, 1e-4);
-        const kt_integrator_callbacks callbacks = {stiffening, NULL, NULL};
-        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
-        is_ok("start", kt_integrator_start(it, 0.0, (double[]){2.0}, &callbacks, &error), &error);
+        kt_integrator *it =
+            integrator_start(kt_method_find("rkc2"), 1, fixed ? fixed_step(0.01) : tolerance(1e-4, 1e-4), stiffening,
+                             NULL, 0.0, (double[]){2.0});
         integrate_to(it, 1.0);
         kt_check_near("at rest", kt_integrator_state(it)[0], 1.0, fixed ? 1e-9 : 1e-4);
         kt_check_near("radius", kt_stabilised_radius(it), 1.2 * 1000.0,
                       fixed ? 60.0 : 400.0); /* 5 and 25 steps old at most */
-        integrator_free(it);
     }
 }
 
@@ -287,31 +255,26 @@ KT_TEST(stages_follow_a_problem_that_becomes_stiff) {
 KT_TEST(a_fixed_step_beyond_all_stages_is_rejected_in_words) {
     kt_error error;
     double rate = 1e6, before[DECAYS];
-    const kt_integrator_options options = fixed_step(0.1);
-    kt_integrator *it = decays_begin("rkc2", &rate, &options);
+    kt_integrator *it = decays_begin("rkc2", &rate, fixed_step(0.1));
     memcpy(before, kt_integrator_state(it), sizeof before);
     kt_check_equal_int("status", kt_integrator_step(it, HUGE_VAL, &error), KT_ERROR_STEP);
     kt_check_contains("rate", error.message, "decays at 1.2e+06 /s");
     kt_check_contains("what to do", error.message, "take steps below 0.034 s");
     kt_check_equal_bits("state", kt_integrator_state(it), before, DECAYS);
     kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, 0);
-    integrator_free(it);
 }
 
 KT_TEST(an_adaptive_step_is_kept_within_its_stages) {
-    kt_error error;
     double rate = 1e7;
-    const kt_integrator_options options = tolerance(1e-2, 1e-2);
-    kt_integrator *it = decays_begin("rkc2", &rate, &options);
+    kt_integrator *it = decays_begin("rkc2", &rate, tolerance(1e-2, 1e-2));
     double longest = 0.0; /* over the length that the radius then allowed */
     for (int i = 0; i < 60; i++) {
-        is_ok("step", kt_integrator_step(it, 3.0, &error), &error);
+        integrator_step(it, 3.0);
         longest = fmax(longest, (kt_integrator_time(it) - kt_integrator_previous_time(it)) / kt_stabilised_reach(it));
     }
     kt_check_below("longest step over the reach", longest, 1.0 + 1e-12);
     kt_check_above("which they use", longest, 0.9);
     kt_check_below("error", decays_error(it), 1e-7);
-    integrator_free(it);
 }
 
 KT_TEST(a_callers_table_cannot_be_stabilised) {
@@ -331,12 +294,11 @@ KT_TEST(a_least_step_beyond_all_stages_is_rejected_in_words) {
     double rate = 1e7;
     kt_integrator_options options = tolerance(1e-2, 1e-2);
     options.min_step = 0.1;
-    kt_integrator *it = decays_begin("rkc2", &rate, &options);
+    kt_integrator *it = decays_begin("rkc2", &rate, options);
     kt_check_equal_int("status", kt_integrator_step(it, 3.0, &error), KT_ERROR_STEP);
     kt_check_contains("words", error.message,
                       "needs more than the 250 stages that there are: take steps below 0.0034 s");
     kt_check_near("time", kt_integrator_time(it), 0.0, 0.0);
-    integrator_free(it);
 }
 
 /* From y = 0, the size of y gives no hint for the length of differences:
@@ -357,18 +319,16 @@ static int constant(double t, const double *y, double *dydt, void *user) {
 
 KT_TEST(the_radius_is_found_at_zero_and_where_there_is_none) {
     kt_error error;
-    const kt_integrator_options options = tolerance(1e-4, 1e-4);
     const kt_integrator_callbacks callbacks[2] = {{lag, NULL, NULL}, {constant, NULL, NULL}};
     for (int i = 0; i < 2; i++) {
-        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
+        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, tolerance(1e-4, 1e-4));
         is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks[i], &error), &error);
-        is_ok("step", kt_integrator_step(it, 1.0, &error), &error);
+        integrator_step(it, 1.0);
         kt_check_near("radius", kt_stabilised_radius(it), i ? 0.0 : 1.2 * 1000.0, i ? 0.0 : 1e-4);
         integrate_to(it, 1.0);
         kt_check_near("state", kt_integrator_state(it)[0], i ? 3.0 : (1e6 * sin(1.0) - 1e3 * cos(1.0)) / (1e6 + 1.0),
                       i ? 1e-15 : 4e-6);
         kt_check_true("reach", i ? kt_stabilised_reach(it) == HUGE_VAL : isfinite(kt_stabilised_reach(it)));
-        integrator_free(it);
     }
 }
 
@@ -384,11 +344,8 @@ static int jump(double t, const double *y, double *dydt, void *user) {
 }
 
 static kt_integrator *before_the_jump(jumping *j) {
-    kt_error error;
-    const kt_integrator_options options = tolerance(1e-5, 1e-5);
-    const kt_integrator_callbacks callbacks = {jump, NULL, j};
-    kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, &options);
-    is_ok("start", kt_integrator_start(it, 0.0, (double[]){1.0}, &callbacks, &error), &error);
+    kt_integrator *it =
+        integrator_start(kt_method_find("rkc2"), 1, tolerance(1e-5, 1e-5), jump, j, 0.0, (double[]){1.0});
     integrate_to(it, 0.499);
     j->calls = 0;
     return it;
@@ -409,17 +366,13 @@ KT_TEST(the_radius_beside_zero_is_that_at_zero) {
     static const double starts[] = {0.0, 1e-20, 1e-9};
     double rate = 100.0;
     for (int i = 0; i < 3; i++) {
-        const kt_integrator_callbacks callbacks = {fall, NULL, &rate};
-        const kt_integrator_options options = tolerance(1e-6, 1e-6);
-        kt_integrator *it = integrator_make(kt_method_find("rkc2"), 2, &options);
-        kt_error error;
         kt_try result;
-        is_ok("start", kt_integrator_start(it, 0.0, (double[]){starts[i], starts[i]}, &callbacks, &error), &error);
+        kt_integrator *it = integrator_start(kt_method_find("rkc2"), 2, tolerance(1e-6, 1e-6), fall, &rate, 0.0,
+                                             (double[]){starts[i], starts[i]});
         kt_check_true("slope", kt_evaluate(it, 0.0, it->y, 0, &result) == KT_TRY_PASSED);
         kt_check_true("radius", kt_need_radius(it, false, &result) == KT_TRY_PASSED);
         /* differences over 1.5e-8 of 1e-6 have a rounding error of 2 eps 100, hence 3 /s */
         kt_check_near("radius, 1/s", kt_stabilised_radius(it) / KT_RADIUS_MARGIN, 100.0, i ? 3.0 : 1e-5);
-        integrator_free(it);
     }
 }
 
@@ -427,7 +380,7 @@ KT_TEST(a_stop_is_heeded_wherever_a_rejected_step_asks) {
     kt_error error;
     jumping free_run = {0, 0};
     kt_integrator *undisturbed = before_the_jump(&free_run);
-    is_ok("step", kt_integrator_step(undisturbed, 2.0, &error), &error);
+    integrator_step(undisturbed, 2.0);
     kt_check_above("rejected", (double)kt_integrator_counts_get(undisturbed).rejected, 1.0);
     const int calls = free_run.calls;
     int heeded = 0, kept = 0;
@@ -438,9 +391,7 @@ KT_TEST(a_stop_is_heeded_wherever_a_rejected_step_asks) {
         j.stop_at = stop_at;
         heeded += kt_integrator_step(it, 2.0, &error) == KT_ERROR_CALLBACK;
         kept += kt_integrator_time(it) == 0.499 && kt_integrator_state(it)[0] == y;
-        integrator_free(it);
     }
     kt_check_equal_int("heeded", heeded, calls);
     kt_check_equal_int("state as it was", kept, calls);
-    integrator_free(undisturbed);
 }

@@ -10,14 +10,9 @@
 
 /* The error is largest somewhere on the way, not always at the end, where it may pass through zero. */
 static double worst_error(const kt_method *method, const problem *p, int steps) {
-    const kt_integrator_options options = fixed_step((p->end - p->start) / steps);
-    kt_integrator *it = integrator_begin(method, p, &options);
-    kt_error error;
-    double worst = 0.0;
-    while (kt_integrator_time(it) != p->end && is_ok("step", kt_integrator_step(it, p->end, &error), &error))
-        worst = fmax(worst, error_at(p, kt_integrator_time(it), kt_integrator_state(it)));
+    kt_integrator *it = integrator_begin(method, p, fixed_step((p->end - p->start) / steps));
+    const double worst = error_until_end(it, p);
     kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, steps);
-    integrator_free(it);
     return worst;
 }
 
@@ -79,12 +74,8 @@ KT_TEST(stages_are_evaluated_at_their_own_times) {
         if (!goes_by_its_table(m)) /* see stabilised.c and radau.c */
             continue;
         record r = {.count = 0};
-        kt_error error;
-        const kt_integrator_options options = fixed_step(0.125);
-        const kt_integrator_callbacks callbacks = {record_times, NULL, &r};
-        kt_integrator *it = integrator_make(m, 1, &options);
-        is_ok("start", kt_integrator_start(it, 2.0, (double[]){1.0}, &callbacks, &error), &error);
-        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        kt_integrator *it = integrator_start(m, 1, fixed_step(0.125), record_times, &r, 2.0, (double[]){1.0});
+        integrator_step(it, HUGE_VAL);
         kt_check_equal_int(m->name, r.count, m->stages);
         kt_worst worst = kt_worst_make("time");
         for (int s = 0; s < m->stages; s++)
@@ -92,9 +83,8 @@ KT_TEST(stages_are_evaluated_at_their_own_times) {
         kt_check_worst(&worst);
 
         r.count = 0;
-        is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+        integrator_step(it, HUGE_VAL);
         kt_check_equal_int("second step", r.count, m->stages - (m->fsal ? 1 : 0));
-        integrator_free(it);
     }
 }
 
@@ -108,19 +98,14 @@ KT_TEST(the_last_stages_are_at_the_very_end) {
         if (m->c[m->stages - 1] != 1.0)
             continue;
         record r = {.count = 0};
-        kt_error error;
-        const kt_integrator_options options = fixed_step(0.1);
-        const kt_integrator_callbacks callbacks = {record_times, NULL, &r};
-        kt_integrator *it = integrator_make(m, 1, &options);
-        is_ok("start", kt_integrator_start(it, 0.7, (double[]){1.0}, &callbacks, &error), &error);
+        kt_integrator *it = integrator_start(m, 1, fixed_step(0.1), record_times, &r, 0.7, (double[]){1.0});
         kt_worst worst = kt_worst_make(m->name);
         for (int k = 0; k < 50; k++) {
             r.count = 0;
-            is_ok("step", kt_integrator_step(it, HUGE_VAL, &error), &error);
+            integrator_step(it, HUGE_VAL);
             kt_worst_near(&worst, r.t[r.count - 1], kt_integrator_time(it), 0.0, "step %d", k);
         }
         kt_check_worst(&worst);
-        integrator_free(it);
     }
 }
 
@@ -156,14 +141,9 @@ static int pendulums(double t, const double *y, double *dydt, void *user) {
 }
 
 static void swing(const kt_method *m, size_t n, double *y) {
-    kt_error error;
-    const kt_integrator_options options = fixed_step(0.0625);
-    const kt_integrator_callbacks callbacks = {pendulums, NULL, &n};
-    kt_integrator *it = integrator_make(m, 2 * n, &options);
-    is_ok("start", kt_integrator_start(it, 0.0, y, &callbacks, &error), &error);
+    kt_integrator *it = integrator_start(m, 2 * n, fixed_step(0.0625), pendulums, &n, 0.0, y);
     integrate_to(it, 2.0);
     memcpy(y, kt_integrator_state(it), 2 * n * sizeof *y);
-    integrator_free(it);
 }
 
 /* The bits do not depend on the loop that computes a component. */
@@ -242,16 +222,13 @@ static void try_step(kt_integrator *it, const kt_interval *interval, kt_try *res
 /* The norm of the first try, again from the slopes, in long double and in the textbook's order. */
 static void check_error_norm(const char *name, const double *absolute_tolerances) {
     const kt_method *m = kt_method_find(name);
-    kt_error error;
     kt_integrator_options options = tolerance(1e-5, 1e-7);
     options.initial_step = 0.0625;
     options.absolute_tolerances = absolute_tolerances;
     double y0[EQUATIONS];
     for (size_t i = 0; i < CHIRPS; i++)
         problem_chirp.solution(0.25, y0 + i * CHIRP);
-    const kt_integrator_callbacks callbacks = {chirps, NULL, NULL};
-    kt_integrator *it = integrator_make(m, EQUATIONS, &options);
-    is_ok("start", kt_integrator_start(it, 0.25, y0, &callbacks, &error), &error);
+    kt_integrator *it = integrator_start(m, EQUATIONS, options, chirps, NULL, 0.25, y0);
     kt_try result;
     const kt_interval interval = {0.25, 0.0625, 0.3125, it->y};
     kt_check_equal_int("slope", kt_evaluate(it, 0.25, it->y, 0, &result), KT_TRY_PASSED);
@@ -278,7 +255,6 @@ static void check_error_norm(const char *name, const double *absolute_tolerances
     /* s roundings of terms that cancel; with two estimates the norm goes with the square of the first. */
     const double cancelled = (double)sqrtl(size / high);
     kt_check_near(name, result.error, (double)expected, m->stages * DBL_EPSILON * cancelled * (double)expected);
-    integrator_free(it);
 }
 
 KT_TEST(the_error_norm_is_that_of_the_textbook) {
@@ -297,8 +273,7 @@ KT_TEST(error_estimates_scale_with_their_order) {
     static const double steps[] = {1e-3, 4e-3, 2e-2, 2e-2, 0.06};
     for (int i = 0; i < 5; i++) {
         double h[3], error[3];
-        const kt_integrator_options options = tolerance(0.0, 1e-6);
-        kt_integrator *it = integrator_begin(kt_method_find(names[i]), &problem_chirp, &options);
+        kt_integrator *it = integrator_begin(kt_method_find(names[i]), &problem_chirp, tolerance(0.0, 1e-6));
         for (int l = 0; l < 3; l++) {
             kt_try result;
             h[l] = steps[i] / (1 << l);
@@ -308,6 +283,5 @@ KT_TEST(error_estimates_scale_with_their_order) {
             error[l] = result.error;
         }
         kt_check_near(names[i], slope_of(h, error, 3), it->error_order, 0.15);
-        integrator_free(it);
     }
 }
