@@ -133,13 +133,11 @@ KT_TEST(bushing_at_no_rotation_is_rejected_with_the_body) {
     lone.description.effects = &bushing;
     lone.description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_data *data = NULL;
-    kt_need_fine("data", kt_data_create(model, &data, &error), &error);
+    kt_data *data = kt_test_data(model);
     q[4] = (double)NAN;
     kt_check_equal_int("status", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error),
                        KT_ERROR_NOT_FINITE);
     kt_note("%s: %s", error.where, error.message);
     kt_check_contains("where", error.where, "'block'");
     kt_check_near("nothing is written", a[0], 77.0, 0.0);
-    kt_data_free(data);
 }

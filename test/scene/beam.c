@@ -27,7 +27,7 @@ static void release_modes(void *modes) { kt_modes_free(modes); }
 static void open_beam(beam *b, const char *text) {
     kt_error e = {0};
     b->at = kt_test_open(kt_test_scene(text), NULL);
-    b->linearization = kt_test_linearization(b->at.model);
+    b->linearization = kt_test_linearization(b->at.model, NULL);
     kt_need_fine("modes", kt_modes_create(b->at.model, &b->modes, &e), &e);
     kt_test_own(b->modes, release_modes);
     kt_model_initial(b->at.model, b->q, b->v);

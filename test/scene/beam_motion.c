@@ -289,8 +289,8 @@ static kt_vec3 bend_segments(int segments, kt_vec3 force) {
             segments, strip_length, strip[0], strip[1], strip[2], last, force.x, force.y, force.z),
         NULL);
     kt_model_initial(at.model, q, v);
-    kt_need_fine("equilibrium", kt_equilibrium_find(kt_test_linearization(at.model), &options, 0.0, q, NULL, NULL, &e),
-                 &e);
+    kt_need_fine("equilibrium",
+                 kt_equilibrium_find(kt_test_linearization(at.model, NULL), &options, 0.0, q, NULL, NULL, &e), &e);
     kt_need_fine("kinematics", kt_kinematics_update(at.model, at.data, q, NULL, NULL, &e), &e);
     const int body = kt_body_find(at.model, last);
     return kt_point_position(at.model, at.data, body, kt_marker_at(at.model, body, 0));

@@ -19,17 +19,15 @@ typedef struct stage {
     kt_tree_state state;
 } stage;
 
-static bool set_stage(stage *s, int bodies) {
+static void set_stage(stage *s, int bodies) {
     kt_random random = kt_random_of_test();
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = bodies;
     plan.is_shuffled = true;
     kt_tree_describe(&s->tree, &plan, &random);
-    if (!kt_tree_compile(&s->tree, NULL))
-        return false;
+    kt_need(kt_tree_compile(&s->tree, NULL));
     s->absolute = kt_formulate(&s->tree.description, NULL, s->tree.model, KT_FORMULATION_ABSOLUTE);
     kt_tree_state_draw(&s->tree, &random, &s->state);
-    return s->absolute != NULL;
 }
 
 static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
@@ -66,8 +64,7 @@ KT_TEST(pushes_of_the_caller_act_alike) {
     kt_worst position = kt_worst_make("position"), velocity = kt_worst_make("velocity");
     kt_worst acceleration = kt_worst_make("acceleration, relative");
     kt_error error;
-    if (!set_stage(&s, 10))
-        return;
+    set_stage(&s, 10);
     const kt_run run = kt_run_fixed("dop853", 0.001, 1.0);
     kt_simulation *tree = begin(&s, run, KT_FORMULATION_TREE), *absolute = begin(&s, run, KT_FORMULATION_ABSOLUTE);
     for (int k = 0; k < 10 && tree && absolute; k++) {
@@ -76,7 +73,7 @@ KT_TEST(pushes_of_the_caller_act_alike) {
         for (int i = 0; i < 2; i++) {
             (void)kt_fine("push", push(both[i], &s, 5.0 * sin(k + 1.0), &error), &error);
             (void)kt_fine("acceleration", kt_simulation_acceleration(both[i], a[i], &error), &error);
-            (void)kt_fine("advance", kt_simulation_advance(both[i], 0.01 * (k + 1), &error), &error);
+            kt_test_advance(both[i], 0.01 * (k + 1));
         }
         const double *q = kt_simulation_positions(tree), *v = kt_simulation_velocities(tree);
         const double scale = kt_tree_largest(a[0], s.tree.nv);
@@ -147,7 +144,6 @@ static int watch_spin(const kt_record *record, void *user) {
 KT_TEST(angles_count_whole_turns) {
     kt_body bodies[SPINNERS];
     kt_effect motor;
-    kt_error error;
     kt_absolute *absolute = NULL;
     kt_model *model = make_spinners(bodies, &motor, &absolute);
     kt_run run = kt_run_fixed("dop853", 0.05, 0.8);
@@ -159,7 +155,7 @@ KT_TEST(angles_count_whole_turns) {
     s.at[3] = kt_body_coordinates(model, kt_body_find(model, "wheel")).q;
     kt_simulation *simulation = simulate(model, absolute, &run);
     if (simulation)
-        (void)kt_fine("run", kt_simulation_run(simulation, watch_spin, &s, &error), &error);
+        kt_test_run(simulation, watch_spin, &s);
     kt_check_worst(&s.angle);
     kt_check_above("turns of the wheel", angle_of(3, 0.8) / 6.283185307179586, 5.0);
 }
@@ -205,7 +201,6 @@ static int watch_balls(const kt_record *record, void *user) {
  * An angle of 4 pi is one turn of the quaternion. The measured error was 3e-14. */
 KT_TEST(quaternions_go_on_without_a_jump) {
     kt_body bodies[BALLS];
-    kt_error error;
     kt_absolute *absolute = NULL;
     kt_model *model = make_balls(bodies, &absolute);
     kt_run run = kt_run_fixed("dop853", 0.025, 1.5);
@@ -213,7 +208,7 @@ KT_TEST(quaternions_go_on_without_a_jump) {
     run.interval = 0.05;
     kt_simulation *simulation = simulate(model, absolute, &run);
     if (simulation)
-        (void)kt_fine("run", kt_simulation_run(simulation, watch_balls, &worst, &error), &error);
+        kt_test_run(simulation, watch_balls, &worst);
     kt_check_worst(&worst);
 }
 
@@ -226,8 +221,7 @@ KT_TEST(state_that_is_set_comes_back) {
     kt_worst position = kt_worst_make("positions");
     double before[KT_TREE_NQ];
     kt_error error;
-    if (!set_stage(&s, 10))
-        return;
+    set_stage(&s, 10);
     kt_simulation *tree = begin(&s, kt_run_default(), KT_FORMULATION_TREE);
     kt_simulation *simulation = begin(&s, kt_run_default(), KT_FORMULATION_ABSOLUTE);
     for (int b = 1; b < s.tree.count; b++) {
@@ -281,8 +275,7 @@ KT_TEST(placed_simulation_stays_within_its_memory_and_allocates_nothing) {
     kt_error error;
     kt_simulation *simulation = NULL;
     int records = 0;
-    if (!set_stage(&s, 8))
-        return;
+    set_stage(&s, 8);
     kt_run run = kt_run_fixed("rk4", 0.001, 0.05);
     run.interval = 0.01;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
@@ -322,8 +315,7 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
     static stage s;
     static kt_kept clean;
     kt_error error;
-    if (!set_stage(&s, 5))
-        return;
+    set_stage(&s, 5);
     kt_run run = kt_run_fixed("rk4", 0.013, 0.3);
     run.interval = 0.01;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
@@ -332,9 +324,7 @@ KT_TEST(garbage_in_scratch_changes_no_bit) {
         kt_kept *kept = kt_kept_empty(s.tree.model);
         void *both[2] = {simulation, kept};
         (void)kt_fine("push", push(simulation, &s, 1.0, &error), &error);
-        (void)kt_fine("run",
-                      kt_simulation_run(simulation, i ? keep_and_poison : kt_keep, i ? (void *)both : kept, &error),
-                      &error);
+        kt_test_run(simulation, i ? keep_and_poison : kt_keep, i ? (void *)both : kept);
         if (i == 0)
             clean = *kept;
         else

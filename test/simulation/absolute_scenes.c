@@ -29,22 +29,21 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
         kt_scene scene;
         kt_error error;
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
-            kt_model_options options = kt_model_options_default();
-            options.reduction = kt_reduction_method_of(scene.reduction);
-            options.metric = scene.run.metric;
-            kt_model *model = NULL;
-            kt_absolute *absolute = NULL;
-            if (kt_is_for_trees_alone(&scene.description))
-                kt_note("%s: left out, it has auxiliary states, variable masses or switches", entries[i]->d_name);
-            else if (scene.description.body_count > most)
-                kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
-            else
-                model = kt_both_compile(&scene.description, &options, &absolute);
-            if (model)
-                visit(entries[i]->d_name, &scene, model, absolute);
-            kt_scene_free(&scene);
-        }
+        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
+        kt_model_options options = kt_model_options_default();
+        options.reduction = kt_reduction_method_of(scene.reduction);
+        options.metric = scene.run.metric;
+        kt_model *model = NULL;
+        kt_absolute *absolute = NULL;
+        if (kt_is_for_trees_alone(&scene.description))
+            kt_note("%s: left out, it has auxiliary states, variable masses or switches", entries[i]->d_name);
+        else if (scene.description.body_count > most)
+            kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
+        else
+            model = kt_both_compile(&scene.description, &options, &absolute);
+        if (model)
+            visit(entries[i]->d_name, &scene, model, absolute);
+        kt_scene_free(&scene);
         free(entries[i]);
     }
     free(entries);
@@ -227,8 +226,7 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
     static const char *const ways[] = {"qr", "partition", "svd"};
     kt_scene scene;
     kt_error error;
-    if (!kt_fine("bricard", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error))
-        return;
+    kt_need_fine("bricard", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error);
     for (int way = 0; way < 3; way++)
         for (int formulation = 0; formulation < 2; formulation++) {
             static double exact[NUMBERS], coarse[NUMBERS], fine[NUMBERS];
@@ -258,8 +256,7 @@ KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     static double tree[NUMBERS], free_bodies[NUMBERS];
     kt_scene scene;
     kt_error error;
-    if (!kt_fine("windows", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error))
-        return;
+    kt_need_fine("windows", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error);
     const double last = KT_ADDRESS_SANITIZER ? 2.0 : 10.0;
     kt_absolute *absolute = NULL;
     kt_model *model = kt_both_compile(&scene.description, NULL, &absolute);

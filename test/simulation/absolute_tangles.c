@@ -19,12 +19,10 @@ static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data 
     const kt_transformation *to = kt_formulated(formulation).transformation;
     const kt_model *absolute = to->model;
     kt_error e = {0};
-    if (!kt_tree_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e))
-        return false;
+    kt_need_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e);
     to->to_free(to, g->tree.data, g->q, g->v, q, v);
     to->wrenches(to, q, g->tau, g->external, push);
-    if (!kt_tree_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e))
-        return false;
+    kt_need_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e);
     memcpy(seen_q, g->q, sizeof seen_q);
     to->from_free(to, q, v, free_a, 0.0, seen_q, seen_v, a);
     *largest = kt_tree_largest(free_a, kt_model_nv(absolute));
@@ -46,25 +44,24 @@ KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
         double a[KT_TREE_NV], expected[KT_TREE_NV], moved[KT_TREE_NV], largest;
         kt_data *data = NULL;
         kt_error e = {0};
-        if (tangle_grow(&g, &plan, &random)) {
-            kt_absolute *formulation =
-                kt_formulate(&g.tree.description, &plan.options, g.tree.model, KT_FORMULATION_ABSOLUTE);
-            if (formulation == NULL)
-                return;
-            const kt_model *absolute = kt_absolute_model(formulation);
-            counters += kt_model_body_count(absolute) - g.tree.count;
-            kt_worst_near(&mobility, kt_model_mobility(absolute).minimal, kt_model_mobility(g.tree.model).minimal, 0.5,
-                          "%d", n);
-            if (kt_tree_fine("data", kt_data_create(absolute, &data, &e), &e) &&
-                accelerate(&g, formulation, data, a, &largest) && tangle_system_of(&g, &s)) {
-                (void)tangle_solve(&g, &s, (tangle_way){.mixes = true}, expected, moved);
-                const double least = 16.0 * DBL_EPSILON * fmax(largest, kt_tree_largest(expected, g.tree.nv));
-                for (int i = 0; i < g.tree.nv; i++)
-                    kt_worst_near(&worst, a[i], expected[i], 4.0 * moved[i] + least, "%d, %d", n, i);
-                compared++;
-            }
-            kt_data_free(data);
+        kt_need(tangle_grow(&g, &plan, &random));
+        kt_absolute *formulation =
+            kt_formulate(&g.tree.description, &plan.options, g.tree.model, KT_FORMULATION_ABSOLUTE);
+        if (formulation == NULL)
+            return;
+        const kt_model *absolute = kt_absolute_model(formulation);
+        counters += kt_model_body_count(absolute) - g.tree.count;
+        kt_worst_near(&mobility, kt_model_mobility(absolute).minimal, kt_model_mobility(g.tree.model).minimal, 0.5,
+                      "%d", n);
+        if (kt_fine("data", kt_data_create(absolute, &data, &e), &e) &&
+            accelerate(&g, formulation, data, a, &largest) && tangle_system_of(&g, &s)) {
+            (void)tangle_solve(&g, &s, (tangle_way){.mixes = true}, expected, moved);
+            const double least = 16.0 * DBL_EPSILON * fmax(largest, kt_tree_largest(expected, g.tree.nv));
+            for (int i = 0; i < g.tree.nv; i++)
+                kt_worst_near(&worst, a[i], expected[i], 4.0 * moved[i] + least, "%d, %d", n, i);
+            compared++;
         }
+        kt_data_free(data);
     }
     kt_check_worst(&worst);
     kt_check_worst(&mobility);

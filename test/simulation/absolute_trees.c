@@ -26,21 +26,20 @@ static bool pair_grow(pair *p, const kt_tree_plan *plan, kt_random *random) {
     kt_error error = {0};
     memset(p, 0, sizeof *p);
     kt_tree_describe(&p->tree, plan, random);
-    if (!kt_tree_compile(&p->tree, NULL))
-        return false;
+    kt_need(kt_tree_compile(&p->tree, NULL));
     p->formulation = kt_formulate(&p->tree.description, NULL, p->tree.model, KT_FORMULATION_ABSOLUTE);
     if (p->formulation == NULL)
         return false;
     p->to = kt_formulated(p->formulation).transformation;
     p->absolute = kt_absolute_model(p->formulation);
-    return kt_tree_fine("data", kt_data_create(p->absolute, &p->data, &error), &error);
+    return kt_fine("data", kt_data_create(p->absolute, &p->data, &error), &error);
 }
 
 /* A random state, and the acceleration that the tree has in it. */
 static bool pair_move(pair *p, kt_random *random) {
     kt_tree_state_draw(&p->tree, random, &p->state);
-    if (!kt_tree_forward(&p->tree, &p->state, p->state.a) || !kt_tree_kinematics(&p->tree, &p->state))
-        return false;
+    kt_need(kt_tree_forward(&p->tree, &p->state, p->state.a));
+    kt_need(kt_tree_kinematics(&p->tree, &p->state));
     p->to->to_free(p->to, p->tree.data, p->state.q, p->state.v, p->q, p->v);
     p->to->wrenches(p->to, p->q, p->state.tau, p->state.external, p->push);
     return true;
@@ -72,8 +71,8 @@ KT_TEST(accelerations_are_those_of_the_recursion) {
         kt_error e = {0};
         static double q[KT_TREE_NQ], v[KT_TREE_NV], a[KT_TREE_NV];
         if (pair_grow(&p, &plan, &random) && pair_move(&p, &random) &&
-            kt_tree_fine("free bodies",
-                         kt_acceleration_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, p.a, &e), &e)) {
+            kt_fine("free bodies", kt_acceleration_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, p.a, &e),
+                    &e)) {
             const double scale = kt_tree_largest(p.state.a, p.tree.nv);
             memcpy(q, p.state.q, sizeof q);
             p.to->from_free(p.to, p.q, p.v, p.a, 0.0, q, v, a);
@@ -94,8 +93,8 @@ KT_TEST(reactions_are_those_of_the_recursion) {
         kt_error e = {0};
         static kt_wrench from[LOOPS], here[KT_TREE_SLOTS], there[KT_TREE_SLOTS];
         if (pair_grow(&p, &plan, &random) && pair_move(&p, &random) &&
-            kt_tree_fine("free bodies",
-                         kt_reaction_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, NULL, from, &e), &e)) {
+            kt_fine("free bodies",
+                    kt_reaction_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, NULL, from, &e), &e)) {
             double scale = 0.0;
             kt_joint_reactions(p.tree.model, p.tree.data, p.state.external, here);
             p.to->reactions(p.to, p.q, p.state.tau, from, there, NULL);
@@ -140,21 +139,19 @@ KT_TEST(coordinates_come_back_from_the_free_bodies) {
         kt_error e = {0};
         kt_residual residual = {(double)NAN, (double)NAN};
         static double q[KT_TREE_NQ], v[KT_TREE_NV];
-        if (pair_grow(&p, &plan, &random)) {
-            kt_tree_state_draw(&p.tree, &random, &p.state);
-            wind(&p.tree, p.state.q, q, &random);
-            (void)kt_tree_kinematics(&p.tree, &p.state);
-            p.to->to_free(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
-            p.to->from_free(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
-            for (int i = 0; i < p.tree.nq; i++)
-                kt_worst_near(&position, q[i], p.state.q[i], 2e-14, "tree %d, %d", n, i);
-            for (int i = 0; i < p.tree.nv; i++)
-                kt_worst_near(&velocity, v[i], p.state.v[i], 3e-14, "tree %d, %d", n, i);
-            if (kt_tree_fine("residual", kt_loop_residual(p.absolute, p.data, 0.0, p.q, p.v, &residual, &e), &e)) {
-                kt_worst_below(&open, residual.position, 1e-13, "tree %d", n);
-                kt_worst_below(&moving, residual.velocity, 1e-13, "tree %d", n);
-            }
-        }
+        kt_need(pair_grow(&p, &plan, &random));
+        kt_tree_state_draw(&p.tree, &random, &p.state);
+        wind(&p.tree, p.state.q, q, &random);
+        (void)kt_tree_kinematics(&p.tree, &p.state);
+        p.to->to_free(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
+        p.to->from_free(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
+        for (int i = 0; i < p.tree.nq; i++)
+            kt_worst_near(&position, q[i], p.state.q[i], 2e-14, "tree %d, %d", n, i);
+        for (int i = 0; i < p.tree.nv; i++)
+            kt_worst_near(&velocity, v[i], p.state.v[i], 3e-14, "tree %d, %d", n, i);
+        kt_need_fine("residual", kt_loop_residual(p.absolute, p.data, 0.0, p.q, p.v, &residual, &e), &e);
+        kt_worst_below(&open, residual.position, 1e-13, "tree %d", n);
+        kt_worst_below(&moving, residual.velocity, 1e-13, "tree %d", n);
         pair_free(&p);
     }
     kt_check_worst(&position);

@@ -29,8 +29,7 @@ KT_TEST(rates_and_forces_read_the_states_in_the_data) {
     kt_error error;
     const double q = 0.7, v = -1.3, t = 2.0;
     double a, rates[2] = {-1.0, -1.0};
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     double *x = kt_own_states(m.model, m.data);
     kt_check_equal_int("states", kt_own_state_count(m.model), 2);
     kt_check_text("name", kt_own_state_name(m.model, 1), "way");
@@ -71,11 +70,8 @@ static int keep(const kt_record *record, void *user) {
 }
 
 static kt_run run_by(const char *method, double step) {
-    kt_run run = kt_run_default();
-    run.duration = 2.0;
+    kt_run run = kt_run_fixed(method, step, 2.0);
     run.interval = 0.0137;
-    run.integrator = method;
-    run.step = step;
     run.relative = 1e-9;
     run.absolute = 1e-11;
     return run;
@@ -90,8 +86,7 @@ static const struct {
 
 KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
     kt_parsed m;
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         const kt_run run = run_by(methods[k].name, methods[k].step);
         kt_note("%s", methods[k].name);
@@ -103,14 +98,12 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
 KT_TEST(records_have_the_states_of_the_motion) {
     static records fine, coarse;
     kt_parsed m;
-    kt_error error;
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     kt_run run = run_by("dop853", 0.0);
     run.relative = 1e-13;
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     fine = (records){.count = 0};
-    (void)kt_fine("fine", kt_simulation_run(s, keep, &fine, &error), &error);
+    kt_test_run(s, keep, &fine);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         /* Errors of the state: the tolerance of adaptive methods, or h^p of fixed steps, times the growth of some 1000.
          * That of implicit-euler, 0.1, would show nothing. */
@@ -124,7 +117,7 @@ KT_TEST(records_have_the_states_of_the_motion) {
         run = run_by(methods[k].name, methods[k].step);
         s = kt_test_simulation(m.model, &run, NULL);
         coarse = (records){.count = 0};
-        (void)kt_fine("run", kt_simulation_run(s, keep, &coarse, &error), &error);
+        kt_test_run(s, keep, &coarse);
         kt_check_equal_int("records", coarse.count, fine.count);
         for (int i = 0; i < fine.count && i < coarse.count; i++)
             for (int c = 0; c < NUMBERS; c++)
@@ -138,17 +131,16 @@ KT_TEST(balance_moves_no_bit_and_closes) {
     static records without, with;
     kt_parsed m;
     kt_error error;
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     kt_run run = run_by("dopri5", 0.0);
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     without = with = (records){.count = 0};
-    (void)kt_fine("without", kt_simulation_run(s, keep, &without, &error), &error);
+    kt_test_run(s, keep, &without);
     run.record = KT_RECORD_BALANCE | KT_RECORD_STATE;
     s = kt_test_simulation(m.model, &run, NULL);
     kt_record start, last;
     (void)kt_fine("start", kt_simulation_sense(s, &start, &error), &error);
-    (void)kt_fine("with", kt_simulation_run(s, keep, &with, &error), &error);
+    kt_test_run(s, keep, &with);
     (void)kt_fine("end", kt_simulation_sense(s, &last, &error), &error);
     kt_check_equal_bits("motion", with.y[0], without.y[0], NUMBERS * (size_t)without.count);
     kt_check_near("energy", last.kinetic + last.potential + last.work.dissipated - last.work.supplied,
@@ -158,13 +150,12 @@ KT_TEST(balance_moves_no_bit_and_closes) {
 KT_TEST(states_are_set_and_start_anew) {
     kt_parsed m;
     kt_error error;
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     const kt_run run = run_by("dopri5", 0.0);
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double *x = kt_simulation_own_states(s), set[2] = {2.0, 3.0}, wrong[2] = {0.0, HUGE_VAL}, q = 0.1;
     double before[3];
-    (void)kt_fine("advance", kt_simulation_advance(s, 0.5, &error), &error);
+    kt_test_advance(s, 0.5);
     kt_check_true("they have moved", x[0] != 0.5 && x[1] != 0.0);
     memcpy(before, kt_simulation_positions(s), 2 * sizeof *before);
     kt_check_equal_int("an infinity", kt_simulation_set_own_states(s, wrong, &error), KT_ERROR_NOT_FINITE);
@@ -185,8 +176,7 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
                                "simulate: {duration: 1, until: \"clock > 0\"}\n";
     kt_parsed m;
     kt_error error;
-    if (!kt_parsed_make(&m, text))
-        return;
+    kt_parsed_make(&m, text);
     kt_run run = run_by("dopri5", 0.0);
     run.relative = 1e-12;
     kt_simulation_options options = kt_simulation_options_default();
@@ -194,7 +184,7 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     options.events = kt_scene_event_room(&m.scene);
     kt_simulation *s = kt_test_simulation(m.model, &run, &options);
     (void)kt_fine("events", kt_scene_watch_create(&m.scene, m.model, s, NULL, 0, &watch, &error), &error);
-    (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
+    kt_test_advance(s, 1.0);
     kt_check_near("time", kt_simulation_time(s), 0.3, 4.0 * DBL_EPSILON);
     kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
     kt_scene_watch_free(watch);
@@ -204,8 +194,7 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     static const char text[] = ARM "states: {x: {initial: 1, rate: \"-1/x\"}}\n"; /* sqrt(1 - 2 t) */
     kt_parsed m;
     kt_error error;
-    if (!kt_parsed_make(&m, text))
-        return;
+    kt_parsed_make(&m, text);
     const kt_run run = run_by("rk4", 0.5);
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double zero = 0.0;
@@ -228,17 +217,15 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         "  - {type: expression, joint: block, force: \"2*velocity.block*exp(-((t - 5)/0.01)^2)\"}\n";
     const double v = 10.0 * 0.001 / 2.0 * exp(0.01 * sqrt(acos(-1.0))), x = (1.0 - exp(-1e-4)) / 0.1 * exp(-0.5699);
     kt_parsed m;
-    kt_error error;
     kt_worst velocity = kt_worst_make("velocity"), level = kt_worst_make("level");
-    if (!kt_parsed_make(&m, text))
-        return;
+    kt_parsed_make(&m, text);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         if (methods[k].step > 0.0)
             continue;
         kt_run run = run_by(methods[k].name, 0.0);
         run.duration = 8.0;
         kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
-        (void)kt_fine("advance", kt_simulation_advance(s, 8.0, &error), &error);
+        kt_test_advance(s, 8.0);
         const double bound =
             strcmp(methods[k].name, "rkc2") == 0 ? 1e-7 : 1e-9; /* errors of order 2 add up over many steps */
         kt_worst_near(&velocity, kt_simulation_velocities(s)[0], v, bound, "%s", methods[k].name);
@@ -259,8 +246,7 @@ KT_TEST(what_does_not_know_auxiliary_states_says_so) {
     kt_mode_watch *watch = NULL;
     kt_absolute *absolute = NULL;
     kt_constraint_formulation *formulation = NULL;
-    if (!kt_parsed_make(&m, ARM STATES))
-        return;
+    kt_parsed_make(&m, ARM STATES);
     rejects("watch on modes", kt_mode_watch_create(m.model, &watch, &error), &error);
     rejects("absolute coordinates", kt_absolute_create(&m.scene.description, NULL, m.model, &absolute, &error), &error);
     const kt_constraint_formulation_options gauss =

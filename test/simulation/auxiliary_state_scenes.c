@@ -79,8 +79,7 @@ static bool run(const char *name, const way *by, double duration, double y[NUMBE
     (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
     kt_scene scene;
     kt_error error = {0};
-    if (!kt_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error))
-        return false;
+    kt_need_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
     kt_run how = scene.run;
     how.duration = duration;
     how.integrator = by->method;

@@ -101,7 +101,7 @@ static void compare(const oscillator *o, double x0, double v0, kt_recorder *reco
     kt_model *model = kt_scene_compile(&o->lone.description);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     if (simulation && kt_fine("state", kt_simulation_set_state(simulation, 0.0, &x0, &v0, &error), &error))
-        (void)kt_fine("run", kt_simulation_run(simulation, recorder, &it, &error), &error);
+        kt_test_run(simulation, recorder, &it);
     kt_check_worst(&it.dissipated);
     kt_check_worst(&it.supplied);
 }
@@ -139,12 +139,12 @@ KT_TEST(held_torques_and_wrenches_supply_force_times_way) {
         const double bound = formulation == KT_FORMULATION_TREE ? 16.0 * DBL_EPSILON : 2e-12;
         kt_note("%s", kt_formulation_name((kt_formulation)formulation));
         (void)kt_fine("torque", kt_simulation_set_torque(simulation, &torque, &error), &error);
-        (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+        kt_test_advance(simulation, 1.0);
         const double turned = kt_simulation_positions(simulation)[0] - 0.4;
         kt_check_near("torque", kt_simulation_work(simulation).supplied, torque * turned, bound);
         (void)kt_fine("torque", kt_simulation_set_torque(simulation, NULL, &error), &error);
         (void)kt_fine("wrench", kt_simulation_set_wrenches(simulation, wrenches, &error), &error);
-        (void)kt_fine("advance", kt_simulation_advance(simulation, 3.0, &error), &error);
+        kt_test_advance(simulation, 3.0);
         /* the wrench is about the joint's origin, which rests: only its moment about the axis does work */
         const double more = kt_simulation_positions(simulation)[0] - 0.4 - turned;
         kt_check_near("wrench", kt_simulation_work(simulation).supplied, torque * turned + 0.45 * more, bound);
@@ -163,7 +163,7 @@ KT_TEST(force_on_a_free_body_supplies_its_gain_of_energy) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     (void)kt_fine("wrench", kt_simulation_set_wrenches(simulation, wrenches, &error), &error);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_ledger_enter, &l, &error), &error);
+    kt_test_run(simulation, kt_ledger_enter, &l);
     kt_check_above("supplied", l.last.supplied, 1.0);
     kt_check_below("drift", l.drift, 1e-10);
 }
@@ -183,11 +183,9 @@ KT_TEST(balance_closes_with_the_order_of_the_method) {
         kt_ledger coarse, fine;
         kt_run run = balanced(methods[i].name, methods[i].step, 4.0);
         run.interval = methods[i].step; /* at the steps' ends */
-        if (!keep_ledger(model, &run, &coarse))
-            break;
+        kt_need(keep_ledger(model, &run, &coarse));
         run.step *= 0.5;
-        if (!keep_ledger(model, &run, &fine))
-            break;
+        kt_need(keep_ledger(model, &run, &fine));
         kt_note("%s: %g J with h = %g, %g J with half of it", methods[i].name, coarse.drift, methods[i].step,
                 fine.drift);
         /* methods of even order keep a linear oscillator's energy to one order more */
@@ -206,8 +204,7 @@ KT_TEST(balance_closes_to_the_tolerance) {
             kt_ledger l;
             kt_run run = balanced(methods[i], 0.0, 4.0);
             run.relative = run.absolute = tolerance;
-            if (!keep_ledger(model, &run, &l))
-                break;
+            kt_need(keep_ledger(model, &run, &l));
             kt_note("%s at %g", methods[i], tolerance);
             kt_check_below("drift, J", l.drift, 400.0 * tolerance); /* of some 30 J; measured: 49 to 176 tolerances */
         }
@@ -259,7 +256,6 @@ static kt_model *compile_tumbler(void) {
 
 KT_TEST(motion_has_the_same_bits_with_its_balance) {
     static kt_kept without;
-    kt_error error;
     kt_model *model = compile_tumbler();
     for (int i = 0; i < kt_method_count() && model; i++) {
         const kt_method *method = kt_method_at(i);
@@ -270,7 +266,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             run.record = KT_RECORD_POSITION | KT_RECORD_ACCELERATION | KT_RECORD_ENERGY;
             kt_kept *kept = kt_kept_empty(model);
             kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-            (void)kt_fine("without", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+            kt_test_run(simulation, kt_keep, kept);
             const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
             kt_check_true("no works", isnan(kt_simulation_work(simulation).dissipated) &&
                                           isnan(kt_simulation_work(simulation).supplied));
@@ -279,7 +275,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             run.record |= KT_RECORD_BALANCE;
             kept = kt_kept_empty(model);
             simulation = kt_test_simulation(model, &run, NULL);
-            (void)kt_fine("with", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+            kt_test_run(simulation, kt_keep, kept);
             kt_simulation_counts more = kt_simulation_counts_get(simulation);
             if (method->gamma != NULL) /* two more evaluations a try */
                 more.evaluations -= 2 * (more.steps + more.rejected);
@@ -321,11 +317,11 @@ KT_TEST(checkpoint_carries_the_works) {
     kt_simulation *a = kt_test_simulation(model, &run, NULL), *b = kt_test_simulation(model, &run, NULL);
     kt_simulation *other = kt_test_simulation(model, &plain, NULL);
     void *block = malloc(kt_simulation_state_size(a));
-    (void)kt_fine("half", kt_simulation_advance(a, 1.0, &error), &error);
+    kt_test_advance(a, 1.0);
     kt_simulation_save(a, block);
-    (void)kt_fine("the rest", kt_simulation_advance(a, 2.0, &error), &error);
+    kt_test_advance(a, 2.0);
     (void)kt_fine("restore", kt_simulation_restore(b, block, &error), &error);
-    (void)kt_fine("the rest again", kt_simulation_advance(b, 2.0, &error), &error);
+    kt_test_advance(b, 2.0);
     const kt_work first = kt_simulation_work(a), second = kt_simulation_work(b);
     kt_check_equal_bits("dissipated", &second.dissipated, &first.dissipated, 1);
     kt_check_equal_bits("supplied", &second.supplied, &first.supplied, 1);

@@ -24,8 +24,7 @@ static bool stage_open(stage *s, const char *name) {
     kt_error error;
     s->model = NULL;
     snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    if (!kt_fine(name, kt_scene_read(path, &s->scene, NULL, NULL, &error), &error))
-        return false;
+    kt_need_fine(name, kt_scene_read(path, &s->scene, NULL, NULL, &error), &error);
     s->description = s->scene.description;
     for (int i = 0; i < s->description.effect_count; i++)
         s->effects[i] = s->description.effects[i];
@@ -97,8 +96,8 @@ KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_toleran
     for (int i = 6; i <= 12; i++) {
         kt_ledger l;
         const double tolerance = pow(10.0, -i);
-        if (keep_ledger(&s, "dop853", 0.0, tolerance, 2.0, &l))
-            kt_worst_below(&drift, l.drift / 14.0, 1e3 * tolerance, "tolerance %g", tolerance);
+        kt_need(keep_ledger(&s, "dop853", 0.0, tolerance, 2.0, &l));
+        kt_worst_below(&drift, l.drift / 14.0, 1e3 * tolerance, "tolerance %g", tolerance);
     }
     kt_check_worst(&drift);
     stage_close(&s);
@@ -114,13 +113,13 @@ KT_TEST(balance_of_a_motor_driven_four_bar_closes_with_the_order) {
     add_damper(&s, "rocker", 0.4);
     add_damper(&s, "coupler", 0.1);
     add_motor(&s, "crank", kt_function_sine(2.0, 1.3, 0.3, 1.0));
-    if (keep_ledger(&s, "rk4", 4e-3, 0.0, 2.0, &coarse) && keep_ledger(&s, "rk4", 2e-3, 0.0, 2.0, &fine))
-        kt_check_near("order", log2(coarse.drift / fine.drift), 4.0, 0.4);
-    if (keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &tight)) {
-        kt_check_above("heat", tight.last.dissipated, 1.0);
-        kt_check_above("supplied", tight.last.supplied, 1.0);
-        kt_check_below("drift", tight.drift, 2e-9);
-    }
+    kt_need(keep_ledger(&s, "rk4", 4e-3, 0.0, 2.0, &coarse));
+    kt_need(keep_ledger(&s, "rk4", 2e-3, 0.0, 2.0, &fine));
+    kt_check_near("order", log2(coarse.drift / fine.drift), 4.0, 0.4);
+    kt_need(keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &tight));
+    kt_check_above("heat", tight.last.dissipated, 1.0);
+    kt_check_above("supplied", tight.last.supplied, 1.0);
+    kt_check_below("drift", tight.drift, 2e-9);
     stage_close(&s);
 }
 
@@ -131,12 +130,12 @@ KT_TEST(balance_of_the_flyball_governor_closes_to_the_tolerance) {
     if (!stage_open(&s, "flyball-governor"))
         return;
     add_motor(&s, "shaft", kt_function_constant(20.0));
-    if (keep_ledger(&s, "dopri5", 0.0, 1e-7, 1.0, &loose) && keep_ledger(&s, "dopri5", 0.0, 1e-10, 1.0, &tight)) {
-        kt_check_above("heat", tight.last.dissipated, 1e-3); /* the ropes hardly stretch */
-        kt_check_above("supplied", tight.last.supplied, 1.0);
-        kt_check_below("drift", tight.drift, 1e-10);
-        kt_check_above("fell by", loose.drift / tight.drift, 100.0);
-    }
+    kt_need(keep_ledger(&s, "dopri5", 0.0, 1e-7, 1.0, &loose));
+    kt_need(keep_ledger(&s, "dopri5", 0.0, 1e-10, 1.0, &tight));
+    kt_check_above("heat", tight.last.dissipated, 1e-3); /* the ropes hardly stretch */
+    kt_check_above("supplied", tight.last.supplied, 1.0);
+    kt_check_below("drift", tight.drift, 1e-10);
+    kt_check_above("fell by", loose.drift / tight.drift, 100.0);
     stage_close(&s);
 }
 
@@ -145,11 +144,10 @@ KT_TEST(rolling_does_no_work) {
     kt_ledger l;
     if (!stage_open(&s, "rolling-disc"))
         return;
-    if (keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &l)) {
-        kt_check_near("heat", l.last.dissipated, 0.0, 0.0);
-        kt_check_near("supplied", l.last.supplied, 0.0, 0.0);
-        kt_check_below("drift", l.drift, 1e-9);
-    }
+    kt_need(keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &l));
+    kt_check_near("heat", l.last.dissipated, 0.0, 0.0);
+    kt_check_near("supplied", l.last.supplied, 0.0, 0.0);
+    kt_check_below("drift", l.drift, 1e-9);
     stage_close(&s);
 }
 
@@ -182,13 +180,13 @@ static void follow_driven(add_drive *add) {
         return;
     s.description.hold_count = 0;
     add(&s);
-    if (keep_ledger(&s, "rk4", 2e-2, 0.0, 2.0, &coarse) && keep_ledger(&s, "rk4", 1e-2, 0.0, 2.0, &fine))
-        kt_check_above("order", log2(coarse.drift / fine.drift), 3.6);
-    if (keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &tight)) {
-        kt_check_above("heat", tight.last.dissipated, 0.01);
-        kt_check_above("supplied", fabs(tight.last.supplied), 0.01);
-        kt_check_below("drift", tight.drift, 5e-11);
-    }
+    kt_need(keep_ledger(&s, "rk4", 2e-2, 0.0, 2.0, &coarse));
+    kt_need(keep_ledger(&s, "rk4", 1e-2, 0.0, 2.0, &fine));
+    kt_check_above("order", log2(coarse.drift / fine.drift), 3.6);
+    kt_need(keep_ledger(&s, "dop853", 0.0, 1e-11, 2.0, &tight));
+    kt_check_above("heat", tight.last.dissipated, 0.01);
+    kt_check_above("supplied", fabs(tight.last.supplied), 0.01);
+    kt_check_below("drift", tight.drift, 5e-11);
     stage_close(&s);
 }
 
@@ -198,9 +196,8 @@ KT_TEST(balance_of_a_driven_length_closes) { follow_driven(stretch_rod); }
 /* Energy of the state at t, its loops closed, next to (q, v). */
 static double energy_at(const kt_model *model, kt_data *data, double t, double *q, double *v) {
     kt_error error;
-    if (!kt_fine("project", kt_state_project(model, data, t, q, v, NULL, &error), &error) ||
-        !kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error))
-        return (double)NAN;
+    kt_need_fine("project", kt_state_project(model, data, t, q, v, NULL, &error), &error);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
     return kt_kinetic_energy(model, data) + kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
 }
 
@@ -230,9 +227,8 @@ static void compare_power(add_drive *add, double bound) {
         kt_power power;
         double change = 0.0;
         kt_model_initial(m, q, v);
-        if (!kt_fine("assemble", kt_state_assemble(m, data, t, q, v, &error), &error) ||
-            !kt_fine("power", kt_power_evaluate(m, data, t, q, v, NULL, NULL, a, &power, &error), &error))
-            break;
+        kt_need_fine("assemble", kt_state_assemble(m, data, t, q, v, &error), &error);
+        kt_need_fine("power", kt_power_evaluate(m, data, t, q, v, NULL, NULL, a, &power, &error), &error);
         for (int i = -3; i <= 3; i++) { /* a state of the motion but for a third of h^3 / 6, which projection removes */
             const double dt = i * h;
             for (int k = 0; k < nv; k++) {
@@ -242,9 +238,8 @@ static void compare_power(add_drive *add, double bound) {
             change += (i < 0 ? -weight[-i] : weight[i]) / h * energy_at(m, data, t + dt, moved_q, moved_v);
         }
         kt_worst_near(&slope, power.supplied - power.dissipated, change, bound * (1.0 + fabs(change)), "t = %g", t);
-        if (!kt_fine("reactions", kt_reaction_evaluate(m, data, t, q, v, NULL, NULL, NULL, loops, &error), &error) ||
-            !kt_fine("kinematics", kt_kinematics_update(m, data, q, v, NULL, &error), &error))
-            break;
+        kt_need_fine("reactions", kt_reaction_evaluate(m, data, t, q, v, NULL, NULL, NULL, loops, &error), &error);
+        kt_need_fine("kinematics", kt_kinematics_update(m, data, q, v, NULL, &error), &error);
         const int coupler = kt_body_find(m, "coupler");
         const kt_vec3 rate = kt_point_velocity(m, data, coupler, kt_vec3_make(0.45, 0.0, 0.0));
         const double by_reaction = turns ? loops[drive].moment.z * v[0] : -kt_vec3_dot(loops[drive].force, rate);

@@ -157,7 +157,7 @@ static bool switch_loops(kt_simulation *simulation, int part, island_states *to)
 static bool run_scene(const kt_description *description, const char *method, bool joins, island_states *to) {
     kt_error error = {0};
     kt_model *model = kt_scene_compile(description);
-    if (model != NULL && joins)
+    if (joins)
         join_all_islands(model);
     kt_simulation *simulation = masks_start(model, method, 0.0);
     bool fine = simulation != NULL, ends = false;

@@ -153,7 +153,7 @@ static kt_simulation *start(const kt_model *model, double duration) {
     run.interval = duration / RECORDS;
     run.relative = run.absolute = 1e-11;
     options.record = KT_RECORD_MULTIPLIER;
-    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
+    return kt_test_simulation(model, &run, &options);
 }
 
 /* A ball of 1 kg above a plate that is driven, or a load on a rope whose length is. */
@@ -207,15 +207,14 @@ static void check_fallers(const char *name, bool hangs) {
         kt_error error = {0};
         pulls p = {.equations = hangs ? 1 : 2, .sign = hangs ? -1.0 : 1.0};
         f.z = d.base;
-        if (simulation != NULL && kt_fine(name, kt_simulation_run(simulation, watch_sign, &p, &error), &error)) {
-            for (int i = 0; i < (int)lround(end / tick); i++)
-                fall(&d, g, &f, tick * (i + 1));
-            kt_worst_near(&place, kt_simulation_positions(simulation)[0], f.z, 1e-12, "run %d", run);
-            kt_worst_below(&sign, -p.worst, 1e-5, "run %d", run);
-            most = fmax(most, p.most);
-            openings += f.openings;
-            others += f.openings != (int)kt_simulation_contacts(simulation).openings;
-        }
+        kt_need_fine(name, kt_simulation_run(simulation, watch_sign, &p, &error), &error);
+        for (int i = 0; i < (int)lround(end / tick); i++)
+            fall(&d, g, &f, tick * (i + 1));
+        kt_worst_near(&place, kt_simulation_positions(simulation)[0], f.z, 1e-12, "run %d", run);
+        kt_worst_below(&sign, -p.worst, 1e-5, "run %d", run);
+        most = fmax(most, p.most);
+        openings += f.openings;
+        others += f.openings != (int)kt_simulation_contacts(simulation).openings;
     }
     kt_check_worst(&place);
     kt_check_worst(&sign);
@@ -249,7 +248,7 @@ KT_TEST(ball_leaves_its_stop_where_a_force_is_set) {
         kt_model *model = kt_scene_compile(&lone.description);
         kt_simulation *simulation = start(model, end);
         kt_error error = {0};
-        kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+        kt_status status = KT_OK;
         for (int i = 0; status == KT_OK && i < (int)lround(end / tick); i++) {
             const double force = kt_random_uniform(&random, -2.0 * g, 1.0 * g);
             status = kt_simulation_set_torque(simulation, &force, &error);
@@ -257,11 +256,10 @@ KT_TEST(ball_leaves_its_stop_where_a_force_is_set) {
                 status = kt_simulation_advance(simulation, tick * (i + 1), &error);
             fall(&still, -force, &f, tick * (i + 1));
         }
-        if (kt_fine("run", status, &error)) {
-            kt_worst_near(&place, kt_simulation_positions(simulation)[0], f.z, 1e-12, "run %d", run);
-            openings += f.openings;
-            others += f.openings != (int)kt_simulation_contacts(simulation).openings;
-        }
+        kt_need_fine("run", status, &error);
+        kt_worst_near(&place, kt_simulation_positions(simulation)[0], f.z, 1e-12, "run %d", run);
+        openings += f.openings;
+        others += f.openings != (int)kt_simulation_contacts(simulation).openings;
     }
     kt_check_worst(&place);
     kt_check_above("openings in all", openings, RUNS);
@@ -337,13 +335,11 @@ KT_TEST(crate_slips_on_a_truck_whose_acceleration_jumps) {
         description.effect_count = 1;
         kt_model *model = kt_scene_compile(&description);
         kt_simulation *simulation = start(model, end);
-        kt_error error = {0};
-        if (simulation != NULL && kt_fine("run", kt_simulation_advance(simulation, end, &error), &error)) {
-            for (int i = 0; i < (int)lround(end / tick); i++)
-                slip(&d, mu, &c, tick * (i + 1));
-            kt_worst_near(&place, kt_simulation_positions(simulation)[1], c.x, 1e-12, "run %d", run);
-            slips += c.slips;
-        }
+        kt_test_advance(simulation, end);
+        for (int i = 0; i < (int)lround(end / tick); i++)
+            slip(&d, mu, &c, tick * (i + 1));
+        kt_worst_near(&place, kt_simulation_positions(simulation)[1], c.x, 1e-12, "run %d", run);
+        slips += c.slips;
     }
     kt_check_worst(&place);
     kt_check_above("slips in all", slips, RUNS / 2.0);

@@ -28,7 +28,7 @@ static double force_of_part(const push *p, double part) { return part * p->frict
 static double largest_force(const push *p) { return force_of_part(p, 2.0 * strongest); }
 
 /* fades: or NULL. */
-static bool make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
+static void make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
     const double largest = fades != NULL ? force_of_part(p, fades->part) : largest_force(p);
     static const char *const behind[] = {"[-0.2, 0, -0.1]", "[-0.2, 0.15, -0.1]", "[-0.2, -0.15, -0.1]"};
     char text[4096];
@@ -51,10 +51,10 @@ static bool make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
             text + used, sizeof text - used,
             "  - {name: corner%d, type: contact, point: box.c%d, plane: world, restitution: 0, friction: %.17g}\n", i,
             i, p->friction);
-    return kt_parsed_make(m, text);
+    kt_parsed_make(m, text);
 }
 
-static bool make_box(const push *p, kt_parsed *m) { return make_pushed_box(p, NULL, m); }
+static void make_box(const push *p, kt_parsed *m) { return make_pushed_box(p, NULL, m); }
 
 /* At the end: speed, supplied energy, and how far the balance is from that at the beginning; counts. */
 typedef struct outcome {
@@ -75,19 +75,16 @@ static int take_energies(const kt_record *record, void *user) {
 static outcome push_box(const push *p, const fading *fades, const char *method, double step) {
     kt_error error = {0};
     kt_parsed m;
-    kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    kt_simulation *simulation = NULL;
     outcome o = {.ends = false};
-    run.integrator = method;
-    run.duration = duration;
+    kt_run run = kt_run_fixed(method, step, duration);
     run.interval = 0.01;
-    run.step = step;
     if (step == 0.0)
         run.relative = run.absolute = 1e-9;
     options.record = KT_RECORD_BALANCE;
-    if (make_pushed_box(p, fades, &m) && (simulation = kt_test_simulation(m.model, &run, &options)) != NULL)
-        o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
+    make_pushed_box(p, fades, &m);
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+    o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
     o.steps = (double)kt_simulation_counts_get(simulation).steps;
     o.holds = (double)kt_simulation_contacts(simulation).rested;
     return o;
@@ -266,26 +263,23 @@ static double time_of_force(const push *p, double force) {
 
 /* How many corners stick at the force F. */
 static double sticking_corners(kt_simulation *simulation, const push *p, double force) {
-    kt_error error = {0};
-    const bool fine = kt_fine("runs", kt_simulation_advance(simulation, time_of_force(p, force), &error), &error);
+    kt_test_advance(simulation, time_of_force(p, force));
     const kt_contact_counts counts = kt_simulation_contacts(simulation);
-    return fine ? (double)counts.sticks - (double)counts.slips : (double)NAN;
+    return (double)counts.sticks - (double)counts.slips;
 }
 
 static void check_limit_of_rest(const push *p, const char *method, kt_worst *before, kt_worst *after, kt_worst *held) {
     const double limit = limit_of_rest(p), near = 1e-6;
     kt_parsed m;
     kt_run run = kt_run_default();
-    kt_simulation *simulation = NULL;
     run.integrator = method;
     run.relative = run.absolute = 1e-9;
-    if (make_box(p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL) {
-        kt_worst_near(before, sticking_corners(simulation, p, limit * (1.0 - near)), LEGS, 0.5, "%s, %.6g N", method,
-                      limit);
-        kt_worst_near(held, (double)kt_simulation_contacts(simulation).rested, 0.0, 0.5, "%s, %.6g N", method, limit);
-        kt_worst_near(after, sticking_corners(simulation, p, limit * (1.0 + near)), 0.0, 0.5, "%s, %.6g N", method,
-                      limit);
-    }
+    make_box(p, &m);
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+    kt_worst_near(before, sticking_corners(simulation, p, limit * (1.0 - near)), LEGS, 0.5, "%s, %.6g N", method,
+                  limit);
+    kt_worst_near(held, (double)kt_simulation_contacts(simulation).rested, 0.0, 0.5, "%s, %.6g N", method, limit);
+    kt_worst_near(after, sticking_corners(simulation, p, limit * (1.0 + near)), 0.0, 0.5, "%s, %.6g N", method, limit);
 }
 
 /* Friction of several corners at rest can be shared in several ways. The box rests as long as one of them is within the
@@ -308,16 +302,14 @@ KT_TEST(boxes_rest_up_to_the_limit_of_all_shares) {
 
 /* The speed along x after 2.4 s, 0.35 s behind the limit of rest. *steps: that it took. */
 static double speed_behind_limit(const push *p, const char *method, double tolerance, double *steps) {
-    kt_error error = {0};
     kt_parsed m;
     kt_run run = kt_run_default();
-    kt_simulation *simulation = NULL;
-    double speed = (double)NAN;
     run.integrator = method;
     run.relative = run.absolute = tolerance;
-    if (make_box(p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL &&
-        kt_fine("runs", kt_simulation_advance(simulation, 2.4, &error), &error))
-        speed = kt_simulation_velocities(simulation)[0];
+    make_box(p, &m);
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+    kt_test_advance(simulation, 2.4);
+    const double speed = kt_simulation_velocities(simulation)[0];
     *steps = (double)kt_simulation_counts_get(simulation).steps;
     return speed;
 }
@@ -358,17 +350,15 @@ KT_TEST(records_have_the_speed_of_predicted_slip) {
     const push p = {10.0, 0.5, 0.05, -0.1, 0.14, LEGS};
     kt_worst slow = kt_worst_make("m/s, relative");
     for (size_t k = 0; k < sizeof tolerances / sizeof *tolerances; k++) {
-        kt_error error = {0};
         kt_parsed m;
         kt_run run = kt_run_default();
-        kt_simulation *simulation = NULL;
         double observed = (double)NAN;
         run.duration = run.interval = 0.01;
         run.step = tolerances[k] > 0.0 ? 0.0 : 1e-3;
         if (tolerances[k] > 0.0)
             run.relative = run.absolute = tolerances[k];
-        if (make_box(&p, &m) && (simulation = kt_test_simulation(m.model, &run, NULL)) != NULL)
-            (void)kt_fine("runs", kt_simulation_run(simulation, take_slow_slip, &observed, &error), &error);
+        make_box(&p, &m);
+        kt_test_run(kt_test_simulation(m.model, &run, NULL), take_slow_slip, &observed);
         kt_worst_near(&slow, observed / expected[k], 1.0, 1e-14, "tolerance %.0e", tolerances[k]);
     }
     kt_check_worst(&slow);
@@ -408,14 +398,12 @@ KT_TEST(checkpoints_of_slip_that_begins_go_on_with_the_same_bits) {
         kt_run run = kt_run_default();
         run.integrator = chosen[i].method;
         run.step = chosen[i].step;
-        if (!make_box(&p, &m))
-            return;
+        make_box(&p, &m);
         kt_simulation *one = kt_test_simulation(m.model, &run, NULL), *two = kt_test_simulation(m.model, &run, NULL);
-        void *block = two != NULL ? malloc(kt_simulation_state_size(one)) : NULL;
-        if (kt_check_true(chosen[i].method, block != NULL)) {
-            kt_check_equal_int("copies with the same bits", compare_copies(one, two, block), 48);
-            kt_check_above("speed", kt_simulation_velocities(one)[0], 0.5);
-        }
+        void *block = malloc(kt_simulation_state_size(one));
+        kt_need(kt_check_true(chosen[i].method, block != NULL));
+        kt_check_equal_int("copies with the same bits", compare_copies(one, two, block), 48);
+        kt_check_above("speed", kt_simulation_velocities(one)[0], 0.5);
         free(block);
     }
 }

@@ -71,9 +71,21 @@ static kt_simulation *simulate(const kt_model *model, const kt_run *run, int eve
     return kt_test_simulation(model, run, &options);
 }
 
+/* The default run of a ball. */
+static kt_simulation *drop_ball(int events, unsigned record) {
+    const kt_run run = kt_run_default();
+    return simulate(ball_model(), &run, events, record);
+}
+
 static void add(kt_simulation *simulation, const kt_event *event) {
     kt_error error = {0};
     (void)kt_fine("adds an event", kt_simulation_event_add(simulation, event, &error), &error);
+}
+
+/* At the level, downwards. */
+static void add_falling(kt_simulation *simulation, const char *name, kt_event_action *action, told *t) {
+    add(simulation,
+        &(kt_event){.name = name, .function = height, .action = action, .user = t, .direction = KT_DIRECTION_FALLING});
 }
 
 /* The n-th impact, from 0: at T + 2 T (e + ... + e^n), with T = sqrt(2 h / g). */
@@ -87,7 +99,7 @@ static double time_of_impact(int n, double restitution) {
 KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
     kt_model *model = ball_model();
     kt_worst when = kt_worst_make("time of an impact, s"), speed = kt_worst_make("speed at the ninth, m/s");
-    for (int m = 0; model != NULL && m < kt_method_count(); m++) {
+    for (int m = 0; m < kt_method_count(); m++) {
         const kt_method *method = kt_method_at(m);
         if (method->order < 2)
             continue;
@@ -98,13 +110,7 @@ KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
             run.integrator = method->name;
             run.step = fixed ? 0.01 : 0.0;
             kt_simulation *simulation = simulate(model, &run, 1, 0);
-            if (simulation == NULL)
-                continue;
-            add(simulation, &(kt_event){.name = "impact",
-                                        .function = height,
-                                        .action = bounce,
-                                        .user = &t,
-                                        .direction = KT_DIRECTION_FALLING});
+            add_falling(simulation, "impact", bounce, &t);
             (void)kt_fine(method->name, kt_simulation_advance(simulation, 3.5, &error), &error);
             kt_check_equal_int(method->name, t.count, 9);
             for (int n = 0; n < 9 && n < t.count; n++)
@@ -122,14 +128,8 @@ KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
 KT_TEST(chain_of_events_without_end_ends_in_words) {
     kt_error error = {0};
     told t = {.restitution = 0.5};
-    kt_model *model = ball_model();
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (simulation == NULL)
-        return;
-    add(simulation,
-        &(kt_event){
-            .name = "impact", .function = height, .action = bounce, .user = &t, .direction = KT_DIRECTION_FALLING});
+    kt_simulation *simulation = drop_ball(1, 0);
+    add_falling(simulation, "impact", bounce, &t);
     kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
     kt_check_contains("message", error.message, "without end");
     kt_check_contains("where", error.where, "impact");
@@ -148,14 +148,8 @@ static int lift(kt_simulation *simulation, const kt_occurrence *what, kt_error *
 KT_TEST(events_in_a_row_at_once_end_in_words) {
     kt_error error = {0};
     told t = {.restitution = 0.0};
-    kt_model *model = ball_model();
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (simulation == NULL)
-        return;
-    add(simulation,
-        &(kt_event){
-            .name = "floor", .function = height, .action = lift, .user = &t, .direction = KT_DIRECTION_FALLING});
+    kt_simulation *simulation = drop_ball(1, 0);
+    add_falling(simulation, "floor", lift, &t);
     kt_check_equal_int("status", kt_simulation_advance(simulation, 3.0, &error), KT_ERROR_STEP);
     kt_check_contains("message", error.message, "without end");
     kt_check_below("events", (double)kt_simulation_event_count(simulation, "floor"), 70.0);
@@ -164,17 +158,10 @@ KT_TEST(events_in_a_row_at_once_end_in_words) {
 /* With an energy balance, the energy lost in an impact counts as dissipated. The first impact dissipates 9.81 J (1 -
  * e^2). */
 KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
-    kt_error error = {0};
     told t = {.restitution = 0.8};
-    kt_model *model = ball_model();
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, KT_RECORD_BALANCE) : NULL;
-    if (simulation == NULL)
-        return;
-    add(simulation,
-        &(kt_event){
-            .name = "impact", .function = height, .action = bounce, .user = &t, .direction = KT_DIRECTION_FALLING});
-    (void)kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_simulation *simulation = drop_ball(1, KT_RECORD_BALANCE);
+    add_falling(simulation, "impact", bounce, &t);
+    kt_test_advance(simulation, 1.0);
     kt_check_equal_int("impacts", t.count, 1);
     kt_check_near("dissipated, J", kt_simulation_work(simulation).dissipated, 9.81 * (1.0 - 0.64), 1e-11);
     kt_check_near("supplied, J", kt_simulation_work(simulation).supplied, 0.0, 1e-11);
@@ -186,7 +173,6 @@ KT_TEST(energy_that_a_jump_loses_is_in_the_balance) {
  * within 2 ms. */
 KT_TEST(two_roots_in_one_step_are_found_where_a_parabola_shows_them) {
     kt_lone lone;
-    kt_error error = {0};
     told t = {.level = 0.25 + 1e-6};
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
     lone.description.gravity = kt_vec3_make(2.0, 0.0, 0.0);
@@ -194,11 +180,9 @@ KT_TEST(two_roots_in_one_step_are_found_where_a_parabola_shows_them) {
     lone.body.joint.velocity[0] = -1.0;
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_fixed("rk4", 10.0, 10.0);
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (simulation == NULL)
-        return;
+    kt_simulation *simulation = simulate(model, &run, 1, 0);
     add(simulation, &(kt_event){.name = "level", .function = height, .action = count, .user = &t});
-    (void)kt_fine("runs", kt_simulation_advance(simulation, 10.0, &error), &error);
+    kt_test_advance(simulation, 10.0);
     kt_check_equal_int("events", t.count, 2);
     kt_check_near("first, s", t.time[0], 0.5 - 1e-3, 1e-12);
     kt_check_near("second, s", t.time[1], 0.5 + 1e-3, 1e-12);
@@ -234,19 +218,16 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
     lone.body.joint.position[0] = 0.1;
     lone.body.joint.velocity[0] = 7.0;
     kt_model *model = kt_scene_compile(&lone.description);
-    for (size_t m = 0; model != NULL && m < sizeof methods / sizeof methods[0]; m++) {
-        kt_error error = {0};
+    for (size_t m = 0; m < sizeof methods / sizeof methods[0]; m++) {
         told t = {.level = 0.0};
         kt_run run = kt_run_default();
         run.integrator = methods[m];
         run.duration = run.interval = 28.0;
         kt_simulation *simulation = kt_method_find(methods[m]) != NULL ? simulate(model, &run, 2, 0) : NULL;
-        if (simulation == NULL)
-            continue;
         kt_note("%s", methods[m]);
         add(simulation, &(kt_event){.name = "turn", .function = sine, .action = count, .user = &t});
         add(simulation, &(kt_event){.name = "pulse", .function = square_wave, .corner = edge_of_wave, .user = &middle});
-        (void)kt_fine("runs", kt_simulation_advance(simulation, 28.0, &error), &error);
+        kt_test_advance(simulation, 28.0);
         kt_check_equal_int("turns", t.count, 62);
         for (int k = 0; k < t.count && k < 62; k += 20)
             kt_check_near("turn, s", t.time[k], ((k + 1) * pi - 0.1) / 7.0, 16.0 * DBL_EPSILON * t.time[k]);
@@ -260,15 +241,11 @@ KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
     char order[16] = "";
     told a = {.level = 1e-13, .letter = 'a', .order = order}, b = {.level = 0.0, .letter = 'b', .order = order};
     told c = {.level = 0.5, .letter = 'c', .order = order};
-    kt_model *model = ball_model();
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 3, 0) : NULL;
-    if (simulation == NULL)
-        return;
+    kt_simulation *simulation = drop_ball(3, 0);
     add(simulation, &(kt_event){.name = "b", .function = height, .action = count, .user = &b});
     add(simulation, &(kt_event){.name = "a", .function = height, .action = count, .user = &a});
     add(simulation, &(kt_event){.name = "c", .function = height, .action = count, .user = &c});
-    (void)kt_fine("runs", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_test_advance(simulation, 1.0);
     kt_check_text("order", order, "cba");
     kt_check_true("one time", a.time[0] == b.time[0]);
     const kt_event more = {.name = "d", .function = height, .user = &b};
@@ -279,14 +256,11 @@ KT_TEST(events_at_one_time_happen_in_the_order_in_which_they_were_added) {
 /* A value of zero at the start is no event; one direction leaves the other out; a limit ends an event. */
 KT_TEST(directions_limits_and_starts_at_zero) {
     kt_lone lone;
-    kt_error error = {0};
     told rising = {.level = 0.0}, falling = {.level = 0.0}, twice = {.level = 0.0};
     kt_pendulum_make(&lone, 0.0, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
     const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 3, 0) : NULL;
-    if (simulation == NULL)
-        return;
+    kt_simulation *simulation = simulate(model, &run, 3, 0);
     add(simulation,
         &(kt_event){
             .name = "rising", .function = height, .action = count, .user = &rising, .direction = KT_DIRECTION_RISING});
@@ -297,7 +271,7 @@ KT_TEST(directions_limits_and_starts_at_zero) {
                                 .direction = KT_DIRECTION_FALLING});
     add(simulation, &(kt_event){.name = "twice", .function = height, .action = count, .user = &twice, .limit = 2});
     /* half a period: 2 K(sin(theta0 / 2)) sqrt(l / g), here 1.0092 s */
-    (void)kt_fine("runs", kt_simulation_advance(simulation, 6.5, &error), &error);
+    kt_test_advance(simulation, 6.5);
     kt_check_equal_int("rising", rising.count, 3);
     kt_check_equal_int("falling", falling.count, 3);
     kt_check_equal_int("limited", twice.count, 2);
@@ -327,24 +301,24 @@ KT_TEST(disarmed_events_do_not_happen) {
     kt_pendulum_make(&lone, 0.0, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
     const kt_run run = kt_run_default();
-    for (int i = 0; model != NULL && i < 3; i++) {
+    for (int i = 0; i < 3; i++) {
         s[i] = simulate(model, &run, 1, 0);
         add(s[i], &(kt_event){.name = "level", .function = height, .action = count, .user = &seen[i]});
     }
-    (void)kt_fine("always armed", kt_simulation_advance(s[2], 6.5, &error), &error);
-    (void)kt_fine("runs", kt_simulation_advance(s[0], 2.0, &error), &error);
+    kt_test_advance(s[2], 6.5);
+    kt_test_advance(s[0], 2.0);
     (void)kt_fine("disarms", kt_simulation_event_arm(s[0], "level", false, &error), &error);
-    (void)kt_fine("runs", kt_simulation_advance(s[0], 4.0, &error), &error);
+    kt_test_advance(s[0], 4.0);
     const int before = within(&seen[2], 0.0, 2.0), left_out = within(&seen[2], 2.0, 4.0);
     const int behind = within(&seen[2], 4.0, 6.5);
     kt_note("%d before, %d left out, %d behind", before, left_out, behind);
     kt_check_true("there are some", before > 0 && left_out > 0 && behind > 0);
     kt_check_equal_int("disarmed", seen[0].count, before);
     (void)kt_scene_hand_over(s[0], s[1]);
-    (void)kt_fine("runs", kt_simulation_advance(s[1], 6.5, &error), &error);
+    kt_test_advance(s[1], 6.5);
     kt_check_equal_int("disarmed behind the checkpoint", seen[1].count, 0);
     (void)kt_fine("arms", kt_simulation_event_arm(s[0], "level", true, &error), &error);
-    (void)kt_fine("runs", kt_simulation_advance(s[0], 6.5, &error), &error);
+    kt_test_advance(s[0], 6.5);
     kt_check_equal_int("armed again", seen[0].count, before + behind);
     kt_check_equal_int("by name", (long long)kt_simulation_event_count(s[0], "level"), before + behind);
     kt_check_equal_int("no event", kt_simulation_event_arm(s[0], "up", true, &error), KT_ERROR_ARGUMENT);
@@ -389,16 +363,13 @@ static int keep_events(const kt_record *record, void *user) {
 }
 
 KT_TEST(event_that_stops_ends_the_run_with_its_record_and_a_call_goes_on) {
-    kt_error error = {0};
     told t = {.level = 0.0}, kept = {.level = 0.0};
     kt_model *model = ball_model();
     kt_run run = kt_run_default();
     run.interval = 0.1;
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (simulation == NULL)
-        return;
+    kt_simulation *simulation = simulate(model, &run, 1, 0);
     add(simulation, &(kt_event){.name = "landed", .function = height, .user = &t, .stop = true});
-    (void)kt_fine("runs", kt_simulation_run(simulation, keep_events, &kept, &error), &error);
+    kt_test_run(simulation, keep_events, &kept);
     const double expected = sqrt(2.0 / 9.81);
     kt_check_near("time of the end, s", kt_simulation_time(simulation), expected, 1e-14);
     kt_check_true("by the event", kt_simulation_stopped(simulation) != NULL &&
@@ -407,7 +378,7 @@ KT_TEST(event_that_stops_ends_the_run_with_its_record_and_a_call_goes_on) {
     kt_check_near("time of the record, s", kept.time[0], expected, 1e-14);
     kt_check_near("speed in the record", kept.v[0], -sqrt(2.0 * 9.81), 1e-13);
     kt_check_near("last record before, s", kept.level, 0.4, 1e-15);
-    (void)kt_fine("goes on", kt_simulation_run(simulation, keep_events, &kept, &error), &error);
+    kt_test_run(simulation, keep_events, &kept);
     kt_check_true("to the end", kt_simulation_time(simulation) == run.duration && !kt_simulation_stopped(simulation));
 }
 
@@ -427,11 +398,9 @@ static int fall_apart(const kt_instant *at, double *value, kt_error *error, void
 KT_TEST(function_that_fails_ends_the_call_and_leaves_the_state) {
     kt_model *model = ball_model();
     const kt_run run = kt_run_default();
-    for (int i = 0; model != NULL && i < 2; i++) {
+    for (int i = 0; i < 2; i++) {
         kt_error error = {0};
         kt_simulation *simulation = simulate(model, &run, 1, 0);
-        if (simulation == NULL)
-            break;
         add(simulation, &(kt_event){.name = "cold", .function = i == 0 ? fail : fall_apart});
         kt_check_equal_int("status", kt_simulation_advance(simulation, 1.0, &error),
                            i == 0 ? KT_ERROR_EFFECT : KT_ERROR_NOT_FINITE);
@@ -450,11 +419,7 @@ static int jump_nowhere(kt_simulation *simulation, const kt_occurrence *what, kt
 KT_TEST(action_that_fails_names_the_event_and_what_its_call_named) {
     kt_error error = {0};
     told t = {.level = 0.5};
-    kt_model *model = ball_model();
-    const kt_run run = kt_run_default();
-    kt_simulation *simulation = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (simulation == NULL)
-        return;
+    kt_simulation *simulation = drop_ball(1, 0);
     add(simulation, &(kt_event){.name = "half", .function = height, .action = jump_nowhere, .user = &t});
     kt_check_equal_int("status", kt_simulation_advance(simulation, 1.0, &error), KT_ERROR_NOT_FINITE);
     kt_check_text("where", error.where, "event 'half' at t = 0.319275428 s, joint 'block'");
@@ -474,20 +439,18 @@ KT_TEST(checkpoint_between_events_goes_on_with_the_same_bits_and_nothing_allocat
                       .user = &t,
                       .direction = KT_DIRECTION_FALLING,
                       .limit = 5};
-    kt_simulation *one = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    kt_simulation *two = model != NULL ? simulate(model, &run, 1, 0) : NULL;
-    if (two == NULL)
-        return;
+    kt_simulation *one = simulate(model, &run, 1, 0);
+    kt_simulation *two = simulate(model, &run, 1, 0);
     add(one, &event);
     event.user = &again;
     add(two, &event);
-    (void)kt_fine("first half", kt_simulation_advance(one, 1.6, &error), &error);
+    kt_test_advance(one, 1.6);
     (void)kt_scene_hand_over(one, two);
     kt_interpose_start();
     const kt_status whole = kt_simulation_advance(one, 4.0, &error);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
     (void)kt_fine("whole", whole, &error);
-    (void)kt_fine("second half", kt_simulation_advance(two, 4.0, &error), &error);
+    kt_test_advance(two, 4.0);
     kt_scene_check_equal("state", two, one);
     kt_check_equal_int("impacts, whole", t.count, 5);
     kt_check_equal_int("impacts, with those before", (long long)kt_simulation_event_count(two, "impact"), 5);
@@ -538,8 +501,6 @@ KT_TEST(run_that_pauses_at_every_record_gives_the_same_records) {
                             .user = &t,
                             .direction = KT_DIRECTION_FALLING,
                             .record = true};
-    if (model == NULL)
-        return;
     run_with_pauses(model, &run, &event, &whole);
     run_with_pauses(model, &run, &event, &paused);
     kt_check_equal_int("records", whole.rows.count, 13 + 2 * 6);

@@ -71,8 +71,7 @@ static int run_to(kt_simulation *simulation, double t, search *s) {
     int most = 0;
     while (kt_simulation_time(simulation) < t) {
         s->calls = 0;
-        if (!kt_fine("steps", kt_simulation_step(simulation, t, &error), &error))
-            return -1;
+        kt_need_fine("steps", kt_simulation_step(simulation, t, &error), &error);
         most = s->calls > most ? s->calls : most;
     }
     return most;
@@ -107,15 +106,11 @@ static kt_simulation *prepare(const kt_model *model, const kind *what, double t,
     const kt_event pulses = {.name = "pulse", .function = pulse, .corner = corner, .action = count, .user = s};
     const double q = 0.0;
     kt_error error = {0};
-    kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    run.integrator = what->method;
-    run.step = what->step;
-    run.duration = run.interval = t;
+    kt_run run = kt_run_fixed(what->method, what->step, run.interval = t);
     options.events = 1;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-    if (simulation == NULL ||
-        !kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error) ||
+    if (!kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error) ||
         !kt_fine("adds", kt_simulation_event_add(simulation, what->is_pulse ? &pulses : &sines, &error), &error)) {
         return NULL;
     }
@@ -142,7 +137,7 @@ static outcome try_many(const kind *what) {
     kt_lone_make(&lone, KT_JOINT_REVOLUTE, 1.0);
     lone.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
-    for (int i = 0; model != NULL && i < what->count; i++) {
+    for (int i = 0; i < what->count; i++) {
         const double t = 1e-3 * kt_random_int(&random, 1, 20);
         search s = choose(&random, what, t);
         kt_simulation *simulation = prepare(model, what, t, &s);
@@ -199,17 +194,15 @@ KT_TEST(values_of_a_step_are_an_option_with_a_least_number) {
     kt_lone_make(&lone, KT_JOINT_REVOLUTE, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
     static const int wrong[] = {-1, 1, KT_EVENT_EVALUATIONS_LEAST - 1};
-    for (int i = 0; model != NULL && i < 3; i++) {
+    for (int i = 0; i < 3; i++) {
         options.event_evaluations = wrong[i];
         kt_check_equal_int("is rejected", kt_simulation_create(model, &run, &options, &simulation, &error),
                            KT_ERROR_ARGUMENT);
         kt_check_text("where", error.where, "event_evaluations");
     }
-    for (int most = KT_EVENT_EVALUATIONS_LEAST; model != NULL && most < 1000000; most *= 9) {
+    for (int most = KT_EVENT_EVALUATIONS_LEAST; most < 1000000; most *= 9) {
         options.event_evaluations = most;
         simulation = kt_test_simulation(model, &run, &options);
-        if (simulation == NULL)
-            break;
         (void)kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s.rate, &error), &error);
         const kt_event event = {.name = "sine", .function = sine, .user = &s};
         (void)kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error);
@@ -281,19 +274,18 @@ KT_TEST(events_end_where_steps_are_far_too_long) {
     int rejected = 0;
     options.events = 1;
     kt_model *model = make_cart(bodies, &buffers);
-    for (int i = 0; model != NULL && i <= 60; i++) {
+    for (int i = 0; i <= 60; i++) {
         int calls = 0;
         kt_error error = {0};
         const double v[2] = {0.0, 1e7 * pow(10.0, 0.1 * i)};
         const kt_event event = {.name = "passes", .function = passes, .user = &calls};
         kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-        if (simulation != NULL && kt_fine("starts", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
-            kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error)) {
-            const bool done = kt_simulation_tick(simulation, 1e-3, &error) == KT_OK;
-            rejected += !done && strstr(error.message, "steps were cut short for this event") != NULL;
-            kt_check_below("values of the event", calls, 100.0 * KT_EVENT_EVALUATIONS);
-            check_own_checkpoint(simulation);
-        }
+        kt_need_fine("starts", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error);
+        kt_need_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error);
+        const bool done = kt_simulation_tick(simulation, 1e-3, &error) == KT_OK;
+        rejected += !done && strstr(error.message, "steps were cut short for this event") != NULL;
+        kt_check_below("values of the event", calls, 100.0 * KT_EVENT_EVALUATIONS);
+        check_own_checkpoint(simulation);
     }
     kt_check_above("rejected", rejected, 0.5);
 }
@@ -324,7 +316,7 @@ KT_TEST(steps_from_zero_do_not_shrink_without_end) {
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
     lone.body.joint.velocity[0] = 1.0;
     kt_model *model = kt_scene_compile(&lone.description);
-    for (size_t i = 0; model != NULL && i < sizeof ways / sizeof *ways; i++) {
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         jump_behind_zero jump = {.earliest = HUGE_VAL};
         const kt_event event = {.name = "jump", .function = jumps, .user = &jump};
         const kt_run run = kt_run_fixed(ways[i].method, ways[i].step, 1.0);
@@ -332,11 +324,10 @@ KT_TEST(steps_from_zero_do_not_shrink_without_end) {
         kt_error error = {0};
         options.events = 1;
         kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-        if (simulation != NULL && kt_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error) &&
-            kt_fine(ways[i].method, kt_simulation_tick(simulation, 1e-3, &error), &error)) {
-            kt_check_equal_int("happens", (long)kt_simulation_event_count(simulation, "jump"), 1);
-            kt_check_above("earliest time above 0, s", jump.earliest, 1e-35);
-            kt_check_below("values", jump.calls, 400.0);
-        }
+        kt_need_fine("adds", kt_simulation_event_add(simulation, &event, &error), &error);
+        kt_need_fine(ways[i].method, kt_simulation_tick(simulation, 1e-3, &error), &error);
+        kt_check_equal_int("happens", (long)kt_simulation_event_count(simulation, "jump"), 1);
+        kt_check_above("earliest time above 0, s", jump.earliest, 1e-35);
+        kt_check_below("values", jump.calls, 400.0);
     }
 }

@@ -103,7 +103,6 @@ static int watch(const kt_record *record, void *user) {
 static kt_watch run_linkage(const kt_model *model, kt_run run, bool unprojected, double bound, double closed) {
     kt_watch w = {.bound = bound, .closed = closed};
     kt_simulation_options options = kt_simulation_options_default();
-    kt_error error;
     w.left = kt_body_coordinates(model, kt_body_find(model, "left")).q;
     w.right = kt_body_coordinates(model, kt_body_find(model, "right")).q;
     w.angle = kt_worst_make(run.integrator);
@@ -113,7 +112,7 @@ static kt_watch run_linkage(const kt_model *model, kt_run run, bool unprojected,
     w.energy = kt_worst_make("energy");
     options.unprojected = unprojected;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-    (void)kt_fine("run", kt_simulation_run(simulation, watch, &w, &error), &error);
+    kt_test_run(simulation, watch, &w);
     return w;
 }
 
@@ -193,9 +192,8 @@ KT_TEST(loop_drifts_open_without_projection) {
 KT_TEST(factorizations_are_counted) {
     kt_model *model = make_linkage(0.0, length);
     kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
-    kt_error error;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_test_advance(simulation, 1.0);
     kt_simulation_counts counts = kt_simulation_counts_get(simulation);
     kt_check_equal_int("evaluations", (long long)counts.evaluations, 40);
     kt_check_equal_int("factorizations", (long long)counts.factorizations, 50); /* and a projection a step */
@@ -219,7 +217,6 @@ static int check_reactions(const kt_record *record, void *user) {
 KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
     kt_model *model = make_linkage(0.0, length);
     kt_run run = kt_run_default();
-    kt_error error;
     run.duration = 2.0;
     run.interval = 0.05;
     run.record = KT_RECORD_REACTION | KT_RECORD_ACCELERATION;
@@ -227,7 +224,7 @@ KT_TEST(reactions_of_joint_and_loop_carry_the_coupler) {
     w.left = kt_body_coordinates(model, kt_body_find(model, "left")).q;
     w.right = kt_body_find(model, "coupler"); /* the body whose joint it is */
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    (void)kt_fine("run", kt_simulation_run(simulation, check_reactions, &w, &error), &error);
+    kt_test_run(simulation, check_reactions, &w);
     kt_check_worst(&w.position);
     kt_check_worst(&w.velocity);
 }
@@ -256,12 +253,11 @@ KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
     description.loop_count = 1;
     kt_model *model = kt_scene_compile(&description);
     for (int i = 0; i < 2; i++) {
-        kt_error error;
         const kt_run run = kt_run_fixed(i == 0 ? "euler" : "rk4", h, end);
         kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         const kt_velocity_correction none = kt_simulation_velocity_correction(simulation);
         kt_check_true("none yet", none.share == 0.0 && isnan(none.time) && none.body == 0);
-        (void)kt_fine("advance", kt_simulation_advance(simulation, end, &error), &error);
+        kt_test_advance(simulation, end);
         const kt_velocity_correction found = kt_simulation_velocity_correction(simulation);
         kt_check_near(run.integrator, found.share, i == 0 ? (h / end) * (h / end) : 0.0, 8.0 * DBL_EPSILON);
         if (i == 0)

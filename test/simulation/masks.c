@@ -33,11 +33,8 @@ kt_effect *masks_add_effect(masks_scene *s, kt_effect_type type) {
 }
 
 kt_simulation *masks_start(const kt_model *model, const char *method, double step) {
-    kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    run.integrator = method;
-    run.step = step;
-    run.duration = 100.0;
+    kt_run run = kt_run_fixed(method, step, 100.0);
     run.relative = run.absolute = 1e-11;
     if (method != NULL && strcmp(method, "steps") == 0) { /* time stepping */
         options.contact = KT_CONTACT_STEPS;
@@ -46,5 +43,5 @@ kt_simulation *masks_start(const kt_model *model, const char *method, double ste
         run.step = 1e-3;
     }
     options.record = KT_RECORD_BALANCE | KT_RECORD_ENERGY | KT_RECORD_REACTION;
-    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
+    return kt_test_simulation(model, &run, &options);
 }

@@ -29,7 +29,7 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + guard);
     memset(memory, 0x5A, size + guard);
     (void)kt_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
-    (void)kt_fine("run", kt_simulation_run(simulation, count_records, &records, &error), &error);
+    kt_test_run(simulation, count_records, &records);
     size_t touched = 0;
     for (size_t i = 0; i < guard; i++)
         touched += memory[size + i] != 0x5A;
@@ -149,7 +149,7 @@ static kt_kept *run_poisoned(const kt_tree *tree, const kt_tree_state *state, in
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION;
     kt_poisoner p = {kt_test_simulation(tree->model, &run, NULL), kt_kept_empty(tree->model), byte};
     (void)kt_fine("state", kt_simulation_set_state(p.simulation, 0.0, state->q, state->v, &error), &error);
-    (void)kt_fine("run", kt_simulation_run(p.simulation, keep_and_poison, &p, &error), &error);
+    kt_test_run(p.simulation, keep_and_poison, &p);
     return p.kept;
 }
 

@@ -26,11 +26,10 @@ static void swing(const char *integrator, double tolerance, double bound) {
     kt_pendulum_make(&lone, s.start, 0.0);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_default();
-    kt_error error;
     run.integrator = integrator;
     run.relative = run.absolute = tolerance;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    (void)kt_fine("run", kt_simulation_run(simulation, check_swing, &s, &error), &error);
+    kt_test_run(simulation, check_swing, &s);
     kt_check_worst(&s.angle);
 }
 
@@ -78,14 +77,10 @@ static void tumble(const char *integrator, double tolerance, double bound) {
     lone.body.joint.velocity[4] = 3.0;
     lone.body.joint.velocity[5] = 0.02;
     kt_model *model = kt_scene_compile(&lone.description);
-    kt_run run = kt_run_default();
-    kt_error error;
-    run.integrator = integrator;
-    run.relative = run.absolute = tolerance;
-    run.duration = 20.0;
+    kt_run run = kt_run_within(integrator, tolerance, 20.0);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_tumble t = {{0.01, 6.0, 0.06}, kt_worst_make("norm of the quaternion"), kt_worst_make(integrator), bound};
-    (void)kt_fine("run", kt_simulation_run(simulation, check_tumble, &t, &error), &error);
+    kt_test_run(simulation, check_tumble, &t);
     kt_check_worst(&t.unit);
     kt_check_worst(&t.direction);
 }
@@ -109,9 +104,8 @@ KT_TEST(scaling_quaternions_keeps_the_order) {
     kt_vec3 start = kt_vec3_make(1.0, 4.0, 1.5);
     for (int i = 0; i < 4; i++) {
         kt_run run = kt_run_fixed("rk4", 0.05 / (1 << i), 2.0);
-        kt_error error;
         kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-        (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &error), &error);
+        kt_test_advance(simulation, 2.0);
         kt_vec3 end = momentum_of(kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
         error_of[i] = kt_vec3_norm(kt_vec3_sub(end, start));
     }
@@ -126,10 +120,9 @@ KT_TEST(scene_in_which_nothing_moves_runs) {
     kt_lone_make(&lone, KT_JOINT_FIXED, 1.0);
     kt_model *model = kt_scene_compile(&lone.description);
     kt_run run = kt_run_default();
-    kt_error error;
     run.interval = 1.0;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records", kept->count, 11);
 }

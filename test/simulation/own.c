@@ -56,17 +56,14 @@ static kt_simulation *simulate(const kt_model *model, kt_run run, tied *s) {
 KT_TEST(motion_and_records_follow_the_callers_equations) {
     tied s = {.w = 3.0};
     kt_model *model = make_slider();
-    kt_run run = kt_run_default();
     kt_error e = {0};
-    run.integrator = "dop853";
-    run.relative = run.absolute = 1e-12;
-    run.duration = 2.0;
+    kt_run run = kt_run_within("dop853", 1e-12, 2.0);
     run.interval = 0.1;
     run.record = KT_RECORD_ACCELERATION;
     kt_simulation *simulation = simulate(model, run, &s);
     kt_kept *kept = kt_kept_empty(model);
     kt_worst q = kt_worst_make("q"), a = kt_worst_make("a");
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &e), &e);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records", kept->count, 21);
     for (int k = 0; k < kept->count; k++) {
         kt_worst_near(&q, kept->state[k][0], 0.7 * cos(3.0 * kept->time[k]), 1e-10, "t = %g", kept->time[k]);
@@ -86,9 +83,8 @@ KT_TEST(motion_and_records_follow_the_callers_equations) {
 KT_TEST(positions_follow_the_rate_that_the_caller_gives) {
     tied s = {.w = 0.0, .extra = 0.25};
     kt_model *model = make_slider();
-    kt_error e = {0};
     kt_simulation *simulation = simulate(model, kt_run_fixed("rk4", 0.1, 2.0), &s);
-    (void)kt_fine("advance", kt_simulation_advance(simulation, 2.0, &e), &e);
+    kt_test_advance(simulation, 2.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 + 0.5, 64.0 * DBL_EPSILON);
     kt_check_near("v", kt_simulation_velocities(simulation)[0], 0.0, 0.0);
     kt_check_equal_int("projections", s.projections, 20);
@@ -97,9 +93,8 @@ KT_TEST(positions_follow_the_rate_that_the_caller_gives) {
 KT_TEST(the_callers_projection_moves_the_state_after_each_step) {
     tied s = {.w = 0.0, .pull = 0.01};
     kt_model *model = make_slider();
-    kt_error e = {0};
     kt_simulation *simulation = simulate(model, kt_run_fixed("rk4", 0.1, 1.0), &s);
-    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &e), &e);
+    kt_test_advance(simulation, 1.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 + 0.1, 32.0 * DBL_EPSILON);
 }
 
@@ -146,13 +141,12 @@ KT_TEST(recoverable_failures_shorten_adaptive_steps) {
     kt_model *model = make_slider();
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    kt_error e = {0};
     run.relative = run.absolute = 1e-4;
     options.acceleration = reject_large_steps;
     options.projection = note_time;
     options.user = &last;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-    (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &e), &e);
+    kt_test_advance(simulation, 1.0);
     kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
     kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 * cos(1.0), 1e-10);

@@ -16,22 +16,17 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
         "  - {type: expression, joint: arm, force: \"-50*position.arm + x - velocity.arm\"}\n";
     const double T = 0.7, q = 0.0, v = 0.0;
     kt_scene scene;
-    kt_modes *modes = NULL;
-    kt_linearization *l = NULL;
-    kt_floquet *floquet = NULL;
     kt_error error = {0};
     const kt_floquet_options options = kt_floquet_options_default(T);
     const kt_linearization_options linear = kt_linearization_options_default();
-    if (!kt_parsed_scene(text, &scene))
-        return;
+    kt_parsed_scene(text, &scene);
     kt_model *model = kt_scene_compile(&scene.description);
-    if (!kt_fine("linear", kt_linearization_create(model, &linear, &l, &error), &error) ||
-        !kt_fine("system", kt_linearization_evaluate(l, 0.0, &q, &v, NULL, &error), &error) ||
-        !kt_fine("modes", kt_modes_create(model, &modes, &error), &error) ||
-        !kt_fine("evaluate", kt_modes_evaluate(modes, kt_linearization_system(l), &error), &error) ||
-        !kt_fine("floquet", kt_floquet_create(model, &options, &floquet, &error), &error) ||
-        !kt_fine("multipliers", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error))
-        return;
+    kt_linearization *l = kt_test_linearization(model, &linear);
+    kt_need_fine("system", kt_linearization_evaluate(l, 0.0, &q, &v, NULL, &error), &error);
+    kt_modes *modes = kt_test_modes(model);
+    kt_need_fine("evaluate", kt_modes_evaluate(modes, kt_linearization_system(l), &error), &error);
+    kt_floquet *floquet = kt_test_floquet(model, &options);
+    kt_need_fine("multipliers", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);
     kt_check_equal_int("multipliers", kt_floquet_count(floquet), kt_modes_count(modes));
     kt_worst distance = kt_worst_make("distance of the nearest multiplier");
     for (int i = 0; i < kt_modes_count(modes); i++) {
@@ -50,7 +45,4 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     kt_floquet_own_states(floquet)[1] = 2.0;
     (void)kt_fine("again", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);
     kt_check_near("gap of the state", kt_floquet_gap(floquet), 1.0 - exp(-3.0 * T), 1e-9);
-    kt_floquet_free(floquet);
-    kt_modes_free(modes);
-    kt_linearization_free(l);
 }

@@ -1,4 +1,5 @@
-/* A mechanism from the text of a scene: its model and data. The running test owns them. */
+/* A mechanism from the text of a scene: its model and data. The running test owns them, and ends if
+ * they cannot be made. */
 #ifndef KT_TEST_SIMULATION_PARSED_H
 #define KT_TEST_SIMULATION_PARSED_H
 
@@ -15,20 +16,17 @@ static inline void kt_release_scene(void *scene) {
 }
 
 /* Gives a scene to the running test, which keeps a copy to free. */
-static inline bool kt_parsed_own(const kt_scene *scene) {
+static inline void kt_parsed_own(const kt_scene *scene) {
     kt_scene *kept = malloc(sizeof *kept);
-    if (!kt_check_true("memory", kept != NULL))
-        return false;
+    kt_need(kt_check_true("memory", kept != NULL));
     *kept = *scene;
     kt_test_own(kept, kt_release_scene);
-    return true;
 }
 
-/* Returns false after a failed check. */
-static inline bool kt_parsed_scene(const char *text, kt_scene *scene) {
+static inline void kt_parsed_scene(const char *text, kt_scene *scene) {
     kt_error error = {0};
-    return kt_fine("scene", kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), &error) &&
-           kt_parsed_own(scene);
+    kt_need_fine("scene", kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), &error);
+    kt_parsed_own(scene);
 }
 
 typedef struct kt_parsed {
@@ -37,14 +35,11 @@ typedef struct kt_parsed {
     kt_data *data;
 } kt_parsed;
 
-/* Returns false after a failed check. */
-static inline bool kt_parsed_make(kt_parsed *m, const char *text) {
+static inline void kt_parsed_make(kt_parsed *m, const char *text) {
     memset(m, 0, sizeof *m);
-    if (!kt_parsed_scene(text, &m->scene))
-        return false;
+    kt_parsed_scene(text, &m->scene);
     m->model = kt_scene_compile(&m->scene.description);
     m->data = kt_test_data(m->model);
-    return m->data != NULL;
 }
 
 #endif

@@ -26,8 +26,7 @@ static void look(const char *when, const char *method, watched *w) {
     kt_note("%s, after %s", method, when);
     kt_check_true("positions: the same address", kt_simulation_positions(w->simulation) == w->q);
     kt_check_true("velocities: the same address", kt_simulation_velocities(w->simulation) == w->v);
-    if (!kt_fine("sense", kt_simulation_sense(w->simulation, &now, &error), &error))
-        return;
+    kt_need_fine("sense", kt_simulation_sense(w->simulation, &now, &error), &error);
     if (!w->converted) {
         kt_check_equal_bits("positions", w->q, now.q, (size_t)w->nq);
         kt_check_equal_bits("velocities", w->v, now.v, (size_t)w->nv);
@@ -75,8 +74,7 @@ static void follow(const kt_tree *tree, const kt_tree_state *state, const kt_run
     if (block)
         kt_simulation_save(w.simulation, block);
     const double kept = w.q[0];
-    (void)kt_fine("advance", kt_simulation_advance(w.simulation, kt_simulation_time(w.simulation) + 0.02, &error),
-                  &error);
+    kt_test_advance(w.simulation, kt_simulation_time(w.simulation) + 0.02);
     look("kt_simulation_advance", run->integrator, &w);
     (void)kt_fine("tick", kt_simulation_tick(w.simulation, 0.01, &error), &error);
     look("kt_simulation_tick", run->integrator, &w);
@@ -97,8 +95,7 @@ KT_TEST(pointers_to_the_state_stay_and_show_it_whatever_the_method) {
     kt_random random = kt_random_of_test();
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = BODIES;
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     kt_tree_state_draw(&tree, &random, &state);
     for (int i = 0; i < kt_method_count(); i++) {
         kt_run run = kt_run_fixed(kt_method_at(i)->name, 1e-3, 2.0);
@@ -114,8 +111,7 @@ KT_TEST(pointers_to_the_state_stay_in_the_absolute_formulation) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = BODIES;
     kt_tree_describe(&tree, &plan, &random);
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_need(kt_tree_compile(&tree, NULL));
     kt_tree_state_draw(&tree, &random, &state);
     kt_absolute *absolute = kt_formulate(&tree.description, NULL, tree.model, KT_FORMULATION_ABSOLUTE);
     kt_run run = kt_run_fixed("rk4", 1e-3, 2.0);

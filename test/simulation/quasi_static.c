@@ -15,11 +15,8 @@
 #include <string.h>
 
 static kt_run run_by(const char *method, double step) {
-    kt_run run = kt_run_default();
-    run.duration = 3.0;
+    kt_run run = kt_run_fixed(method, step, 3.0);
     run.interval = 0.037;
-    run.integrator = method;
-    run.step = step;
     run.relative = run.absolute = 1e-9;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
     return run;
@@ -62,16 +59,14 @@ static int compare(const kt_record *record, void *user) {
 
 static void follows(const char *text, motion_call *motion) {
     kt_parsed m;
-    kt_error error;
-    if (!kt_parsed_make(&m, text))
-        return;
+    kt_parsed_make(&m, text);
     for (int k = 0; k < METHODS; k++) {
         const kt_run run = run_by(methods[k].name, methods[k].step);
         compared c = {.motion = motion, .count = kt_model_nv(m.model), .bound = methods[k].bound};
         c.position = kt_worst_make(methods[k].name);
         c.velocity = kt_worst_make("velocities");
         kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
-        (void)kt_fine("run", kt_simulation_run(s, compare, &c, &error), &error);
+        kt_test_run(s, compare, &c);
         kt_check_worst(&c.position);
         kt_check_worst(&c.velocity);
     }
@@ -209,21 +204,19 @@ static int keep(const kt_record *record, void *user) {
     return ++p->count == p->stop ? -1 : 0;
 }
 
-static bool trace(const char *method, double tolerance, const char *small_flap, const char *small_cage,
+static void trace(const char *method, double tolerance, const char *small_flap, const char *small_cage,
                   const char *hinge, path *p) {
     char text[3000];
     kt_parsed m;
     kt_error error;
     (void)snprintf(text, sizeof text, FLAP, small_flap, small_cage, hinge);
     *p = (path){.count = 0};
-    if (!kt_parsed_make(&m, text))
-        return false;
+    kt_parsed_make(&m, text);
     kt_run run = run_by(method, 0.0);
     run.relative = run.absolute = tolerance;
     run.duration = 2.0;
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
-    const bool done = kt_fine(method, kt_simulation_run(s, keep, p, &error), &error);
-    return done;
+    kt_need_fine(method, kt_simulation_run(s, keep, p, &error), &error);
 }
 
 static double distance(const path *a, const path *b) {
@@ -239,11 +232,10 @@ KT_TEST(small_masses_come_to_the_balance_as_they_vanish) {
     static path none, first, second, implicit;
     static const char *const flap[2] = {", mass: 1e-3, com: [0, 0, -0.2], inertia: [2e-5, 2e-5, 2e-5]",
                                         ", mass: 1e-4, com: [0, 0, -0.2], inertia: [2e-6, 2e-6, 2e-6]"};
-    if (!trace("dopri5", 1e-9, "", ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &none) ||
-        !trace("radau5", 1e-9, flap[0], ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &first) ||
-        !trace("radau5", 1e-9, flap[1], ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &second) ||
-        !trace("radau5", 1e-9, "", ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &implicit))
-        return;
+    trace("dopri5", 1e-9, "", ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &none);
+    trace("radau5", 1e-9, flap[0], ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &first);
+    trace("radau5", 1e-9, flap[1], ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &second);
+    trace("radau5", 1e-9, "", ", mass: 0.1, inertia: [1e-3, 2e-3, 2e-3]", damped, &implicit);
     kt_check_below("by another method", distance(&none, &implicit), 1e-7);
     kt_check_below("1e-4 kg", distance(&none, &second), 1e-3);
     kt_check_near("ratio of 1e-3 to 1e-4 kg", distance(&none, &first) / distance(&none, &second), 10.0, 0.5);
@@ -257,9 +249,9 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     kt_parsed m;
     kt_error error;
     (void)snprintf(text, sizeof text, FLAP, "", "", springs);
-    if (!kt_parsed_make(&m, text) || !trace("dop853", 1e-11, "", "", springs, &all) ||
-        !trace("radau5", 1e-10, "", "", springs, &implicit))
-        return;
+    kt_parsed_make(&m, text);
+    trace("dop853", 1e-11, "", "", springs, &all);
+    trace("radau5", 1e-10, "", "", springs, &implicit);
     kt_check_equal_int("coordinates", kt_massless_count(m.model), 7);
     kt_check_below("by another method", distance(&all, &implicit), 1e-7);
     double start = 0.0;
@@ -285,8 +277,7 @@ KT_TEST(run_goes_on_from_a_checkpoint_with_the_same_bits) {
     char text[3000];
     kt_parsed m;
     (void)snprintf(text, sizeof text, FLAP, "", "", damped);
-    if (!kt_parsed_make(&m, text))
-        return;
+    kt_parsed_make(&m, text);
     for (int k = 0; k < METHODS; k += 3) {
         kt_run run = run_by(methods[k].name, methods[k].step);
         run.duration = 0.15;
@@ -300,13 +291,12 @@ KT_TEST(energy_of_a_damper_in_a_row_is_accounted) {
     kt_parsed m;
     kt_error error;
     kt_record start, last;
-    if (!kt_parsed_make(&m, MAXWELL))
-        return;
+    kt_parsed_make(&m, MAXWELL);
     kt_run run = run_by("dopri5", 0.0);
     run.record |= KT_RECORD_BALANCE | KT_RECORD_ENERGY;
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     (void)kt_fine("start", kt_simulation_sense(s, &start, &error), &error);
-    (void)kt_fine("advance", kt_simulation_advance(s, 2.0, &error), &error);
+    kt_test_advance(s, 2.0);
     (void)kt_fine("end", kt_simulation_sense(s, &last, &error), &error);
     kt_check_near("energy at the start", start.kinetic + start.potential, 0.5 * K * stretch * stretch, 1e-14);
     kt_check_near("balance", last.kinetic + last.potential + last.work.dissipated, start.kinetic + start.potential,
@@ -319,8 +309,7 @@ KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     kt_parsed m;
     kt_error error;
     const double push[2] = {0.0, 20.0};
-    if (!kt_parsed_make(&m, SPRINGS "states: {path: {rate: \"velocity.one\"}}\n"))
-        return;
+    kt_parsed_make(&m, SPRINGS "states: {path: {rate: \"velocity.one\"}}\n");
     double q[2] = {1.0, 0.3}, v[2] = {0.5, -3.0};
     (void)kt_fine("balance", kt_massless_balance(m.model, m.data, 0.0, q, v, push, NULL, &error), &error);
     kt_check_near("node", q[1], (20.0 + 300.0 * 0.1) / 400.0, 1e-15);
@@ -330,7 +319,7 @@ KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double from = kt_simulation_positions(s)[1];
     (void)kt_fine("push", kt_simulation_set_torque(s, push, &error), &error);
-    (void)kt_fine("advance", kt_simulation_advance(s, 1.0, &error), &error);
+    kt_test_advance(s, 1.0);
     const double x = kt_simulation_positions(s)[0];
     kt_check_near("node", kt_simulation_positions(s)[1], (20.0 + 300.0 * (x - 0.9)) / 400.0, 1e-14);
     kt_check_near("path, without the jump", kt_simulation_own_states(s)[0],
@@ -342,8 +331,7 @@ KT_TEST(mass_matrix_and_inverse_dynamics_know_no_armature) {
     kt_error error;
     double matrix[4], tau[2], a[2];
     const double q[2] = {1.0, 0.075}, v[2] = {0.3, 0.225}, given[2] = {2.0, 5.0};
-    if (!kt_parsed_make(&m, SPRINGS))
-        return;
+    kt_parsed_make(&m, SPRINGS);
     const double expected[4] = {8.0, 0.0, 0.0, 0.0};
     (void)kt_fine("mass", kt_dynamics_mass(m.model, m.data, q, matrix, &error), &error);
     kt_check_equal_bits("mass matrix", matrix, expected, 4);
@@ -370,8 +358,7 @@ static void rejects(const char *what, kt_status status, const kt_error *error) {
 KT_TEST(what_does_not_balance_forces_says_so) {
     kt_parsed m;
     kt_error error = {0};
-    if (!kt_parsed_make(&m, SPRINGS))
-        return;
+    kt_parsed_make(&m, SPRINGS);
     kt_mode_watch *watch = NULL;
     kt_floquet *floquet = NULL;
     kt_absolute *absolute = NULL;
@@ -418,8 +405,7 @@ static void is_rejected(const char *text, const char *why) {
     kt_scene scene;
     kt_model *model = NULL;
     kt_error error = {0};
-    if (!kt_parsed_scene(text, &scene))
-        return;
+    kt_parsed_scene(text, &scene);
     kt_check_equal_int("compilation", kt_model_compile(&scene.description, NULL, &model, &error), KT_ERROR_MODEL);
     kt_check_contains("where", error.where, "body 'one'");
     kt_check_contains("why", error.message, why);
@@ -462,8 +448,7 @@ KT_TEST(balance_that_is_not_found_is_told_and_changes_nothing) {
     kt_error error;
     const double pull = 1.0, push = -1.0;
     double q = 0.15, v = 0.0;
-    if (!kt_parsed_make(&m, NODE "  - {type: expression, joint: one, force: \"-10*max(0, position.one - 0.1)\"}\n"))
-        return;
+    kt_parsed_make(&m, NODE "  - {type: expression, joint: one, force: \"-10*max(0, position.one - 0.1)\"}\n");
     (void)kt_fine("pull", kt_massless_balance(m.model, m.data, 0.0, &q, &v, &pull, NULL, &error), &error);
     kt_check_near("position", q, 0.2, 1e-16);
     kt_check_equal_int("push", kt_massless_balance(m.model, m.data, 0.25, &q, &v, &push, NULL, &error),

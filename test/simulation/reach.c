@@ -46,15 +46,13 @@ static int ignore(const kt_record *record, void *user) {
 /* Runs to where it fails; returns that time, NaN where nothing ran. The search for loops reaches ahead by *ahead. */
 static double run_into(const kt_description *description, const setting *with, double *ahead, kt_status *status,
                        kt_error *error) {
-    kt_model *model = NULL;
     kt_simulation *simulation = NULL;
     kt_run run = kt_run_default();
     run.integrator = with->integrator;
     run.step = with->step;
     run.interval = interval;
     *ahead = with->step > 0.0 ? with->step : interval;
-    if (!kt_fine("model", kt_model_compile(description, NULL, &model, error), error))
-        return (double)NAN;
+    kt_model *model = kt_test_model(description, NULL);
     kt_absolute *absolute = kt_formulate(description, NULL, model, with->formulation);
     const kt_simulation_options options = kt_formulated(absolute);
     *status = kt_simulation_create(model, &run, &options, &simulation, error);
@@ -63,7 +61,6 @@ static double run_into(const kt_description *description, const setting *with, d
     const double t = simulation ? kt_simulation_time(simulation) : 0.0;
     kt_note("%s, step %g: %s: %s", with->integrator, with->step, error->where, error->message);
     kt_simulation_free(simulation);
-    kt_model_free(model);
     return t;
 }
 

@@ -15,12 +15,9 @@ static kt_model *make_slider(void) {
 
 /* Runs and checks that record k has the time k * interval to the bit, but the last one the duration. */
 static void check_times(const kt_model *model, kt_run run, int expected) {
-    kt_error error;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    if (simulation == NULL)
-        return;
     kt_kept *kept = kt_kept_empty(model);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records", kept->count, expected);
     kt_check_equal_int("records told before", kt_simulation_record_count(simulation), expected);
     double interval = run.interval > 0.0 ? run.interval : run.duration / 1000.0;
@@ -64,11 +61,10 @@ KT_TEST(records_fall_on_multiples_and_on_the_duration) {
 KT_TEST(records_do_not_shorten_steps) {
     kt_model *model = make_slider();
     kt_run run = kt_run_fixed("rk4", 0.3, 3.0);
-    kt_error error;
     run.interval = 0.07;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 10);
     kt_check_equal_int("records", kept->count, 44);
     /* Ten additions of h v, each rounded to half an ulp of 3. */
@@ -85,8 +81,7 @@ KT_TEST(duration_need_not_be_a_multiple_of_the_step) {
     run.interval = 1.0;
     check_times(model, run, 3);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    kt_error error;
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kt_kept_empty(model), &error), &error);
+    kt_test_run(simulation, kt_keep, kt_kept_empty(model));
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 4);
     kt_check_near("position", kt_simulation_positions(simulation)[0], 1.05, 4.0 * DBL_EPSILON);
 }
@@ -104,13 +99,13 @@ KT_TEST(run_goes_on_after_a_recorder_that_stopped) {
     kt_check_contains("message", error.message, "record 7");
     kt_check_contains("where", error.where, "t = 0.7");
     kt_check_equal_int("records before", kept->count, 8);
-    (void)kt_fine("second run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records after", kept->count, 21);
     kt_worst position = kt_worst_make("position against time");
     for (int k = 0; k < kept->count; k++)
         kt_worst_near(&position, kept->state[k][0], 0.1 * k, 8.0 * DBL_EPSILON, "k = %d", k);
     kt_check_worst(&position);
-    (void)kt_fine("a run at the end", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("nothing is recorded twice", kept->count, 21);
 }
 
@@ -121,17 +116,16 @@ KT_TEST(run_after_advance_records_from_there_on) {
     run.interval = 0.125;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
-    kt_error error;
-    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.5, &error), &error);
+    kt_test_advance(simulation, 0.5);
     kt_check_equal_bits("time", &(double){kt_simulation_time(simulation)}, &(double){0.5}, 1);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records", kept->count, 5);
     kt_check_equal_int("first", kept->index[0], 4);
 
     simulation = kt_test_simulation(model, &run, NULL);
     kept = kt_kept_empty(model);
-    (void)kt_fine("advance between records", kt_simulation_advance(simulation, 0.55, &error), &error);
-    (void)kt_fine("run", kt_simulation_run(simulation, kt_keep, kept, &error), &error);
+    kt_test_advance(simulation, 0.55);
+    kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("first after", kept->index[0], 5);
     kt_check_equal_int("all after", kept->count, 4);
 }
@@ -166,13 +160,12 @@ KT_TEST(record_has_what_was_asked_for) {
     run.interval = 0.05;
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    kt_error error;
     kt_worst worst[7] = {
         kt_worst_make("acceleration"),         kt_worst_make("kinetic energy"),     kt_worst_make("potential energy"),
         kt_worst_make("reaction, horizontal"), kt_worst_make("reaction, vertical"), kt_worst_make("reaction, moment"),
         kt_worst_make("constraint of a tree"),
     };
-    (void)kt_fine("run", kt_simulation_run(simulation, check_pendulum, worst, &error), &error);
+    kt_test_run(simulation, check_pendulum, worst);
     for (int i = 0; i < 7; i++)
         kt_check_worst(&worst[i]);
 }
@@ -204,11 +197,10 @@ KT_TEST(record_answers_queries_of_kinematics_where_asked) {
     kt_bob bob = {model, kt_worst_make("place of the bob")};
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
-    kt_error error;
     run.record = KT_RECORD_POSITION;
     options.kinematics = true;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-    (void)kt_fine("run", kt_simulation_run(simulation, check_bob, &bob, &error), &error);
+    kt_test_run(simulation, check_bob, &bob);
     kt_check_worst(&bob.place);
 }
 
@@ -219,8 +211,7 @@ KT_TEST(record_has_nothing_that_was_not_asked_for) {
     kt_run run = kt_run_default();
     run.record = KT_RECORD_POSITION;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    kt_error error;
     int more = 0;
-    (void)kt_fine("run", kt_simulation_run(simulation, check_nothing_more, &more, &error), &error);
+    kt_test_run(simulation, check_nothing_more, &more);
     kt_check_equal_int("records with more", more, 0);
 }

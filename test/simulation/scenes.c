@@ -52,7 +52,7 @@ kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, 
     run.duration = 100.0;
     run.relative = run.absolute = tolerance;
     options.record = record;
-    return model != NULL ? kt_test_simulation(model, &run, &options) : NULL;
+    return kt_test_simulation(model, &run, &options);
 }
 
 kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record) {
@@ -72,8 +72,7 @@ int kt_ledger_enter(const kt_record *record, void *user) {
 double kt_scene_balance(kt_simulation *simulation) {
     kt_record record = {0};
     kt_error error = {0};
-    if (!kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
-        return (double)NAN;
+    kt_need_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
     return record.kinetic + record.potential + record.work.dissipated - record.work.supplied;
 }
 
@@ -81,6 +80,14 @@ kt_run kt_run_fixed(const char *integrator, double step, double duration) {
     kt_run run = kt_run_default();
     run.integrator = integrator;
     run.step = step;
+    run.duration = duration;
+    return run;
+}
+
+kt_run kt_run_within(const char *integrator, double tolerance, double duration) {
+    kt_run run = kt_run_default();
+    run.integrator = integrator;
+    run.relative = run.absolute = tolerance;
     run.duration = duration;
     return run;
 }
@@ -126,8 +133,7 @@ bool kt_scene_check_equal(const char *what, const kt_simulation *observed, const
 
 bool kt_scene_hand_over(const kt_simulation *from, kt_simulation *to) {
     kt_error error = {0};
-    if (!kt_check_true("two simulations", from != NULL && to != NULL))
-        return false;
+    kt_need(kt_check_true("two simulations", from != NULL && to != NULL));
     const size_t size = kt_simulation_state_size(from);
     void *block = malloc(size), *again = malloc(size);
     bool fine = kt_check_true("memory", block != NULL && again != NULL) &&
@@ -163,16 +169,16 @@ int kt_resumption_check(const kt_resumption *r, int stop) {
     kt_error error = {0};
     kt_simulation *alone = kt_resumption_start(r), *first = kt_resumption_start(r);
     kt_simulation *second = kt_test_simulation(r->model, r->run, r->options);
-    if (alone == NULL || first == NULL || second == NULL)
+    if (alone == NULL)
         return 0;
     kt_kept *kept = kt_kept_empty(r->model);
-    (void)kt_fine("whole run", kt_simulation_run(alone, kt_keep, kept, &error), &error);
+    kt_test_run(alone, kt_keep, kept);
     whole = *kept;
     kept = kt_kept_empty(r->model);
     kept->stop_at = stop;
     kt_check_equal_int("first part", kt_simulation_run(first, kt_keep, kept, &error), KT_ERROR_CALLBACK);
-    if (kt_scene_hand_over(first, second))
-        (void)kt_fine("second part", kt_simulation_run(second, kt_keep, kept, &error), &error);
+    kt_need(kt_scene_hand_over(first, second));
+    kt_test_run(second, kt_keep, kept);
     kt_check_equal_int("records", kept->count, whole.count);
     kt_check_equal_bits("times", kept->time, whole.time, (size_t)whole.count);
     kt_check_equal_bits("states", kept->state[0], whole.state[0], (size_t)whole.count * KT_KEPT_NUMBERS);

@@ -21,8 +21,8 @@ void kt_pendulum_make(kt_lone *lone, double angle, double velocity);
 
 /* A model with the options of the library (fixture.h). */
 kt_model *kt_scene_compile(const kt_description *description);
-/* A run of 100 s with a method, a fixed step or adaptive ones (0), and records. NULL if the model is NULL, or after a
- * failed check. kt_scene_start takes the tolerance kt_scene_tolerance_of(method): 1e-13 for dop853, else 1e-10. */
+/* A run of 100 s with a method, a fixed step or adaptive ones (0), and records. kt_scene_start takes the tolerance
+ * kt_scene_tolerance_of(method): 1e-13 for dop853, else 1e-10. */
 kt_simulation *kt_scene_start(const kt_model *model, const char *method, double step, unsigned record);
 kt_simulation *kt_scene_start_within(const kt_model *model, const char *method, double step, double tolerance,
                                      unsigned record);
@@ -44,8 +44,9 @@ int kt_ledger_enter(const kt_record *record, void *user);
 /* The energy plus dissipated minus supplied work; NaN after a failed check. */
 double kt_scene_balance(kt_simulation *simulation);
 
-/* Fixed steps of this method. */
+/* Fixed steps of this method, and its adaptive ones within a tolerance. */
 kt_run kt_run_fixed(const char *integrator, double step, double duration);
+kt_run kt_run_within(const char *integrator, double tolerance, double duration);
 
 /* Checks that two simulations of a model have equal bits: positions, velocities and auxiliary states. */
 bool kt_scene_check_equal(const char *what, const kt_simulation *observed, const kt_simulation *expected);

@@ -33,21 +33,20 @@ static void for_each_scene(kt_formulation formulation, visitor *visit, void *use
         kt_model *model = NULL;
         kt_model_options options = kt_model_options_default();
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error)) {
-            const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
-            const bool large = scene.description.body_count > (is_absolute ? FREE : TREE) ||
-                               kt_is_switched(&scene.description) || /* its events evaluate, too */
-                               (is_absolute && kt_is_for_trees_alone(&scene.description));
-            options.reduction = kt_reduction_method_of(scene.reduction);
-            options.metric = scene.run.metric;
-            if (!large &&
-                kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error)) {
-                kt_absolute *absolute = kt_formulate(&scene.description, &options, model, formulation);
-                visit(entries[i]->d_name, model, absolute, &scene.run, user);
-            }
-            kt_model_free(model);
-            kt_scene_free(&scene);
+        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
+        const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
+        const bool large = scene.description.body_count > (is_absolute ? FREE : TREE) ||
+                           kt_is_switched(&scene.description) || /* its events evaluate, too */
+                           (is_absolute && kt_is_for_trees_alone(&scene.description));
+        options.reduction = kt_reduction_method_of(scene.reduction);
+        options.metric = scene.run.metric;
+        if (!large &&
+            kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error)) {
+            kt_absolute *absolute = kt_formulate(&scene.description, &options, model, formulation);
+            visit(entries[i]->d_name, model, absolute, &scene.run, user);
         }
+        kt_model_free(model);
+        kt_scene_free(&scene);
         free(entries[i]);
     }
     free(entries);
@@ -207,8 +206,7 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     kt_scene scene;
     kt_error error;
     kt_record record;
-    if (!kt_fine("scene", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error))
-        return;
+    kt_need_fine("scene", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error);
     kt_model *model = kt_scene_compile(&scene.description);
     kt_data *data = kt_test_data(model);
     if (data == NULL)
@@ -218,17 +216,16 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     int near = 0, differing = 0;
     for (int k = 0; k < 5000; k++) {
-        if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
-            !kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error) ||
-            !kt_fine(
-                "reactions",
-                kt_reaction_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, joints, loops, &error),
-                &error) ||
-            !kt_fine(
-                "multipliers",
-                kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
-                &error))
-            break;
+        kt_need_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        kt_need_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
+        kt_need_fine(
+            "reactions",
+            kt_reaction_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, joints, loops, &error),
+            &error);
+        kt_need_fine(
+            "multipliers",
+            kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
+            &error);
         near += data->interpolated;
         differing += memcmp(multipliers, record.multipliers,
                             (size_t)kt_model_mobility(model).equations * sizeof *multipliers) != 0;
@@ -368,7 +365,7 @@ static void interrupt(const kt_model *model, bool looks, album *kept) {
         kt_check_equal_bits("acceleration under the next torque", record.a, &a, 1);
     }
     kept->count = 0;
-    (void)kt_fine("run", kt_simulation_run(simulation, keep, kept, &error), &error);
+    kt_test_run(simulation, keep, kept);
 }
 
 KT_TEST(sensing_between_records_of_a_step_changes_none) {
@@ -466,11 +463,8 @@ KT_TEST(rejected_states_spoil_no_sensor) {
     kt_random random = kt_random_of_test();
     double q[64], v[64];
     int rejected = 0;
-    if (!kt_fine("scene", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error))
-        return;
+    kt_need_fine("scene", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error);
     kt_model *model = kt_scene_compile(&scene.description);
-    if (model == NULL)
-        return;
     for (int i = 0; i < 20; i++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
         run.record = i % 2 == 0 ? KT_RECORD_POSITION : every;
@@ -509,9 +503,8 @@ KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
     kt_record record;
     kt_error error;
     for (int k = 0; k < 1000; k++) {
-        if (!kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error) ||
-            !kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
-            break;
+        kt_need_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        kt_need_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
         const kt_mat3 axes = kt_body_pose(model, record.data, 1).rotation;
         const kt_vec3 a = kt_point_acceleration(model, record.data, 1, kt_vec3_make(0.0, -1.0, 0.0));
         const kt_vec3 felt = kt_mat3_apply_transposed(axes, kt_vec3_sub(a, kt_model_gravity(model)));

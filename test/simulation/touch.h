@@ -84,7 +84,7 @@ static inline kt_simulation *touch_start(const kt_model *model, const char *meth
 
 /* The first time at which the contacts have stuck so often. */
 static inline kt_status touch_until_stuck(kt_simulation *simulation, uint64_t count, double most, kt_error *error) {
-    kt_status status = simulation != NULL ? KT_OK : KT_ERROR_ARGUMENT;
+    kt_status status = KT_OK;
     while (status == KT_OK && kt_simulation_contacts(simulation).sticks < count &&
            kt_simulation_time(simulation) < most)
         status = kt_simulation_step(simulation, most, error);
