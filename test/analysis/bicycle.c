@@ -49,13 +49,11 @@ KT_TEST(bicycle_has_the_published_eigenvalues_at_ten_speeds) {
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         small s = {0};
         set_speed(&c, rows[i].speed, v);
-        if (small_open(&s, c.model, NULL, 0.0, q, v, NULL)) {
-            kt_check_equal_int("positions", s.system->positions, 7);
-            kt_check_equal_int("velocities", s.system->velocities, 3);
-            kt_check_below("is steady", s.system->acceleration, 1e-13);
-            expect_row(&s, &rows[i], &worst);
-        }
-        small_free(&s);
+        small_open(&s, c.model, NULL, 0.0, q, v, NULL);
+        kt_check_equal_int("positions", s.system->positions, 7);
+        kt_check_equal_int("velocities", s.system->velocities, 3);
+        kt_check_below("is steady", s.system->acceleration, 1e-13);
+        expect_row(&s, &rows[i], &worst);
     }
     kt_check_worst(&worst);
 }

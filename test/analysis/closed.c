@@ -38,28 +38,26 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
     }
     l.description.effects = spring;
     l.description.effect_count = N + 1;
-    if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
-        kt_worst worst = kt_worst_make("omega");
-        kt_check_equal_int("modes", kt_modes_count(s.modes), N);
-        for (int j = 1; j <= N && j <= kt_modes_count(s.modes); j++) {
-            const kt_mode mode = kt_modes_at(s.modes, j - 1);
-            kt_worst_near(&worst, mode.imaginary, 2.0 * sqrt(k / m) * sin(j * pi / (2.0 * (N + 1))), 5e-13, "mode %d",
-                          j);
-            kt_worst_near(&worst, mode.real, 0.0, 2e-12, "mode %d", j);
-        }
-        kt_check_worst(&worst);
-        const double *shape = kt_modes_positions(s.modes, 2); /* `sin(3 pi i / (N + 1))`, largest made 1 */
-        kt_worst form = kt_worst_make("shape");
-        double largest = 0.0;
-        for (int i = 1; i <= N; i++)
-            if (fabs(sin(3.0 * i * pi / (N + 1))) > fabs(largest) * (1.0 + 1e-6))
-                largest = sin(3.0 * i * pi / (N + 1));
-        for (int i = 1; i <= N; i++)
-            kt_worst_near(&form, shape[2 * (i - 1)] / s.system->unit[i - 1], sin(3.0 * i * pi / (N + 1)) / largest,
-                          5e-14, "mass %d", i);
-        kt_check_worst(&form);
+    kt_need(linkage_compile(&l));
+    small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL);
+    kt_worst worst = kt_worst_make("omega");
+    kt_check_equal_int("modes", kt_modes_count(s.modes), N);
+    for (int j = 1; j <= N && j <= kt_modes_count(s.modes); j++) {
+        const kt_mode mode = kt_modes_at(s.modes, j - 1);
+        kt_worst_near(&worst, mode.imaginary, 2.0 * sqrt(k / m) * sin(j * pi / (2.0 * (N + 1))), 5e-13, "mode %d", j);
+        kt_worst_near(&worst, mode.real, 0.0, 2e-12, "mode %d", j);
     }
-    small_free(&s);
+    kt_check_worst(&worst);
+    const double *shape = kt_modes_positions(s.modes, 2); /* `sin(3 pi i / (N + 1))`, largest made 1 */
+    kt_worst form = kt_worst_make("shape");
+    double largest = 0.0;
+    for (int i = 1; i <= N; i++)
+        if (fabs(sin(3.0 * i * pi / (N + 1))) > fabs(largest) * (1.0 + 1e-6))
+            largest = sin(3.0 * i * pi / (N + 1));
+    for (int i = 1; i <= N; i++)
+        kt_worst_near(&form, shape[2 * (i - 1)] / s.system->unit[i - 1], sin(3.0 * i * pi / (N + 1)) / largest, 5e-14,
+                      "mass %d", i);
+    kt_check_worst(&form);
 }
 
 /* ---- stop -------------------------------------------------------------------------------------------------------- */
@@ -87,22 +85,17 @@ KT_TEST(stop_that_is_near_does_not_enter_and_one_that_touches_shows) {
     effect[1].upper = 2.0;
     l.description.effects = effect;
     l.description.effect_count = 2;
-    if (linkage_compile(&l)) {
-        small s = {0};
-        const double half = 0.5 * damping / inertia;
-        if (small_open(&s, l.model, NULL, 0.0, &rest[0], l.v, NULL)) {
-            const kt_mode mode = kt_modes_at(s.modes, 0);
-            kt_check_near("decay", mode.real, -half, 1e-13);
-            kt_check_near("frequency", mode.imaginary, sqrt(stiffness / inertia - half * half), 1e-13);
-            kt_check_below("estimated error", mode.error, 1e-12);
-            kt_check_true("exact", s.system->exact);
-        }
-        small_free(&s);
-        if (small_open(&s, l.model, NULL, 0.0, &rest[1], l.v, NULL))
-            kt_check_above("estimated error where it touches", small_at(s.system->state_error, 2, 1, 0),
-                           0.5 * wall / inertia);
-        small_free(&s);
-    }
+    kt_need(linkage_compile(&l));
+    small s = {0};
+    const double half = 0.5 * damping / inertia;
+    small_open(&s, l.model, NULL, 0.0, &rest[0], l.v, NULL);
+    const kt_mode mode = kt_modes_at(s.modes, 0);
+    kt_check_near("decay", mode.real, -half, 1e-13);
+    kt_check_near("frequency", mode.imaginary, sqrt(stiffness / inertia - half * half), 1e-13);
+    kt_check_below("estimated error", mode.error, 1e-12);
+    kt_check_true("exact", s.system->exact);
+    small_open(&s, l.model, NULL, 0.0, &rest[1], l.v, NULL);
+    kt_check_above("estimated error where it touches", small_at(s.system->state_error, 2, 1, 0), 0.5 * wall / inertia);
 }
 
 /* ---- top --------------------------------------------------------------------------------------------------------- */
@@ -146,28 +139,24 @@ KT_TEST(sleeping_top_whirls_at_the_roots_of_its_quadratic) {
     body->mass = m;
     body->com = kt_vec3_make(0.0, 0.0, l);
     body->inertia = kt_sym3_make(across, across, c, 0.0, 0.0, 0.0);
-    if (linkage_compile(&top)) {
-        kt_worst worst = kt_worst_make("lambda / least spin"), shapes = kt_worst_make("A x - lambda x");
-        for (size_t k = 0; k < sizeof spins / sizeof spins[0]; k++) {
-            const double w = spins[k] * least, square = c * c * w * w / 4.0 - a * m * 9.81 * l;
-            const double root = sqrt(fabs(square)) / a, middle = c * w / (2.0 * a) - w;
-            small s = {0};
-            top.v[2] = w;
-            if (small_open(&s, top.model, NULL, 0.0, top.q, top.v, NULL)) {
-                for (int sign = -1; sign <= 1; sign += 2) {
-                    const double re = square < 0.0 ? sign * root : 0.0,
-                                 im = square < 0.0 ? middle : middle + sign * root;
-                    double distance;
-                    (void)small_nearest(&s, re, im, &distance);
-                    kt_worst_below(&worst, distance / least, 2e-14, "spin %g of the least", spins[k]);
-                }
-                expect_shapes(&s, &shapes);
-            }
-            small_free(&s);
+    kt_need(linkage_compile(&top));
+    kt_worst worst = kt_worst_make("lambda / least spin"), shapes = kt_worst_make("A x - lambda x");
+    for (size_t k = 0; k < sizeof spins / sizeof spins[0]; k++) {
+        const double w = spins[k] * least, square = c * c * w * w / 4.0 - a * m * 9.81 * l;
+        const double root = sqrt(fabs(square)) / a, middle = c * w / (2.0 * a) - w;
+        small s = {0};
+        top.v[2] = w;
+        small_open(&s, top.model, NULL, 0.0, top.q, top.v, NULL);
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const double re = square < 0.0 ? sign * root : 0.0, im = square < 0.0 ? middle : middle + sign * root;
+            double distance;
+            (void)small_nearest(&s, re, im, &distance);
+            kt_worst_below(&worst, distance / least, 2e-14, "spin %g of the least", spins[k]);
         }
-        kt_check_worst(&worst);
-        kt_check_worst(&shapes);
+        expect_shapes(&s, &shapes);
     }
+    kt_check_worst(&worst);
+    kt_check_worst(&shapes);
 }
 
 /* ---- cart and pole ----------------------------------------------------------------------------------------------- */
@@ -199,35 +188,34 @@ KT_TEST(cart_and_pole_have_the_matrices_of_the_textbook) {
     effect[1].torque = kt_function_constant(0.0);
     l.description.effects = effect;
     l.description.effect_count = 2;
-    if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
-        const kt_linear_system *y = s.system;
-        const double state[4][4] = {{0, 0, 1, 0},
-                                    {0, 0, 0, 1},
-                                    {0, m * g / big, -b / big, 0},
-                                    {0, (big + m) * g / (big * len), -b / (big * len), 0}};
-        const double input[4] = {0, 0, 1.0 / big, 1.0 / (big * len)};
-        const double output[6][4] = {{1, -len, 0, 0}, {0}, {0}, {0, 0, 1, -len}, {0}, {0}};
-        kt_worst a = kt_worst_make("state"), honest = kt_worst_make("state against estimate"),
-                 c = kt_worst_make("output"), u = kt_worst_make("input");
-        kt_check_equal_int("states", y->states, 4);
-        kt_check_equal_int("inputs", y->inputs, 1);
-        kt_check_equal_int("outputs", y->outputs, 6);
-        for (int i = 0; i < 4 && y->states == 4; i++) {
-            for (int j = 0; j < 4; j++) {
-                const double error = small_at(y->state_error, 4, i, j);
-                kt_worst_near(&a, small_at(y->state, 4, i, j), state[i][j], 2e-14, "%d, %d", i, j);
-                kt_worst_near(&honest, small_at(y->state, 4, i, j), state[i][j], error, "%d, %d", i, j);
-            }
-            kt_worst_near(&u, y->input[i], input[i], 1e-15, "%d", i);
-            for (int k = 0; k < 6; k++)
-                kt_worst_near(&c, small_at(y->output, 6, k, i), output[k][i], 1e-13, "%d, %d", k, i);
+    kt_need(linkage_compile(&l));
+    small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL);
+    const kt_linear_system *y = s.system;
+    const double state[4][4] = {{0, 0, 1, 0},
+                                {0, 0, 0, 1},
+                                {0, m * g / big, -b / big, 0},
+                                {0, (big + m) * g / (big * len), -b / (big * len), 0}};
+    const double input[4] = {0, 0, 1.0 / big, 1.0 / (big * len)};
+    const double output[6][4] = {{1, -len, 0, 0}, {0}, {0}, {0, 0, 1, -len}, {0}, {0}};
+    kt_worst a = kt_worst_make("state"), honest = kt_worst_make("state against estimate"), c = kt_worst_make("output"),
+             u = kt_worst_make("input");
+    kt_check_equal_int("states", y->states, 4);
+    kt_check_equal_int("inputs", y->inputs, 1);
+    kt_check_equal_int("outputs", y->outputs, 6);
+    for (int i = 0; i < 4 && y->states == 4; i++) {
+        for (int j = 0; j < 4; j++) {
+            const double error = small_at(y->state_error, 4, i, j);
+            kt_worst_near(&a, small_at(y->state, 4, i, j), state[i][j], 2e-14, "%d, %d", i, j);
+            kt_worst_near(&honest, small_at(y->state, 4, i, j), state[i][j], error, "%d, %d", i, j);
         }
-        kt_check_worst(&a);
-        kt_check_worst(&honest);
-        kt_check_worst(&u);
-        kt_check_worst(&c);
+        kt_worst_near(&u, y->input[i], input[i], 1e-15, "%d", i);
+        for (int k = 0; k < 6; k++)
+            kt_worst_near(&c, small_at(y->output, 6, k, i), output[k][i], 1e-13, "%d, %d", k, i);
     }
-    small_free(&s);
+    kt_check_worst(&a);
+    kt_check_worst(&honest);
+    kt_check_worst(&u);
+    kt_check_worst(&c);
 }
 
 /* ---- four-bar ---------------------------------------------------------------------------------------------------- */
@@ -288,21 +276,19 @@ static scalar_model four_bar_scalar(const four_bar *f, double angle) {
 /* m q'' + m' q'^2 / 2 + V' = 0 */
 static void expect_four_bar(const four_bar *f, const linkage *l, kt_worst *worst) {
     small s = {0};
-    if (small_open(&s, l->model, NULL, 0.0, l->q, l->v, NULL)) {
-        const scalar_model x = four_bar_scalar(f, l->q[0]);
-        const double rate = l->v[0], a = -(0.5 * x.m1 * rate * rate + x.v1) / x.m;
-        const double by_angle = -(0.5 * x.m2 * rate * rate + x.v2) / x.m - x.m1 / x.m * a;
-        const kt_linear_system *y = s.system;
-        kt_check_equal_int("states", y->states, 2);
-        kt_check_equal_int("the crank, which is held", y->position_coordinate[0], 0);
-        kt_check_equal_int("and its rate", y->velocity_coordinate[0], 0);
-        kt_worst_near(worst, y->rate[1], a, 1e-9, "acceleration");
-        kt_worst_near(worst, small_at(y->state, 2, 0, 0), 0.0, 0.0, "0, 0");
-        kt_worst_near(worst, small_at(y->state, 2, 0, 1), 1.0, 0.0, "0, 1");
-        kt_worst_near(worst, small_at(y->state, 2, 1, 0), by_angle, 1e-9, "1, 0");
-        kt_worst_near(worst, small_at(y->state, 2, 1, 1), -x.m1 / x.m * rate, 1e-9, "1, 1");
-    }
-    small_free(&s);
+    small_open(&s, l->model, NULL, 0.0, l->q, l->v, NULL);
+    const scalar_model x = four_bar_scalar(f, l->q[0]);
+    const double rate = l->v[0], a = -(0.5 * x.m1 * rate * rate + x.v1) / x.m;
+    const double by_angle = -(0.5 * x.m2 * rate * rate + x.v2) / x.m - x.m1 / x.m * a;
+    const kt_linear_system *y = s.system;
+    kt_check_equal_int("states", y->states, 2);
+    kt_check_equal_int("the crank, which is held", y->position_coordinate[0], 0);
+    kt_check_equal_int("and its rate", y->velocity_coordinate[0], 0);
+    kt_worst_near(worst, y->rate[1], a, 1e-9, "acceleration");
+    kt_worst_near(worst, small_at(y->state, 2, 0, 0), 0.0, 0.0, "0, 0");
+    kt_worst_near(worst, small_at(y->state, 2, 0, 1), 1.0, 0.0, "0, 1");
+    kt_worst_near(worst, small_at(y->state, 2, 1, 0), by_angle, 1e-9, "1, 0");
+    kt_worst_near(worst, small_at(y->state, 2, 1, 1), -x.m1 / x.m * rate, 1e-9, "1, 1");
 }
 
 KT_TEST(four_bar_has_the_matrix_of_its_one_coordinate_model_at_rest_and_in_motion) {
@@ -312,20 +298,16 @@ KT_TEST(four_bar_has_the_matrix_of_its_one_coordinate_model_at_rest_and_in_motio
     linkage_four_bar(&l, &f);
     l.description.hold = hold;
     l.description.hold_count = 1;
-    if (linkage_build(&l, 0.0)) {
-        kt_error error = {0};
-        kt_worst moving = kt_worst_make("in motion"), resting = kt_worst_make("at rest");
-        expect_four_bar(&f, &l, &moving);
-        kt_check_worst(&moving);
-        kt_linearization *search = NULL;
-        if (kt_fine("has a linearisation", kt_linearization_create(l.model, NULL, &search, &error), &error) &&
-            kt_fine("rests", kt_equilibrium_find(search, NULL, 0.0, l.q, NULL, NULL, &error), &error)) {
-            memset(l.v, 0, sizeof l.v);
-            expect_four_bar(&f, &l, &resting);
-            kt_check_worst(&resting);
-        }
-        kt_linearization_free(search);
-    }
+    kt_need(linkage_build(&l, 0.0));
+    kt_error error = {0};
+    kt_worst moving = kt_worst_make("in motion"), resting = kt_worst_make("at rest");
+    expect_four_bar(&f, &l, &moving);
+    kt_check_worst(&moving);
+    kt_linearization *search = kt_test_linearization(l.model, NULL);
+    kt_need_fine("rests", kt_equilibrium_find(search, NULL, 0.0, l.q, NULL, NULL, &error), &error);
+    memset(l.v, 0, sizeof l.v);
+    expect_four_bar(&f, &l, &resting);
+    kt_check_worst(&resting);
 }
 
 /* ---- far away ---------------------------------------------------------------------------------------------------- */
@@ -343,12 +325,11 @@ KT_TEST(place_in_the_world_does_not_matter) {
         kt_body *pole = linkage_bar(&l, "pole", "cart", none, kt_vec3_make(0.0, -1.0, 0.0), 0.0, 0.0);
         pole->com = kt_vec3_make(0.0, -1.0, 0.0);
         pole->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        if (linkage_compile(&l) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
-            small_expect(&s, 0.0, sqrt(9.81 * 2.0), 2e-14, &worst);
-            kt_worst_near(&honest, small_at(s.system->state, 4, 3, 1), -2.0 * 9.81,
-                          small_at(s.system->state_error, 4, 3, 1), "far: %d", far);
-        }
-        small_free(&s);
+        kt_need(linkage_compile(&l));
+        small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL);
+        small_expect(&s, 0.0, sqrt(9.81 * 2.0), 2e-14, &worst);
+        kt_worst_near(&honest, small_at(s.system->state, 4, 3, 1), -2.0 * 9.81,
+                      small_at(s.system->state_error, 4, 3, 1), "far: %d", far);
     }
     kt_check_worst(&worst);
     kt_check_worst(&honest);
@@ -374,14 +355,13 @@ KT_TEST(equation_of_rounding_alone_leaves_the_linearisation) {
         kt_loop *gears = linkage_close(&l, "gears", KT_LOOP_COUPLING, NULL, none, NULL, none);
         gears->terms = term;
         gears->term_count = 2;
-        if (linkage_build(&l, 0.0) && small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL)) {
-            kt_check_equal_int("modes", kt_modes_count(s.modes), 1);
-            rate[k] = kt_modes_at(s.modes, 0).imaginary;
-            const double *shape = kt_modes_positions(s.modes, 0);
-            kt_check_near("the arm's part over the other's", hypot(shape[0], shape[1]) / hypot(shape[2], shape[3]), 2.0,
-                          1e-14);
-        }
-        small_free(&s);
+        kt_need(linkage_build(&l, 0.0));
+        small_open(&s, l.model, NULL, 0.0, l.q, l.v, NULL);
+        kt_check_equal_int("modes", kt_modes_count(s.modes), 1);
+        rate[k] = kt_modes_at(s.modes, 0).imaginary;
+        const double *shape = kt_modes_positions(s.modes, 0);
+        kt_check_near("the arm's part over the other's", hypot(shape[0], shape[1]) / hypot(shape[2], shape[3]), 2.0,
+                      1e-14);
     }
     /* `I = 1/3`, stiffness g/2, and a quarter of both: `sqrt(3 g / 2)` */
     kt_check_near("without the rope, rad/s", rate[0], sqrt(1.5 * 9.81), 1e-13);

@@ -37,25 +37,24 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
     linkage l;
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
-    if (linkage_compile(&l)) {
-        kt_worst hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
-        double q = 0.0;
-        for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
-            q = starts[i];
-            if (found(&l, false, &q, NULL))
-                kt_worst_near(&hangs, q, 0.0, 1e-17, "from %g", starts[i]);
-        }
-        kt_check_worst(&hangs);
-        q = pi;
+    kt_need(linkage_compile(&l));
+    kt_worst hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
+    double q = 0.0;
+    for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
+        q = starts[i];
         if (found(&l, false, &q, NULL))
-            kt_check_near("balances", q, pi, 0.0);
-        q = 2.9;
-        if (found(&l, true, &q, NULL))
-            kt_check_near("nearest is upright", q, pi, 1e-15);
-        q = 0.4;
-        if (found(&l, true, &q, NULL))
-            kt_check_near("nearest is hanging", q, 0.0, 1e-19); /* measured: 1e-21 */
+            kt_worst_near(&hangs, q, 0.0, 1e-17, "from %g", starts[i]);
     }
+    kt_check_worst(&hangs);
+    q = pi;
+    if (found(&l, false, &q, NULL))
+        kt_check_near("balances", q, pi, 0.0);
+    q = 2.9;
+    if (found(&l, true, &q, NULL))
+        kt_check_near("nearest is upright", q, pi, 1e-15);
+    q = 0.4;
+    if (found(&l, true, &q, NULL))
+        kt_check_near("nearest is hanging", q, 0.0, 1e-19); /* measured: 1e-21 */
 }
 
 /* m g l / 2 sin(q) = tau for a bar of length l; beyond m g l / 2 nothing holds it. */
@@ -63,18 +62,17 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage l;
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
-    if (linkage_compile(&l)) {
-        double q = 0.0, tau = 0.8 * 9.81 / 2.0;
-        if (found(&l, false, &q, &tau))
-            kt_check_near("angle", q, asin(0.8), 2e-15);
-        kt_error error = {0};
-        const double start = q = 0.1;
-        tau = 1.01 * 9.81 / 2.0;
-        kt_check_equal_int("too strong", find(&l, false, &q, &tau, NULL, &error), KT_ERROR_STEP);
-        kt_check_contains("names the joint", error.where, "bar");
-        kt_check_equal_bits("untouched", &q, &start, 1);
-        kt_check_equal_int("nor nearby", find(&l, true, &q, &tau, NULL, &error), KT_ERROR_STEP);
-    }
+    kt_need(linkage_compile(&l));
+    double q = 0.0, tau = 0.8 * 9.81 / 2.0;
+    if (found(&l, false, &q, &tau))
+        kt_check_near("angle", q, asin(0.8), 2e-15);
+    kt_error error = {0};
+    const double start = q = 0.1;
+    tau = 1.01 * 9.81 / 2.0;
+    kt_check_equal_int("too strong", find(&l, false, &q, &tau, NULL, &error), KT_ERROR_STEP);
+    kt_check_contains("names the joint", error.where, "bar");
+    kt_check_equal_bits("untouched", &q, &start, 1);
+    kt_check_equal_int("nor nearby", find(&l, true, &q, &tau, NULL, &error), KT_ERROR_STEP);
 }
 
 /* A motor of 1.7 m g l / 2, which no position balances, next to a soft stop. The search stalls at the stop's edge,
@@ -91,14 +89,13 @@ KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     stop.stiffness = most / 2.943;
     l.description.effects = &stop;
     l.description.effect_count = 1;
-    if (linkage_compile(&l)) {
-        for (int nearest = 0; nearest < 2; nearest++) {
-            kt_error error = {0};
-            double q = start, tau = 5.0 * most / 2.943;
-            kt_check_equal_int("none", find(&l, nearest, &q, &tau, NULL, &error), KT_ERROR_STEP);
-            kt_check_contains("names the joint", error.where, "bar");
-            kt_check_equal_bits("untouched", &q, &start, 1);
-        }
+    kt_need(linkage_compile(&l));
+    for (int nearest = 0; nearest < 2; nearest++) {
+        kt_error error = {0};
+        double q = start, tau = 5.0 * most / 2.943;
+        kt_check_equal_int("none", find(&l, nearest, &q, &tau, NULL, &error), KT_ERROR_STEP);
+        kt_check_contains("names the joint", error.where, "bar");
+        kt_check_equal_bits("untouched", &q, &start, 1);
     }
 }
 
@@ -150,19 +147,18 @@ KT_TEST(hanging_chain_straightens_from_anywhere) {
     for (int i = 0; i < N; i++)
         linkage_bar(&l, (const char[2]){(char)('a' + i), 0}, i ? l.body_name[i - 1] : NULL, i ? down : none, down, 0.0,
                     0.0);
-    if (linkage_compile(&l)) {
-        kt_worst worst = kt_worst_make("angle from straight");
-        for (int round = 0; round < 5; round++) {
-            double q[N];
-            for (int i = 0; i < N; i++)
-                q[i] = kt_random_uniform(&random, -2.0, 2.0);
-            if (!found(&l, false, q, NULL))
-                continue;
-            for (int i = 0; i < N; i++) /* whole turns between links count for nothing */
-                kt_worst_near(&worst, remainder(q[i], 2.0 * pi), 0.0, straight(N, i), "round %d link %d", round, i);
-        }
-        kt_check_worst(&worst);
+    kt_need(linkage_compile(&l));
+    kt_worst worst = kt_worst_make("angle from straight");
+    for (int round = 0; round < 5; round++) {
+        double q[N];
+        for (int i = 0; i < N; i++)
+            q[i] = kt_random_uniform(&random, -2.0, 2.0);
+        if (!found(&l, false, q, NULL))
+            continue;
+        for (int i = 0; i < N; i++) /* whole turns between links count for nothing */
+            kt_worst_near(&worst, remainder(q[i], 2.0 * pi), 0.0, straight(N, i), "round %d link %d", round, i);
     }
+    kt_check_worst(&worst);
 }
 
 /* The search starts nearly horizontal. reduction/cost measures its cost. */
@@ -177,14 +173,13 @@ KT_TEST(long_chain_comes_to_hang) {
         (void)snprintf(name, sizeof name, "b%d", i);
         linkage_bar(&l, name, i ? l.body_name[i - 1] : NULL, i ? along : none, along, i ? 0.0 : 0.35, 0.0);
     }
-    if (linkage_compile(&l)) {
-        kt_worst worst = kt_worst_make("angle from straight");
-        memcpy(q, l.q, sizeof q);
-        (void)found(&l, false, q, NULL);
-        for (int i = 0; i < N; i++)
-            kt_worst_near(&worst, remainder(q[i] + (i ? 0.0 : pi / 2.0), 2.0 * pi), 0.0, straight(N, i), "%d", i);
-        kt_check_worst(&worst);
-    }
+    kt_need(linkage_compile(&l));
+    kt_worst worst = kt_worst_make("angle from straight");
+    memcpy(q, l.q, sizeof q);
+    (void)found(&l, false, q, NULL);
+    for (int i = 0; i < N; i++)
+        kt_worst_near(&worst, remainder(q[i] + (i ? 0.0 : pi / 2.0), 2.0 * pi), 0.0, straight(N, i), "%d", i);
+    kt_check_worst(&worst);
 }
 
 /* Height of a four-bar's centre of mass over its crank's angle, from the geometry of two circles. The ends of coupler
@@ -245,18 +240,17 @@ KT_TEST(spring_stretches_and_neutral_freedoms_stay) {
     spring.length = 0.5;
     l.description.effects = &spring;
     l.description.effect_count = 1;
-    if (linkage_compile(&l)) {
-        kt_error error = {0};
-        double q[2] = {l.q[0], l.q[1]}, tau[2] = {0.0, 0.0};
-        if (found(&l, false, q, NULL)) {
-            kt_check_near("weight", q[0], 1.0 - 0.5 - 0.1 * 9.81 / 0.05, 1e-13);
-            kt_check_near("cart", q[1], 0.3, 0.0);
-        }
-        tau[1] = 1e-3;
-        kt_check_equal_int("runs away", find(&l, false, q, tau, NULL, &error), KT_ERROR_STEP);
-        kt_check_contains("names the joint", error.where, "cart");
-        kt_check_contains("says so", error.message, "accelerates without bound");
+    kt_need(linkage_compile(&l));
+    kt_error error = {0};
+    double q[2] = {l.q[0], l.q[1]}, tau[2] = {0.0, 0.0};
+    if (found(&l, false, q, NULL)) {
+        kt_check_near("weight", q[0], 1.0 - 0.5 - 0.1 * 9.81 / 0.05, 1e-13);
+        kt_check_near("cart", q[1], 0.3, 0.0);
     }
+    tau[1] = 1e-3;
+    kt_check_equal_int("runs away", find(&l, false, q, tau, NULL, &error), KT_ERROR_STEP);
+    kt_check_contains("names the joint", error.where, "cart");
+    kt_check_contains("says so", error.message, "accelerates without bound");
 }
 
 KT_TEST(driven_loop_has_no_equilibrium) {
@@ -266,9 +260,8 @@ KT_TEST(driven_loop_has_no_equilibrium) {
     kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, none, NULL, none);
     loop->joint = "bar";
     loop->function = kt_function_sine(0.3, 1.0, 0.0, 0.0);
-    if (linkage_build(&l, 0.0)) {
-        kt_error error = {0};
-        kt_check_equal_int("is rejected", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
-        kt_check_text("names the loop", error.where, "loop 'drive'");
-    }
+    kt_need(linkage_build(&l, 0.0));
+    kt_error error = {0};
+    kt_check_equal_int("is rejected", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
+    kt_check_text("names the loop", error.where, "loop 'drive'");
 }

@@ -14,14 +14,11 @@ static const double pi = 3.14159265358979323846;
 
 static kt_floquet *multipliers(const linkage *l, double period, int steps) {
     kt_floquet_options options = kt_floquet_options_default(period);
-    kt_floquet *floquet = NULL;
     kt_error e = {0};
     options.steps = steps;
-    if (kt_fine("create", kt_floquet_create(l->model, &options, &floquet, &e), &e) &&
-        kt_fine("evaluate", kt_floquet_evaluate(floquet, 0.0, l->q, l->v, &e), &e))
-        return floquet;
-    kt_floquet_free(floquet);
-    return NULL;
+    kt_floquet *floquet = kt_test_floquet(l->model, &options);
+    kt_need_fine("evaluate", kt_floquet_evaluate(floquet, 0.0, l->q, l->v, &e), &e);
+    return floquet;
 }
 
 /* ---- Mathieu ----------------------------------------------------------------------------------------------------- */
@@ -49,25 +46,19 @@ static bool make_mathieu(linkage *l, double a, double q) {
 /* mu_1 + mu_2, whose product is 1. */
 static double trace(double a, double q) {
     linkage l;
-    double sum = (double)NAN;
-    if (make_mathieu(&l, a, q)) {
-        kt_floquet *f = multipliers(&l, pi, 800);
-        if (f != NULL) {
-            kt_worst product = kt_worst_make("product of multipliers");
-            double re = 1.0, all = 0.0;
-            for (int i = 0; i < kt_floquet_count(f); i++) {
-                const kt_multiplier m = kt_floquet_at(f, i);
-                re *= m.count == 2 ? m.modulus * m.modulus : m.real;
-                all += m.count * m.real;
-            }
-            kt_worst_near(&product, re, 1.0, 2e-11, "a = %g", a);
-            kt_check_worst(&product);
-            kt_check_below("it comes back", kt_floquet_gap(f), 1e-14);
-            sum = all;
-        }
-        kt_floquet_free(f);
+    kt_need(make_mathieu(&l, a, q));
+    kt_floquet *f = multipliers(&l, pi, 800);
+    kt_worst product = kt_worst_make("product of multipliers");
+    double re = 1.0, all = 0.0;
+    for (int i = 0; i < kt_floquet_count(f); i++) {
+        const kt_multiplier m = kt_floquet_at(f, i);
+        re *= m.count == 2 ? m.modulus * m.modulus : m.real;
+        all += m.count * m.real;
     }
-    return sum;
+    kt_worst_near(&product, re, 1.0, 2e-11, "a = %g", a);
+    kt_check_worst(&product);
+    kt_check_below("it comes back", kt_floquet_gap(f), 1e-14);
+    return all;
 }
 
 /* Abramowitz and Stegun, table 20.1. At a_0, b_2 and a_2 there is a solution of period pi, and both multipliers are 1.
@@ -192,19 +183,15 @@ static double coleman(const rotor *r) {
 static double growth(const rotor *r) {
     linkage l;
     double found = (double)NAN;
-    if (make_rotor(&l, r)) {
-        kt_floquet *f = multipliers(&l, 2.0 * pi / r->speed, 400);
-        if (f != NULL) {
-            kt_check_below("it comes back", kt_floquet_gap(f), 1e-14);
-            kt_check_equal_int("what loops forbid is left out",
-                               kt_floquet_at(f, 0).count + kt_floquet_at(f, 1).count + kt_floquet_at(f, 2).count +
-                                   kt_floquet_at(f, 3).count + kt_floquet_at(f, 4).count + kt_floquet_at(f, 5).count,
-                               12);
-            found = kt_floquet_at(f, 0).growth;
-            kt_check_below("error of the multiplier", kt_floquet_at(f, 0).error, 4e-9);
-        }
-        kt_floquet_free(f);
-    }
+    kt_need(make_rotor(&l, r));
+    kt_floquet *f = multipliers(&l, 2.0 * pi / r->speed, 400);
+    kt_check_below("it comes back", kt_floquet_gap(f), 1e-14);
+    kt_check_equal_int("what loops forbid is left out",
+                       kt_floquet_at(f, 0).count + kt_floquet_at(f, 1).count + kt_floquet_at(f, 2).count +
+                           kt_floquet_at(f, 3).count + kt_floquet_at(f, 4).count + kt_floquet_at(f, 5).count,
+                       12);
+    found = kt_floquet_at(f, 0).growth;
+    kt_check_below("error of the multiplier", kt_floquet_at(f, 0).error, 4e-9);
     return found;
 }
 
@@ -234,22 +221,17 @@ KT_TEST(dampers_end_ground_resonance) {
 /* About the state at an instant the same rotor looks neutral: the coefficients are taken as constant. */
 KT_TEST(linearisation_at_an_instant_does_not_see_ground_resonance) {
     linkage l;
-    kt_linearization *linearization = NULL;
-    kt_modes *modes = NULL;
     kt_error e = {0};
     double most = (double)NAN;
-    if (make_rotor(&l, &hammond) &&
-        kt_fine("linearisation", kt_linearization_create(l.model, NULL, &linearization, &e), &e) &&
-        kt_fine("evaluation", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e), &e) &&
-        kt_fine("modes", kt_modes_create(l.model, &modes, &e), &e) &&
-        kt_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e)) {
-        most = 0.0;
-        for (int i = 0; i < kt_modes_count(modes); i++)
-            most = fmax(most, kt_modes_at(modes, i).real);
-    }
+    kt_need(make_rotor(&l, &hammond));
+    kt_linearization *linearization = kt_test_linearization(l.model, NULL);
+    kt_need_fine("evaluation", kt_linearization_evaluate(linearization, 0.0, l.q, l.v, NULL, &e), &e);
+    kt_modes *modes = kt_test_modes(l.model);
+    kt_need_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e);
+    most = 0.0;
+    for (int i = 0; i < kt_modes_count(modes); i++)
+        most = fmax(most, kt_modes_at(modes, i).real);
     kt_check_below("growth, 1/s", most, 1e-13);
-    kt_modes_free(modes);
-    kt_linearization_free(linearization);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */

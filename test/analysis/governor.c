@@ -21,11 +21,9 @@ static governor governor_open(void) {
 /* Largest error against the table (angles, height, rates; all nq = nv here) up to `duration`; HUGE_VAL where the run
  * fails or has gone astray. */
 static double run_error(const governor *g, const kt_run *run, kt_simulation_counts *counts) {
-    kt_simulation *simulation = NULL;
     kt_error error = {0};
     double worst = 0.0;
-    if (!kt_fine("made", kt_simulation_create(g->c.model, run, NULL, &simulation, &error), &error))
-        return (double)NAN;
+    kt_simulation *simulation = kt_test_simulation(g->c.model, run, NULL);
     for (size_t i = 0; i < g->table.rows && g->table.t[i] <= run->duration && worst < 1.0; i++) {
         const double t = g->table.t[i], *row = g->table.value + i * g->table.columns;
         if (t > kt_simulation_time(simulation) && kt_simulation_advance(simulation, t, &error) != KT_OK) {
@@ -38,7 +36,6 @@ static double run_error(const governor *g, const kt_run *run, kt_simulation_coun
             worst = fmax(worst, fmax(fabs(q[at[k]] - row[k]), fabs(v[at[k]] - row[3 + k])));
     }
     *counts = kt_simulation_counts_get(simulation);
-    kt_simulation_free(simulation);
     return worst;
 }
 
@@ -56,8 +53,7 @@ static kt_run fixed_run(const char *integrator, double step, double duration) {
 KT_TEST(eigenvalues_at_the_start_are_the_published_ones) {
     const governor g = governor_open();
     kt_error error = {0};
-    kt_spectrum *spectrum = NULL;
-    kt_need_fine("made", kt_spectrum_create(g.c.model, 1, &spectrum, &error), &error);
+    kt_spectrum *spectrum = kt_test_spectrum(g.c.model, 1);
     kt_need_fine("along", kt_spectrum_along(spectrum, &g.c.scene.run, &error), &error);
     static const kt_complex published[] = {{-8117.2033, 0.0}, {-20.0507, 0.0}, {-0.0001, 7.346}};
     kt_worst worst = kt_worst_make("lambda");
@@ -75,7 +71,6 @@ KT_TEST(eigenvalues_at_the_start_are_the_published_ones) {
     kt_check_near("the arms alike", fastest.moves[kt_case_v(&g.c, "left")], fastest.moves[kt_case_v(&g.c, "right")],
                   1e-13); /* measured: 3e-15 */
     kt_check_below("not the shaft", fastest.moves[kt_case_v(&g.c, "shaft")], 1e-3);
-    kt_spectrum_free(spectrum);
 }
 
 /* ---- where runs blow up ------------------------------------------------------------------------------------------ */
@@ -91,10 +86,9 @@ KT_TEST(the_governor_blows_up_within_three_tenths_of_the_predicted_step) {
     static const char *const methods[] = {"euler", "heun", "kutta3", "rk4", "dopri5", "tsit5", "dop853"};
     const governor g = governor_open();
     kt_error error = {0};
-    kt_spectrum *spectrum = NULL;
     kt_run run = kt_run_default();
     run.duration = 2.0;
-    kt_need_fine("made", kt_spectrum_create(g.c.model, KT_SPECTRUM_SAMPLES, &spectrum, &error), &error);
+    kt_spectrum *spectrum = kt_test_spectrum(g.c.model, KT_SPECTRUM_SAMPLES);
     kt_need_fine("along", kt_spectrum_along(spectrum, &run, &error), &error);
     kt_worst worst = kt_worst_make("step of blow-up over the predicted one");
     for (int i = 0; i < 7; i++) {
@@ -107,7 +101,6 @@ KT_TEST(the_governor_blows_up_within_three_tenths_of_the_predicted_step) {
         kt_worst_near(&worst, sqrt(low * high) / limit.step, 1.0, 0.3, "%s at %g s", methods[i], limit.step);
     }
     kt_check_worst(&worst);
-    kt_spectrum_free(spectrum);
 }
 
 /* ---- what a stabilised method costs ------------------------------------------------------------------------------ */

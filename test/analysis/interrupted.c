@@ -34,7 +34,7 @@ typedef struct stand {
 } stand;
 
 /* A four-bar with a spring of the caller's in its crank, a motor there, and a marker on its coupler. */
-static bool open_stand(stand *d) {
+static void open_stand(stand *d) {
     const four_bar f = four_bar_default();
     memset(&d->c, 0, sizeof d->c);
     linkage_four_bar(&d->l, &f);
@@ -52,14 +52,11 @@ static bool open_stand(stand *d) {
     d->marker = (kt_marker){.name = "middle", .at = kt_vec3_make(1.0, 0.0, 0.0)};
     d->l.body[1].markers = &d->marker;
     d->l.body[1].marker_count = 1;
-    if (!linkage_build(&d->l, 0.0))
-        return false;
+    kt_need(linkage_build(&d->l, 0.0));
     const kt_marker_index middle = {kt_body_find(d->l.model, "coupler"), 0};
     const kt_linearization_options options = {.outputs = &middle, .output_count = 1};
-    return small_open(&d->s, d->l.model, &options, 0.0, d->l.q, d->l.v, NULL);
+    small_open(&d->s, d->l.model, &options, 0.0, d->l.q, d->l.v, NULL);
 }
-
-static void close_stand(stand *d) { small_free(&d->s); }
 
 /* The outcome of the calls with n = 1, 2, ... */
 typedef struct outcome {
@@ -84,8 +81,7 @@ static void note_rejection(outcome *seen, kt_status status, const kt_error *e, b
 KT_TEST(linearisation_survives_each_failing_evaluation) {
     static stand d;
     outcome seen = {0};
-    if (!open_stand(&d))
-        return;
+    open_stand(&d);
     double known[4], output[12];
     memcpy(known, d.s.system->state, sizeof known);
     memcpy(output, d.s.system->output, sizeof output);
@@ -105,11 +101,9 @@ KT_TEST(linearisation_survives_each_failing_evaluation) {
             for (int i = 0; i < 4 && status == KT_OK; i++)
                 seen.wrong += !(fabs(s->state[i] - known[i]) <= 4.0 * s->state_error[i] + 1e-9 * fabs(known[i]));
             d.c = (counted){0};
-            if (!kt_fine("again", kt_linearization_evaluate(d.s.linearization, 0.0, d.l.q, d.l.v, NULL, &e), &e))
-                return;
+            kt_need_fine("again", kt_linearization_evaluate(d.s.linearization, 0.0, d.l.q, d.l.v, NULL, &e), &e);
         }
     check("linearisation", &seen, 50.0);
-    close_stand(&d);
 }
 
 KT_TEST(equilibrium_survives_each_failing_evaluation) {
@@ -120,11 +114,9 @@ KT_TEST(equilibrium_survives_each_failing_evaluation) {
         kt_error e = {KT_OK, "", ""};
         double rest[3];
         options.nearest = nearest;
-        if (!open_stand(&d))
-            return;
+        open_stand(&d);
         memcpy(rest, d.l.q, sizeof rest);
-        if (!kt_fine("rest", kt_equilibrium_find(d.s.linearization, &options, 0.0, rest, NULL, NULL, &e), &e))
-            return;
+        kt_need_fine("rest", kt_equilibrium_find(d.s.linearization, &options, 0.0, rest, NULL, NULL, &e), &e);
         for (int n = 1;; n += n < 60 ? 1 : 7) {
             double q[3];
             memcpy(q, d.l.q, sizeof q);
@@ -139,17 +131,15 @@ KT_TEST(equilibrium_survives_each_failing_evaluation) {
                 seen.wrong += !(fabs(q[i] - rest[i]) <= 1e-7);
         }
         check(nearest ? "nearest" : "stable", &seen, 20.0);
-        close_stand(&d);
     }
 }
 
 KT_TEST(spectrum_survives_each_failing_evaluation) {
     static stand d;
     outcome seen = {0};
-    kt_spectrum *spectrum = NULL;
     kt_error e = {KT_OK, "", ""};
-    if (!open_stand(&d) || !kt_fine("spectrum", kt_spectrum_create(d.l.model, 2, &spectrum, &e), &e))
-        return;
+    open_stand(&d);
+    kt_spectrum *spectrum = kt_test_spectrum(d.l.model, 2);
     (void)kt_fine("first", kt_spectrum_add(spectrum, 0.0, d.l.q, d.l.v, NULL, &e), &e);
     const int count = kt_spectrum_count(spectrum);
     for (int n = 1;; n++) {
@@ -164,22 +154,18 @@ KT_TEST(spectrum_survives_each_failing_evaluation) {
     check("spectrum", &seen, 3.0);
     kt_check_equal_int("no room", kt_spectrum_add(spectrum, 1.0, d.l.q, d.l.v, NULL, &e), KT_ERROR_ARGUMENT);
     kt_check_text("message", e.message, "there is room for 2 states");
-    kt_spectrum_free(spectrum);
-    close_stand(&d);
 }
 
 /* At its start the row of windows is folded level, which is left out; later it is not. */
 KT_TEST(singular_states_of_a_motion_are_left_out) {
     static linkage l;
-    kt_spectrum *spectrum = NULL;
     kt_error e = {KT_OK, "", ""};
     kt_run run = kt_run_default();
     run.duration = 0.2;
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
-    if (linkage_compile(&l) && kt_fine("spectrum", kt_spectrum_create(l.model, 3, &spectrum, &e), &e) &&
-        kt_fine("along", kt_spectrum_along(spectrum, &run, &e), &e)) {
-        kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
-        kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).time, 0.1, 1e-15);
-    }
-    kt_spectrum_free(spectrum);
+    kt_need(linkage_compile(&l));
+    kt_spectrum *spectrum = kt_test_spectrum(l.model, 3);
+    kt_need_fine("along", kt_spectrum_along(spectrum, &run, &e), &e);
+    kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
+    kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).time, 0.1, 1e-15);
 }

@@ -1,30 +1,16 @@
 #include "small.h"
 
 #include <math.h>
-#include <string.h>
 
-static bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s: %s", what, error->where, error->message);
-    return status == KT_OK ? true : kt_check_true(what, false);
-}
-
-bool small_open(small *s, const kt_model *model, const kt_linearization_options *options, double t, const double *q,
+void small_open(small *s, const kt_model *model, const kt_linearization_options *options, double t, const double *q,
                 const double *v, const double *tau) {
     kt_error error = {0};
-    memset(s, 0, sizeof *s);
     s->model = model;
-    if (!fine("has a linearisation", kt_linearization_create(model, options, &s->linearization, &error), &error) ||
-        !fine("has modes", kt_modes_create(model, &s->modes, &error), &error) ||
-        !fine("is linearised", kt_linearization_evaluate(s->linearization, t, q, v, tau, &error), &error))
-        return false;
+    s->linearization = kt_test_linearization(model, options);
+    s->modes = kt_test_modes(model);
+    kt_need_fine("is linearised", kt_linearization_evaluate(s->linearization, t, q, v, tau, &error), &error);
     s->system = kt_linearization_system(s->linearization);
-    return fine("has eigenvalues", kt_modes_evaluate(s->modes, s->system, &error), &error);
-}
-
-void small_free(small *s) {
-    kt_modes_free(s->modes);
-    kt_linearization_free(s->linearization);
+    kt_need_fine("has eigenvalues", kt_modes_evaluate(s->modes, s->system, &error), &error);
 }
 
 double small_at(const double *matrix, int rows, int i, int j) { return matrix[(size_t)j * (size_t)rows + (size_t)i]; }

@@ -2,9 +2,7 @@
 #ifndef KT_TEST_ANALYSIS_SMALL_H
 #define KT_TEST_ANALYSIS_SMALL_H
 
-#include "check.h"
-
-#include "kinetree/analysis.h"
+#include "fixture.h"
 
 /* A model, linearised about a state. */
 typedef struct small {
@@ -14,10 +12,9 @@ typedef struct small {
     const kt_linear_system *system;
 } small;
 
-/* Linearises about (t, q, v), with modes; a failure fails the test. small_free may follow either way. */
-bool small_open(small *s, const kt_model *model, const kt_linearization_options *options, double t, const double *q,
+/* Linearises about (t, q, v), with modes. The running test owns them, and a failure ends it. */
+void small_open(small *s, const kt_model *model, const kt_linearization_options *options, double t, const double *q,
                 const double *v, const double *tau);
-void small_free(small *s);
 
 /* Number i, j of a matrix by columns. */
 double small_at(const double *matrix, int rows, int i, int j);

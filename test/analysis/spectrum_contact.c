@@ -13,11 +13,10 @@
 /* Writes the modes of the states along a scene's motion. */
 static kt_spectrum *spectrum_of_text(const char *text, int samples, kt_scene *scene, kt_model **model) {
     kt_error error = {0};
-    kt_spectrum *spectrum = NULL;
-    if (kt_fine("scene", kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), &error) &&
-        kt_fine("model", kt_model_compile(&scene->description, NULL, model, &error), &error) &&
-        kt_fine("spectrum", kt_spectrum_create(*model, samples, &spectrum, &error), &error))
-        (void)kt_fine("along", kt_spectrum_along(spectrum, &scene->run, &error), &error);
+    kt_need_fine("scene", kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), &error);
+    *model = kt_test_model(&scene->description, NULL);
+    kt_spectrum *spectrum = kt_test_spectrum(*model, samples);
+    (void)kt_fine("along", kt_spectrum_along(spectrum, &scene->run, &error), &error);
     return spectrum;
 }
 
@@ -67,8 +66,6 @@ KT_TEST(closed_contacts_are_constraints_of_the_modes) {
         }
         kt_check_equal_int("swings", swings, 3);
         kt_check_equal_int("modes", kt_spectrum_count(spectrum), i == 0 ? 3 : 12);
-        kt_spectrum_free(spectrum);
-        kt_model_free(model);
         kt_scene_free(&scene);
     }
 }
@@ -93,7 +90,5 @@ KT_TEST(friction_that_slips_leaves_modes_and_friction_that_sticks_takes_them) {
     kt_check_near("frequency", fabs(first.imaginary), 3.0, 1e-9);
     kt_check_equal_int("modes that stick", modes_at(spectrum, 0.9, &first), 1);
     kt_check_near("rate", hypot(first.real, first.imaginary), 0.0, 1e-9);
-    kt_spectrum_free(spectrum);
-    kt_model_free(model);
     kt_scene_free(&scene);
 }

@@ -23,28 +23,21 @@ static bool open_scene(opened *o, const char *name) {
     kt_error e = {0};
     memset(o, 0, sizeof *o);
     o->c = kt_case_open(name);
-    if (!kt_fine("data", kt_data_create(o->c.model, &o->data, &e), &e))
-        return false;
+    o->data = kt_test_data(o->c.model);
     kt_model_initial(o->c.model, o->q, o->v);
     return kt_fine("assembled", kt_state_assemble(o->c.model, o->data, 0.0, o->q, o->v, &e), &e);
 }
 
-static void close_scene(opened *o) { kt_data_free(o->data); }
-
 /* Modes about the state, by rising |lambda|; how many. */
 static int modes_of(const opened *o, kt_mode *mode, int most) {
-    kt_linearization *linearization = NULL;
-    kt_modes *modes = NULL;
     kt_error e = {0};
     int count = 0;
-    if (kt_fine("linearisation", kt_linearization_create(o->c.model, NULL, &linearization, &e), &e) &&
-        kt_fine("its evaluation", kt_linearization_evaluate(linearization, 0.0, o->q, o->v, NULL, &e), &e) &&
-        kt_fine("modes", kt_modes_create(o->c.model, &modes, &e), &e) &&
-        kt_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e))
-        for (; count < kt_modes_count(modes) && count < most; count++)
-            mode[count] = kt_modes_at(modes, count);
-    kt_modes_free(modes);
-    kt_linearization_free(linearization);
+    kt_linearization *linearization = kt_test_linearization(o->c.model, NULL);
+    kt_need_fine("its evaluation", kt_linearization_evaluate(linearization, 0.0, o->q, o->v, NULL, &e), &e);
+    kt_modes *modes = kt_test_modes(o->c.model);
+    kt_need_fine("their evaluation", kt_modes_evaluate(modes, kt_linearization_system(linearization), &e), &e);
+    for (; count < kt_modes_count(modes) && count < most; count++)
+        mode[count] = kt_modes_at(modes, count);
     return count;
 }
 
@@ -90,7 +83,6 @@ KT_TEST(nose_wheels_shimmy_by_the_cubic_of_a_towed_wheel) {
         kt_check_equal_int("of which grow: m l (a - l) is 0.4, I is 0.6", growing, 2);
         kt_check_worst(&residual);
     }
-    close_scene(&o);
 }
 
 /* ---- helicopters ------------------------------------------------------------------------------------------------- */
@@ -158,7 +150,6 @@ KT_TEST(pitch_links_turn_blades_by_the_tilt_of_the_swashplate) {
         const double amplitude = hypot(0.1, 0.15) * sin(n.p.tilt) / 0.15;
         kt_check_near("cyclic pitch, rad", 0.5 * (n.most - n.least), amplitude, 0.02 * amplitude);
     }
-    close_scene(&o);
 }
 
 /* Flap stiffened by rotation; 16 segments are 0.4 % off at this speed. */
@@ -169,7 +160,6 @@ KT_TEST(hingeless_rotors_flap_at_wrights_frequency) {
         kt_check_near("first flap of one blade, a turn", mode[0].imaginary / 40.0, 11.2023 * 4.0 / 40.0, 5e-3);
         kt_check_near("and of the other", mode[1].imaginary / 40.0, 11.2023 * 4.0 / 40.0, 5e-3);
     }
-    close_scene(&o);
 }
 
 static double growth_of(const char *name) {
@@ -181,8 +171,6 @@ static double growth_of(const char *name) {
     if (open_scene(&o, name) && kt_fine("create", kt_floquet_create(o.c.model, &options, &f, &e), &e) &&
         kt_fine("evaluate", kt_floquet_evaluate(f, 0.0, o.q, o.v, &e), &e))
         growth = kt_floquet_at(f, 0).growth;
-    kt_floquet_free(f);
-    close_scene(&o);
     return growth;
 }
 
@@ -214,5 +202,4 @@ KT_TEST(a_flap_on_its_track_turns_as_its_link_says) {
     track n = {.o = &o, .worst = kt_worst_make("angle of the flap, rad")};
     if (open_scene(&o, "flap-track") && kt_case_run(&o.c, &(kt_setting){.integrator = NULL}, 0.01, note_flap, &n))
         kt_check_worst(&n.worst);
-    close_scene(&o);
 }

@@ -7,9 +7,7 @@
 #ifndef KT_TEST_ANALYSIS_TRAIN_H
 #define KT_TEST_ANALYSIS_TRAIN_H
 
-#include "check.h"
-
-#include "kinetree/analysis.h"
+#include "fixture.h"
 
 enum { TRAIN_MAX = 8 };
 
@@ -19,9 +17,8 @@ typedef struct train {
     kt_model *model;
 } train;
 
-/* Compiles; false after a failed check. train_free may follow either way. */
-bool train_open(train *t, int count, double mass, double stiffness, double damping);
-void train_free(train *t);
+/* Compiles; the running test owns the model. */
+void train_open(train *t, int count, double mass, double stiffness, double damping);
 
 /* The faster eigenvalue of shape j = 1 .. n (of a pair the one with im > 0); the shape itself in joint coordinates. */
 kt_complex train_eigenvalue(const train *t, int j);

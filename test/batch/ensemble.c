@@ -297,8 +297,7 @@ static void compare(kt_isa isa, const char *name) {
         memset(&g, 0, sizeof g);
         draw(&g, n, &random);
         g.isa = isa;
-        if (!kt_tree_compile(&g.tree, &(kt_model_options){.isa = isa}))
-            return;
+        kt_need(kt_tree_compile(&g.tree, &(kt_model_options){.isa = isa}));
         for (int i = 0; i < MEMBERS; i++)
             kt_tree_state_draw(&g.tree, &random, &g.state[i]);
         fine = fine && run_alone(&g) && run_together(&g, &sum, &share);
@@ -338,8 +337,7 @@ KT_TEST(simulations_of_other_armature_run_alone) {
     memset(&g, 0, sizeof g);
     draw(&g, 0, &random);
     g.own_models = g.varies_more = g.varies = true;
-    if (!kt_tree_compile(&g.tree, NULL))
-        return;
+    kt_need(kt_tree_compile(&g.tree, NULL));
     for (int i = 0; i < MEMBERS; i++)
         kt_tree_state_draw(&g.tree, &random, &g.state[i]);
     kt_check_true("simulations run", run_alone(&g) && run_together(&g, &sum, &share));
@@ -354,12 +352,10 @@ KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
     kt_error error;
     kt_ensemble *ensemble = NULL;
     kt_tree_plan plan = kt_tree_plan_default();
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     const size_t size = kt_ensemble_size(tree.model);
     memset(memory, 0xFF, sizeof memory);
-    if (!kt_check_below("bytes of an ensemble", (double)size, (double)sizeof memory))
-        return;
+    kt_need(kt_check_below("bytes of an ensemble", (double)size, (double)sizeof memory));
     kt_check_equal_int("status", kt_ensemble_init(tree.model, memory, size, &ensemble, &error), KT_OK);
     kt_ensemble_free(ensemble); /* does nothing */
     kt_check_equal_int("one byte less", kt_ensemble_init(tree.model, memory, size - 1, &ensemble, &error),
@@ -488,8 +484,7 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
     kt_tree_describe(&tree, &plan, &random);
     tree.description.states = auxiliary_state;
     tree.description.state_count = OWN;
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_need(kt_tree_compile(&tree, NULL));
     for (int i = 0; i < MOTIONS; i++)
         kt_tree_state_draw(&tree, &random, &motion_state[i]);
     motion_state[2].v[0] = (double)NAN;
@@ -497,8 +492,7 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
     const size_t size = kt_rollout_work_size(tree.model, &tasks[0].rollout);
     for (int i = 0; i < THREADS; i++) {
         work[i] = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
-        if (!kt_tree_fine("data", kt_data_create(tree.model, &data[i], &error), &error))
-            return;
+        data[i] = kt_test_data(tree.model);
     }
     for (int i = 0; i < MOTIONS; i++)
         tasks[i].status =
@@ -518,7 +512,6 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
                        KT_ERROR_ARGUMENT);
     compare_steps(&tree, data, work, size);
     for (int i = 0; i < THREADS; i++) {
-        kt_data_free(data[i]);
         free(work[i]);
     }
 }

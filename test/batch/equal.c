@@ -53,16 +53,12 @@ static void spoil_states(kt_many *many, kt_random *random) {
 
 /* Gives some states models whose joints and markers are further apart, and returns them to be freed; false: failed. */
 static bool vary_lengths(kt_tree *tree, kt_many *many, kt_isa isa, kt_model *longer[2]) {
-    kt_error error;
     for (int k = 0; k < 2; k++) {
         for (int body = 0; body < tree->description.body_count; body++) {
             tree->body[body].joint.at = kt_vec3_scale(1.1, tree->body[body].joint.at);
             tree->marker[body].at = kt_vec3_scale(1.1, tree->marker[body].at);
         }
-        if (!kt_tree_fine("compiles with other lengths",
-                          kt_model_compile(&tree->description, &(kt_model_options){.isa = isa}, &longer[k], &error),
-                          &error))
-            return false;
+        longer[k] = kt_test_model(&tree->description, &(kt_model_options){.isa = isa});
     }
     for (size_t i = 1; i < KT_MANY_STATES; i += 3)
         many->own[i] = longer[i % 2];
@@ -84,9 +80,8 @@ static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bo
         kt_tree_describe(&tree, &plan, &random);
         if (n % 5 > 1)
             kt_load_add(&loads, &tree, n % 5 == 4, &random);
-        if (!kt_tree_compile(&tree, &(kt_model_options){.isa = isa}) ||
-            !kt_many_make(&many, tree.model, kt_method_find(n % 2 ? "dopri5" : "rk4")))
-            return 0;
+        kt_need(kt_tree_compile(&tree, &(kt_model_options){.isa = isa}));
+        kt_need(kt_many_make(&many, tree.model, kt_method_find(n % 2 ? "dopri5" : "rk4")));
         if (varied && !(kt_many_vary(&many, &random) && vary_lengths(&tree, &many, isa, longer)))
             return 0;
         draw_states(&tree, &many, &random);
@@ -100,8 +95,6 @@ static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bo
         different[4] += kt_many_compare_sensors(&many, tree.data);
         in_lanes += kt_batch_report_of(many.batch).in_lanes;
         kt_many_free(&many);
-        kt_model_free(longer[0]);
-        kt_model_free(longer[1]);
     }
     kt_note("%s: %llu evaluations in lanes", what, (unsigned long long)in_lanes);
     kt_check_equal_int("states whose accelerations differ", different[0], 0);
@@ -196,12 +189,10 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
     const kt_batch_frame frame = {0, -1};
     const kt_batch_sensors sensors = {.frames = &frame, .count = 1, .motion = motion};
     const kt_batch_options options = {.states = 21, .method = kt_method_find("rk4")};
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     const size_t size = kt_batch_size(tree.model, &options);
     memset(memory, 0xFF, sizeof memory);
-    if (!kt_check_below("bytes of a batch", (double)size, (double)sizeof memory))
-        return;
+    kt_need(kt_check_below("bytes of a batch", (double)size, (double)sizeof memory));
     kt_interpose_start();
     kt_status status = kt_batch_init(tree.model, &options, memory, size, &batch, &error);
     for (size_t i = 0; i < options.states && status == KT_OK; i++) {
@@ -237,9 +228,8 @@ KT_TEST(lanes_are_the_memory_of_the_batch) {
     double q[KT_TREE_NQ] = {0.0}, v[KT_TREE_NV] = {0.0}, tau[KT_TREE_NV] = {0.0}, t = 0.0;
     const kt_batch_options options = {.states = 11};
     int different = 0;
-    if (!kt_tree_grow(&tree, &plan, &random) ||
-        !kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, NULL), KT_OK))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
+    kt_need(kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, NULL), KT_OK));
     const kt_batch_lanes lanes = kt_batch_lanes_of(batch);
     for (size_t i = 0; i < options.states; i++) {
         const size_t group = i / lanes.width, lane = i % lanes.width;
@@ -298,8 +288,7 @@ KT_TEST(wrong_arguments_are_rejected) {
     kt_batch *batch = NULL;
     double q[KT_TREE_NQ] = {0.0};
     const kt_tree_plan plan = kt_tree_plan_planar();
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     kt_batch_options options = kt_batch_options_default();
     kt_check_equal_int("one state", (long long)options.states, 1);
     options.states = 0;
@@ -310,16 +299,14 @@ KT_TEST(wrong_arguments_are_rejected) {
     kt_check_equal_int("an implicit method", kt_batch_create(tree.model, &options, &batch, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("it is named", error.message, "radau5");
     options.method = NULL;
-    if (!kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK))
-        return;
+    kt_need(kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK));
     kt_check_equal_int("a state that is not there", kt_batch_set_state(batch, 3, 0.0, q, NULL, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_equal_int("its status", kt_batch_status(batch, 3), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no method", kt_batch_step(batch, 0.1, 1, &error), KT_ERROR_ARGUMENT);
     kt_batch_free(batch);
     options.method = kt_method_find("euler");
-    if (!kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK))
-        return;
+    kt_need(kt_check_equal_int("a batch", kt_batch_create(tree.model, &options, &batch, &error), KT_OK));
     kt_check_equal_int("a step of infinity", kt_batch_step(batch, (double)INFINITY, 1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("less than no steps", kt_batch_step(batch, 0.1, -1, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no steps", kt_batch_step(batch, 0.1, 0, &error), KT_OK);

@@ -1,7 +1,7 @@
 /* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states
  * lie around the initial one, loops closed. */
-#include "check.h"
 #include "closures.h"
+#include "fixture.h"
 #include "linkages.h"
 #include "many.h"
 #include "ropes.h"
@@ -60,14 +60,11 @@ static int count_rejections(kt_many *many) {
 
 static void compare(const char *name, const kt_scene *scene, kt_random *random, sums *s) {
     kt_model_options options = kt_model_options_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_many many;
     kt_error error;
     options.metric = scene->run.metric;
-    if (!kt_check_equal_int(name, kt_model_compile(&scene->description, &options, &model, &error), KT_OK) ||
-        !kt_check_equal_int(name, kt_data_create(model, &data, &error), KT_OK))
-        return;
+    kt_model *model = kt_test_model(&scene->description, &options);
+    kt_data *data = kt_test_data(model);
     if (kt_has_variable_mass(&scene->description)) { /* which a batch does not carry, and rejects */
         kt_batch *batch = NULL;
         const kt_batch_options one = kt_batch_options_default();
@@ -92,8 +89,6 @@ static void compare(const char *name, const kt_scene *scene, kt_random *random, 
             kt_check_true("it says why it is computed state by state", false);
         kt_many_free(&many);
     }
-    kt_data_free(data);
-    kt_model_free(model);
 }
 
 KT_TEST(bundled_scenes_have_the_bits_of_single_states) {
@@ -106,10 +101,9 @@ KT_TEST(bundled_scenes_have_the_bits_of_single_states) {
         kt_scene scene;
         kt_error error;
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_check_equal_int(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), KT_OK)) {
-            compare(entries[i]->d_name, &scene, &random, &s);
-            kt_scene_free(&scene);
-        }
+        kt_need(kt_check_equal_int(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), KT_OK));
+        compare(entries[i]->d_name, &scene, &random, &s);
+        kt_scene_free(&scene);
         free(entries[i]);
     }
     free(entries);
@@ -174,8 +168,8 @@ KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
     spring.type = KT_EFFECT_JOINT_SPRING;
     spring.joint = "close";
     spring.stiffness = 3.0;
-    if (!kt_check_equal_int("four-bar", kt_scene_read(KT_SCENES "/four-bar.yaml", &scene, NULL, NULL, &error), KT_OK))
-        return;
+    kt_need(
+        kt_check_equal_int("four-bar", kt_scene_read(KT_SCENES "/four-bar.yaml", &scene, NULL, NULL, &error), KT_OK));
     const kt_effect *effects = scene.description.effects;
     const int count = scene.description.effect_count;
     scene.description.effects = &spring;
@@ -287,8 +281,7 @@ static void compare_linkages(kt_isa isa, const char *name) {
         static kt_linkages linkages;
         kt_linkages_describe(&linkages, n % 5 == 4, &random);
         const int found = compare_random(&linkages.description, isa, n, n % 5 == 4 ? 1e-3 : 0.1, false, &random, &f);
-        if (!kt_check_true("a linkage is compiled", found >= 0))
-            return;
+        kt_need(kt_check_true("a linkage is compiled", found >= 0));
         f.different += kt_batch_is_fused() && n % 5 == 4 ? 0 : found; /* next to singular positions rounding is large */
     }
     if (kt_isa_resolve(isa) != isa)
@@ -306,8 +299,7 @@ static void compare_closures(kt_isa isa, const char *name) {
         kt_closures_describe(&closures, n % 4 == 3, n % 2, &random);
         const bool spoilt = n % 8 > 5 && !kt_batch_is_fused(); /* next to an overflow rounding decides which fail */
         const int found = compare_random(&closures.description, isa, n, 0.02, spoilt, &random, &f);
-        if (!kt_check_true("a mechanism is compiled", found >= 0))
-            return;
+        kt_need(kt_check_true("a mechanism is compiled", found >= 0));
         f.different += found;
     }
     if (kt_isa_resolve(isa) != isa)
@@ -326,8 +318,7 @@ static void compare_ropes(kt_isa isa, const char *name) {
         kt_ropes_describe(&ropes, n % 2, folded, &random);
         const bool spoilt = n % 8 > 5 && !kt_batch_is_fused(); /* next to an overflow rounding decides which fail */
         const int found = compare_random(&ropes.description, isa, n, folded ? 1e-3 : 0.05, spoilt, &random, &f);
-        if (!kt_check_true("a rope is compiled", found >= 0))
-            return;
+        kt_need(kt_check_true("a rope is compiled", found >= 0));
         f.different += kt_batch_is_fused() && folded ? 0 : found; /* next to singular positions rounding is large */
     }
     if (kt_isa_resolve(isa) != isa) {

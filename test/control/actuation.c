@@ -120,8 +120,7 @@ static void compare_forward(const kt_model *model, kt_data *data, const motion *
     kt_error e = {0};
     for (int i = 0; i < actuated.count; i++)
         tau[actuated.index[i]] += forces[i];
-    if (!kt_fine("forward", kt_acceleration_evaluate(model, data, 0.0, m->q, m->v, tau, NULL, a, &e), &e))
-        return;
+    kt_need_fine("forward", kt_acceleration_evaluate(model, data, 0.0, m->q, m->v, tau, NULL, a, &e), &e);
     for (int i = 0; i < kt_model_nv(model); i++) {
         size = fmax(size, fabs(m->a[i]));
         off = isnan(a[i]) ? (double)NAN : fmax(off, fabs(a[i] - m->a[i]));
@@ -325,8 +324,7 @@ static bool open_scene(subject *s, const char *file, kt_structure structure) {
     (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, file ? file : "");
     const kt_status status = file ? kt_scene_read(path, &scene, NULL, NULL, &e)
                                   : kt_scene_parse("leg", kt_leg, strlen(kt_leg), &scene, NULL, NULL, &e);
-    if (!kt_fine("scene", status, &e))
-        return false;
+    kt_need_fine("scene", status, &e);
     const bool fine = kt_fine("model", kt_model_compile(&scene.description, &options, &s->model, &e), &e) &&
                       kt_fine("data", kt_data_create(s->model, &s->data, &e), &e);
     kt_scene_free(&scene);
@@ -353,13 +351,13 @@ static void check_least(subject *s, kt_coordinate_list first, kt_coordinate_list
     kt_worst worst = kt_worst_make("weighted forces that are rates");
     for (int i = 0; i < all.count; i++)
         largest = fmax(largest, fabs(weights[i] * forces[i]));
-    if (kt_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e), &e))
-        for (int i = 0; i < all.count; i++) {
-            double rate = 0.0;
-            for (int c = 0; c < first.count; c++)
-                rate += basis[c * nv + all.index[i]] * weights[c] * forces[c];
-            kt_worst_near(&worst, weights[i] * forces[i], rate, 2e-15 * largest, "actuator %d", i);
-        }
+    kt_need_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e), &e);
+    for (int i = 0; i < all.count; i++) {
+        double rate = 0.0;
+        for (int c = 0; c < first.count; c++)
+            rate += basis[c * nv + all.index[i]] * weights[c] * forces[c];
+        kt_worst_near(&worst, weights[i] * forces[i], rate, 2e-15 * largest, "actuator %d", i);
+    }
     kt_check_worst(&worst);
     free(work);
 }
@@ -420,8 +418,7 @@ KT_TEST(a_freedom_that_nothing_drives_is_named) {
     linkage_begin(&l);
     (void)linkage_bar(&l, "first", NULL, kt_vec3_make(0, 0, 0), kt_vec3_make(1, 0, 0), 0.3, 0.0);
     (void)linkage_bar(&l, "second", NULL, kt_vec3_make(3, 0, 0), kt_vec3_make(1, 0, 0), 0.4, 0.0);
-    if (!linkage_compile(&l))
-        return;
+    kt_need(linkage_compile(&l));
     void *work = work_of(l.model, &size);
     const int index[2] = {0, 0};
     kt_check_equal_int("one of two",

@@ -12,8 +12,7 @@ bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state) {
     for (int i = 0; i < plan.bodies && n % 4 == 1; i++) /* every fourth tree has armature */
         for (int k = 0; k < KT_JOINT_NV_MAX; k++)
             tree->body[i].joint.armature[k] = 0.1 * ((i + k) % 4);
-    if (!kt_tree_compile(tree, NULL))
-        return false;
+    kt_need(kt_tree_compile(tree, NULL));
     kt_tree_state_draw(tree, random, state);
     return true;
 }

@@ -46,8 +46,8 @@ KT_TEST(columns_are_momenta_of_unit_rates) {
         static double matrix[ROWS * KT_TREE_NV], jacobian[3 * KT_TREE_NV];
         kt_tree tree;
         kt_tree_state s;
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(kt_tree_kinematics(&tree, &s));
         kt_centroidal_matrix(tree.model, tree.data, matrix);
         kt_mass_center_jacobian(tree.model, tree.data, jacobian);
         for (int i = 0; i < tree.nv; i++) {

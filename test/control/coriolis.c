@@ -12,7 +12,7 @@ static bool coriolis(const kt_tree *tree, const kt_tree_state *s, double *c) {
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     kt_error e;
     const bool fine =
-        kt_tree_fine("Coriolis", kt_coriolis_evaluate(tree->model, tree->data, work, size, s->q, s->v, c, &e), &e);
+        kt_fine("Coriolis", kt_coriolis_evaluate(tree->model, tree->data, work, size, s->q, s->v, c, &e), &e);
     free(work);
     return fine;
 }
@@ -28,8 +28,8 @@ KT_TEST(coriolis_matrix_times_velocities_is_the_bias_force_without_gravity) {
         kt_tree_state s;
         kt_error e;
         if (!along_grow(&tree, n, &random, &s) || !coriolis(&tree, &s, c) ||
-            !kt_tree_fine("h", kt_dynamics_inverse(tree.model, tree.data, s.q, s.v, NULL, NULL, h, &e), &e) ||
-            !kt_tree_fine("g", kt_dynamics_inverse(tree.model, tree.data, s.q, NULL, NULL, NULL, g, &e), &e))
+            !kt_fine("h", kt_dynamics_inverse(tree.model, tree.data, s.q, s.v, NULL, NULL, h, &e), &e) ||
+            !kt_fine("g", kt_dynamics_inverse(tree.model, tree.data, s.q, NULL, NULL, NULL, g, &e), &e))
             return;
         const double size = kt_tree_largest(h, tree.nv) + kt_tree_largest(g, tree.nv) + 1.0;
         for (int i = 0; i < tree.nv; i++) {
@@ -48,8 +48,7 @@ KT_TEST(coriolis_matrix_rejects_what_is_not_finite_and_too_little_memory) {
     kt_tree tree;
     kt_tree_state s;
     kt_error e;
-    if (!along_grow(&tree, 1, &random, &s))
-        return;
+    kt_need(along_grow(&tree, 1, &random, &s));
     const size_t size = (kt_derivative_work_size(tree.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     c[0] = 7.0;
@@ -65,7 +64,7 @@ KT_TEST(coriolis_matrix_rejects_what_is_not_finite_and_too_little_memory) {
 static bool mass_at(const kt_tree *tree, const double *q, const double *v, double *out) {
     kt_error e;
     (void)v;
-    return kt_tree_fine("M", kt_dynamics_mass(tree->model, tree->data, q, out, &e), &e);
+    return kt_fine("M", kt_dynamics_mass(tree->model, tree->data, q, out, &e), &e);
 }
 
 /* So dM/dt - 2 C = C' - C is skew-symmetric. */
@@ -107,8 +106,7 @@ KT_TEST(coriolis_matrix_is_that_of_christoffel_without_quaternions) {
         kt_tree_state s;
         plan.bodies = 3;
         plan.types = KT_TREE_ALL_TYPES & ~(1U << KT_JOINT_SPHERICAL | 1U << KT_JOINT_FREE | 1U << KT_JOINT_FIXED);
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
+        kt_need(kt_tree_grow(&tree, &plan, &random));
         kt_tree_state_draw(&tree, &random, &s);
         const int nv = tree.nv;
         bool fine = nv <= SMALL && coriolis(&tree, &s, c);

@@ -54,8 +54,8 @@ KT_TEST(jacobians_times_velocities_are_twists_in_each_frame) {
         kt_tree tree;
         kt_tree_state s;
         kt_oracle_body bodies[KT_TREE_SLOTS];
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(kt_tree_kinematics(&tree, &s));
         kt_oracle_motion(&tree, s.q, s.v, NULL, bodies);
         for (int b = 1; b < tree.count; b++)
             for (int f = 0; f < 3; f++) {
@@ -78,8 +78,8 @@ KT_TEST(bias_is_the_acceleration_that_velocities_alone_give) {
         kt_tree tree;
         kt_tree_state s;
         kt_oracle_body bodies[KT_TREE_SLOTS];
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(kt_tree_kinematics(&tree, &s));
         memset(s.a, 0, sizeof s.a);
         kt_oracle_motion(&tree, s.q, s.v, s.a, bodies);
         for (int b = 1; b < tree.count; b++) {
@@ -99,8 +99,7 @@ KT_TEST(bias_is_the_acceleration_that_velocities_alone_give) {
 static bool all_twists(const kt_tree *tree, const double *q, const double *v, double *out) {
     static double jacobian[ROWS * KT_TREE_NV];
     kt_error e;
-    if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e))
-        return false;
+    kt_need_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e);
     for (int b = 1; b < tree->count; b++)
         for (int f = 0; f < 3; f++, out += ROWS) {
             kt_frame_jacobian(tree->model, tree->data, b, kt_vec3_make(0.3, -0.2, 0.1 * b), frames[f], jacobian);
@@ -116,10 +115,9 @@ KT_TEST(bias_is_the_derivative_of_the_jacobian_times_velocities_in_each_frame) {
         static double rate[ALONG_MOST];
         kt_tree tree;
         kt_tree_state s;
-        if (!along_grow(&tree, n, &random, &s) ||
-            !along_differentiate(&tree, &s, all_twists, 3 * ROWS * (tree.count - 1), rate) ||
-            !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(along_differentiate(&tree, &s, all_twists, 3 * ROWS * (tree.count - 1), rate));
+        kt_need(kt_tree_kinematics(&tree, &s));
         for (int b = 1; b < tree.count; b++)
             for (int f = 0; f < 3; f++) {
                 const kt_twist bias =
@@ -137,8 +135,7 @@ static const kt_vec3 there = {0.3, -0.2, 0.4};
 /* J of the last body in all frames. */
 static bool all_jacobians(const kt_tree *tree, const double *q, const double *v, double *out) {
     kt_error e;
-    if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e))
-        return false;
+    kt_need_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, v, NULL, &e), &e);
     for (int f = 0; f < 3; f++)
         kt_frame_jacobian(tree->model, tree->data, tree->count - 1, there, frames[f], out + ROWS * tree->nv * f);
     return true;
@@ -151,9 +148,9 @@ KT_TEST(jacobian_derivative_is_that_of_differences_in_time) {
         static double rate[ALONG_MOST], derivative[ROWS * KT_TREE_NV];
         kt_tree tree;
         kt_tree_state s;
-        if (!along_grow(&tree, n, &random, &s) ||
-            !along_differentiate(&tree, &s, all_jacobians, 3 * ROWS * tree.nv, rate) || !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(along_differentiate(&tree, &s, all_jacobians, 3 * ROWS * tree.nv, rate));
+        kt_need(kt_tree_kinematics(&tree, &s));
         for (int f = 0; f < 3; f++) {
             kt_frame_jacobian_derivative(tree.model, tree.data, tree.count - 1, there, frames[f], derivative);
             for (int i = 0; i < ROWS * tree.nv; i++)
@@ -178,8 +175,7 @@ static bool difference_twist(const kt_tree *tree, const kt_tree_state *s, int j,
         kt_position_add(tree->model, s->q, move, q);
         if (k == 0)
             continue;
-        if (!kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, s->v, NULL, &e), &e))
-            return false;
+        kt_need_fine("kinematics", kt_kinematics_update(tree->model, tree->data, q, s->v, NULL, &e), &e);
         kt_frame_jacobian(tree->model, tree->data, tree->count - 1, there, frame, jacobian);
         multiply(tree, jacobian, s->v, twist);
         for (int r = 0; r < ROWS; r++)
@@ -196,11 +192,9 @@ KT_TEST(twist_derivative_is_that_of_differences_and_both_give_the_bias) {
         static double matrix[2][ROWS * KT_TREE_NV];
         kt_tree tree;
         kt_tree_state s;
-        if (!along_grow(&tree, n, &random, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
         const kt_twist_frame frame = frames[n % 3];
-        if (!kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(kt_tree_kinematics(&tree, &s));
         const kt_twist known = kt_frame_bias(tree.model, tree.data, tree.count - 1, there, frame);
         kt_frame_jacobian_derivative(tree.model, tree.data, tree.count - 1, there, frame, matrix[0]);
         kt_frame_twist_derivative(tree.model, tree.data, tree.count - 1, there, frame, matrix[1]);
@@ -269,8 +263,8 @@ KT_TEST(markers_have_the_quantities_of_their_frames) {
         kt_tree tree;
         kt_tree_state s;
         kt_oracle_body bodies[KT_TREE_SLOTS];
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
+        kt_need(kt_tree_kinematics(&tree, &s));
         kt_oracle_motion(&tree, s.q, s.v, NULL, bodies);
         for (int b = 0; b + 1 < tree.count; b++)
             check_marker(&tree, &s, bodies, b, error);
@@ -284,8 +278,8 @@ KT_TEST(marker_that_there_is_not_gives_nan) {
     kt_tree tree;
     kt_tree_state s;
     double one = 5.0;
-    if (!along_grow(&tree, 0, &random, &s) || !kt_tree_kinematics(&tree, &s))
-        return;
+    kt_need(along_grow(&tree, 0, &random, &s));
+    kt_need(kt_tree_kinematics(&tree, &s));
     kt_check_true("pose", isnan(kt_marker_pose(tree.model, tree.data, 1, 1).position.x));
     kt_check_true("rotation", isnan(kt_marker_rotation(tree.model, 1, 1).x.x));
     kt_check_true("bias", isnan(kt_marker_bias(tree.model, tree.data, 1, -1, KT_TWIST_BODY).linear.x));
@@ -301,8 +295,7 @@ KT_TEST(a_frame_that_is_none_gives_no_numbers) {
     static const double seven = 7.0;
     double matrix[6 * KT_TREE_NV];
     int changed = 0, finite = 0;
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     kt_tree_state_draw(&tree, &random, &s);
     (void)kt_tree_kinematics(&tree, &s);
     for (int frame = -1; frame <= 99; frame += 4) {

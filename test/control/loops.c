@@ -60,10 +60,10 @@ static bool draw(subject *u, int n, kt_random *random) {
     u->work = NULL;
     if (!tangle_grow(&u->g, &plan, random) || !tangle_system_of(&u->g, &u->s))
         return false;
-    if (!kt_tree_fine("acceleration",
-                      kt_acceleration_evaluate(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, u->g.v, u->g.tau,
-                                               u->g.external, a, &e),
-                      &e) ||
+    if (!kt_fine("acceleration",
+                 kt_acceleration_evaluate(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, u->g.v, u->g.tau,
+                                          u->g.external, a, &e),
+                 &e) ||
         tangle_was_near_singular(u->g.tree.model, u->g.tree.data))
         return false;
     const double reach = tangle_reach(&u->g, false);
@@ -121,11 +121,10 @@ static void basis_of(subject *u, kt_random *random, kt_worst *worst, int n) {
     const int nv = u->g.tree.nv;
     kt_error e = {0};
     (void)random;
-    if (!kt_tree_fine("basis",
-                      kt_independent_basis(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q,
-                                           (kt_coordinate_list){u->list, u->count}, basis, NULL, &e),
-                      &e))
-        return;
+    kt_need_fine("basis",
+                 kt_independent_basis(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q,
+                                      (kt_coordinate_list){u->list, u->count}, basis, NULL, &e),
+                 &e);
     for (int c = 0; c < u->count; c++) {
         kt_worst_below(worst, violation(u, basis + c * nv, NULL), 50.0 * u->error, "mechanism %d column %d", n, c);
         for (int i = 0; i < u->count; i++)
@@ -142,17 +141,16 @@ static void complete(subject *u, kt_random *random, kt_worst *worst, int n) {
     kt_error e = {0};
     for (int i = 0; i < u->g.tree.nv; i++)
         v[i] = a[i] = given[i] = kt_random_uniform(random, -1.0, 1.0);
-    if (!kt_tree_fine(
-            "equations",
-            kt_loop_equations(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, NULL, NULL, NULL, rate, NULL, &e), &e) ||
-        !kt_tree_fine(
-            "velocities",
-            kt_velocity_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, list, v, &e), &e) ||
-        !kt_tree_fine("accelerations",
-                      kt_acceleration_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q,
-                                               u->g.v, list, a, &e),
-                      &e))
-        return;
+    kt_need_fine("equations",
+                 kt_loop_equations(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, NULL, NULL, NULL, rate, NULL, &e),
+                 &e);
+    kt_need_fine("velocities",
+                 kt_velocity_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, list, v, &e),
+                 &e);
+    kt_need_fine("accelerations",
+                 kt_acceleration_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, u->g.v,
+                                          list, a, &e),
+                 &e);
     kt_worst_below(worst, violation(u, v, rate), 50.0 * u->error, "mechanism %d velocities", n);
     kt_worst_below(worst, violation(u, a, u->s.drift), 50.0 * u->error, "mechanism %d accelerations", n);
     for (int i = 0; i < u->count; i++)
@@ -170,11 +168,10 @@ static void compare_motion(subject *u, kt_coordinate_list list, const double *fo
     kt_error e = {0};
     for (int i = 0; i < list.count; i++)
         tau[list.index[i]] = forces[i];
-    if (!kt_tree_fine("forward",
-                      kt_acceleration_evaluate(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, u->g.v, tau,
-                                               u->g.external, again, &e),
-                      &e))
-        return;
+    kt_need_fine("forward",
+                 kt_acceleration_evaluate(u->g.tree.model, u->g.tree.data, u->g.t, u->g.q, u->g.v, tau, u->g.external,
+                                          again, &e),
+                 &e);
     memcpy(load, u->s.force, sizeof load); /* with u->g.tau: replaced by these */
     for (int i = 0; i < nv; i++)
         u->s.force[i] += tau[i] - u->g.tau[i];
@@ -188,18 +185,18 @@ static bool accelerations_of(subject *u, kt_random *random, double *a) {
     kt_error e = {0};
     for (int i = 0; i < u->g.tree.nv; i++)
         a[i] = kt_random_uniform(random, -1.0, 1.0);
-    return kt_tree_fine("accelerations",
-                        kt_acceleration_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q,
-                                                 u->g.v, (kt_coordinate_list){u->list, u->count}, a, &e),
-                        &e);
+    return kt_fine("accelerations",
+                   kt_acceleration_complete(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, u->g.v,
+                                            (kt_coordinate_list){u->list, u->count}, a, &e),
+                   &e);
 }
 
 static bool actuate(subject *u, const double *a, kt_coordinate_list list, const double *weights, double *forces) {
     kt_error e = {0};
-    return kt_tree_fine("actuation",
-                        kt_actuation_evaluate(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, u->g.v,
-                                              a, u->g.external, list, weights, forces, NULL, &e),
-                        &e);
+    return kt_fine("actuation",
+                   kt_actuation_evaluate(u->g.tree.model, u->g.tree.data, u->work, u->size, u->g.t, u->g.q, u->g.v, a,
+                                         u->g.external, list, weights, forces, NULL, &e),
+                   &e);
 }
 
 static void actuate_exactly(subject *u, kt_random *random, kt_worst *worst, int n) {
@@ -238,20 +235,17 @@ static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
     static double consistent[TASK * KT_TREE_NV];
     const int nv = u->g.tree.nv;
     double inertia[TASK * TASK];
-    kt_mass_inverse *inverse = NULL;
     kt_error e = {0};
-    if (!kt_tree_fine("inverse", kt_mass_inverse_create(u->g.tree.model, TASK, &inverse, &e), &e) ||
-        !kt_tree_fine("terms", kt_mass_inverse_compute(inverse, u->g.tree.data, u->g.t, u->g.q, &e), &e))
-        return;
+    kt_mass_inverse *inverse = kt_test_mass_inverse(u->g.tree.model, TASK);
+    kt_need_fine("terms", kt_mass_inverse_compute(inverse, u->g.tree.data, u->g.t, u->g.q, &e), &e);
     kt_residual elsewhere; /* the contents of the data meanwhile must not matter */
-    (void)kt_tree_fine("residual",
-                       kt_loop_residual(u->g.tree.model, u->g.tree.data, u->g.t + 1.0, u->g.q, u->g.v, &elsewhere, &e),
-                       &e);
+    (void)kt_fine("residual",
+                  kt_loop_residual(u->g.tree.model, u->g.tree.data, u->g.t + 1.0, u->g.q, u->g.v, &elsewhere, &e), &e);
     for (int i = 0; i < nv; i++)
         u->s.force[i] = y[i] = kt_random_uniform(random, -1.0, 1.0);
     memset(u->s.drift, 0, sizeof u->s.drift);
     (void)tangle_solve(&u->g, &u->s, (tangle_way){.mixes = true}, x, moved);
-    (void)kt_tree_fine("applies", kt_mass_inverse_apply(inverse, 1, y, &e), &e);
+    (void)kt_fine("applies", kt_mass_inverse_apply(inverse, 1, y, &e), &e);
     for (int i = 0; i < nv; i++)
         kt_worst_near(worst, y[i], x[i], 5.0 * moved[i], "mechanism %d coordinate %d", n, i);
     for (int i = 0; i < TASK * nv; i++)
@@ -277,7 +271,6 @@ static void feel(subject *u, kt_random *random, kt_worst *worst, int n) {
             kt_worst_near(worst, sum, r == c ? 1.0 : 0.0, 5.0 * size, "mechanism %d task %d %d", n, r, c);
         }
     }
-    kt_mass_inverse_free(inverse);
 }
 
 KT_TEST(operational_inertia_respects_the_loops) { for_all("accelerations", feel); }

@@ -22,10 +22,9 @@ static bool invert(const kt_tree *tree, const double *q, long double *inverse) {
 
 /* An object that has its terms. */
 static kt_mass_inverse *make(const kt_tree *tree, const double *q, int rows) {
-    kt_mass_inverse *inverse = NULL;
     kt_error e;
-    if (kt_tree_fine("inverse", kt_mass_inverse_create(tree->model, rows, &inverse, &e), &e))
-        (void)kt_tree_fine("terms", kt_mass_inverse_compute(inverse, tree->data, 0.0, q, &e), &e);
+    kt_mass_inverse *inverse = kt_test_mass_inverse(tree->model, rows);
+    (void)kt_fine("terms", kt_mass_inverse_compute(inverse, tree->data, 0.0, q, &e), &e);
     return inverse;
 }
 
@@ -70,11 +69,9 @@ KT_TEST(inverse_of_mass_matrix_times_columns_agrees_with_elimination) {
         kt_mass_inverse *w = make(&tree, s.q, 0);
         memcpy(x, s.tau, sizeof s.tau);
         memcpy(x + tree.nv, s.a, sizeof s.a);
-        if (!kt_tree_fine("applies", kt_mass_inverse_apply(w, 2, x, &e), &e))
-            return;
+        kt_need_fine("applies", kt_mass_inverse_apply(w, 2, x, &e), &e);
         compare_column(&error, &tree, inverse, mass, s.tau, x, n);
         compare_column(&error, &tree, inverse, mass, s.a, x + tree.nv, n);
-        kt_mass_inverse_free(w);
     }
     kt_check_worst(&error);
 }
@@ -135,7 +132,6 @@ KT_TEST(operational_inertia_is_the_inverse_of_what_a_task_feels) {
         } else {
             kt_check_equal_int("singular", status, KT_ERROR_SINGULAR);
         }
-        kt_mass_inverse_free(w);
     }
     kt_check_above("regular positions", regular, 30);
     kt_check_worst(&error);
@@ -151,8 +147,7 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
         kt_tree_state s;
         kt_error e;
         kt_model_options options = kt_model_options_default();
-        if (!along_grow(&tree, n, &random, &s))
-            return;
+        kt_need(along_grow(&tree, n, &random, &s));
         for (int l = -1; l < 2; l++) {
             kt_tree_free(&tree);
             options.isa = l < 0 ? KT_ISA_BASE : levels[l];
@@ -160,16 +155,15 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
                 kt_skip("an instruction set", KT_NO_ISA);
                 continue;
             }
-            const bool fine = kt_tree_fine("data", kt_data_create(tree.model, &tree.data, &e), &e);
+            const bool fine = kt_fine("data", kt_data_create(tree.model, &tree.data, &e), &e);
             kt_tree_own(&tree);
             if (!fine)
                 return;
             kt_mass_inverse *w = make(&tree, s.q, 0);
             memcpy(l < 0 ? x : y, s.tau, (size_t)tree.nv * sizeof *x);
-            (void)kt_tree_fine("applies", kt_mass_inverse_apply(w, 1, l < 0 ? x : y, &e), &e);
+            (void)kt_fine("applies", kt_mass_inverse_apply(w, 1, l < 0 ? x : y, &e), &e);
             if (l >= 0 && tree.nv > 0)
                 kt_check_equal_bits("M^-1 x", y, x, (size_t)tree.nv);
-            kt_mass_inverse_free(w);
         }
     }
 }
@@ -178,9 +172,6 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
 KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
     kt_body bodies[2] = {kt_body_default(), kt_body_default()};
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
-    kt_mass_inverse *w = NULL;
     kt_error e;
     double q[2] = {0.4, 0.0}, jacobian[TASK * 2], inertia[TASK * TASK] = {7.0}, x[2] = {1.0, 2.0};
     for (int i = 0; i < 2; i++) {
@@ -193,10 +184,9 @@ KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
     }
     d.bodies = bodies;
     d.body_count = 2;
-    if (!kt_tree_fine("arm", kt_model_compile(&d, NULL, &model, &e), &e) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &e), &e) ||
-        !kt_tree_fine("inverse", kt_mass_inverse_create(model, 2, &w, &e), &e))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    kt_mass_inverse *w = kt_test_mass_inverse(model, 2);
     kt_mass_inverse *other = NULL;
     kt_check_equal_int("too little memory",
                        kt_mass_inverse_init(model, 2, &e, kt_mass_inverse_size(model, 2) - 1, &other, &e),
@@ -208,9 +198,8 @@ KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
     kt_check_equal_int("NaN", kt_mass_inverse_compute(w, data, 0.0, q, &e), KT_ERROR_NOT_FINITE);
     kt_check_contains("where", e.where, "elbow");
     q[1] = 0.0; /* stretched: y is the only way */
-    if (!kt_tree_fine("terms", kt_mass_inverse_compute(w, data, 0.0, q, &e), &e) ||
-        !kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e), &e))
-        return;
+    kt_need_fine("terms", kt_mass_inverse_compute(w, data, 0.0, q, &e), &e);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e), &e);
     kt_frame_jacobian(model, data, 2, kt_vec3_make(1.0, 0.0, 0.0), KT_TWIST_BODY, jacobian);
     kt_check_equal_int("six rows", kt_operational_inertia(w, TASK, jacobian, inertia, NULL, NULL, &e),
                        KT_ERROR_ARGUMENT);
@@ -220,9 +209,6 @@ KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
     kt_check_equal_bits("untouched", inertia, (const double[]){7.0}, 1);
     /* 1 kg at half of each metre: the force along y that moves the tip of the stretched arm. M = [2.5 0.75; 0.75 0.25],
      * J = [2 1]: J M^-1 J' = 8. */
-    (void)kt_tree_fine("y", kt_operational_inertia(w, 1, (const double[]){xy[0], xy[2]}, inertia, NULL, NULL, &e), &e);
+    (void)kt_fine("y", kt_operational_inertia(w, 1, (const double[]){xy[0], xy[2]}, inertia, NULL, NULL, &e), &e);
     kt_check_near("of y alone", inertia[0], 0.125, 4.0 * EPS);
-    kt_mass_inverse_free(w);
-    kt_data_free(data);
-    kt_model_free(model);
 }

@@ -63,12 +63,12 @@ static void describe(quadruped *r) {
 static bool put_down(quadruped *r) {
     kt_error e = {0};
     double q[NQ], v[NV];
-    bool fine = kt_tree_fine("tree", kt_model_compile(&r->description, NULL, &r->model, &e), &e) &&
-                kt_tree_fine("data", kt_data_create(r->model, &r->data, &e), &e);
+    bool fine = kt_fine("tree", kt_model_compile(&r->description, NULL, &r->model, &e), &e) &&
+                kt_fine("data", kt_data_create(r->model, &r->data, &e), &e);
     if (!fine)
         return false;
     kt_model_initial(r->model, q, v);
-    fine = kt_tree_fine("kinematics", kt_kinematics_update(r->model, r->data, q, v, NULL, &e), &e);
+    fine = kt_fine("kinematics", kt_kinematics_update(r->model, r->data, q, v, NULL, &e), &e);
     for (int k = 0; k < FEET; k++) {
         const int leg = k < LEGS ? k : k == LEGS ? 0 : LEGS - 1;
         kt_loop *foot = &r->foot[k];
@@ -88,8 +88,8 @@ static bool put_down(quadruped *r) {
     kt_model_free(r->model);
     r->data = NULL;
     r->model = NULL;
-    return fine && kt_tree_fine("model", kt_model_compile(&r->description, NULL, &r->model, &e), &e) &&
-           kt_tree_fine("data", kt_data_create(r->model, &r->data, &e), &e);
+    return fine && kt_fine("model", kt_model_compile(&r->description, NULL, &r->model, &e), &e) &&
+           kt_fine("data", kt_data_create(r->model, &r->data, &e), &e);
 }
 
 /* Forces and multipliers by elimination. Returns false if they are not determined. */
@@ -138,7 +138,7 @@ KT_TEST(twelve_motors_move_a_floating_base_on_its_feet) {
         double lambda[ROWS], found[ROWS], most = 0.0;
         kt_error e = {0};
         for (int k = 0; k < FEET; k++)
-            (void)kt_tree_fine("switch", kt_loop_enable(&model, r.data, k, set >> k & 1, &e), &e);
+            (void)kt_fine("switch", kt_loop_enable(&model, r.data, k, set >> k & 1, &e), &e);
         const int rows = kt_model_mobility(model).equations;
         kt_check_equal_int("rows", rows, set == 0x7 || set == 0xb || set == 0xd || set == 0xe ? 9 : 12);
         kt_model_initial(model, q, v);
@@ -153,20 +153,18 @@ KT_TEST(twelve_motors_move_a_floating_base_on_its_feet) {
             double rcond = 0.0;
             memset(all, 0, sizeof all);
             const bool fine =
-                kt_tree_fine("velocities", kt_velocity_impact(model, r.data, 0.0, q, v, NULL, &e), &e) &&
-                kt_tree_fine("accelerations", kt_acceleration_evaluate(model, r.data, 0.0, q, v, tau, NULL, a, &e),
-                             &e) &&
-                kt_tree_fine("forces",
-                             kt_actuation_evaluate(model, r.data, work, size, 0.0, q, v, a, NULL,
-                                                   (kt_coordinate_list){index, MOTORS}, w, forces, &rcond, &e),
-                             &e) &&
-                kt_tree_fine("inverse", kt_dynamics_inverse(model, r.data, q, v, a, NULL, right, &e), &e) &&
-                kt_tree_fine("rows", kt_loop_equations(model, r.data, 0.0, q, v, jacobian, NULL, NULL, NULL, &e), &e);
+                kt_fine("velocities", kt_velocity_impact(model, r.data, 0.0, q, v, NULL, &e), &e) &&
+                kt_fine("accelerations", kt_acceleration_evaluate(model, r.data, 0.0, q, v, tau, NULL, a, &e), &e) &&
+                kt_fine("forces",
+                        kt_actuation_evaluate(model, r.data, work, size, 0.0, q, v, a, NULL,
+                                              (kt_coordinate_list){index, MOTORS}, w, forces, &rcond, &e),
+                        &e) &&
+                kt_fine("inverse", kt_dynamics_inverse(model, r.data, q, v, a, NULL, right, &e), &e) &&
+                kt_fine("rows", kt_loop_equations(model, r.data, 0.0, q, v, jacobian, NULL, NULL, NULL, &e), &e);
             if (!fine || !kt_check_true("determined", eliminate(right, jacobian, rows, w, expected, lambda)))
                 continue;
             memcpy(all + 6, forces, sizeof forces);
-            if (!kt_tree_fine("reactions", kt_multiplier_evaluate(model, r.data, 0.0, q, v, all, NULL, found, &e), &e))
-                continue;
+            kt_need_fine("reactions", kt_multiplier_evaluate(model, r.data, 0.0, q, v, all, NULL, found, &e), &e);
             for (int i = 0; i < MOTORS; i++)
                 most = fmax(most, fabs(expected[i]));
             for (int k = 0; k < rows; k++)
@@ -196,8 +194,8 @@ KT_TEST(a_body_on_two_points_tips_and_is_told_so) {
     describe(&r);
     const bool stands = put_down(&r);
     const kt_model *model = r.model;
-    if (stands && kt_tree_fine("first foot", kt_loop_enable(&model, r.data, 0, true, &e), &e) &&
-        kt_tree_fine("second foot", kt_loop_enable(&model, r.data, 3, true, &e), &e)) {
+    if (stands && kt_fine("first foot", kt_loop_enable(&model, r.data, 0, true, &e), &e) &&
+        kt_fine("second foot", kt_loop_enable(&model, r.data, 3, true, &e), &e)) {
         const size_t size = kt_actuation_work_size(model);
         void *work = aligned_alloc(KT_ALIGNMENT, (size + 63) / 64 * 64);
         kt_model_initial(model, q, v);

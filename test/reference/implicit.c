@@ -13,18 +13,16 @@ static bool end_of(const kt_case *c, const char *method, double step, double tol
                    kt_simulation_counts *counts) {
     kt_run run = c->scene.run;
     kt_error error;
-    kt_simulation *s = NULL;
     run.integrator = method;
     run.step = step;
     run.relative = run.absolute = tolerance;
     run.record = 0;
-    kt_need_fine("made", kt_simulation_create(c->model, &run, NULL, &s, &error), &error);
+    kt_simulation *s = kt_test_simulation(c->model, &run, NULL);
     const bool fine = kt_fine(method, kt_simulation_advance(s, duration, &error), &error);
     memcpy(y, kt_simulation_positions(s), (size_t)kt_model_nq(c->model) * sizeof *y);
     memcpy(y + kt_model_nq(c->model), kt_simulation_velocities(s), (size_t)kt_model_nv(c->model) * sizeof *y);
     if (counts != NULL)
         *counts = kt_simulation_counts_get(s);
-    kt_simulation_free(s);
     return fine;
 }
 
@@ -52,14 +50,13 @@ static void check_order(const char *method, double factor, double least) {
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         double exact[MOST], y[MOST], error[2];
         kt_case c = kt_case_open(cases[i].scene);
-        if (end_of(&c, "dop853", 0.0, 1e-13, cases[i].duration, exact, NULL)) {
-            for (int k = 0; k < 2; k++) {
-                (void)end_of(&c, method, factor * cases[i].step / (1 << k), 0.0, cases[i].duration, y, NULL);
-                error[k] = distance(&c, y, exact);
-            }
-            kt_note("%s, %s: errors %.2g, %.2g", method, cases[i].scene, error[0], error[1]);
-            kt_check_above("order", log2(error[0] / error[1]), least);
+        kt_need(end_of(&c, "dop853", 0.0, 1e-13, cases[i].duration, exact, NULL));
+        for (int k = 0; k < 2; k++) {
+            (void)end_of(&c, method, factor * cases[i].step / (1 << k), 0.0, cases[i].duration, y, NULL);
+            error[k] = distance(&c, y, exact);
         }
+        kt_note("%s, %s: errors %.2g, %.2g", method, cases[i].scene, error[0], error[1]);
+        kt_check_above("order", log2(error[0] / error[1]), least);
     }
 }
 
@@ -85,13 +82,13 @@ KT_TEST(the_stiff_governor_takes_few_steps) {
     double exact[MOST], y[MOST];
     kt_simulation_counts counts = {0};
     kt_case c = kt_case_open("flyball-governor");
-    if (end_of(&c, "radau5", 0.0, 1e-12, 10.0, exact, NULL) && end_of(&c, "radau5", 0.0, 1e-6, 10.0, y, &counts)) {
-        kt_note("%d steps, %d rejected, %d evaluations, %d Jacobians", (int)counts.steps, (int)counts.rejected,
-                (int)counts.evaluations, (int)counts.jacobians);
-        kt_check_below("error", distance(&c, y, exact), 1e-5);
-        kt_check_below("evaluations", (double)counts.evaluations, 4000.0);
-        kt_check_below("Jacobians", (double)counts.jacobians, 300.0);
-    }
+    kt_need(end_of(&c, "radau5", 0.0, 1e-12, 10.0, exact, NULL));
+    kt_need(end_of(&c, "radau5", 0.0, 1e-6, 10.0, y, &counts));
+    kt_note("%d steps, %d rejected, %d evaluations, %d Jacobians", (int)counts.steps, (int)counts.rejected,
+            (int)counts.evaluations, (int)counts.jacobians);
+    kt_check_below("error", distance(&c, y, exact), 1e-5);
+    kt_check_below("evaluations", (double)counts.evaluations, 4000.0);
+    kt_check_below("Jacobians", (double)counts.jacobians, 300.0);
 }
 
 /* If nothing is stiff, one Jacobian serves for long: loops in the plane and in space, quaternions. */
@@ -101,12 +98,11 @@ KT_TEST(a_jacobian_serves_for_many_steps_where_nothing_is_stiff) {
         double y[MOST];
         kt_simulation_counts counts = {0};
         kt_case c = kt_case_open(scenes[i]);
-        if (end_of(&c, "radau5", 0.0, 1e-10, 1.0, y, &counts)) {
-            kt_note("%s: %d steps, %d evaluations, %d Jacobians", scenes[i], (int)counts.steps, (int)counts.evaluations,
-                    (int)counts.jacobians);
-            kt_check_below("Jacobians, over steps", (double)counts.jacobians / (double)counts.steps, 0.05);
-            kt_check_below("evaluations, over steps", (double)counts.evaluations / (double)counts.steps, 11.0);
-        }
+        kt_need(end_of(&c, "radau5", 0.0, 1e-10, 1.0, y, &counts));
+        kt_note("%s: %d steps, %d evaluations, %d Jacobians", scenes[i], (int)counts.steps, (int)counts.evaluations,
+                (int)counts.jacobians);
+        kt_check_below("Jacobians, over steps", (double)counts.jacobians / (double)counts.steps, 0.05);
+        kt_check_below("evaluations, over steps", (double)counts.evaluations / (double)counts.steps, 11.0);
     }
 }
 
@@ -180,10 +176,9 @@ KT_TEST(auto_goes_over_where_a_decay_bounds_the_steps) {
         double y[MOST + MOST];
         kt_simulation_counts counts = {0};
         kt_case c = kt_case_open(stiff[i]);
-        if (end_of(&c, "auto", 0.0, 1e-6, c.scene.run.duration, y, &counts)) {
-            kt_check_above(stiff[i], (double)counts.switches, 0.5);
-            kt_check_below("evaluations, over those of dopri5", (double)counts.evaluations / costs[i].dopri5,
-                           costs[i].part);
-        }
+        kt_need(end_of(&c, "auto", 0.0, 1e-6, c.scene.run.duration, y, &counts));
+        kt_check_above(stiff[i], (double)counts.switches, 0.5);
+        kt_check_below("evaluations, over those of dopri5", (double)counts.evaluations / costs[i].dopri5,
+                       costs[i].part);
     }
 }

@@ -74,20 +74,19 @@ static const char *space(const quad_mechanism *m) { return m->planar ? "plane" :
 static void compare_off(const singular *s, double d, kt_worst *worst, int *told) {
     const quad_mechanism m = near_off_by(s, d);
     library l;
-    if (kt_check_true("compiles", near_compile(&l, &m)))
-        for (int k = 1; k <= DISTANCES; k++) {
-            near_state n;
-            quad nearest[QUAD_NV];
-            double a[QUAD_NV];
-            if (!near_state_at(s, &m, pow(10.0, -k), &n) || !nearest_acceleration(&m, &n, nearest))
-                continue;
-            double error = accelerates(&l, &m, &n, a) ? fmin(apart(m.nv, n.a, a), apart(m.nv, nearest, a)) : HUGE_VAL;
-            if (!(error <= direct_bound(&n)) && (*told)++ < 40)
-                kt_note("seed %d, %s, %d of %d, d = %g, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s->seed,
-                        space(&m), m.nv - m.rows, m.nv, d, k, n.least, n.scale, error, direct_bound(&n));
-            kt_worst_below(worst, error, direct_bound(&n), "seed %d, d = %g, h = 1e-%d, s = %.1e", s->seed, d, k,
-                           n.least);
-        }
+    kt_need(kt_check_true("compiles", near_compile(&l, &m)));
+    for (int k = 1; k <= DISTANCES; k++) {
+        near_state n;
+        quad nearest[QUAD_NV];
+        double a[QUAD_NV];
+        if (!near_state_at(s, &m, pow(10.0, -k), &n) || !nearest_acceleration(&m, &n, nearest))
+            continue;
+        double error = accelerates(&l, &m, &n, a) ? fmin(apart(m.nv, n.a, a), apart(m.nv, nearest, a)) : HUGE_VAL;
+        if (!(error <= direct_bound(&n)) && (*told)++ < 40)
+            kt_note("seed %d, %s, %d of %d, d = %g, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s->seed,
+                    space(&m), m.nv - m.rows, m.nv, d, k, n.least, n.scale, error, direct_bound(&n));
+        kt_worst_below(worst, error, direct_bound(&n), "seed %d, d = %g, h = 1e-%d, s = %.1e", s->seed, d, k, n.least);
+    }
     near_discard(&l);
 }
 
@@ -120,31 +119,30 @@ KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
         const quad_mechanism m = near_off_by(&s, 0.0);
         library l;
         near_state n, before = {.least = 0.0}, last = {.least = 0.0};
-        if (kt_check_true("compiles", near_compile(&l, &m)))
-            for (int k = 1; k <= DISTANCES; k++) {
-                double a[QUAD_NV];
-                quad nearest[QUAD_NV];
-                if (!near_state_at(&s, &s.m, pow(10.0, -k), &n))
-                    continue;
-                if (k <= 7) {
-                    before = last;
-                    last = n;
-                }
-                quad expected[QUAD_NV];
-                const double part = k > 7 ? (1.0 - pow(10.0, 7 - k)) / 9.0 : 0.0;
-                for (int j = 0; j < m.nv; j++)
-                    expected[j] = last.a[j] + part * (last.a[j] - before.a[j]);
-                double error = accelerates(&l, &m, &n, a) ? apart(m.nv, expected, a) : HUGE_VAL;
-                if (nearest_acceleration(&m, &n, nearest))
-                    error = fmin(error, apart(m.nv, nearest, a));
-                const bool crosses = m.nv - m.rows == 1;
-                const double bound = crosses ? fmin(direct_bound(&n), 1e-6 * last.scale) : direct_bound(&n);
-                if (!(error <= bound) && told++ < 40)
-                    kt_note("seed %d, %s, %d of %d, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s.seed,
-                            space(&m), m.nv - m.rows, m.nv, k, n.least, last.scale, error, bound);
-                kt_worst_below(crosses ? &worst : &cone, error, bound, "seed %d, h = 1e-%d, s = %.1e", s.seed, k,
-                               n.least);
+        kt_need(kt_check_true("compiles", near_compile(&l, &m)));
+        for (int k = 1; k <= DISTANCES; k++) {
+            double a[QUAD_NV];
+            quad nearest[QUAD_NV];
+            if (!near_state_at(&s, &s.m, pow(10.0, -k), &n))
+                continue;
+            if (k <= 7) {
+                before = last;
+                last = n;
             }
+            quad expected[QUAD_NV];
+            const double part = k > 7 ? (1.0 - pow(10.0, 7 - k)) / 9.0 : 0.0;
+            for (int j = 0; j < m.nv; j++)
+                expected[j] = last.a[j] + part * (last.a[j] - before.a[j]);
+            double error = accelerates(&l, &m, &n, a) ? apart(m.nv, expected, a) : HUGE_VAL;
+            if (nearest_acceleration(&m, &n, nearest))
+                error = fmin(error, apart(m.nv, nearest, a));
+            const bool crosses = m.nv - m.rows == 1;
+            const double bound = crosses ? fmin(direct_bound(&n), 1e-6 * last.scale) : direct_bound(&n);
+            if (!(error <= bound) && told++ < 40)
+                kt_note("seed %d, %s, %d of %d, h = 1e-%d, s = %.1e: |a| = %.1e, error %.1e of %.1e", s.seed, space(&m),
+                        m.nv - m.rows, m.nv, k, n.least, last.scale, error, bound);
+            kt_worst_below(crosses ? &worst : &cone, error, bound, "seed %d, h = 1e-%d, s = %.1e", s.seed, k, n.least);
+        }
         near_discard(&l);
     }
     kt_check_worst(&worst);
@@ -162,41 +160,40 @@ KT_TEST(null_space_and_equations_next_to_singular_positions) {
         const quad_mechanism m = near_off_by(&s, 1e-6);
         library l;
         near_state n;
-        if (kt_check_true("compiles", near_compile(&l, &m)))
-            for (int k = 1; k <= 8; k++) {
-                double N[QUAD_NV * QUAD_NV], J[30 * QUAD_NV], residual[30], rate[30], bias[30];
-                quad A[QUAD_ROWS][QUAD_NV], q[QUAD_NQ];
-                int columns;
-                kt_error e = {0};
-                if (!near_state_at(&s, &m, pow(10.0, -k), &n))
-                    continue;
-                for (int j = 0; j < m.nq; j++)
-                    q[j] = n.q_of[j];
-                quad_jacobian(&m, q, A);
-                const double tiny = 100.0 * DBL_EPSILON * n.most, v2 = n.speed * n.speed;
-                if (kt_loop_nullspace(l.model, l.data, 0.0, n.q_of, N, &columns, &e) != KT_OK ||
-                    kt_loop_equations(l.model, l.data, 0.0, n.q_of, n.v_of, J, residual, rate, bias, &e) != KT_OK) {
-                    kt_check_true(e.message, false);
-                    continue;
-                }
-                for (int c = 0; c < columns; c++)
-                    for (int r = 0; r < m.rows; r++) {
-                        quad sum = 0;
-                        for (int j = 0; j < m.nv; j++)
-                            sum += A[r][j] * N[c * m.nv + j];
-                        kt_worst_below(&null, fabs((double)sum), tiny, "seed %d, h = 1e-%d", s.seed, k);
-                    }
-                const int rows = kt_model_mobility(l.model).equations;
-                for (int r = 0; r < rows; r++) {
-                    quad av = 0, aa = 0;
-                    for (int j = 0; j < m.nv; j++)
-                        av += J[j * rows + r] * n.v[j], aa += J[j * rows + r] * n.a[j];
-                    kt_worst_below(&velocity, fabs((double)av - rate[r]), tiny * n.speed, "seed %d, h = 1e-%d", s.seed,
-                                   k);
-                    kt_worst_below(&drift, fabs((double)aa - bias[r]), tiny * (n.scale + v2), "seed %d, h = 1e-%d",
-                                   s.seed, k);
-                }
+        kt_need(kt_check_true("compiles", near_compile(&l, &m)));
+        for (int k = 1; k <= 8; k++) {
+            double N[QUAD_NV * QUAD_NV], J[30 * QUAD_NV], residual[30], rate[30], bias[30];
+            quad A[QUAD_ROWS][QUAD_NV], q[QUAD_NQ];
+            int columns;
+            kt_error e = {0};
+            if (!near_state_at(&s, &m, pow(10.0, -k), &n))
+                continue;
+            for (int j = 0; j < m.nq; j++)
+                q[j] = n.q_of[j];
+            quad_jacobian(&m, q, A);
+            const double tiny = 100.0 * DBL_EPSILON * n.most, v2 = n.speed * n.speed;
+            if (kt_loop_nullspace(l.model, l.data, 0.0, n.q_of, N, &columns, &e) != KT_OK ||
+                kt_loop_equations(l.model, l.data, 0.0, n.q_of, n.v_of, J, residual, rate, bias, &e) != KT_OK) {
+                kt_check_true(e.message, false);
+                continue;
             }
+            for (int c = 0; c < columns; c++)
+                for (int r = 0; r < m.rows; r++) {
+                    quad sum = 0;
+                    for (int j = 0; j < m.nv; j++)
+                        sum += A[r][j] * N[c * m.nv + j];
+                    kt_worst_below(&null, fabs((double)sum), tiny, "seed %d, h = 1e-%d", s.seed, k);
+                }
+            const int rows = kt_model_mobility(l.model).equations;
+            for (int r = 0; r < rows; r++) {
+                quad av = 0, aa = 0;
+                for (int j = 0; j < m.nv; j++)
+                    av += J[j * rows + r] * n.v[j], aa += J[j * rows + r] * n.a[j];
+                kt_worst_below(&velocity, fabs((double)av - rate[r]), tiny * n.speed, "seed %d, h = 1e-%d", s.seed, k);
+                kt_worst_below(&drift, fabs((double)aa - bias[r]), tiny * (n.scale + v2), "seed %d, h = 1e-%d", s.seed,
+                               k);
+            }
+        }
         near_discard(&l);
     }
     kt_check_worst(&null);

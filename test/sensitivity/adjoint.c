@@ -71,12 +71,10 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
     for (int n = 0; n < 44; n++) {
         static grown g;
         const kt_method *method = any_method(n);
-        if (grown_make(&g, n, &random)) {
-            const kt_step step = {
-                .method = method, .t = 0.1, .h = 0.01, .tau = g.state.tau, .external = g.state.external};
-            const step_case c = {g.tree.model, g.tree.data, g.state.q, g.state.v, step, 0.0};
-            taken += compare(&c, false, &random, &worst, method->name);
-        }
+        kt_need(grown_make(&g, n, &random));
+        const kt_step step = {.method = method, .t = 0.1, .h = 0.01, .tau = g.state.tau, .external = g.state.external};
+        const step_case c = {g.tree.model, g.tree.data, g.state.q, g.state.v, step, 0.0};
+        taken += compare(&c, false, &random, &worst, method->name);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, 44);
@@ -89,11 +87,10 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     for (int n = 0; n < 24; n++) {
         static tangle g;
         const tangle_plan plan = closed_plan(n, 3);
-        if (tangle_grow(&g, &plan, &random)) {
-            const kt_step step = {.method = any_method(n), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
-            const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
-            taken += compare(&c, true, &random, &worst, step.method->name);
-        }
+        kt_need(tangle_grow(&g, &plan, &random));
+        const kt_step step = {.method = any_method(n), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
+        const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
+        taken += compare(&c, true, &random, &worst, step.method->name);
     }
     kt_check_worst(&worst);
     kt_check_above("mechanisms", taken, 12.0);
@@ -169,10 +166,10 @@ static bool differentiate(const rollout_case *c, int checkpoints, double *value,
     const size_t size = kt_rollout_work_size(c->model, &rollout);
     void *work = take(size);
     weights costs = c->costs;
-    const bool fine = kt_tree_fine("gradient",
-                                   kt_rollout_gradient(c->model, c->data, work, size, &rollout, c->q, c->v, value,
-                                                       gradient, gradient + 2 * c->costs.nv, cost_of, &costs, &error),
-                                   &error);
+    const bool fine = kt_fine("gradient",
+                              kt_rollout_gradient(c->model, c->data, work, size, &rollout, c->q, c->v, value, gradient,
+                                                  gradient + 2 * c->costs.nv, cost_of, &costs, &error),
+                              &error);
     free(work);
     return fine;
 }
@@ -195,10 +192,10 @@ static void multiply(const rollout_case *c, double *value, double *gradient) {
                               .t = c->rollout.t + k * c->rollout.h,
                               .h = c->rollout.h,
                               .tau = c->rollout.inputs + k * n};
-        kt_tree_fine("matrices",
-                     kt_step_derivatives(c->model, c->data, work, size, &step, q + k * nq, v + k * n, q + (k + 1) * nq,
-                                         v + (k + 1) * n, A_k, A_k + rows * rows, &error),
-                     &error);
+        kt_fine("matrices",
+                kt_step_derivatives(c->model, c->data, work, size, &step, q + k * nq, v + k * n, q + (k + 1) * nq,
+                                    v + (k + 1) * n, A_k, A_k + rows * rows, &error),
+                &error);
     }
     *value = 0.0;
     memset(by, 0, sizeof by);
@@ -262,23 +259,21 @@ KT_TEST(gradient_over_many_steps_is_the_product_of_their_matrices) {
     kt_random random = kt_random_of_test();
     static grown g;
     for (int n = 4; n < 9; n++) {
-        if (grown_make(&g, n, &random)) {
-            rollout_case c = {.model = g.tree.model,
-                              .data = g.tree.data,
-                              .q = g.state.q,
-                              .v = g.state.v,
-                              .rollout = {.method = kt_method_find(trees[n - 4]), .t = 0.1, .h = 0.002},
-                              .costs = {.nq = g.tree.nq, .nv = g.tree.nv}};
-            check_rollout(&c, &random, "gradient of a tree");
-        }
+        kt_need(grown_make(&g, n, &random));
+        rollout_case c = {.model = g.tree.model,
+                          .data = g.tree.data,
+                          .q = g.state.q,
+                          .v = g.state.v,
+                          .rollout = {.method = kt_method_find(trees[n - 4]), .t = 0.1, .h = 0.002},
+                          .costs = {.nq = g.tree.nq, .nv = g.tree.nv}};
+        check_rollout(&c, &random, "gradient of a tree");
     }
     for (int k = 0; k < 5; k++) {
         static linkage l;
         four_bar f = four_bar_default();
         f.rate = 3.0;
         linkage_four_bar(&l, &f);
-        if (!linkage_build(&l, 0.0))
-            continue;
+        kt_need(linkage_build(&l, 0.0));
         rollout_case c = {.model = l.model,
                           .data = l.data,
                           .q = l.q,
@@ -300,33 +295,32 @@ KT_TEST(failed_gradient_leaves_outputs_untouched) {
     kt_error error;
     four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
-    if (linkage_build(&l, 0.0)) {
-        kt_rollout rollout = {.method = kt_method_find("rk4"), .h = 0.01, .steps = 4};
-        const size_t size = kt_rollout_work_size(l.model, &rollout);
-        void *work = take(size);
-        kt_check_equal_int("stopped",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
-                                               stop, NULL, &error),
-                           KT_ERROR_CALLBACK);
-        kt_check_contains("its words", error.message, "step 2 returned 7");
-        kt_check_equal_int("memory",
-                           kt_rollout_gradient(l.model, l.data, work, size - 1, &rollout, l.q, l.v, &value, start,
-                                               inputs, stop, NULL, &error),
-                           KT_ERROR_MEMORY);
-        rollout.steps = 0;
-        kt_check_equal_int("no steps",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
-                                               stop, NULL, &error),
-                           KT_ERROR_ARGUMENT);
-        rollout.steps = 4;
-        rollout.method = kt_method_find("rkc2");
-        kt_check_equal_int("stabilised",
-                           kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs,
-                                               stop, NULL, &error),
-                           KT_ERROR_ARGUMENT);
-        kt_check_true("untouched", value == 5.0 && start[0] == 6.0 && inputs[0] == 7.0);
-        free(work);
-    }
+    kt_need(linkage_build(&l, 0.0));
+    kt_rollout rollout = {.method = kt_method_find("rk4"), .h = 0.01, .steps = 4};
+    const size_t size = kt_rollout_work_size(l.model, &rollout);
+    void *work = take(size);
+    kt_check_equal_int(
+        "stopped",
+        kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs, stop, NULL, &error),
+        KT_ERROR_CALLBACK);
+    kt_check_contains("its words", error.message, "step 2 returned 7");
+    kt_check_equal_int("memory",
+                       kt_rollout_gradient(l.model, l.data, work, size - 1, &rollout, l.q, l.v, &value, start, inputs,
+                                           stop, NULL, &error),
+                       KT_ERROR_MEMORY);
+    rollout.steps = 0;
+    kt_check_equal_int(
+        "no steps",
+        kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs, stop, NULL, &error),
+        KT_ERROR_ARGUMENT);
+    rollout.steps = 4;
+    rollout.method = kt_method_find("rkc2");
+    kt_check_equal_int(
+        "stabilised",
+        kt_rollout_gradient(l.model, l.data, work, size, &rollout, l.q, l.v, &value, start, inputs, stop, NULL, &error),
+        KT_ERROR_ARGUMENT);
+    kt_check_true("untouched", value == 5.0 && start[0] == 6.0 && inputs[0] == 7.0);
+    free(work);
 }
 
 /* A wheel with stops, and with friction that slips. Its loops have no equations while they are open. */

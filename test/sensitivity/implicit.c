@@ -48,8 +48,7 @@ static matrix by_eigenvalues(const kt_method *method, matrix z) {
     kt_stability s;
     kt_error e;
     matrix out = {{NAN}};
-    if (!kt_tree_fine("stability", kt_stability_make(method, 0, &s, &e), &e))
-        return out;
+    kt_need_fine("stability", kt_stability_make(method, 0, &s, &e), &e);
     const double at_one = kt_stability_value(&s, (kt_complex){one, 0.0}).re,
                  at_other = kt_stability_value(&s, (kt_complex){other, 0.0}).re;
     for (int i = 0; i < 4; i++) {
@@ -84,8 +83,6 @@ KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
     kt_body body = kt_body_default();
     kt_effect spring = kt_effect_default();
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_error e;
     body.name = spring.joint = "mass";
     body.joint.type = KT_JOINT_PRISMATIC;
@@ -95,9 +92,8 @@ KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
     spring.stiffness = stiffness;
     spring.damping = damping;
     d.bodies = &body, d.body_count = 1, d.effects = &spring, d.effect_count = 1;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &e), &e))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
     const double q = 0.1, v = 0.2, w = sqrt(stiffness / mass), rounding = 128.0 * DBL_EPSILON;
     const matrix z = {{0.0, -h * stiffness / mass, h, -h * damping / mass}};
     for (int n = 0; n < IMPLICIT_METHODS; n++) {
@@ -105,8 +101,7 @@ KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
         const size_t size = kt_step_work_size(model, step.method);
         void *work = aligned_alloc(64, (size + 63) / 64 * 64);
         double A[4], B[2], next_q = 0.0, next_v = 0.0;
-        kt_tree_fine("step", kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, A, B, &e),
-                     &e);
+        kt_fine("step", kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, A, B, &e), &e);
         const matrix r = growth(step.method, z);
         const double rest = tau / stiffness, off = q - rest;
         const double unit[] = {1.0, w, 1.0 / w, 1.0};
@@ -121,8 +116,6 @@ KT_TEST(step_of_an_oscillator_has_the_stability_function_of_its_method) {
             kt_check_worst(&worst[i]);
         free(work);
     }
-    kt_data_free(data);
-    kt_model_free(model);
 }
 
 /* ---- trees ------------------------------------------------------------------------------------------------------- */
@@ -136,17 +129,15 @@ KT_TEST(derivatives_of_implicit_steps_of_trees_are_those_of_the_steps) {
     for (int n = 0; n < TREES; n++) {
         static grown s;
         const kt_method *method = implicit_method(n);
-        if (grown_make(&s, n, &random)) {
-            const step_case c = {
-                s.tree.model,
-                s.tree.data,
-                s.state.q,
-                s.state.v,
-                {.method = method, .t = 0.1, .h = 0.01, .tau = s.state.tau, .external = s.state.external},
-                0.01};
-            turning += s.tree.nq > s.tree.nv;
-            taken += compare_step(&c, &worst, method->name);
-        }
+        kt_need(grown_make(&s, n, &random));
+        const step_case c = {s.tree.model,
+                             s.tree.data,
+                             s.state.q,
+                             s.state.v,
+                             {.method = method, .t = 0.1, .h = 0.01, .tau = s.state.tau, .external = s.state.external},
+                             0.01};
+        turning += s.tree.nq > s.tree.nv;
+        taken += compare_step(&c, &worst, method->name);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, TREES);
@@ -170,10 +161,9 @@ static void chain_steps(grown *s, const kt_step *first, kt_simulation *simulatio
             tau[i] = (1.0 - 0.5 * k) * s->state.tau[i];
         step.t = k * step.h;
         step.tau = tau;
-        kt_tree_fine("torque", kt_simulation_set_torque(simulation, tau, &error), &error);
-        kt_tree_fine("step", kt_step_evaluate(s->tree.model, s->tree.data, work, size, &step, q, v, q, v, &error),
-                     &error);
-        kt_tree_fine("simulated", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        kt_fine("torque", kt_simulation_set_torque(simulation, tau, &error), &error);
+        kt_fine("step", kt_step_evaluate(s->tree.model, s->tree.data, work, size, &step, q, v, q, v, &error), &error);
+        kt_fine("simulated", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
         const double *at = kt_simulation_positions(simulation), *rate = kt_simulation_velocities(simulation);
         const double most = fmax(1.0, kt_tree_largest(v, nv));
         for (int i = 0; i < nq; i++)
@@ -192,16 +182,14 @@ KT_TEST(implicit_steps_are_those_of_a_simulation_whose_torques_change_at_each) {
     for (int n = 0; n < 24; n++) {
         static grown s;
         kt_run run = kt_run_default();
-        kt_simulation *simulation = NULL;
         kt_error error;
         const kt_step step = {.method = implicit_method(n), .h = 0.01};
         run.integrator = step.method->name;
         run.step = 0.01;
-        if (grown_make(&s, n, &random) &&
-            kt_tree_fine("simulation", kt_simulation_create(s.tree.model, &run, NULL, &simulation, &error), &error) &&
-            kt_tree_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error))
-            chain_steps(&s, &step, simulation, &worst);
-        kt_simulation_free(simulation);
+        kt_need(grown_make(&s, n, &random));
+        kt_simulation *simulation = kt_test_simulation(s.tree.model, &run, NULL);
+        kt_need_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error);
+        chain_steps(&s, &step, simulation, &worst);
     }
     kt_check_worst(&worst);
 }
@@ -221,9 +209,6 @@ static void compare_contact(double height, double speed, double h, double reach,
     kt_body body = kt_body_default();
     kt_effect contact = kt_effect_default();
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
-    kt_error e;
     const double q[7] = {0.0, 0.0, 0.1 + height, 1.0, 0.0, 0.0, 0.0};
     const double v[6] = {0.3, -0.2, 0.1, 0.4, 0.2, speed};
     body.name = "ball";
@@ -239,15 +224,12 @@ static void compare_contact(double height, double speed, double h, double reach,
     contact.friction = 0.4;
     contact.slip = 0.05;
     d.bodies = &body, d.body_count = 1, d.effects = &contact, d.effect_count = 1;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &e), &e))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
     for (int m = 0; m < IMPLICIT_METHODS; m++) {
         const step_case c = {model, data, q, v, {.method = implicit_method(m), .h = h}, reach};
         *taken += compare_step(&c, worst, c.step.method->name);
     }
-    kt_data_free(data);
-    kt_model_free(model);
 }
 
 KT_TEST(derivatives_of_implicit_steps_know_contacts) {

@@ -24,9 +24,8 @@ static void check_stop(const char *name, const kt_model *model, double q, double
     const size_t size = kt_step_work_size(model, step.method);
     void *work = aligned_alloc(64, (size + 63) / 64 * 64);
     double A[4] = {0.0}, by_state[2];
-    kt_data *data = NULL;
     kt_error error = {0};
-    kt_check_equal_int(name, kt_data_create(model, &data, &error), KT_OK);
+    kt_data *data = kt_test_data(model);
     kt_status status = kt_step_derivatives(model, data, work, size, &step, &q, &v, NULL, NULL, A, NULL, &error);
     const kt_status adjoint =
         kt_step_adjoint(model, data, work, size, &step, &q, &v, by_next, by_state, NULL, words ? &error : NULL);
@@ -41,7 +40,6 @@ static void check_stop(const char *name, const kt_model *model, double q, double
     } else {
         kt_check_near("held", fabs(A[0]) + fabs(A[2]) + fabs(A[3]), 0.0, 1e-15);
     }
-    kt_data_free(data);
     free(work);
 }
 
@@ -49,9 +47,6 @@ KT_TEST(steps_in_which_hard_contacts_close_or_open_are_rejected) {
     kt_body body = kt_body_default();
     kt_effect floor = kt_effect_default();
     kt_description d = kt_description_default();
-    kt_model *compiled = NULL;
-    kt_simulation *simulation = NULL;
-    kt_error error = {0};
     body.name = "mass";
     body.joint.type = KT_JOINT_PRISMATIC;
     body.mass = 1.0;
@@ -63,14 +58,11 @@ KT_TEST(steps_in_which_hard_contacts_close_or_open_are_rejected) {
     d.gravity = kt_vec3_make(0.0, 0.0, -10.0);
     d.bodies = &body, d.body_count = 1;
     d.effects = &floor, d.effect_count = 1;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &compiled, &error), &error) ||
-        !kt_tree_fine("rests", kt_simulation_create(compiled, NULL, NULL, &simulation, &error), &error))
-        return;
+    kt_model *compiled = kt_test_model(&d, NULL);
+    kt_simulation *simulation = kt_test_simulation(compiled, NULL, NULL);
     check_stop("above it", compiled, 1.0, 0.0, 0.0, NULL);
     check_stop("closes", compiled, 0.02, 0.0, 0.0, "closes (-0.03) within the step");
     check_stop("rests, and the model does not know it", compiled, 0.0, 0.0, 0.0, "closes (-0.05)");
     check_stop("rests", kt_simulation_model(simulation), 0.0, 0.0, 0.0, NULL);
     check_stop("is lifted", kt_simulation_model(simulation), 0.0, 0.0, 12.0, "opens, as its reaction would pull, (-2)");
-    kt_simulation_free(simulation);
-    kt_model_free(compiled);
 }

@@ -44,8 +44,6 @@ KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
     kt_body body = kt_body_default();
     kt_effect effect[2] = {kt_effect_default(), kt_effect_default()};
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_error error;
     body.name = "mass";
     body.joint.type = KT_JOINT_PRISMATIC;
@@ -58,9 +56,8 @@ KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
     d.gravity = kt_vec3_make(0.0, 0.0, 0.0);
     d.bodies = &body, d.body_count = 1;
     d.effects = effect, d.effect_count = 2;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
     kt_worst worst = kt_worst_make("A = R(h L), B = (R(h L) - 1) L^-1 / m");
     const kt_method *method;
     for (int n = 0; (method = explicit_method(n)) != NULL; n++) {
@@ -69,31 +66,26 @@ KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
         const kt_step step = {.method = method, .t = 0.3, .h = h, .tau = &tau};
         const size_t size = kt_step_work_size(model, method);
         void *work = aligned_alloc(64, (size + 63) / 64 * 64);
-        if (kt_tree_fine("derivatives",
-                         kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, observed,
-                                             observed + 4, &error),
-                         &error)) {
-            expected_of(method, expected, expected + 4);
-            /* rounding: stages times some products of numbers below 26 */
-            for (int i = 0; i < 6; i++)
-                kt_worst_near(&worst, observed[i], expected[i], 8.0 * DBL_EPSILON * fmax(1.0, fabs(expected[i])),
-                              "%s number %d", method->name, i);
-            kt_worst_near(&worst, next_q, q + (expected[0] - 1.0) * q + expected[2] * v + expected[4] * tau,
-                          8.0 * DBL_EPSILON, "%s position", method->name);
-        }
+        kt_need_fine("derivatives",
+                     kt_step_derivatives(model, data, work, size, &step, &q, &v, &next_q, &next_v, observed,
+                                         observed + 4, &error),
+                     &error);
+        expected_of(method, expected, expected + 4);
+        /* rounding: stages times some products of numbers below 26 */
+        for (int i = 0; i < 6; i++)
+            kt_worst_near(&worst, observed[i], expected[i], 8.0 * DBL_EPSILON * fmax(1.0, fabs(expected[i])),
+                          "%s number %d", method->name, i);
+        kt_worst_near(&worst, next_q, q + (expected[0] - 1.0) * q + expected[2] * v + expected[4] * tau,
+                      8.0 * DBL_EPSILON, "%s position", method->name);
         free(work);
     }
     kt_check_worst(&worst);
     kt_check_above("methods", explicit_method(10) != NULL, 1.0);
-    kt_data_free(data);
-    kt_model_free(model);
 }
 
 KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
     kt_body body = kt_body_default();
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     kt_error error;
     char work[64];
     double q = 0.1, v = 0.2, next_q = 5.0, next_v = 6.0;
@@ -101,9 +93,8 @@ KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
     body.joint.type = KT_JOINT_PRISMATIC;
     body.mass = mass;
     d.bodies = &body, d.body_count = 1;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
     for (int i = 0; i < 4; i++) {
         const char *name[] = {"rkc2", "ab4", "auto", NULL};
         const kt_step step = {.method = name[i] ? kt_method_find(name[i]) : NULL, .h = h};
@@ -118,8 +109,6 @@ KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
                        kt_step_evaluate(model, data, work, sizeof work, &step, &q, &v, &next_q, &next_v, &error),
                        KT_ERROR_MEMORY);
     kt_check_near("the output is untouched", next_q, 5.0, 0.0);
-    kt_data_free(data);
-    kt_model_free(model);
 }
 
 /* A motor makes the accelerations depend on time. A simulation ends its steps at multiples of h. */
@@ -128,9 +117,6 @@ KT_TEST(steps_that_end_with_a_simulation_have_its_bits) {
     kt_effect motor = kt_effect_default();
     kt_description d = kt_description_default();
     kt_run run = kt_run_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
-    kt_simulation *simulation = NULL;
     kt_error error;
     body.name = motor.joint = "arm";
     body.joint.type = KT_JOINT_REVOLUTE;
@@ -144,10 +130,9 @@ KT_TEST(steps_that_end_with_a_simulation_have_its_bits) {
     d.effects = &motor, d.effect_count = 1;
     run.integrator = "rk4";
     run.step = 1e-3;
-    if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &error), &error) ||
-        !kt_tree_fine("data", kt_data_create(model, &data, &error), &error) ||
-        !kt_tree_fine("simulation", kt_simulation_create(model, &run, NULL, &simulation, &error), &error))
-        return;
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
     kt_step step = {.method = kt_method_find("rk4"), .h = run.step};
     const size_t size = kt_step_work_size(model, step.method);
@@ -157,11 +142,10 @@ KT_TEST(steps_that_end_with_a_simulation_have_its_bits) {
         const double from[2] = {q[0], v[0]};
         double next[2];
         step.t = kt_simulation_time(simulation);
-        kt_tree_fine("a step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
+        kt_fine("a step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
         step.end = kt_simulation_time(simulation);
         other_times += step.end != step.t + step.h;
-        kt_tree_fine("it", kt_step_evaluate(model, data, work, size, &step, from, from + 1, next, next + 1, &error),
-                     &error);
+        kt_fine("it", kt_step_evaluate(model, data, work, size, &step, from, from + 1, next, next + 1, &error), &error);
         equal += next[0] == q[0] && next[1] == v[0];
     }
     kt_check_equal_int("steps with equal bits", equal, 2000);
@@ -173,7 +157,4 @@ KT_TEST(steps_that_end_with_a_simulation_have_its_bits) {
                        KT_ERROR_ARGUMENT);
     kt_check_text("is", error.where, "step.end");
     free(work);
-    kt_simulation_free(simulation);
-    kt_data_free(data);
-    kt_model_free(model);
 }

@@ -94,19 +94,18 @@ static bool mechanism_read(mechanism *m, const char *text, kt_metric metric, kt_
     options.metric = metric;
     options.structure = structure;
     *m = (mechanism){.model = NULL};
-    if (!kt_tree_fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &error), &error))
-        return false;
-    bool fine = kt_tree_fine("compile", kt_model_compile(&scene.description, &options, &m->model, &error), &error);
+    kt_need_fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &error), &error);
+    bool fine = kt_fine("compile", kt_model_compile(&scene.description, &options, &m->model, &error), &error);
     kt_scene_free(&scene);
     const size_t size = fine ? kt_model_size(m->model) : 0;
-    fine = fine && kt_tree_fine("copy", kt_model_copy(m->model, take(size), size, &m->copy, &error), &error) &&
-           kt_tree_fine("data", kt_data_create(m->model, &m->data, &error), &error);
+    fine = fine && kt_fine("copy", kt_model_copy(m->model, take(size), size, &m->copy, &error), &error) &&
+           kt_fine("data", kt_data_create(m->model, &m->data, &error), &error);
     if (!fine)
         return false;
     kt_model_initial(m->model, m->q, m->v);
     for (int i = 0; i < kt_model_nv(m->model); i++)
         m->tau[i] = 0.3 * (i % 3) - 0.2;
-    return kt_tree_fine("assembled", kt_state_assemble(m->model, m->data, 0.0, m->q, m->v, &error), &error);
+    return kt_fine("assembled", kt_state_assemble(m->model, m->data, 0.0, m->q, m->v, &error), &error);
 }
 
 static bool mechanism_make(mechanism *m, const char *loops, kt_metric metric, kt_structure structure) {
@@ -126,8 +125,8 @@ static bool step_shifted(mechanism *m, const kt_step *step, const kt_parameter *
     memcpy(values, now, sizeof values);
     values[k] += s;
     const bool fine =
-        kt_tree_fine("set", kt_parameter_set(m->copy, parameter, values, &error), &error) &&
-        kt_tree_fine("step", kt_step_evaluate(m->copy, m->data, work, size, step, m->q, m->v, q, v, &error), &error);
+        kt_fine("set", kt_parameter_set(m->copy, parameter, values, &error), &error) &&
+        kt_fine("step", kt_step_evaluate(m->copy, m->data, work, size, step, m->q, m->v, q, v, &error), &error);
     if (fine)
         kt_position_subtract(m->model, q, from, change);
     for (int i = 0; i < n && fine; i++)
@@ -168,27 +167,24 @@ static void compare(mechanism *m, const kt_step *step, const char *name, kt_wors
     kt_parameter parameter;
     void *work = take(size);
     kt_error error;
-    if (kt_tree_fine(name, kt_parameter_find(m->copy, name, &parameter, &error), &error) &&
-        kt_tree_fine(name, kt_parameter_get(m->copy, &parameter, now, &error), &error)) {
-        if (parameter.kind >= KT_PARAMETER_EFFECT_CURVE && parameter.count == 4)
-            memcpy(now, (double[]){now[0], 0.05, -0.4, 0.03}, 4 * sizeof *now); /* moves */
-        if (kt_tree_fine("set", kt_parameter_set(m->copy, &parameter, now, &error), &error) &&
-            kt_tree_fine("step",
-                         kt_step_evaluate(m->copy, m->data, work, size, step, m->q, m->v, from, from + nq, &error),
-                         &error) &&
-            kt_tree_fine(
-                name,
-                kt_step_parameter_derivatives(m->copy, m->data, work, size, step, &parameter, m->q, m->v, C, &error),
-                &error))
-            for (int k = 0; k < parameter.count; k++) {
-                if (!difference(m, step, &parameter, now, k, from, expected))
-                    break;
-                const double floor = fmax(1e-2, kt_tree_largest(expected, 2 * n));
-                for (int i = 0; i < 2 * n; i++)
-                    kt_worst_near(worst, C[2 * n * k + i], expected[i], 1e-8 * floor, "%s %s number %d row %d",
-                                  step->method->name, name, k, i);
-                *columns += kt_tree_largest(expected, 2 * n) > 1e-6;
-            }
+    kt_need_fine(name, kt_parameter_find(m->copy, name, &parameter, &error), &error);
+    kt_need_fine(name, kt_parameter_get(m->copy, &parameter, now, &error), &error);
+    if (parameter.kind >= KT_PARAMETER_EFFECT_CURVE && parameter.count == 4)
+        memcpy(now, (double[]){now[0], 0.05, -0.4, 0.03}, 4 * sizeof *now); /* moves */
+    kt_need_fine("set", kt_parameter_set(m->copy, &parameter, now, &error), &error);
+    kt_need_fine("step", kt_step_evaluate(m->copy, m->data, work, size, step, m->q, m->v, from, from + nq, &error),
+                 &error);
+    kt_need_fine(name,
+                 kt_step_parameter_derivatives(m->copy, m->data, work, size, step, &parameter, m->q, m->v, C, &error),
+                 &error);
+    for (int k = 0; k < parameter.count; k++) {
+        if (!difference(m, step, &parameter, now, k, from, expected))
+            break;
+        const double floor = fmax(1e-2, kt_tree_largest(expected, 2 * n));
+        for (int i = 0; i < 2 * n; i++)
+            kt_worst_near(worst, C[2 * n * k + i], expected[i], 1e-8 * floor, "%s %s number %d row %d",
+                          step->method->name, name, k, i);
+        *columns += kt_tree_largest(expected, 2 * n) > 1e-6;
     }
     free(work);
 }
@@ -199,11 +195,10 @@ static void compare_all(const char *loops, kt_metric metric, double h, const cha
     int columns = 0;
     for (int i = 0; i < (closed ? NAMES : NAMES - 2); i++) {
         mechanism m;
-        if (mechanism_make(&m, loops, metric, i % 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS)) {
-            const kt_method *method = i % 3 == 2 ? implicit_method(i / 3) : explicit_method(i % 11);
-            const kt_step step = {.method = method, .t = 0.05, .h = h, .tau = m.tau};
-            compare(&m, &step, names[i], &worst, &columns);
-        }
+        kt_need(mechanism_make(&m, loops, metric, i % 2 ? KT_STRUCTURE_AUTO : KT_STRUCTURE_FRONTS));
+        const kt_method *method = i % 3 == 2 ? implicit_method(i / 3) : explicit_method(i % 11);
+        const kt_step step = {.method = method, .t = 0.05, .h = h, .tau = m.tau};
+        compare(&m, &step, names[i], &worst, &columns);
         mechanism_free(&m);
     }
     kt_check_worst(&worst);
@@ -238,12 +233,10 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
     kt_parameter stiffness;
     kt_error error;
     kt_worst worst = kt_worst_make("d/dk");
-    if (!kt_tree_fine("parse", kt_scene_parse("mass", text, strlen(text), &scene, NULL, NULL, &error), &error))
-        return;
-    const bool fine =
-        kt_tree_fine("compile", kt_model_compile(&scene.description, NULL, &model, &error), &error) &&
-        kt_tree_fine("data", kt_data_create(model, &data, &error), &error) &&
-        kt_tree_fine("find", kt_parameter_find(model, "effect coil.stiffness", &stiffness, &error), &error);
+    kt_need_fine("parse", kt_scene_parse("mass", text, strlen(text), &scene, NULL, NULL, &error), &error);
+    const bool fine = kt_fine("compile", kt_model_compile(&scene.description, NULL, &model, &error), &error) &&
+                      kt_fine("data", kt_data_create(model, &data, &error), &error) &&
+                      kt_fine("find", kt_parameter_find(model, "effect coil.stiffness", &stiffness, &error), &error);
     kt_scene_free(&scene);
     const kt_method *method;
     for (int n = 0; fine && (method = explicit_method(n)) != NULL; n++) {
@@ -256,8 +249,8 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
         void *work = take(size);
         kt_stability s;
         kt_check_equal_int("stability", kt_stability_make(method, 0, &s, &error), KT_OK);
-        kt_tree_fine("C", kt_step_parameter_derivatives(model, data, work, size, &step, &stiffness, &q, &v, C, &error),
-                     &error);
+        kt_fine("C", kt_step_parameter_derivatives(model, data, work, size, &step, &stiffness, &q, &v, C, &error),
+                &error);
         for (int i = 0; i <= s.degree; i++) { /* x and g: (h L)^i times the start; dx and dg: their derivatives by k */
             double *of[2] = {x, g}, *by[2] = {dx, dg};
             for (int r = 0; r < 2; r++)
@@ -282,26 +275,25 @@ KT_TEST(derivative_by_the_stiffness_of_an_oscillator_has_its_closed_form) {
 
 KT_TEST(what_has_no_derivative_is_rejected_and_leaves_the_output) {
     mechanism m;
-    if (mechanism_make(&m, "", KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {
-        static const char *const given[] = {"crank.hold", "effect turn.torque", "load.mass", "load.mass"};
-        static const char *const told[] = {"hold", "set it in a copy", "rkc2", "kt_step_parameter_work_size"};
-        for (int i = 0; i < 4; i++) {
-            const kt_step step = {.method = kt_method_find(i == 2 ? "rkc2" : "rk4"), .h = 0.01};
-            const size_t size = kt_step_parameter_work_size(m.model, step.method);
-            double C[2 * MOST * KT_PARAMETER_MAX] = {7.0};
-            kt_parameter parameter;
-            kt_error error = {0};
-            void *work = take(size + 1);
-            kt_check_equal_int("size", size > 0, i != 2);
-            kt_tree_fine(given[i], kt_parameter_find(m.model, given[i], &parameter, &error), &error);
-            kt_check_equal_int("rejected",
-                               kt_step_parameter_derivatives(m.model, m.data, work, i == 3 ? size - 1 : size, &step,
-                                                             &parameter, m.q, m.v, C, &error),
-                               i == 3 ? KT_ERROR_MEMORY : KT_ERROR_ARGUMENT);
-            kt_check_contains("why", error.message, told[i]);
-            kt_check_near("untouched", C[0], 7.0, 0.0);
-            free(work);
-        }
+    kt_need(mechanism_make(&m, "", KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO));
+    static const char *const given[] = {"crank.hold", "effect turn.torque", "load.mass", "load.mass"};
+    static const char *const told[] = {"hold", "set it in a copy", "rkc2", "kt_step_parameter_work_size"};
+    for (int i = 0; i < 4; i++) {
+        const kt_step step = {.method = kt_method_find(i == 2 ? "rkc2" : "rk4"), .h = 0.01};
+        const size_t size = kt_step_parameter_work_size(m.model, step.method);
+        double C[2 * MOST * KT_PARAMETER_MAX] = {7.0};
+        kt_parameter parameter;
+        kt_error error = {0};
+        void *work = take(size + 1);
+        kt_check_equal_int("size", size > 0, i != 2);
+        kt_fine(given[i], kt_parameter_find(m.model, given[i], &parameter, &error), &error);
+        kt_check_equal_int("rejected",
+                           kt_step_parameter_derivatives(m.model, m.data, work, i == 3 ? size - 1 : size, &step,
+                                                         &parameter, m.q, m.v, C, &error),
+                           i == 3 ? KT_ERROR_MEMORY : KT_ERROR_ARGUMENT);
+        kt_check_contains("why", error.message, told[i]);
+        kt_check_near("untouched", C[0], 7.0, 0.0);
+        free(work);
     }
     mechanism_free(&m);
 }
@@ -323,24 +315,22 @@ static const char folded_text[] =
  * are the only ones. A mass does not move positions by one of Euler's steps, and velocities in proportion to h. */
 KT_TEST(what_work_holds_does_not_decide_whether_derivatives_are_rejected) {
     mechanism m;
-    if (mechanism_read(&m, folded_text, KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO)) {
-        static const double held[] = {0.0, 1e300};
-        const kt_step step = {.method = kt_method_find("euler"), .h = 3e-4};
-        const size_t size = kt_step_parameter_work_size(m.model, step.method);
-        double C[2][2 * MOST * KT_PARAMETER_MAX] = {{0.0}}, *work = take(size);
-        for (int i = 0; i < 2; i++) {
-            kt_parameter parameter;
-            kt_error error = {0};
-            for (size_t k = 0; k < size / sizeof *work; k++)
-                work[k] = held[i];
-            kt_tree_fine("found", kt_parameter_find(m.model, "ram.mass", &parameter, &error), &error);
-            kt_tree_fine(
-                "known",
+    kt_need(mechanism_read(&m, folded_text, KT_METRIC_IDENTITY, KT_STRUCTURE_AUTO));
+    static const double held[] = {0.0, 1e300};
+    const kt_step step = {.method = kt_method_find("euler"), .h = 3e-4};
+    const size_t size = kt_step_parameter_work_size(m.model, step.method);
+    double C[2][2 * MOST * KT_PARAMETER_MAX] = {{0.0}}, *work = take(size);
+    for (int i = 0; i < 2; i++) {
+        kt_parameter parameter;
+        kt_error error = {0};
+        for (size_t k = 0; k < size / sizeof *work; k++)
+            work[k] = held[i];
+        kt_fine("found", kt_parameter_find(m.model, "ram.mass", &parameter, &error), &error);
+        kt_fine("known",
                 kt_step_parameter_derivatives(m.model, m.data, work, size, &step, &parameter, m.q, m.v, C[i], &error),
                 &error);
-        }
-        kt_check_equal_bits("derivatives", C[0], C[1], 2 * (size_t)kt_model_nv(m.model));
-        free(work);
     }
+    kt_check_equal_bits("derivatives", C[0], C[1], 2 * (size_t)kt_model_nv(m.model));
+    free(work);
     mechanism_free(&m);
 }

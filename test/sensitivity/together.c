@@ -198,8 +198,7 @@ static void compare(kt_isa isa, int trees) {
         kt_tree_describe(&tree, &plan, &random);
         if (n % 5 > 1)
             add_effects(&tree, effect);
-        if (!kt_tree_compile(&tree, &(kt_model_options){.isa = isa}))
-            return;
+        kt_need(kt_tree_compile(&tree, &(kt_model_options){.isa = isa}));
         set_tasks(&tree, &like, tasks, &random);
         if (n % 4 == 3 && !vary(&tree, tasks, copies, &random))
             return;
@@ -249,8 +248,7 @@ KT_TEST(what_lanes_do_not_compute_is_told) {
     spring.stiffness = 1.0;
     tree.description.effects = &spring;
     tree.description.effect_count = 1;
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_need(kt_tree_compile(&tree, NULL));
     const kt_rollout like = {.method = kt_method_find("rk4"), .steps = STEPS};
     set_tasks(&tree, &like, tasks, &random);
     kt_check_equal_int("width", (int)kt_rollout_width(tree.model, &like, &why), 1);
@@ -274,11 +272,9 @@ KT_TEST(models_of_another_shape_are_rejected) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.massless = false;
     plan.bodies = 3;
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     plan.bodies = BODIES;
-    if (!kt_tree_grow(&larger, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&larger, &plan, &random));
     const kt_rollout like = {.method = kt_method_find("rk4"), .steps = STEPS};
     const size_t sizes[] = {kt_rollout_gradients_work_size(tree.model, &like),
                             kt_rollout_gradients_work_size(larger.model, &like)};
@@ -308,30 +304,27 @@ KT_TEST(threads_take_groups_of_motions) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = BODIES;
     plan.massless = false;
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
+    kt_need(kt_tree_grow(&tree, &plan, &random));
     const kt_rollout like = {.method = kt_method_find("rk4"), .steps = STEPS};
     const size_t size = kt_rollout_gradients_work_size(tree.model, &like);
     set_tasks(&tree, &like, tasks, &random);
     for (int i = 0; i < THREADS; i++) {
         work[i] = take(size);
-        if (!kt_tree_fine("data", kt_data_create(tree.model, &data[i], &error), &error))
-            return;
+        data[i] = kt_test_data(tree.model);
     }
     clear_results();
     kt_interpose_start();
     const kt_status status = kt_rollout_gradients(tree.model, data[0], work[0], size, tasks, MOTIONS, cost, &error);
     kt_check_equal_int("allocations", (int)kt_interpose_stop(), 0);
-    kt_tree_fine("one thread", status, &error);
+    kt_fine("one thread", status, &error);
     for (size_t threads = 1; threads <= THREADS; threads++) {
         clear_results();
-        kt_tree_fine("threads",
-                     kt_rollout_run(tree.model, data, work, size, threads, tasks, MOTIONS, cost, NULL, &error), &error);
+        kt_fine("threads", kt_rollout_run(tree.model, data, work, size, threads, tasks, MOTIONS, cost, NULL, &error),
+                &error);
         kt_check_true("in lanes", tasks[0].in_lanes);
         kt_check_equal_int("differ", count_different(tree.model, data[0], work[0], size, tasks), 0);
     }
     for (int i = 0; i < THREADS; i++) {
-        kt_data_free(data[i]);
         free(work[i]);
     }
 }

@@ -16,16 +16,14 @@ KT_TEST(derivatives_of_a_step_are_those_of_the_step_itself) {
     for (int n = 0; n < TREES; n++) {
         static grown s;
         const kt_method *method = explicit_method(n % 11);
-        if (grown_make(&s, n, &random)) {
-            const step_case c = {
-                s.tree.model,
-                s.tree.data,
-                s.state.q,
-                s.state.v,
-                {.method = method, .t = 0.1, .h = 0.01, .tau = s.state.tau, .external = s.state.external},
-                0.01};
-            taken += compare_step(&c, &worst, method->name);
-        }
+        kt_need(grown_make(&s, n, &random));
+        const step_case c = {s.tree.model,
+                             s.tree.data,
+                             s.state.q,
+                             s.state.v,
+                             {.method = method, .t = 0.1, .h = 0.01, .tau = s.state.tau, .external = s.state.external},
+                             0.01};
+        taken += compare_step(&c, &worst, method->name);
     }
     kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, TREES);
@@ -37,25 +35,21 @@ KT_TEST(step_has_the_bits_of_a_simulation) {
         static grown s;
         double q[KT_TREE_NQ], v[KT_TREE_NV];
         kt_run run = kt_run_default();
-        kt_simulation *simulation = NULL;
         kt_error error;
         run.integrator = explicit_method(n)->name;
         run.step = 0.01;
-        if (grown_make(&s, n, &random) &&
-            kt_tree_fine("simulation", kt_simulation_create(s.tree.model, &run, NULL, &simulation, &error), &error) &&
-            kt_tree_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error)) {
-            const kt_step step = {.method = explicit_method(n), .h = 0.01};
-            const size_t size = kt_step_work_size(s.tree.model, step.method);
-            void *work = aligned_alloc(64, (size + 63) / 64 * 64);
-            memcpy(q, kt_simulation_positions(simulation), (size_t)s.tree.nq * sizeof *q);
-            memcpy(v, kt_simulation_velocities(simulation), (size_t)s.tree.nv * sizeof *v);
-            kt_tree_fine("step", kt_step_evaluate(s.tree.model, s.tree.data, work, size, &step, q, v, q, v, &error),
-                         &error);
-            kt_tree_fine("simulated", kt_simulation_step(simulation, 0.01, &error), &error);
-            kt_check_equal_bits(run.integrator, q, kt_simulation_positions(simulation), (size_t)s.tree.nq);
-            kt_check_equal_bits(run.integrator, v, kt_simulation_velocities(simulation), (size_t)s.tree.nv);
-            free(work);
-        }
-        kt_simulation_free(simulation);
+        kt_need(grown_make(&s, n, &random));
+        kt_simulation *simulation = kt_test_simulation(s.tree.model, &run, NULL);
+        kt_need_fine("state", kt_simulation_set_state(simulation, 0.0, s.state.q, s.state.v, &error), &error);
+        const kt_step step = {.method = explicit_method(n), .h = 0.01};
+        const size_t size = kt_step_work_size(s.tree.model, step.method);
+        void *work = aligned_alloc(64, (size + 63) / 64 * 64);
+        memcpy(q, kt_simulation_positions(simulation), (size_t)s.tree.nq * sizeof *q);
+        memcpy(v, kt_simulation_velocities(simulation), (size_t)s.tree.nv * sizeof *v);
+        kt_fine("step", kt_step_evaluate(s.tree.model, s.tree.data, work, size, &step, q, v, q, v, &error), &error);
+        kt_fine("simulated", kt_simulation_step(simulation, 0.01, &error), &error);
+        kt_check_equal_bits(run.integrator, q, kt_simulation_positions(simulation), (size_t)s.tree.nq);
+        kt_check_equal_bits(run.integrator, v, kt_simulation_velocities(simulation), (size_t)s.tree.nv);
+        free(work);
     }
 }

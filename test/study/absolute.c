@@ -10,16 +10,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Compiles both; NULL, both of them, after a failed check. */
 static kt_model *compile_both(const kt_description *description, kt_absolute **formulation) {
-    kt_model *model = NULL;
-    kt_error error = {0};
-    (void)kt_tree_fine("model", kt_model_compile(description, NULL, &model, &error), &error);
+    kt_model *model = kt_test_model(description, NULL);
     *formulation = kt_formulate(description, NULL, model, KT_FORMULATION_ABSOLUTE);
-    if (*formulation != NULL)
-        return model;
-    kt_model_free(model);
-    return NULL;
+    kt_need(*formulation != NULL);
+    return model;
 }
 
 static bool is_oblique(const kt_joint *joint) {
@@ -62,7 +57,7 @@ KT_TEST(every_body_is_free_and_every_joint_a_loop) {
         plan.is_shuffled = n % 2 == 1;
         kt_tree_describe(&tree, &plan, &random);
         kt_absolute *formulation = NULL;
-        kt_model *model = compile_both(&tree.description, &formulation);
+        (void)compile_both(&tree.description, &formulation);
         const kt_model *absolute = kt_absolute_model(formulation);
         int crosses = 0, wrong = 0;
         for (int i = 0; i < plan.bodies && absolute; i++) {
@@ -77,7 +72,6 @@ KT_TEST(every_body_is_free_and_every_joint_a_loop) {
         }
         kt_check_equal_int("wrong", wrong, 0);
         kt_check_equal_int("bodies", absolute ? kt_model_body_count(absolute) : -1, 1 + plan.bodies + crosses);
-        kt_model_free(model);
     }
 }
 
@@ -90,17 +84,15 @@ KT_TEST(initial_state_is_that_of_the_tree) {
     kt_worst velocity = kt_worst_make("velocity");
     for (int n = 0; n < 10; n++) {
         kt_tree_plan plan = kt_tree_plan_default();
-        kt_data *data = NULL;
         kt_error error = {0};
         kt_tree_describe(&tree, &plan, &random);
         kt_absolute *formulation = NULL;
         kt_model *model = compile_both(&tree.description, &formulation);
-        if (!model || kt_data_create(model, &data, &error) != KT_OK)
-            continue;
+        kt_data *data = kt_test_data(model);
         const kt_model *absolute = kt_absolute_model(formulation);
         kt_model_initial(model, q, v);
         kt_model_initial(absolute, free_q, free_v);
-        (void)kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+        (void)kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
         for (int b = 1; b < kt_model_body_count(model); b++) {
             const int f = kt_body_find(absolute, kt_body_name(model, b));
             const double *x = free_q + kt_body_coordinates(absolute, f).q;
@@ -120,8 +112,6 @@ KT_TEST(initial_state_is_that_of_the_tree) {
                                 kt_vec3_norm(kt_vec3_sub(w, twist.angular))),
                            2.5e-14, "tree %d, body %d", n, b);
         }
-        kt_data_free(data);
-        kt_model_free(model);
     }
     kt_check_worst(&position);
     kt_check_worst(&turn);
@@ -136,19 +126,14 @@ typedef struct totals {
 /* At the initial state. */
 static totals totals_of(const kt_model *model) {
     static double q[2 * KT_TREE_NQ], v[2 * KT_TREE_NV];
-    totals t = {(double)NAN, (double)NAN, (double)NAN, {0.0, 0.0, 0.0}};
-    kt_data *data = NULL;
+    totals t;
+    kt_data *data = kt_test_data(model);
     kt_error error = {0};
     kt_model_initial(model, q, v);
-    kt_status status = kt_data_create(model, &data, &error);
-    if (status == KT_OK)
-        status = kt_kinematics_update(model, data, q, v, NULL, &error);
-    if (kt_tree_fine("kinematics", status, &error)) {
-        t.kinetic = kt_kinetic_energy(model, data);
-        t.potential = kt_potential_energy(model, data);
-        t.mass = kt_mass_center(model, data, &t.center);
-    }
-    kt_data_free(data);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+    t.kinetic = kt_kinetic_energy(model, data);
+    t.potential = kt_potential_energy(model, data);
+    t.mass = kt_mass_center(model, data, &t.center);
     return t;
 }
 
@@ -178,7 +163,6 @@ KT_TEST(totals_are_those_of_the_bodies_that_the_tree_moves) {
         for (int b = 1; b < kt_model_body_count(model); b++)
             fixed += kt_body_mass(model, b);
         fixed -= t.mass;
-        kt_model_free(model);
     }
     kt_check_worst(&kinetic);
     kt_check_worst(&potential);
@@ -214,8 +198,7 @@ KT_TEST(positions_that_are_referred_to_are_counted) {
     kt_model_initial(absolute, q, v);
     for (size_t i = 0; i < sizeof counters / sizeof counters[0]; i++) {
         const int b = kt_body_find(absolute, counters[i].name);
-        if (!kt_check_above(counters[i].name, b, BODIES + 1))
-            continue;
+        kt_need(kt_check_above(counters[i].name, b, BODIES + 1));
         const kt_coordinates at = kt_body_coordinates(absolute, b);
         kt_check_equal_int("type", at.type, counters[i].type);
         kt_check_text("parent", kt_body_name(absolute, kt_body_parent(absolute, b)), counters[i].parent);
@@ -231,16 +214,14 @@ KT_TEST(positions_that_are_referred_to_are_counted) {
         kt_check_equal_int("its type", kt_loop_type_of(absolute, i), m.loops[i].type);
     }
     kt_check_equal_int("loops", kt_loop_count(absolute), LOOPS + (BODIES - 1) + 4); /* one body is free */
-    kt_model_free(model);
 }
 
 /* Every allocation of a compilation fails once: an error, nothing left behind, no model. */
 KT_TEST(compilation_without_memory_leaks_nothing) {
     static mechanism m;
-    kt_model *model = NULL;
     kt_error error = {0};
     mechanism_fill(&m);
-    kt_need_fine("model", kt_model_compile(&m.description, NULL, &model, &error), &error);
+    kt_model *model = kt_test_model(&m.description, NULL);
     int tried = 0, leaks = 0, wrong = 0;
     for (long n = 1;; n++) {
         kt_absolute *formulation = NULL;
@@ -258,5 +239,4 @@ KT_TEST(compilation_without_memory_leaks_nothing) {
     kt_check_above("allocations", tried, 10);
     kt_check_equal_int("leaks", leaks, 0);
     kt_check_equal_int("wrong answers", wrong, 0);
-    kt_model_free(model);
 }

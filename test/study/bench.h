@@ -50,10 +50,17 @@ static inline void make(bench *b) {
     b->options.tolerance_count = 1;
 }
 
+static inline void release_study(void *study) { kt_accuracy_free(study); }
+
+/* The running test owns the study. */
 static inline kt_status create(bench *b) {
     b->study = NULL;
     b->error = (kt_error){KT_OK, "", ""};
-    return kt_accuracy_create(&b->description, &b->run, &b->options, &b->study, &b->error);
+    const kt_status status = kt_accuracy_create(&b->description, &b->run, &b->options, &b->study, &b->error);
+    kt_test_own(b->study, release_study);
+    return status;
 }
+
+static inline void must_create(bench *b) { kt_need(kt_check_equal_int("study", create(b), KT_OK)); }
 
 #endif

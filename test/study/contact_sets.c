@@ -11,7 +11,7 @@
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
 
-#include "check.h"
+#include "fixture.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -265,20 +265,13 @@ enum { CALLS = sizeof calls / sizeof calls[0] };
 
 /* ---- tests ------------------------------------------------------------------------------------------------------- */
 
-static bool begin(mechanism *m, int kind, kt_model **model, state *s) {
-    kt_error error = {0};
+static void begin(mechanism *m, int kind, kt_model **model, state *s) {
     describe(m, kind);
     *s = (state){.work = aligned_alloc(KT_ALIGNMENT, WORK), .q = {m->rests}};
-    const bool fine = s->work != NULL && kt_model_compile(&m->description, NULL, model, &error) == KT_OK &&
-                      kt_data_create(*model, &s->data, &error) == KT_OK;
-    s->model = *model;
-    return kt_check_true(fine ? m->name : error.message, fine);
-}
-
-static void end(kt_model *model, state *s) {
-    kt_data_free(s->data);
-    kt_model_free(model);
-    free(s->work);
+    kt_test_own(s->work, free);
+    s->model = *model = kt_test_model(&m->description, NULL);
+    s->data = kt_test_data(*model);
+    kt_check_true(m->name, s->work != NULL);
 }
 
 /* The words name one of the remedies. */
@@ -308,8 +301,7 @@ KT_TEST(open_contacts_that_touch_are_rejected_by_every_call) {
         mechanism m;
         kt_model *model = NULL;
         state s;
-        if (!begin(&m, kind, &model, &s))
-            continue;
+        begin(&m, kind, &model, &s);
         const double at[][3] = {/* height, speed, whether it is rejected */
                                 {0.0, 0.0, 1.0},  {-1e-12, 0.0, 1.0}, {-0.3, 0.0, 1.0},
                                 {0.0, -1.0, 1.0}, {0.2, -0.1, 0.0},   {0.0, 0.5, 0.0}};
@@ -321,7 +313,6 @@ KT_TEST(open_contacts_that_touch_are_rejected_by_every_call) {
                 s.v[0] = at[i][1];
                 check_call(m.name, k, &s, rejected || calls[k].always);
             }
-        end(model, &s);
     }
 }
 
@@ -330,8 +321,7 @@ KT_TEST(friction_that_slips_the_other_way_is_rejected_by_every_call) {
     mechanism m;
     kt_model *model = NULL;
     state s;
-    if (!begin(&m, FRICTION, &model, &s))
-        return;
+    begin(&m, FRICTION, &model, &s);
     for (int way = -1; way <= 1; way++)
         for (int k = 0; k < CALLS; k++) {
             const bool steps = calls[k].call == step || calls[k].call == step_derivatives ||
@@ -341,7 +331,6 @@ KT_TEST(friction_that_slips_the_other_way_is_rejected_by_every_call) {
             if (calls[k].call != equilibrium) /* there is none */
                 check_call(m.name, k, &s, way < 1 || steps || calls[k].always);
         }
-    end(model, &s);
 }
 
 /* An arm of two bars in the xz plane, whose tip touches a slope through the origin. Its second body turns about the
@@ -349,11 +338,10 @@ KT_TEST(friction_that_slips_the_other_way_is_rejected_by_every_call) {
 static const double bar[2] = {1.0, 0.7}, ball = 0.1;
 static const double n[3] = {0.28, 0.0, 0.96};
 
-static kt_model *compile_arm(bool in_space, kt_error *error) {
+static kt_model *compile_arm(bool in_space) {
     kt_description d = kt_description_default();
     kt_body body[2] = {kt_body_default(), kt_body_default()};
     kt_effect touch = kt_effect_default();
-    kt_model *model = NULL;
     for (int i = 0; i < 2; i++) {
         body[i].name = i == 0 ? "upper" : "lower";
         body[i].parent = i == 0 ? NULL : "upper";
@@ -376,8 +364,7 @@ static kt_model *compile_arm(bool in_space, kt_error *error) {
     d.effects = &touch;
     d.body_count = 2;
     d.effect_count = 1;
-    kt_check_equal_int("arm", kt_model_compile(&d, NULL, &model, error), KT_OK);
-    return model;
+    return kt_test_model(&d, NULL);
 }
 
 /* The distance of the tip from the slope in closed form, by the angles; its rate by differences. */
@@ -392,10 +379,9 @@ static double arm_gap(bool in_space, const double q[2], const double v[2], doubl
 KT_TEST(gaps_are_those_of_the_closed_form) {
     for (int in_space = 0; in_space < 2; in_space++) {
         kt_error error = {0};
-        kt_model *model = compile_arm(in_space, &error);
-        kt_data *data = NULL;
+        kt_model *model = compile_arm(in_space);
         int rejected = 0, computed = 0, wrong = 0;
-        kt_check_equal_int("data", kt_data_create(model, &data, &error), KT_OK);
+        kt_data *data = kt_test_data(model);
         for (int k = 0; k < 500; k++) {
             const double q[2] = {3.1 * sin(1.7 * k), 3.1 * sin(2.3 * k + 1.0)}, v[2] = {sin(5.1 * k), cos(3.3 * k)};
             const double gap = arm_gap(in_space, q, v, 0.0);
@@ -413,8 +399,6 @@ KT_TEST(gaps_are_those_of_the_closed_form) {
         double a[2];
         kt_check_equal_int("NaN", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, a, &error),
                            KT_ERROR_NOT_FINITE);
-        kt_data_free(data);
-        kt_model_free(model);
     }
 }
 
@@ -427,8 +411,7 @@ KT_TEST(closed_contacts_bear_the_weight) {
         state s;
         kt_error error = {0};
         double a = 1.0, lambda = 0.0, quantity[16];
-        if (!begin(&m, kind, &model, &s))
-            continue;
+        begin(&m, kind, &model, &s);
         const int loop = kt_loop_count(model) - 1;
         kt_check_equal_int("closes", kt_loop_enable(&s.model, s.data, loop, true, &error), KT_OK);
         kt_check_equal_int(m.name, kt_acceleration_evaluate(OF(&s), AT(&s), NULL, NULL, &a, &error), KT_OK);
@@ -445,7 +428,6 @@ KT_TEST(closed_contacts_bear_the_weight) {
                 kt_check_true(kt_quantity_name(kt_effect_quantity_at(model, 0, k), true),
                               isnan(quantity[k]) == (kt_effect_quantity_at(model, 0, k) <= KT_QUANTITY_POWER));
         }
-        end(model, &s);
     }
 }
 
@@ -457,24 +439,18 @@ KT_TEST(simulations_obey) {
         state s;
         kt_error error = {0};
         kt_run run = kt_run_default();
-        kt_simulation *simulation = NULL;
         double a = 1.0;
-        if (!begin(&m, kind, &model, &s))
-            continue;
+        begin(&m, kind, &model, &s);
         run.duration = 1.0;
-        kt_check_equal_int(m.name, kt_simulation_create(model, &run, NULL, &simulation, &error), KT_OK);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         kt_check_equal_int("state", kt_simulation_set_state(simulation, 0.0, s.q, s.v, &error), KT_OK);
         kt_check_equal_int(m.name, kt_simulation_acceleration(simulation, &a, &error), KT_OK);
         kt_check_near("acceleration", a, 0.0, 1e-14);
         s.model = kt_simulation_model(simulation);
-        kt_data_free(s.data);
-        s.data = NULL;
         a = 1.0;
-        kt_check_equal_int("data", kt_data_create(s.model, &s.data, &error), KT_OK);
+        s.data = kt_test_data(s.model);
         kt_check_equal_int("its set", kt_acceleration_evaluate(OF(&s), AT(&s), NULL, NULL, &a, &error), KT_OK);
         kt_check_near("acceleration", a, 0.0, 1e-14);
-        kt_simulation_free(simulation);
-        end(model, &s);
     }
 }
 
@@ -485,19 +461,16 @@ KT_TEST(start_below_the_floor_is_an_error_unless_a_state_follows) {
     mechanism m;
     kt_error error = {0};
     kt_run run = kt_run_default();
-    kt_model *model = NULL;
     describe(&m, STOP);
     m.body.joint.position[0] = -0.01;
     run.integrator = "rk4";
     run.step = 1e-3;
     run.duration = 1.0;
-    kt_check_equal_int("model", kt_model_compile(&m.description, NULL, &model, &error), KT_OK);
+    kt_model *model = kt_test_model(&m.description, NULL);
     for (int way = 0; way < 2; way++) {
-        kt_simulation *s = NULL;
         kt_record record;
         double a;
-        if (!kt_check_equal_int("begins", kt_simulation_create(model, &run, NULL, &s, &error), KT_OK))
-            continue;
+        kt_simulation *s = kt_test_simulation(model, &run, NULL);
         kt_check_equal_int("step", kt_simulation_step(s, 1e-3, &error), KT_ERROR_CONSTRAINT);
         kt_check_equal_int("sensors", kt_simulation_sense(s, &record, &error), KT_ERROR_CONSTRAINT);
         kt_check_equal_int("acceleration", kt_simulation_acceleration(s, &a, &error), KT_ERROR_CONSTRAINT);
@@ -513,7 +486,5 @@ KT_TEST(start_below_the_floor_is_an_error_unless_a_state_follows) {
         kt_check_near("z", kt_simulation_positions(s)[0], 1.0 - 0.81, 1e-12);
         kt_check_equal_int("lands", kt_simulation_advance(s, 2.0 * t, &error), KT_OK);
         kt_check_near("z", kt_simulation_positions(s)[0], 0.0, 1e-12);
-        kt_simulation_free(s);
     }
-    kt_model_free(model);
 }

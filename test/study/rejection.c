@@ -80,8 +80,7 @@ KT_TEST(measurements_of_nothing_are_rejected) {
     bench b;
     kt_accuracy_point point = {.setting = 77.0};
     make(&b);
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_variant own = kt_variant_default(&b.run);
     kt_check_equal_int("no method", kt_accuracy_measure(b.study, &own, NULL, false, 0.01, &point, &b.error),
                        KT_ERROR_ARGUMENT);
@@ -96,7 +95,6 @@ KT_TEST(measurements_of_nothing_are_rejected) {
                        kt_accuracy_measure(b.study, &own, b.methods[0], false, 0.01, &point, &b.error), KT_ERROR_MODEL);
     kt_check_near("the point is untouched", point.setting, 77.0, 0.0);
     kt_check_equal_int("the model is the scene's", kt_model_nv(kt_accuracy_model(b.study)), 1);
-    kt_accuracy_free(b.study);
 }
 
 /* ---- too little time ----------------------------------------------------------------------------------------------
@@ -167,15 +165,13 @@ KT_TEST(study_ends_where_its_reference_does) {
     b.run.duration = 1000.0;
     b.options.run_evaluations = 2000;
     b.options.records = 200;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_equal_int("cut", r->cut, KT_ACCURACY_LATE);
     kt_check_near("asked", r->asked, 1000.0, 0.0);
     kt_check_above("studied", r->duration, 10.0);
     kt_check_below("studied", r->duration, 500.0);
     kt_check_below("uncertainty", r->uncertainty.position, 1e-10);
-    kt_accuracy_free(b.study);
 }
 
 /* Runs longer than run_evaluations report this, and none of their results is used. */
@@ -184,27 +180,22 @@ KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
     make(&b);
     b.options.run_evaluations = 1000;
     b.step = 1e-6;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
-    if (kt_check_equal_int("points", r->point_count, 1)) {
-        kt_check_true("unusable", !r->points[0].usable && r->points[0].status != KT_OK);
-        kt_check_true("without an error", isinf(r->points[0].error.position));
-    }
+    kt_need(kt_check_equal_int("points", r->point_count, 1));
+    kt_check_true("unusable", !r->points[0].usable && r->points[0].status != KT_OK);
+    kt_check_true("without an error", isinf(r->points[0].error.position));
     kt_check_equal_int("none is best", kt_accuracy_best(b.study, 1.0), -1);
-    kt_accuracy_free(b.study);
 
     make(&b); /* and where settings are found no coarser one is left */
     b.options.steps = b.options.tolerances = NULL;
     b.options.step_count = b.options.tolerance_count = 0;
     b.options.method_count = 2;
     b.options.run_evaluations = 300;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     r = kt_accuracy_get(b.study);
     for (int i = 0; i < r->curve_count; i++)
         kt_check_equal_int(r->curves[i].method->name, r->curves[i].end, KT_ACCURACY_LENGTH);
-    kt_accuracy_free(b.study);
 }
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */

@@ -39,14 +39,13 @@ static bool compare(tangle *g, kt_constraint_formulation_type type, double times
     bool compared = false;
     if (!set)
         return false;
-    if (kt_tree_fine(
-            "acceleration",
-            kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, g->q, g->v, g->tau, g->external, a, &e), &e) &&
+    if (kt_fine("acceleration",
+                kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, g->q, g->v, g->tau, g->external, a, &e),
+                &e) &&
         !tangle_was_near_singular(g->tree.model, g->tree.data) && tangle_system_of(g, &s) &&
-        kt_tree_fine("without loops",
-                     kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e),
-                     &e)) {
-        (void)kt_tree_fine(
+        kt_fine("without loops",
+                kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e), &e)) {
+        (void)kt_fine(
             "set",
             kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e),
             &e);
@@ -76,10 +75,9 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms, cons
         worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     int compared = 0;
     for (int i = 0; i < mechanisms; i++) {
-        if (tangle_grow(&g, plan, random))
-            for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
-                compared += compare(&g, (kt_constraint_formulation_type)type, times[type], &worst[type], &rates);
-        tangle_free(&g);
+        kt_need(tangle_grow(&g, plan, random));
+        for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
+            compared += compare(&g, (kt_constraint_formulation_type)type, times[type], &worst[type], &rates);
     }
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         kt_check_worst(&worst[type]);
@@ -118,9 +116,8 @@ static double gain_of(const tangle *g, const kt_constraint_formulation *set) {
     kt_error e = {0};
     kt_constraint_formulation *gauss = closure_set(g->tree.model, &options);
     if (gauss &&
-        kt_tree_fine("gauss",
-                     kt_constraint_formulation_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e),
-                     &e))
+        kt_fine("gauss",
+                kt_constraint_formulation_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e), &e))
         gain += set->penalty * gauss->factor[0] * gauss->factor[0] * g->rows;
     kt_constraint_formulation_free(gauss);
     return gain;
@@ -184,16 +181,14 @@ KT_TEST(augmented_iterates_close_the_equations_by_the_factor_of_the_penalty) {
     plan.loops = 2;
     plan.tree.bodies = 8;
     for (int i = 0; i < 30; i++) {
-        if (tangle_grow(&g, &plan, &random)) {
-            kt_constraint_formulation_options options =
-                kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 1.0);
-            options.penalty = 3.0;
-            kt_constraint_formulation *set = closure_set(g.tree.model, &options);
-            if (set)
-                check_contraction(&g, set, gain_of(&g, set), &worst);
-            kt_constraint_formulation_free(set);
-        }
-        tangle_free(&g);
+        kt_need(tangle_grow(&g, &plan, &random));
+        kt_constraint_formulation_options options =
+            kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 1.0);
+        options.penalty = 3.0;
+        kt_constraint_formulation *set = closure_set(g.tree.model, &options);
+        if (set)
+            check_contraction(&g, set, gain_of(&g, set), &worst);
+        kt_constraint_formulation_free(set);
     }
     kt_check_worst(&worst);
 }
@@ -220,8 +215,7 @@ static double left_after(const linkage *l, kt_constraint_formulation *set, int i
  * few times larger than that. */
 KT_TEST(penalty_is_what_an_iteration_divides_by) {
     linkage l;
-    if (!make_four_bar(&l))
-        return;
+    kt_need(make_four_bar(&l));
     /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double penalty = 10.0; penalty < 2000.0; penalty *= 10.0) {
         kt_constraint_formulation_options options =
@@ -233,7 +227,6 @@ KT_TEST(penalty_is_what_an_iteration_divides_by) {
         kt_check_above("divided by", by, 0.5 * (1.0 + penalty));
         kt_constraint_formulation_free(set);
     }
-    linkage_free(&l);
 }
 
 /* ---- the caller's part ------------------------------------------------------------------------------------------- */
@@ -242,8 +235,7 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
     linkage l;
     double a[8], rate[8];
     kt_error e = {0};
-    if (!make_four_bar(&l))
-        return;
+    kt_need(make_four_bar(&l));
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
@@ -264,7 +256,6 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
         kt_check_equal_int("projected", projected, 0);
         free(memory);
     }
-    linkage_free(&l);
 }
 
 /* The bits of the result do not depend on the contents of a set's scratch. */
@@ -272,8 +263,7 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
     linkage l;
     double first[8], other[8], again[8];
     kt_error e = {0};
-    if (!make_four_bar(&l))
-        return;
+    kt_need(make_four_bar(&l));
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
@@ -294,7 +284,6 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
         kt_check_true("elsewhere it is another", memcmp(other, first, (size_t)l.nv * sizeof *other) != 0);
         kt_constraint_formulation_free(set);
     }
-    linkage_free(&l);
 }
 
 static void check_rejection(const linkage *l, const kt_constraint_formulation_options *options, size_t size,
@@ -315,8 +304,7 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     const kt_constraint_formulation_options fine =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
     kt_constraint_formulation_options o = fine;
-    if (!make_four_bar(&l))
-        return;
+    kt_need(make_four_bar(&l));
     const size_t size = kt_constraint_formulation_size(l.model);
     o.type = KT_CONSTRAINT_FORMULATION_COUNT;
     check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no constraint formulation");
@@ -337,7 +325,6 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     kt_check_equal_int("no memory", kt_constraint_formulation_init(l.model, l.data, &fine, NULL, size, &none, NULL),
                        KT_ERROR_MEMORY);
     kt_check_true("a name of none", kt_constraint_formulation_name(KT_CONSTRAINT_FORMULATION_COUNT) == NULL);
-    linkage_free(&l);
 }
 
 /* The second crank is massless: loops move it along with the first, and the reduction needs no more. */
@@ -349,15 +336,13 @@ KT_TEST(sets_say_that_they_need_inertia_along_every_joint) {
     linkage_four_bar(&l, &f);
     l.body[l.description.body_count - 1].mass = 0.0;
     l.body[l.description.body_count - 1].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    if (linkage_build(&l, 0.0)) {
-        double a[8];
-        kt_constraint_formulation *set = NULL;
-        kt_error e = {0};
-        (void)linkage_accelerate(&l, 0.0, a);
-        kt_check_equal_int("gauss", kt_constraint_formulation_create(l.model, &o, &set, &e), KT_ERROR_SINGULAR);
-        kt_check_contains("message", e.message, "inertia along every joint");
-    }
-    linkage_free(&l);
+    kt_need(linkage_build(&l, 0.0));
+    double a[8];
+    kt_constraint_formulation *set = NULL;
+    kt_error e = {0};
+    (void)linkage_accelerate(&l, 0.0, a);
+    kt_check_equal_int("gauss", kt_constraint_formulation_create(l.model, &o, &set, &e), KT_ERROR_SINGULAR);
+    kt_check_contains("message", e.message, "inertia along every joint");
 }
 
 /* A set of another model in a simulation. */
@@ -365,18 +350,16 @@ KT_TEST(a_simulation_rejects_the_set_of_another_model) {
     linkage l, other;
     const kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-    if (make_four_bar(&l) && make_four_bar(&other)) {
-        kt_simulation_options options = kt_simulation_options_default();
-        kt_simulation *simulation = NULL;
-        kt_error e = {0};
-        kt_constraint_formulation *set = closure_set(other.model, &o);
-        kt_constraint_formulation_use(set, &options);
-        (void)kt_fine("simulation", kt_simulation_create(l.model, NULL, &options, &simulation, &e), &e);
-        kt_check_true("a step fails", kt_simulation_step(simulation, 1.0, &e) != KT_OK);
-        kt_check_contains("message", e.message, "another model");
-        kt_simulation_free(simulation);
-        kt_constraint_formulation_free(set);
-    }
-    linkage_free(&other);
-    linkage_free(&l);
+    kt_need(make_four_bar(&l));
+    kt_need(make_four_bar(&other));
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = NULL;
+    kt_error e = {0};
+    kt_constraint_formulation *set = closure_set(other.model, &o);
+    kt_constraint_formulation_use(set, &options);
+    (void)kt_fine("simulation", kt_simulation_create(l.model, NULL, &options, &simulation, &e), &e);
+    kt_check_true("a step fails", kt_simulation_step(simulation, 1.0, &e) != KT_OK);
+    kt_check_contains("message", e.message, "another model");
+    kt_simulation_free(simulation);
+    kt_constraint_formulation_free(set);
 }

@@ -34,14 +34,13 @@ static kt_constraint_formulation *make_set(const kt_model *model, const kt_const
 static void compare_at(const kt_model *model, const char *scene, const double *q, const double *v, double t,
                        kt_worst *worst) {
     static double a[NUMBERS], expected[NUMBERS];
-    kt_data *data = NULL;
     kt_error e = {0};
-    kt_need_fine("data", kt_data_create(model, &data, &e), &e);
+    kt_data *data = kt_test_data(model);
     double size = 1e-2; /* and closure errors of 1e-14 m, by gains of 1 / s */
-    if (kt_fine("tree", kt_dynamics_forward(model, data, q, v, NULL, NULL, a, &e), &e) &&
-        kt_fine("reduction", kt_acceleration_evaluate(model, data, t, q, v, NULL, NULL, expected, &e), &e))
-        for (int i = 0; i < kt_model_nv(model); i++)
-            size = fmax(size, fmax(fabs(a[i]), fabs(expected[i])));
+    kt_need_fine("tree", kt_dynamics_forward(model, data, q, v, NULL, NULL, a, &e), &e);
+    kt_need_fine("reduction", kt_acceleration_evaluate(model, data, t, q, v, NULL, NULL, expected, &e), &e);
+    for (int i = 0; i < kt_model_nv(model); i++)
+        size = fmax(size, fmax(fabs(a[i]), fabs(expected[i])));
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.1);
@@ -51,7 +50,6 @@ static void compare_at(const kt_model *model, const char *scene, const double *q
                 kt_worst_near(&worst[type], a[i], expected[i],
                               (type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? 1e-9 : 1e-12) * size, "%s, %d", scene, i);
     }
-    kt_data_free(data);
 }
 
 /* At the start and 5% into the run; springs, motors, forces and driven loops included. */
@@ -60,19 +58,15 @@ KT_TEST(every_set_accelerates_every_bundled_scene_with_loops_as_the_reduction_do
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     for (size_t i = 0; i < COUNT_OF(loop_scenes); i++) {
-        kt_simulation *simulation = NULL;
-        kt_error e = {0};
         kt_case c = kt_case_open(loop_scenes[i]);
-        if (kt_fine("simulation", kt_simulation_create(c.model, &c.scene.run, NULL, &simulation, &e), &e)) {
-            kt_check_above(loop_scenes[i], kt_loop_count(c.model), 1.0);
-            for (int k = 0; k < 2; k++) {
-                compare_at(c.model, loop_scenes[i], kt_simulation_positions(simulation),
-                           kt_simulation_velocities(simulation), kt_simulation_time(simulation), worst);
-                if (k == 0)
-                    (void)kt_fine("advance", kt_simulation_advance(simulation, 0.05 * c.scene.run.duration, &e), &e);
-            }
+        kt_simulation *simulation = kt_test_simulation(c.model, &c.scene.run, NULL);
+        kt_check_above(loop_scenes[i], kt_loop_count(c.model), 1.0);
+        for (int k = 0; k < 2; k++) {
+            compare_at(c.model, loop_scenes[i], kt_simulation_positions(simulation),
+                       kt_simulation_velocities(simulation), kt_simulation_time(simulation), worst);
+            if (k == 0)
+                kt_test_advance(simulation, 0.05 * c.scene.run.duration);
         }
-        kt_simulation_free(simulation);
     }
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
         kt_check_worst(&worst[type]);
@@ -113,7 +107,6 @@ static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, cons
                   double tolerance, kt_constraint_formulation *set) {
     kt_run run = c->scene.run;
     kt_simulation_options options = kt_formulated(absolute);
-    kt_simulation *simulation = NULL;
     kt_error e = {0};
     run.integrator = method;
     run.step = step;
@@ -127,17 +120,15 @@ static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, cons
     m->model = c->model;
     m->error = m->open = m->slip = m->energy = 0.0;
     m->evaluations = 0;
-    if (kt_fine("simulation", kt_simulation_create(c->model, &run, &options, &simulation, &e), &e)) {
-        m->status = kt_simulation_run(simulation, follow, m, &e);
-        m->evaluations = kt_simulation_counts_get(simulation).evaluations;
-        if (m->status != KT_OK)
-            kt_note("stopped: %s: %s", e.where, e.message);
-        if (m->known)
-            kt_note("%s %s: error %.1e, open %.1e, slip %.1e, energy %.1e, %llu evaluations", method,
-                    set ? "by the set" : "minimal", m->error, m->open, m->slip, m->energy,
-                    (unsigned long long)m->evaluations);
-    }
-    kt_simulation_free(simulation);
+    kt_simulation *simulation = kt_test_simulation(c->model, &run, &options);
+    m->status = kt_simulation_run(simulation, follow, m, &e);
+    m->evaluations = kt_simulation_counts_get(simulation).evaluations;
+    if (m->status != KT_OK)
+        kt_note("stopped: %s: %s", e.where, e.message);
+    if (m->known)
+        kt_note("%s %s: error %.1e, open %.1e, slip %.1e, energy %.1e, %llu evaluations", method,
+                set ? "by the set" : "minimal", m->error, m->open, m->slip, m->energy,
+                (unsigned long long)m->evaluations);
 }
 
 static void go(const kt_case *c, motion *m, const char *method, double step, double tolerance,

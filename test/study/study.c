@@ -15,13 +15,11 @@ KT_TEST(motion_without_amplitude_is_measured_against_one) {
     bench b;
     make(&b);
     b.body.joint.position[0] = 0.0;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_near("amplitude", r->amplitude, 0.0, 0.0);
     kt_check_near("error", r->points[0].error.position, 0.0, 0.0);
     kt_check_true("usable", r->points[0].usable);
-    kt_accuracy_free(b.study);
 }
 
 /* A cylindrical joint has an angle and a length. The box of the length scale holds the marker, 5 m off the axis, which
@@ -31,21 +29,17 @@ KT_TEST(markers_count_in_the_length_scale) {
     make(&b);
     b.body.joint.type = KT_JOINT_CYLINDRICAL;
     b.body.joint.velocity[1] = 0.1;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const double without = kt_accuracy_get(b.study)->length;
     kt_check_equal_int("unit", kt_accuracy_get(b.study)->unit, KT_ACCURACY_MIXED);
-    kt_accuracy_free(b.study);
     b.marker = (kt_marker){.name = "far", .at = kt_vec3_make(0.0, -5.0, 0.0)};
     b.body.markers = &b.marker;
     b.body.marker_count = 1;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     /* The swing of 1 rad to both sides is 10 sin 1 wide. It is sampled at records, and one of them lies near the turn.
      */
     kt_check_near("length", kt_accuracy_get(b.study)->length, 5.0 * without, 1e-9);
     kt_check_near("length", kt_accuracy_get(b.study)->length, 10.0 * sin(1.0), 0.1);
-    kt_accuracy_free(b.study);
 }
 
 /* It has no centre of mass, and turns as fast for ever. */
@@ -56,13 +50,11 @@ KT_TEST(wheel_without_mass_is_measured) {
     b.body.com = kt_vec3_make(0.0, 0.0, 0.0);
     b.body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     b.body.joint.velocity[0] = 3.0;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_near("amplitude", r->amplitude, 3.0, 1e-13);
     kt_check_below("error", r->points[0].error.position, 1e-13);
     kt_check_true("usable", r->points[0].usable);
-    kt_accuracy_free(b.study);
 }
 
 /* On the axis nothing has an extent: a metre is the scale. */
@@ -74,11 +66,9 @@ KT_TEST(motion_without_extent_is_measured_against_a_metre) {
     b.body.com = kt_vec3_make(0.0, 0.0, 0.0);
     b.body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     b.options.duration = 0.5;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     kt_check_near("length", kt_accuracy_get(b.study)->length, 1.0, 0.0);
     kt_check_near("duration, of the options", kt_accuracy_get(b.study)->asked, 0.5, 0.0);
-    kt_accuracy_free(b.study);
 }
 
 /* Uniform motion is had by any step: the ladder begins with a single one, and its error is the rounding's. */
@@ -91,14 +81,12 @@ KT_TEST(motion_that_any_step_has_ends_the_ladder_at_once) {
     b.body.joint.velocity[0] = 1.0;
     b.options.steps = NULL;
     b.options.step_count = 0;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_near("the coarsest step is the duration", r->points[0].setting, 1.0, 0.0);
     kt_check_below("its error", r->points[0].error.position, 1e-15);
     kt_check_equal_int("the end", r->curves[0].end, KT_ACCURACY_FLOOR);
     kt_check_equal_int("the best point", kt_accuracy_best(b.study, 1e-12), 0);
-    kt_accuracy_free(b.study);
 }
 
 /* The limit goes from no working point to all requested points. A curve ends by length or by its accuracy, and its
@@ -117,8 +105,7 @@ KT_TEST(curves_end_as_runs_may_be_longer) {
             rejected++;
             continue;
         }
-        if (!kt_check_equal_int("study", status, KT_OK))
-            return;
+        kt_need(kt_check_equal_int("study", status, KT_OK));
         studies++;
         const kt_accuracy_results *r = kt_accuracy_get(b.study);
         for (int i = 0; i < r->point_count; i++)
@@ -126,7 +113,6 @@ KT_TEST(curves_end_as_runs_may_be_longer) {
                                            : r->points[i].status != KT_OK && !isinf(r->points[i].error.position);
         for (int i = 0; i < r->curve_count; i++)
             strange += (r->curves[i].count == 0) != (r->curves[i].end == KT_ACCURACY_UNUSABLE);
-        kt_accuracy_free(b.study);
     }
     kt_check_above("studies", studies, 5.0);
     kt_check_above("references out of time", rejected, 1.0);
@@ -197,7 +183,6 @@ KT_TEST(study_survives_an_effect_that_fails) {
             const kt_accuracy_results *r = kt_accuracy_get(b.study);
             for (int i = 0; i < r->point_count; i++)
                 strange += r->points[i].usable && r->points[i].status != KT_OK;
-            kt_accuracy_free(b.study);
             if (c.calls < n)
                 break;
         }
@@ -246,8 +231,7 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     b.options.variants = variants;
     b.options.variant_count = 4;
     b.options.method_count = 2;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_equal_int("points", r->point_count, 8);
     double open[4] = {0.0, 0.0, 0.0, 0.0};
@@ -265,7 +249,6 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     kt_check_below("reduction: closed to rounding", open[0], 1e-14);
     kt_check_above("gauss drifts", open[1], 1e-7);
     kt_check_below("baumgarte drifts less than rk4's error at this step", open[2], 1e-6);
-    kt_accuracy_free(b.study);
 }
 
 /* Reduction needs inertia along the directions that loops leave free, sets along every coordinate. */
@@ -280,13 +263,11 @@ KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
     variant.has_constraint_formulation = true;
     b.options.variants = &variant;
     b.options.variant_count = 1;
-    if (!kt_check_equal_int("study", create(&b), KT_OK))
-        return;
+    must_create(&b);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_equal_int("status", r->points[0].status, KT_ERROR_SINGULAR);
     kt_check_equal_int("verdict", r->points[0].verdict, KT_ERROR_SINGULAR);
     kt_check_true("unusable", !r->points[0].usable);
-    kt_accuracy_free(b.study);
 }
 
 /* ---- without options -----------------------------------------------------------------------------------------------
@@ -300,13 +281,12 @@ KT_TEST(without_options_every_method_is_measured_until_errors_no_longer_fall) {
     bench b;
     make(&b);
     b.run.duration = 0.2;
-    if (!kt_check_equal_int("study", kt_accuracy_create(&b.description, &b.run, NULL, &b.study, &b.error), KT_OK))
-        return;
+    kt_need(kt_check_equal_int("study", kt_accuracy_create(&b.description, &b.run, NULL, &b.study, &b.error), KT_OK));
+    kt_test_own(b.study, release_study);
     const kt_accuracy_results *r = kt_accuracy_get(b.study);
     kt_check_equal_int("a curve a method", r->curve_count, (long long)kt_method_count());
     kt_check_above("points", (double)r->point_count, 10.0 * (double)kt_method_count());
     kt_check_true("one is as good as can be", kt_accuracy_best(b.study, 1e-13) >= 0);
     kt_check_true("none is better than rounding", kt_accuracy_best(b.study, 1e-17) < 0);
     kt_check_true("no clock, no times", isnan(r->points[0].cpu));
-    kt_accuracy_free(b.study);
 }
