@@ -20,17 +20,16 @@ static void disturb(const tangle *g, kt_random *random, double size, double *q, 
     kt_position_add(g->tree.model, g->q, step, q);
 }
 
-static bool project(const tangle *g, double *q, double *v, bool *changed) {
+static void project(const tangle *g, double *q, double *v, bool *changed) {
     kt_error e = {0};
-    return kt_tree_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, changed, &e), &e);
+    kt_need_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, changed, &e), &e);
 }
 
 /* The residuals against sizes of one: lengths are some metres, and |A v| less than ten times the largest velocity. */
 static void check_closed(const tangle *g, const double *q, const double *v, kt_worst *position, kt_worst *velocity) {
     kt_residual r = {(double)NAN, (double)NAN};
     kt_error e = {0};
-    if (!kt_tree_fine("residuals", kt_loop_residual(g->tree.model, g->tree.data, g->t, q, v, &r, &e), &e))
-        return;
+    kt_need_fine("residuals", kt_loop_residual(g->tree.model, g->tree.data, g->t, q, v, &r, &e), &e);
     kt_worst_below(position, r.position, 4e-14, "nv %d", g->tree.nv);
     kt_worst_below(velocity, r.velocity, 4e-14 * fmax(1.0, kt_tree_largest(v, g->tree.nv)), "nv %d", g->tree.nv);
 }
@@ -44,27 +43,24 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms) {
     for (int i = 0; i < mechanisms; i++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ], w[KT_TREE_NV];
         bool changed = false;
-        if (tangle_grow(&g, plan, random)) {
-            disturb(&g, random, 1e-3, q, v);
-            if (project(&g, q, v, &changed)) {
-                kt_worst_below(&again, changed ? 0.0 : 1.0, 0.5, "off the manifold, and not changed");
-                check_closed(&g, q, v, &position, &velocity);
-                memcpy(r, q, sizeof r);
-                memcpy(w, v, sizeof w);
-                memcpy(g.q, q, sizeof q);
-                memcpy(g.v, v, sizeof v);
-                const bool mass = plan->options.metric == KT_METRIC_MASS;
-                const double open = 16.0 * DBL_EPSILON, reach = tangle_reach(&g, mass);
-                const double swift = tangle_reach(&g, true) * (1.0 + reach); /* always in kinetic energy */
-                const double most = fmax(1.0, kt_tree_largest(v, g.tree.nv));
-                if (project(&g, r, w, &changed)) {
-                    for (int k = 0; k < g.tree.nq; k++)
-                        kt_worst_near(&again, r[k], q[k], open * reach, "nv %d, q %d", g.tree.nv, k);
-                    for (int k = 0; k < g.tree.nv; k++)
-                        kt_worst_near(&again, w[k], v[k], open * swift * most, "nv %d, v %d", g.tree.nv, k);
-                }
-            }
-        }
+        tangle_grow(&g, plan, random);
+        disturb(&g, random, 1e-3, q, v);
+        project(&g, q, v, &changed);
+        kt_worst_below(&again, changed ? 0.0 : 1.0, 0.5, "off the manifold, and not changed");
+        check_closed(&g, q, v, &position, &velocity);
+        memcpy(r, q, sizeof r);
+        memcpy(w, v, sizeof w);
+        memcpy(g.q, q, sizeof q);
+        memcpy(g.v, v, sizeof v);
+        const bool mass = plan->options.metric == KT_METRIC_MASS;
+        const double open = 16.0 * DBL_EPSILON, reach = tangle_reach(&g, mass);
+        const double swift = tangle_reach(&g, true) * (1.0 + reach); /* always in kinetic energy */
+        const double most = fmax(1.0, kt_tree_largest(v, g.tree.nv));
+        project(&g, r, w, &changed);
+        for (int k = 0; k < g.tree.nq; k++)
+            kt_worst_near(&again, r[k], q[k], open * reach, "nv %d, q %d", g.tree.nv, k);
+        for (int k = 0; k < g.tree.nv; k++)
+            kt_worst_near(&again, w[k], v[k], open * swift * most, "nv %d, v %d", g.tree.nv, k);
     }
     kt_check_worst(&position);
     kt_check_worst(&velocity);
@@ -96,18 +92,17 @@ KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
     plan.nearby = 1.0;
     plan.options.plan = KT_PLAN_SPATIAL; /* where redundant equations are full of such entries */
     for (int i = 0; i < 600; i++) {
-        if (tangle_grow(&g, &plan, &random)) {
-            double q[KT_TREE_NQ], v[KT_TREE_NV], slowest = HUGE_VAL;
-            kt_error e = {0};
-            memcpy(q, g.q, sizeof q);
-            memcpy(v, g.v, sizeof v);
-            rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
-            disturb(&g, &random, i % 2 ? 1e-4 : 1e-6, q, v);
-            rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
-            for (size_t k = 0; k < g.tree.model->n.group_v; k++)
-                slowest = fmin(slowest, fabs(v[g.tree.model->group_v[k]]));
-            rested += slowest < 1e-14;
-        }
+        tangle_grow(&g, &plan, &random);
+        double q[KT_TREE_NQ], v[KT_TREE_NV], slowest = HUGE_VAL;
+        kt_error e = {0};
+        memcpy(q, g.q, sizeof q);
+        memcpy(v, g.v, sizeof v);
+        rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
+        disturb(&g, &random, i % 2 ? 1e-4 : 1e-6, q, v);
+        rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
+        for (size_t k = 0; k < g.tree.model->n.group_v; k++)
+            slowest = fmin(slowest, fabs(v[g.tree.model->group_v[k]]));
+        rested += slowest < 1e-14;
     }
     kt_check_equal_int("rejected", rejected, 0);
     kt_check_above("with frames at rest", rested, 200.0);
@@ -152,25 +147,22 @@ static void check_least(const tangle_plan *plan, kt_random *random, bool mass, k
     const double off = 1e-6;
     for (int i = 0; i < 40; i++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ], w[KT_TREE_NV], step[KT_TREE_NV];
-        if (tangle_grow(&g, plan, random)) {
-            disturb(&g, random, off, q, v);
-            memcpy(r, q, sizeof r);
-            memcpy(w, v, sizeof w);
-            kt_position_subtract(g.tree.model, r, q, step);
-            if (project(&g, r, w, NULL)) {
-                kt_position_subtract(g.tree.model, r, q, step);
-                memcpy(g.q, r, sizeof r);
-                if (tangle_system_of(&g, &s)) {
-                    part p = part_along(&g, &s, mass, random, step);
-                    kt_worst_below(position, fabs(p.along), 200.0 * off * p.size + p.rounding, "nv %d", g.tree.nv);
-                    for (int k = 0; k < g.tree.nv; k++)
-                        step[k] = w[k] - v[k];
-                    p = part_along(&g, &s, true, random, step); /* always in kinetic energy */
-                    kt_worst_below(velocity, fabs(p.along), 0.1 * p.rounding * fmax(1.0, kt_tree_largest(w, g.tree.nv)),
-                                   "nv %d", g.tree.nv);
-                }
-            }
-        }
+        tangle_grow(&g, plan, random);
+        disturb(&g, random, off, q, v);
+        memcpy(r, q, sizeof r);
+        memcpy(w, v, sizeof w);
+        kt_position_subtract(g.tree.model, r, q, step);
+        project(&g, r, w, NULL);
+        kt_position_subtract(g.tree.model, r, q, step);
+        memcpy(g.q, r, sizeof r);
+        tangle_system_of(&g, &s);
+        part p = part_along(&g, &s, mass, random, step);
+        kt_worst_below(position, fabs(p.along), 200.0 * off * p.size + p.rounding, "nv %d", g.tree.nv);
+        for (int k = 0; k < g.tree.nv; k++)
+            step[k] = w[k] - v[k];
+        p = part_along(&g, &s, true, random, step); /* always in kinetic energy */
+        kt_worst_below(velocity, fabs(p.along), 0.1 * p.rounding * fmax(1.0, kt_tree_largest(w, g.tree.nv)), "nv %d",
+                       g.tree.nv);
     }
 }
 
@@ -200,20 +192,19 @@ KT_TEST(positions_outside_loops_are_left_alone) {
     plan.nearby = 1.0;
     for (int i = 0; i < 40; i++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ];
-        if (tangle_grow(&g, &plan, &random)) {
-            bool inside[KT_TREE_NV] = {false};
-            for (size_t k = 0; k < g.tree.model->n.group_v; k++)
-                inside[g.tree.model->group_v[k]] = true;
-            disturb(&g, &random, 1e-3, q, v);
-            memcpy(r, q, sizeof r);
-            if (project(&g, r, v, NULL))
-                for (int b = 1; b < g.tree.count; b++) {
-                    const kt_coordinates c = kt_body_coordinates(g.tree.model, b);
-                    for (int k = 0; k < c.nv && c.nq == c.nv; k++) {
-                        outside += !inside[c.v + k];
-                        touched += !inside[c.v + k] && memcmp(&r[c.q + k], &q[c.q + k], sizeof(double)) != 0;
-                    }
-                }
+        tangle_grow(&g, &plan, &random);
+        bool inside[KT_TREE_NV] = {false};
+        for (size_t k = 0; k < g.tree.model->n.group_v; k++)
+            inside[g.tree.model->group_v[k]] = true;
+        disturb(&g, &random, 1e-3, q, v);
+        memcpy(r, q, sizeof r);
+        project(&g, r, v, NULL);
+        for (int b = 1; b < g.tree.count; b++) {
+            const kt_coordinates c = kt_body_coordinates(g.tree.model, b);
+            for (int k = 0; k < c.nv && c.nq == c.nv; k++) {
+                outside += !inside[c.v + k];
+                touched += !inside[c.v + k] && memcmp(&r[c.q + k], &q[c.q + k], sizeof(double)) != 0;
+            }
         }
     }
     kt_check_above("coordinates outside", (double)outside, 100.0);
@@ -229,29 +220,27 @@ KT_TEST(state_without_loops_keeps_its_bits) {
     double q[KT_TREE_NQ], v[KT_TREE_NV];
     bool changed = true;
     kt_error e = {0};
-    if (kt_tree_grow(&tree, &plan, &random)) {
-        kt_tree_state_draw(&tree, &random, &s);
-        kt_check_true("quaternions of norm one", kt_position_normalize(tree.model, s.q));
-        memcpy(q, s.q, sizeof q);
-        memcpy(v, s.v, sizeof v);
-        for (int i = 0; i < 3; i++) {
-            changed = true;
-            (void)kt_tree_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
-            kt_check_true("changed", !changed);
-            kt_check_equal_bits("positions", q, s.q, (size_t)tree.nq);
-            kt_check_equal_bits("velocities", v, s.v, (size_t)tree.nv);
-        }
-        for (int b = 1; b < tree.count; b++) {
-            const kt_coordinates c = kt_body_coordinates(tree.model, b);
-            for (int k = c.q + c.nq - 4; k < c.q + c.nq && c.nq != c.nv; k++)
-                q[k] *= 1.0 + 1e-9;
-        }
+    kt_tree_sample(&tree, &plan, &random, &s);
+    kt_check_true("quaternions of norm one", kt_position_normalize(tree.model, s.q));
+    memcpy(q, s.q, sizeof q);
+    memcpy(v, s.v, sizeof v);
+    for (int i = 0; i < 3; i++) {
+        changed = true;
         (void)kt_tree_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
-        kt_check_true("changed", changed);
-        for (int k = 0; k < tree.nq; k++)
-            if (fabs(q[k] - s.q[k]) > 4.0 * DBL_EPSILON)
-                kt_check_near("scaled back", q[k], s.q[k], 4.0 * DBL_EPSILON);
+        kt_check_true("changed", !changed);
+        kt_check_equal_bits("positions", q, s.q, (size_t)tree.nq);
+        kt_check_equal_bits("velocities", v, s.v, (size_t)tree.nv);
     }
+    for (int b = 1; b < tree.count; b++) {
+        const kt_coordinates c = kt_body_coordinates(tree.model, b);
+        for (int k = c.q + c.nq - 4; k < c.q + c.nq && c.nq != c.nv; k++)
+            q[k] *= 1.0 + 1e-9;
+    }
+    (void)kt_tree_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
+    kt_check_true("changed", changed);
+    for (int k = 0; k < tree.nq; k++)
+        if (fabs(q[k] - s.q[k]) > 4.0 * DBL_EPSILON)
+            kt_check_near("scaled back", q[k], s.q[k], 4.0 * DBL_EPSILON);
 }
 
 /* A crank of 1 m must reach 1.5 m. No projection closes this gap. The message names the open loop and its gap. */
@@ -264,20 +253,18 @@ KT_TEST(failed_projection_names_the_loop_and_leaves_the_state) {
     kt_loop *rope = linkage_close(&l, "rope", KT_LOOP_DISTANCE, NULL, kt_vec3_make(2.0, 0.0, 0.0), "bar",
                                   kt_vec3_make(1.0, 0.0, 0.0));
     rope->function = kt_function_ramp(1.2, 3.5, 0.0, 1.0);
-    if (linkage_build(&l, 0.0)) {
-        double q = l.q[0], v = l.v[0];
-        kt_check_equal_int("status", kt_state_project(l.model, l.data, 1.0, &q, &v, &changed, &e), KT_ERROR_CONSTRAINT);
-        kt_check_text("where", e.where, "t = 1 s");
-        kt_check_contains("message", e.message,
-                          "the loops can no longer be closed; what stays open is: 'rope' by 0.5 m");
-        kt_check_equal_bits("position", &q, l.q, 1);
-        kt_check_equal_bits("velocity", &v, l.v, 1);
-        q = (double)NAN;
-        kt_check_equal_int("status", kt_state_project(l.model, l.data, 0.0, &q, &v, &changed, &e), KT_ERROR_NOT_FINITE);
-        kt_check_text("where", e.where, "joint 'bar'");
-        kt_check_text("message", e.message, "its position is nan; give a finite number");
-        kt_check_true("untouched", isnan(q) && v == l.v[0] && changed);
-    }
+    linkage_build(&l, 0.0);
+    double q = l.q[0], v = l.v[0];
+    kt_check_equal_int("status", kt_state_project(l.model, l.data, 1.0, &q, &v, &changed, &e), KT_ERROR_CONSTRAINT);
+    kt_check_text("where", e.where, "t = 1 s");
+    kt_check_contains("message", e.message, "the loops can no longer be closed; what stays open is: 'rope' by 0.5 m");
+    kt_check_equal_bits("position", &q, l.q, 1);
+    kt_check_equal_bits("velocity", &v, l.v, 1);
+    q = (double)NAN;
+    kt_check_equal_int("status", kt_state_project(l.model, l.data, 0.0, &q, &v, &changed, &e), KT_ERROR_NOT_FINITE);
+    kt_check_text("where", e.where, "joint 'bar'");
+    kt_check_text("message", e.message, "its position is nan; give a finite number");
+    kt_check_true("untouched", isnan(q) && v == l.v[0] && changed);
 }
 
 /* ---- dead points ------------------------------------------------------------------------------------------------- */
@@ -290,7 +277,7 @@ typedef struct cart {
     linkage l;
 } cart;
 
-static bool make_cart(cart *c, double x, double rate) {
+static void make_cart(cart *c, double x, double rate) {
     const kt_vec3 origin = kt_vec3_make(0.0, 0.0, 0.0);
     const double length = sqrt(1.0 + x * x), bend = 16.0 * (1.25 - length + 0.25 * rate); /* L(0) = 1.25 */
     linkage *l = &c->l;
@@ -317,7 +304,7 @@ static bool make_cart(cart *c, double x, double rate) {
     c->rod[1] = rate - 0.5 * bend;
     c->rod[2] = bend;
     loop->function = kt_function_polynomial(c->rod, 3);
-    return linkage_compile(l);
+    linkage_compile(l);
 }
 
 /* Returns whether the projection reports a dead point, or -1 for another failure. The output *size is the size of
@@ -325,21 +312,20 @@ static bool make_cart(cart *c, double x, double rate) {
 static int project_cart(double x, double rate, double *size) {
     static cart c;
     int dead = -1;
-    if (make_cart(&c, x, rate)) {
-        kt_error e = {0};
-        const kt_model *m = c.l.model;
-        double q[3], v[3] = {0.0, 0.0, 0.0};
-        q[kt_body_coordinates(m, kt_body_find(m, "cart")).q] = x;
-        q[kt_body_coordinates(m, kt_body_find(m, "wheel")).q] = 0.0;
-        q[kt_body_coordinates(m, kt_body_find(m, "lift")).q] = 0.0;
-        const kt_status status = kt_state_project(m, c.l.data, 0.25, q, v, NULL, &e);
-        kt_note("x = %g, rate %g: %s: %s", x, rate, e.where, e.message);
-        if (status == KT_OK)
-            dead = 0;
-        else if (status == KT_ERROR_CONSTRAINT && strstr(e.message, "a dead point"))
-            dead = 1;
-        *size = c.l.data->last[0] / m->group[0].usual[KT_ROWS_ALL];
-    }
+    make_cart(&c, x, rate);
+    kt_error e = {0};
+    const kt_model *m = c.l.model;
+    double q[3], v[3] = {0.0, 0.0, 0.0};
+    q[kt_body_coordinates(m, kt_body_find(m, "cart")).q] = x;
+    q[kt_body_coordinates(m, kt_body_find(m, "wheel")).q] = 0.0;
+    q[kt_body_coordinates(m, kt_body_find(m, "lift")).q] = 0.0;
+    const kt_status status = kt_state_project(m, c.l.data, 0.25, q, v, NULL, &e);
+    kt_note("x = %g, rate %g: %s: %s", x, rate, e.where, e.message);
+    if (status == KT_OK)
+        dead = 0;
+    else if (status == KT_ERROR_CONSTRAINT && strstr(e.message, "a dead point"))
+        dead = 1;
+    *size = c.l.data->last[0] / m->group[0].usual[KT_ROWS_ALL];
     return dead;
 }
 

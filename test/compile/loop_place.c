@@ -70,11 +70,9 @@ static void make_chain(chain *c, kt_random *random, kt_loop_type type, int end, 
 }
 
 static kt_model *compile(const chain *c, bool settable) {
-    kt_error error = {0};
-    kt_model *model = NULL;
     kt_model_options options = kt_model_options_default();
     options.settable = settable;
-    return kt_fine("compile", kt_model_compile(&c->description, &options, &model, &error), &error) ? model : NULL;
+    return kt_test_model(&c->description, &options);
 }
 
 /* Accelerations, residuals and reactions of a model at (q, v), whose loops are open. */
@@ -83,21 +81,18 @@ typedef struct answer {
     kt_wrench reaction;
 } answer;
 
-static bool ask(const kt_model *model, const double *q, const double *v, answer *x) {
+static void ask(const kt_model *model, const double *q, const double *v, answer *x) {
     kt_error error = {0};
-    kt_data *data = NULL;
     kt_residual residual = {0};
     kt_wrench joints[BODIES + 1];
     memset(x, 0, sizeof *x);
-    bool done = kt_fine("data", kt_data_create(model, &data, &error), &error) &&
-                kt_fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x->a, &error), &error) &&
-                kt_fine("residual", kt_loop_residual(model, data, 0.0, q, v, &residual, &error), &error) &&
-                kt_fine("reactions",
-                        kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joints, &x->reaction, &error), &error);
+    kt_data *data = kt_test_data(model);
+    kt_need_fine("a", kt_acceleration_evaluate(model, data, 0.0, q, v, NULL, NULL, x->a, &error), &error);
+    kt_need_fine("residual", kt_loop_residual(model, data, 0.0, q, v, &residual, &error), &error);
+    kt_need_fine("reactions", kt_reaction_evaluate(model, data, 0.0, q, v, NULL, NULL, joints, &x->reaction, &error),
+                 &error);
     x->residual[0] = residual.position;
     x->residual[1] = residual.velocity;
-    kt_data_free(data);
-    return done;
 }
 
 /* The largest difference of two answers, relative to the size of theirs. */
@@ -125,18 +120,18 @@ static void random_state(kt_random *random, const kt_model *model, double *q, do
 static double compare(kt_random *random, kt_model *model, const chain *then, const double *numbers) {
     kt_error error = {0};
     kt_parameter place;
-    double q[MOST], v[MOST], back[KT_PARAMETER_MAX], worst = (double)NAN;
+    double q[MOST], v[MOST], back[KT_PARAMETER_MAX];
     answer ours, theirs;
     kt_model *other = compile(then, false);
     random_state(random, model, q, v);
-    if (other != NULL && kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
-        kt_fine("set", kt_parameter_set(model, &place, numbers, &error), &error) &&
-        kt_fine("get", kt_parameter_get(model, &place, back, &error), &error) && ask(model, q, v, &ours) &&
-        ask(other, q, v, &theirs))
-        worst = difference(&ours, &theirs);
+    kt_need_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error);
+    kt_need_fine("set", kt_parameter_set(model, &place, numbers, &error), &error);
+    kt_need_fine("get", kt_parameter_get(model, &place, back, &error), &error);
+    ask(model, q, v, &ours);
+    ask(other, q, v, &theirs);
+    double worst = difference(&ours, &theirs);
     for (int i = 0; i < 3; i++)
         worst = back[i] != numbers[i] ? (double)NAN : worst;
-    kt_model_free(other);
     return worst;
 }
 
@@ -152,18 +147,15 @@ static void compare_many(bool flat) {
         const double numbers[] = {at.x, at.y, at.z, turn.x, turn.y, turn.z};
         double q[MOST], v[MOST];
         answer before, after;
-        if (model == NULL)
-            break;
         random_state(&random, model, q, v);
-        const bool asked = ask(model, q, v, &before);
+        ask(model, q, v, &before);
         place_in(&c, end, at, turn);
         const double d = compare(&random, model, &c, numbers);
         if (!(d < 1e-11))
             kt_note("%s, %s end: %.3g", kt_loop_type_name(c.loop.type), end ? "second" : "first", d);
         worst = isnan(d) ? d : fmax(worst, d);
-        if (asked && ask(model, q, v, &after))
-            moved = fmax(moved, difference(&after, &before));
-        kt_model_free(model);
+        ask(model, q, v, &after);
+        moved = fmax(moved, difference(&after, &before));
     }
     kt_check_below("a set place against a compiled one, relative", worst, 1e-11);
     kt_check_above("it matters", moved, 0.1);
@@ -180,26 +172,22 @@ KT_TEST(loops_are_closed_where_their_body_is) {
     for (int i = 0; i < TRIALS; i++) {
         chain c;
         kt_error error = {0};
-        kt_data *data = NULL;
         kt_parameter place;
         double q[MOST], v[MOST], here[KT_PARAMETER_MAX];
         answer open, shut;
         make_chain(&c, &random, closing[i % 4], i / 4 % 2, i / 8 % 2 == 1);
         kt_model *model = compile(&c, true);
-        if (model == NULL || !kt_fine("data", kt_data_create(model, &data, &error), &error))
-            return;
+        kt_data *data = kt_test_data(model);
         random_state(&random, model, q, v);
         kt_check_equal_int("without kinematics", kt_loop_place_here(model, data, 0, here, &error), KT_ERROR_ARGUMENT);
-        if (ask(model, q, v, &open) &&
-            kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
-            kt_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
-            kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error) &&
-            kt_fine("set", kt_parameter_set(model, &place, here, &error), &error) && ask(model, q, v, &shut)) {
-            before = fmin(before, open.residual[0]);
-            after = isnan(shut.residual[0]) ? (double)NAN : fmax(after, shut.residual[0]);
-        }
-        kt_data_free(data);
-        kt_model_free(model);
+        ask(model, q, v, &open);
+        kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+        kt_need_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error);
+        kt_need_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error);
+        kt_need_fine("set", kt_parameter_set(model, &place, here, &error), &error);
+        ask(model, q, v, &shut);
+        before = fmin(before, open.residual[0]);
+        after = isnan(shut.residual[0]) ? (double)NAN : fmax(after, shut.residual[0]);
     }
     kt_check_above("the gap before", before, 1e-3);
     kt_check_below("the gap after", after, 2e-14);
@@ -212,8 +200,6 @@ KT_TEST(rod_in_flight_is_caught_where_its_end_is) {
         kt_error error = {0};
         chain c;
         kt_random random = kt_random_of_test();
-        kt_simulation *simulation = NULL;
-        kt_data *data = NULL;
         kt_parameter place;
         double here[KT_PARAMETER_MAX];
         make_chain(&c, &random, KT_LOOP_SPHERICAL, 0, true);
@@ -229,33 +215,28 @@ KT_TEST(rod_in_flight_is_caught_where_its_end_is) {
         kt_model *model = compile(&c, true);
         const double q[3] = {0.0, 0.0, turn}, v[3] = {-2.0 * sin(turn), 2.0 * cos(turn), 0.0};
         kt_run run = kt_run_default();
-        kt_simulation_options options = kt_simulation_options_default();
         run.duration = 2.0;
-        if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error) &&
-            kt_fine("simulation", kt_simulation_create(model, &run, &options, &simulation, &error), &error) &&
-            kt_fine("state", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error) &&
-            kt_fine("flight", kt_simulation_advance(simulation, caught, &error), &error) &&
-            kt_fine("kinematics",
-                    kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error),
-                    &error) &&
-            kt_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error) &&
-            kt_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error)) {
-            kt_check_equal_int("far from its place", kt_simulation_switch(simulation, 1, NULL, &error),
-                               KT_ERROR_CONSTRAINT);
-            (void)kt_fine("set", kt_simulation_set_parameter(simulation, model, &place, here, &error), &error);
-            double loss = (double)NAN;
-            (void)kt_fine("switch", kt_simulation_switch(simulation, 1, &loss, &error), &error);
-            kt_check_near("the pin is at the end: x", here[0], -0.5 * cos(turn) - 2.0 * sin(turn) * caught, 1e-9);
-            kt_check_near("the loss, J", loss, 0.5, 1e-9);
-            kt_check_near("the rate, rad/s", kt_simulation_velocities(simulation)[2], 3.0, 1e-9);
-            (void)kt_fine("turns", kt_simulation_advance(simulation, caught + 1.0, &error), &error);
-            kt_check_near("the angle, rad", kt_simulation_positions(simulation)[2], turn + 3.0, 1e-8);
-            kt_check_near("the end stays: x", kt_simulation_positions(simulation)[0] - 0.5 * cos(turn + 3.0), here[0],
-                          1e-8);
-        }
-        kt_simulation_free(simulation);
-        kt_data_free(data);
-        kt_model_free(model);
+        kt_data *data = kt_test_data(model);
+        kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
+        kt_need_fine("state", kt_simulation_set_state(simulation, 0.0, q, v, &error), &error);
+        kt_need_fine("flight", kt_simulation_advance(simulation, caught, &error), &error);
+        kt_need_fine("kinematics",
+                     kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error),
+                     &error);
+        kt_need_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error);
+        kt_need_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error);
+        kt_check_equal_int("far from its place", kt_simulation_switch(simulation, 1, NULL, &error),
+                           KT_ERROR_CONSTRAINT);
+        (void)kt_fine("set", kt_simulation_set_parameter(simulation, model, &place, here, &error), &error);
+        double loss = (double)NAN;
+        (void)kt_fine("switch", kt_simulation_switch(simulation, 1, &loss, &error), &error);
+        kt_check_near("the pin is at the end: x", here[0], -0.5 * cos(turn) - 2.0 * sin(turn) * caught, 1e-9);
+        kt_check_near("the loss, J", loss, 0.5, 1e-9);
+        kt_check_near("the rate, rad/s", kt_simulation_velocities(simulation)[2], 3.0, 1e-9);
+        (void)kt_fine("turns", kt_simulation_advance(simulation, caught + 1.0, &error), &error);
+        kt_check_near("the angle, rad", kt_simulation_positions(simulation)[2], turn + 3.0, 1e-8);
+        kt_check_near("the end stays: x", kt_simulation_positions(simulation)[0] - 0.5 * cos(turn + 3.0), here[0],
+                      1e-8);
     }
 }
 
@@ -267,10 +248,8 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     double here[KT_PARAMETER_MAX] = {0};
     make_chain(&c, &random, KT_LOOP_SPHERICAL, 0, true);
     kt_model *flat = compile(&c, true);
-    kt_data *data = NULL;
-    if (flat == NULL || !kt_fine("data", kt_data_create(flat, &data, &error), &error) ||
-        !kt_fine("find", kt_parameter_find(flat, "loop foot.place", &place, &error), &error))
-        return;
+    kt_data *data = kt_test_data(flat);
+    kt_need_fine("find", kt_parameter_find(flat, "loop foot.place", &place, &error), &error);
     here[2] = 0.01;
     kt_check_equal_int("above the plane", kt_parameter_set(flat, &place, here, &error), KT_ERROR_MODEL);
     kt_check_true("it names the shift", strstr(error.message, "0.01 m") != NULL);
@@ -281,19 +260,14 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     kt_check_equal_int("NaN", kt_parameter_set(flat, &place, here, &error), KT_ERROR_MODEL);
     kt_check_equal_int("no such loop", kt_loop_place_here(flat, data, 1, here, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no data", kt_loop_place_here(flat, NULL, 0, here, &error), KT_ERROR_ARGUMENT);
-    kt_data_free(data);
-    kt_model_free(flat);
     make_chain(&c, &random, KT_LOOP_WELD, 0, true);
     kt_model *held = compile(&c, true);
     here[3] = 0.02;
-    if (held != NULL && kt_fine("find", kt_parameter_find(held, "loop foot.place", &place, &error), &error)) {
-        kt_check_equal_int("tilted", kt_parameter_set(held, &place, here, &error), KT_ERROR_MODEL);
-        kt_check_true("it names the remedy", strstr(error.message, "--plan spatial") != NULL);
-    }
-    kt_model_free(held);
+    kt_need_fine("find", kt_parameter_find(held, "loop foot.place", &place, &error), &error);
+    kt_check_equal_int("tilted", kt_parameter_set(held, &place, here, &error), KT_ERROR_MODEL);
+    kt_check_true("it names the remedy", strstr(error.message, "--plan spatial") != NULL);
     c.loop.between[0].body = "base";
     kt_model *inner = compile(&c, true);
     kt_check_equal_int("between bodies", kt_parameter_find(inner, "loop foot.place", &place, &error),
                        KT_ERROR_ARGUMENT);
-    kt_model_free(inner);
 }

@@ -1,6 +1,6 @@
 /* Parameters: a copy with a set parameter computes, to the bit, the results of a model that was compiled with it. The
  * original model stays unchanged. Names are found or suggested. Impossible values are rejected and change nothing. */
-#include "fixture.h"
+#include "../scene/collect.h"
 
 #include "interpose.h"
 #include "kinetree/mechanism.h"
@@ -90,9 +90,6 @@ enum { TRIALS = sizeof trials / sizeof *trials };
 static kt_model *compile(const trial *with, kt_plan plan) {
     char text[TEXT];
     const char *p[PLACES];
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_error e;
     memcpy(p, standard, sizeof p);
     if (with)
         p[with->place] = with->text;
@@ -100,10 +97,7 @@ static kt_model *compile(const trial *with, kt_plan plan) {
                    p[11], p[12]);
     kt_model_options options = kt_model_options_default();
     options.plan = plan;
-    kt_need_fine("parse", kt_scene_parse("trial", text, strlen(text), &scene, NULL, NULL, &e), &e);
-    kt_fine("compile", kt_model_compile(&scene.description, &options, &model, &e), &e);
-    kt_scene_free(&scene);
-    return model;
+    return kt_test_model(&kt_test_scene(text)->description, &options);
 }
 
 static kt_model *copy_of(const kt_model *model) {
@@ -111,7 +105,8 @@ static kt_model *copy_of(const kt_model *model) {
     void *memory = aligned_alloc(KT_ALIGNMENT, size);
     kt_model *copy = NULL;
     kt_error e;
-    kt_fine("copy", kt_model_copy(model, memory, size, &copy, &e), &e);
+    kt_test_own(memory, free);
+    kt_need_fine("copy", kt_model_copy(model, memory, size, &copy, &e), &e);
     return copy;
 }
 
@@ -132,11 +127,10 @@ typedef struct answer {
 static answer ask(const kt_model *model) {
     static answer x;
     double q[MOST], v[MOST];
-    kt_data *data = NULL;
     kt_error e;
     memset(&x, 0, sizeof x);
     kt_model_initial(model, q, v);
-    kt_need_fine("data", kt_data_create(model, &data, &e), &e);
+    kt_data *data = kt_test_data(model);
     for (int i = 0; i < kt_model_nv(model); i++)
         v[i] += 0.1 * (i + 1);
     kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
@@ -148,7 +142,6 @@ static answer ask(const kt_model *model) {
     x.energy[0] = kt_kinetic_energy(model, data);
     x.energy[1] = kt_potential_energy(model, data);
     x.energy[2] = kt_effect_energy(model, data, 0.0, q, v);
-    kt_data_free(data);
     return x;
 }
 
@@ -162,8 +155,7 @@ KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
             kt_parameter parameter;
             kt_error e;
             double old[KT_PARAMETER_MAX], now[KT_PARAMETER_MAX];
-            if (!other || !kt_fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e))
-                return;
+            kt_need_fine(t->name, kt_parameter_find(copy, t->name, &parameter, &e), &e);
             (void)kt_fine("get", kt_parameter_get(copy, &parameter, old, &e), &e);
             if (!set(copy, t))
                 return;
@@ -186,15 +178,11 @@ KT_TEST(a_set_parameter_gives_the_bits_of_a_model_that_was_compiled_with_it) {
                     kt_fine("back", kt_parameter_set(copy, &parameter, old, &e), &e) ? ask(copy) : ours;
                 kt_check_true("and back", memcmp(&again, &before, sizeof before) == 0);
             } else {
-                free(copy);
                 copy = copy_of(model);
             }
-            kt_model_free(other);
         }
         const answer after = ask(model);
         kt_check_true("the model it was copied from stays", memcmp(&after, &before, sizeof before) == 0);
-        free(copy);
-        kt_model_free(model);
     }
 }
 
@@ -225,7 +213,6 @@ KT_TEST(names_that_do_not_exist_are_answered_with_the_nearest) {
         kt_check_contains("words", e.message, wrong[k].words);
         kt_check_equal_int("untouched", parameter.item, -7);
     }
-    kt_model_free(model);
 }
 
 KT_TEST(numbers_that_cannot_be_are_rejected_and_nothing_changes) {
@@ -259,8 +246,6 @@ KT_TEST(numbers_that_cannot_be_are_rejected_and_nothing_changes) {
     }
     const answer after = ask(copy);
     kt_check_true("nothing has changed", memcmp(&after, &before, sizeof before) == 0);
-    free(copy);
-    kt_model_free(model);
 }
 
 /* A run in which a payload and a target change goes on as one that starts there with a model compiled so. */
@@ -268,13 +253,12 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
     const trial *t = &trials[2];
     kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model), *other = compile(t, KT_PLAN_AUTO);
     kt_run run = kt_run_default();
-    kt_simulation *one = NULL, *two = NULL;
     kt_parameter parameter;
     kt_error e;
     run.integrator = "dopri5";
     run.step = 1e-3;
-    kt_need_fine("one", kt_simulation_create(copy, &run, NULL, &one, &e), &e);
-    kt_need_fine("two", kt_simulation_create(other, &run, NULL, &two, &e), &e);
+    kt_simulation *one = kt_test_simulation(copy, &run, NULL);
+    kt_simulation *two = kt_test_simulation(other, &run, NULL);
     kt_need_fine("advance", kt_simulation_advance(one, 0.1, &e), &e);
     kt_need_fine("find", kt_parameter_find(copy, t->name, &parameter, &e), &e);
     kt_fine("state",
@@ -292,11 +276,6 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
     for (int i = 0; i < kt_model_nq(model); i++)
         kt_worst_near(&error, kt_simulation_positions(one)[i], kt_simulation_positions(two)[i], 1e-12, "%d", i);
     kt_check_worst(&error);
-    kt_simulation_free(one);
-    kt_simulation_free(two);
-    kt_model_free(other);
-    free(copy);
-    kt_model_free(model);
 }
 
 /* Numbers that a description must contain may be set to no effect: a servo without gains, stops at infinity. */
@@ -318,8 +297,6 @@ KT_TEST(an_effect_is_switched_off_by_its_numbers) {
         (void)kt_fine("get", kt_parameter_get(copy, &parameter, &now, &e), &e);
         kt_check_true("it is read back", now == off[k].value);
     }
-    free(copy);
-    kt_model_free(model);
 }
 
 static const char slider_crank[] =
@@ -335,29 +312,22 @@ static const char slider_crank[] =
 
 static void assemble_from(const kt_model *model, double q[3]) {
     double v[3] = {0.0, 0.0, 0.0};
-    kt_data *data = NULL;
     kt_error e;
     memcpy(q, (const double[]){1.0, -1.2, 1.15}, 3 * sizeof *q);
-    if (kt_fine("data", kt_data_create(model, &data, &e), &e))
-        kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
-    kt_data_free(data);
+    kt_data *data = kt_test_data(model);
+    kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &e), &e);
 }
 
 /* Assembly keeps the position of a joint while the joint is held, like a model that was compiled with the joint held.
  * It moves the joint otherwise. */
 KT_TEST(assembly_keeps_what_is_set_to_be_held) {
-    kt_scene scene;
-    kt_model *model = NULL, *held = NULL;
+    static const char *const names[] = {"ram"};
     kt_error e;
-    kt_need_fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e), &e);
-    const char *const names[] = {"ram"};
-    kt_fine("compile", kt_model_compile(&scene.description, NULL, &model, &e), &e);
-    scene.description.hold = names;
-    scene.description.hold_count = 1;
-    kt_fine("compile", kt_model_compile(&scene.description, NULL, &held, &e), &e);
-    scene.description.hold = NULL;
-    scene.description.hold_count = 0;
-    kt_scene_free(&scene);
+    kt_description slider = kt_test_scene(slider_crank)->description;
+    kt_model *model = kt_test_model(&slider, NULL);
+    slider.hold = names;
+    slider.hold_count = 1;
+    kt_model *held = kt_test_model(&slider, NULL);
     kt_model *copy = copy_of(model);
     kt_parameter parameter;
     double free_q[3], held_q[3], set_q[3], back_q[3], hold = 0.0;
@@ -376,9 +346,6 @@ KT_TEST(assembly_keeps_what_is_set_to_be_held) {
     kt_check_true("a held ram stays", set_q[2] == 1.15);
     kt_check_true("bits of a model compiled so", memcmp(set_q, held_q, sizeof set_q) == 0);
     kt_check_true("and back", memcmp(back_q, free_q, sizeof back_q) == 0);
-    free(copy);
-    kt_model_free(held);
-    kt_model_free(model);
 }
 
 /* Each name of a parameter of the large model, in a small one and in a copy of it: none reads or writes there. */
@@ -388,15 +355,9 @@ KT_TEST(parameters_of_another_model_are_rejected) {
                                         "effect coil.length", "effect mount.stiffness",
                                         "effect hold.target", "effect push.value",
                                         "loop drive.position"};
-    kt_scene scene;
-    kt_model *model = compile(NULL, KT_PLAN_AUTO), *small = NULL;
+    kt_model *model = compile(NULL, KT_PLAN_AUTO);
+    kt_model *small = kt_test_model(&kt_test_scene(slider_crank)->description, NULL);
     kt_error e;
-    if (!model ||
-        !kt_fine("parse", kt_scene_parse("slider", slider_crank, sizeof slider_crank - 1, &scene, NULL, NULL, &e),
-                 &e) ||
-        !kt_fine("compile", kt_model_compile(&scene.description, NULL, &small, &e), &e))
-        return;
-    kt_scene_free(&scene);
     kt_model *copy = copy_of(small);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         double now[KT_PARAMETER_MAX] = {7.0};
@@ -410,9 +371,6 @@ KT_TEST(parameters_of_another_model_are_rejected) {
         parameter.count++;
         kt_check_equal_int("of another length", kt_parameter_get(model, &parameter, now, &e), KT_ERROR_ARGUMENT);
     }
-    free(copy);
-    kt_model_free(small);
-    kt_model_free(model);
 }
 
 /* A rejection names the item of the parameter. */
@@ -428,13 +386,11 @@ KT_TEST(numbers_that_cannot_be_are_told_with_the_name_of_their_item) {
                  {"loop drive.position", "loop 'drive'"}};
     const double wrong[KT_PARAMETER_MAX] = {(double)NAN, 0.0, 0.0, 0.0, 0.0, 0.0};
     kt_model *model = compile(NULL, KT_PLAN_AUTO), *copy = copy_of(model);
-    for (size_t i = 0; model && i < sizeof asked / sizeof *asked; i++) {
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
         kt_parameter parameter;
         kt_error e;
         kt_need_fine(asked[i].name, kt_parameter_find(copy, asked[i].name, &parameter, &e), &e);
         kt_check_equal_int(asked[i].name, kt_parameter_set(copy, &parameter, wrong, &e), KT_ERROR_MODEL);
         kt_check_contains("where", e.where, asked[i].where);
     }
-    free(copy);
-    kt_model_free(model);
 }

@@ -28,7 +28,7 @@ typedef struct motion {
     double a[KT_TREE_NV], lambda[TANGLE_ROWS];
 } motion;
 
-static bool take(const motion *m, const double *q, const double *v, sample *s) {
+static void take(const motion *m, const double *q, const double *v, sample *s) {
     static double jacobian[MATRIX];
     const int nv = m->g->tree.nv, rows = m->g->rows;
     kt_error e = {0};
@@ -42,11 +42,10 @@ static bool take(const motion *m, const double *q, const double *v, sample *s) {
             s->slack[r] -= jacobian[i * rows + r] * m->a[i];
         }
     }
-    return true;
 }
 
 /* Adds factor * sample at a step in q_j or v_j. */
-static bool add(const motion *m, int j, bool rate, double step, double factor, sample *sum) {
+static void add(const motion *m, int j, bool rate, double step, double factor, sample *sum) {
     double q[KT_TREE_NQ], v[KT_TREE_NV], move[KT_TREE_NV] = {0.0};
     sample s;
     memcpy(v, m->g->v, sizeof v);
@@ -55,22 +54,20 @@ static bool add(const motion *m, int j, bool rate, double step, double factor, s
     else
         move[j] = step;
     kt_position_add(m->g->tree.model, m->g->q, move, q);
-    if (!take(m, q, v, &s))
-        return false;
+    take(m, q, v, &s);
     for (int i = 0; i < KT_TREE_NV; i++)
         sum->force[i] += factor * s.force[i];
     for (int r = 0; r < TANGLE_ROWS; r++)
         sum->slack[r] += factor * s.slack[r];
-    return true;
 }
 
-static bool difference(const motion *m, int j, bool rate, double h, sample *out) {
+static void difference(const motion *m, int j, bool rate, double h, sample *out) {
     static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
     memset(out, 0, sizeof *out);
-    for (int k = 1; k <= 4; k++)
-        if (!add(m, j, rate, k * h, weight[k - 1] / h, out) || !add(m, j, rate, -k * h, -weight[k - 1] / h, out))
-            return false;
-    return true;
+    for (int k = 1; k <= 4; k++) {
+        add(m, j, rate, k * h, weight[k - 1] / h, out);
+        add(m, j, rate, -k * h, -weight[k - 1] / h, out);
+    }
 }
 
 /* Extrapolates to a step of nothing; *apart receives the largest difference of both. */
@@ -84,13 +81,12 @@ typedef struct derivatives {
 } derivatives;
 
 /* dual: all loops by dual numbers. */
-static bool derive(const motion *m, bool dual, derivatives *d) {
+static void derive(const motion *m, bool dual, derivatives *d) {
     static kt_support_dof dof[KT_TREE_NV];
     static int32_t chain[KT_TREE_SLOTS * 3];
     const kt_model *model = m->g->tree.model;
     kt_error e = {0};
-    if (model->n.link > sizeof chain / sizeof *chain)
-        return kt_check_true("links fit", false);
+    kt_need(model->n.link <= sizeof chain / sizeof *chain || kt_check_true("links fit", false));
     kt_need_fine("kinematics", kt_kinematics_update(model, m->g->tree.data, m->g->q, NULL, NULL, &e), &e);
     const kt_dual_motion at = {.model = model,
                                .data = m->g->tree.data,
@@ -109,7 +105,6 @@ static bool derive(const motion *m, bool dual, derivatives *d) {
         if (!model->loop[i].term_count)
             kt_dual_loop_matrices(&at, (int32_t)i, m->lambda, true, d->force, d->slack_q, d->slack_v);
     }
-    return true;
 }
 
 /* Errors of a column, relative to the largest number of its matrix. For a difference of 0, they are relative to its
@@ -126,8 +121,8 @@ static void compare(const motion *m, const derivatives *d, int j, bool rate, err
     const double force_most = fmax(1.0, kt_tree_largest(d->force, nv * nv)), slack_most = fmax(1.0, most);
     sample whole, half;
     double apart = 0.0;
-    if (!difference(m, j, rate, H, &whole) || !difference(m, j, rate, 0.5 * H, &half))
-        return;
+    difference(m, j, rate, H, &whole);
+    difference(m, j, rate, 0.5 * H, &half);
     for (int i = 0; i < nv; i++) {
         const double expected = extrapolate(whole.force[i], half.force[i], &apart);
         const double bound = apart / 16.0 + 2e-12 * force_most;
@@ -146,8 +141,7 @@ static void compare(const motion *m, const derivatives *d, int j, bool rate, err
 static void compare_dual(const motion *m, const derivatives *d, kt_worst *worst, int n) {
     static derivatives dual;
     const double *x = (const double *)d, *y = (const double *)&dual;
-    if (!derive(m, true, &dual))
-        return;
+    derive(m, true, &dual);
     const int count = (int)(sizeof dual / sizeof *y);
     const double bound = 1e-13 * fmax(1.0, kt_tree_largest(y, count));
     for (int i = 0; i < count; i++)
@@ -173,26 +167,25 @@ static void check_all(tangle_plan plan, int types_wanted, int flat_wanted) {
                     kt_worst_make("dual numbers")};
     int types[KT_LOOP_TYPE_COUNT] = {0}, kinds = 0, flat = 0;
     for (int n = 0; n < MECHANISMS; n++) {
-        if (tangle_grow(&g, &plan, &random)) {
-            m.g = &g;
-            if (n % 2)
-                put_off(&g, &random);
-            for (int i = 0; i < KT_TREE_NV; i++)
-                m.a[i] = kt_random_normal(&random);
-            for (int r = 0; r < TANGLE_ROWS; r++)
-                m.lambda[r] = kt_random_normal(&random);
-            for (int i = 0; i < g.loops; i++)
-                types[g.loop[i].type]++;
-            for (int j = 0; j < g.tree.nv && (j > 0 || derive(&m, false, &d)); j++) {
-                compare(&m, &d, j, false, &worst, n);
-                compare(&m, &d, j, true, &worst, n);
-            }
-            if (!kt_loop_gradient_reads_space(g.tree.model)) {
-                compare_dual(&m, &d, &worst.dual, n);
-                flat++;
-            }
+        tangle_grow(&g, &plan, &random);
+        m.g = &g;
+        if (n % 2)
+            put_off(&g, &random);
+        for (int i = 0; i < KT_TREE_NV; i++)
+            m.a[i] = kt_random_normal(&random);
+        for (int r = 0; r < TANGLE_ROWS; r++)
+            m.lambda[r] = kt_random_normal(&random);
+        for (int i = 0; i < g.loops; i++)
+            types[g.loop[i].type]++;
+        derive(&m, false, &d);
+        for (int j = 0; j < g.tree.nv; j++) {
+            compare(&m, &d, j, false, &worst, n);
+            compare(&m, &d, j, true, &worst, n);
         }
-        tangle_free(&g);
+        if (!kt_loop_gradient_reads_space(g.tree.model)) {
+            compare_dual(&m, &d, &worst.dual, n);
+            flat++;
+        }
     }
     kt_check_worst(&worst.force);
     kt_check_worst(&worst.slack_q);

@@ -18,9 +18,9 @@ typedef struct matrices {
     double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
 } matrices;
 
-static bool evaluate(const tangle *g, double t, const double *q, const double *v, matrices *m) {
+static void evaluate(const tangle *g, double t, const double *q, const double *v, matrices *m) {
     kt_error e = {0};
-    return kt_tree_fine(
+    kt_need_fine(
         "equations",
         kt_loop_equations(g->tree.model, g->tree.data, t, q, v, m->jacobian, m->residual, m->rate, m->drift, &e), &e);
 }
@@ -67,8 +67,7 @@ static void check_column(const tangle *g, const matrices *at, int k, kt_worst *w
     for (int p = 0; p < 2 * PLACES; p++) {
         const double step = place[p / 2] * (p % 2 ? 0.5 * h : h);
         take_step(g, unit, step, q);
-        if (!evaluate(g, k < g->tree.nv ? g->t : g->t + step, q, g->v, &m))
-            return;
+        evaluate(g, k < g->tree.nv ? g->t : g->t + step, q, g->v, &m);
         for (int r = 0; r < g->rows; r++)
             add(&s, p % 2, p / 2, r, m.residual[r]);
     }
@@ -85,8 +84,7 @@ static void check_drift(const tangle *g, const matrices *at, kt_worst *worst) {
     for (int p = 0; p < 2 * PLACES; p++) {
         const double step = place[p / 2] * (p % 2 ? 0.5 * h : h);
         take_step(g, g->v, step, q);
-        if (!evaluate(g, g->t + step, q, g->v, &m))
-            return;
+        evaluate(g, g->t + step, q, g->v, &m);
         for (int r = 0; r < g->rows; r++) {
             double flow = -m.rate[r];
             for (int i = 0; i < g->tree.nv; i++)
@@ -106,18 +104,15 @@ KT_TEST(equations_are_the_derivatives_of_their_residuals) {
     const tangle_plan plan = tangle_plan_default();
     kt_worst columns = kt_worst_make("A and b'"), drift = kt_worst_make("b''");
     for (int i = 0; i < 60; i++) {
-        if (tangle_grow(&g, &plan, &random)) {
-            for (int k = 0; k < g.tree.nv && i % 2; k++)
-                g.v[k] = kt_random_uniform(&random, -1.0, 1.0); /* also velocities that do not fit */
-            if (i % 2)
-                take_step(&g, g.v, 0.05, g.q);
-            if (evaluate(&g, g.t, g.q, g.v, &at)) {
-                for (int k = 0; k <= g.tree.nv; k++)
-                    check_column(&g, &at, k, &columns);
-                check_drift(&g, &at, &drift);
-            }
-        }
-        tangle_free(&g);
+        tangle_grow(&g, &plan, &random);
+        for (int k = 0; k < g.tree.nv && i % 2; k++)
+            g.v[k] = kt_random_uniform(&random, -1.0, 1.0); /* also velocities that do not fit */
+        if (i % 2)
+            take_step(&g, g.v, 0.05, g.q);
+        evaluate(&g, g.t, g.q, g.v, &at);
+        for (int k = 0; k <= g.tree.nv; k++)
+            check_column(&g, &at, k, &columns);
+        check_drift(&g, &at, &drift);
     }
     kt_check_worst(&columns);
     kt_check_worst(&drift);
@@ -135,39 +130,32 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
     plan.options.plan = KT_PLAN_SPATIAL;
     plan.options.structure = KT_STRUCTURE_DENSE;
     for (int i = 0; i < 40; i++) {
-        if (!tangle_grow(&g, &plan, &random) || !evaluate(&g, g.t, g.q, g.v, &all))
-            continue;
+        tangle_grow(&g, &plan, &random);
+        evaluate(&g, g.t, g.q, g.v, &all);
         int row = 0;
         for (int l = 0; l < g.loops; l++) {
             kt_description d = g.tree.description;
-            kt_model *model = NULL;
-            kt_data *data = NULL;
             kt_error e = {0};
             d.loops = &g.loop[l];
             d.loop_count = 1;
-            if (kt_tree_fine("compiles", kt_model_compile(&d, &plan.options, &model, &e), &e) &&
-                kt_tree_fine("data", kt_data_create(model, &data, &e), &e) &&
-                kt_tree_fine(
-                    "equations",
-                    kt_loop_equations(model, data, g.t, g.q, g.v, one.jacobian, one.residual, one.rate, one.drift, &e),
-                    &e)) {
-                const int count = kt_model_mobility(model).equations;
-                const kt_loop_rows stand = kt_loop_rows_of(g.tree.model, l);
-                astray += stand.first != row || stand.count != count;
-                astray += kt_loop_find(g.tree.model, g.loop[l].name) != l;
-                for (int r = 0; r < count; r++, row++, rows++) {
-                    bool same = one.residual[r] == all.residual[row] && one.rate[r] == all.rate[row] &&
-                                one.drift[r] == all.drift[row];
-                    for (int k = 0; k < g.tree.nv; k++)
-                        same &= one.jacobian[k * count + r] == all.jacobian[k * g.rows + row];
-                    differ += !same;
-                }
+            kt_model *model = kt_test_model(&d, &plan.options);
+            kt_data *data = kt_test_data(model);
+            kt_need_fine(
+                "equations",
+                kt_loop_equations(model, data, g.t, g.q, g.v, one.jacobian, one.residual, one.rate, one.drift, &e), &e);
+            const int count = kt_model_mobility(model).equations;
+            const kt_loop_rows stand = kt_loop_rows_of(g.tree.model, l);
+            astray += stand.first != row || stand.count != count;
+            astray += kt_loop_find(g.tree.model, g.loop[l].name) != l;
+            for (int r = 0; r < count; r++, row++, rows++) {
+                bool same = one.residual[r] == all.residual[row] && one.rate[r] == all.rate[row] &&
+                            one.drift[r] == all.drift[row];
+                for (int k = 0; k < g.tree.nv; k++)
+                    same &= one.jacobian[k * count + r] == all.jacobian[k * g.rows + row];
+                differ += !same;
             }
-            kt_data_free(data);
-            kt_model_free(model);
         }
         astray += g.tree.model != NULL && kt_loop_find(g.tree.model, "none") != -1;
-        tangle_free(&g);
     }
     kt_check_above("rows", (double)rows, 300.0);
     kt_check_equal_int("loops that are not found, or not where their rows are", astray, 0);
@@ -181,23 +169,21 @@ KT_TEST(void_rows_are_zero) {
     kt_error e = {0};
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
-    if (linkage_build(&l, 0.0) &&
-        kt_fine("equations", kt_loop_equations(l.model, l.data, 0.0, l.q, l.v, jacobian, residual, rate, drift, &e),
-                &e)) {
-        for (int r = 0; r < 5; r++)
-            for (int k = 0; k < 3; k++)
-                size[r] += fabs(jacobian[k * 5 + r]);
-        for (int r = 0; r < 5; r++) {
-            if (r < 2) {
-                kt_check_above("row in the plane", size[r], 1.0);
-                kt_check_above("its drift", fabs(drift[r]), 0.1);
-            } else {
-                kt_check_equal_bits("row across the plane", &size[r], &(double){0.0}, 1);
-                kt_check_equal_bits("its drift", &drift[r], &(double){0.0}, 1);
-            }
+    linkage_build(&l, 0.0);
+    kt_need_fine("equations", kt_loop_equations(l.model, l.data, 0.0, l.q, l.v, jacobian, residual, rate, drift, &e),
+                 &e);
+    for (int r = 0; r < 5; r++)
+        for (int k = 0; k < 3; k++)
+            size[r] += fabs(jacobian[k * 5 + r]);
+    for (int r = 0; r < 5; r++) {
+        if (r < 2) {
+            kt_check_above("row in the plane", size[r], 1.0);
+            kt_check_above("its drift", fabs(drift[r]), 0.1);
+        } else {
+            kt_check_equal_bits("row across the plane", &size[r], &(double){0.0}, 1);
+            kt_check_equal_bits("its drift", &drift[r], &(double){0.0}, 1);
         }
     }
-    linkage_free(&l);
 }
 
 KT_TEST(equations_reject_what_is_not_finite_and_touch_nothing) {
@@ -206,23 +192,21 @@ KT_TEST(equations_reject_what_is_not_finite_and_touch_nothing) {
     kt_error e = {0};
     const four_bar f = four_bar_default();
     linkage_four_bar(&l, &f);
-    if (linkage_build(&l, 0.0)) {
-        for (int i = 0; i < 15; i++)
-            jacobian[i] = before[i] = i;
-        memcpy(residual, before, sizeof residual);
-        for (int k = 0; k < 3; k++) {
-            const double kept = k == 1 ? l.v[2] : l.q[1];
-            if (k < 2)
-                *(k ? &l.v[2] : &l.q[1]) = nan;
-            kt_check_equal_int(
-                "status",
-                kt_loop_equations(l.model, l.data, k < 2 ? 0.0 : nan, l.q, l.v, jacobian, residual, NULL, NULL, &e),
-                KT_ERROR_NOT_FINITE);
-            *(k == 1 ? &l.v[2] : &l.q[1]) = kept;
-            kt_check_text("where", e.where, k == 0 ? "joint 'coupler'" : k == 1 ? "joint 'rocker'" : "");
-        }
-        kt_check_equal_bits("jacobian", jacobian, before, 15);
-        kt_check_equal_bits("residual", residual, before, 5);
+    linkage_build(&l, 0.0);
+    for (int i = 0; i < 15; i++)
+        jacobian[i] = before[i] = i;
+    memcpy(residual, before, sizeof residual);
+    for (int k = 0; k < 3; k++) {
+        const double kept = k == 1 ? l.v[2] : l.q[1];
+        if (k < 2)
+            *(k ? &l.v[2] : &l.q[1]) = nan;
+        kt_check_equal_int(
+            "status",
+            kt_loop_equations(l.model, l.data, k < 2 ? 0.0 : nan, l.q, l.v, jacobian, residual, NULL, NULL, &e),
+            KT_ERROR_NOT_FINITE);
+        *(k == 1 ? &l.v[2] : &l.q[1]) = kept;
+        kt_check_text("where", e.where, k == 0 ? "joint 'coupler'" : k == 1 ? "joint 'rocker'" : "");
     }
-    linkage_free(&l);
+    kt_check_equal_bits("jacobian", jacobian, before, 15);
+    kt_check_equal_bits("residual", residual, before, 5);
 }

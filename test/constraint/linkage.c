@@ -55,16 +55,9 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
     return loop;
 }
 
-static void release_linkage_model(void *model) { kt_model_free(model); }
-
-static void release_linkage_data(void *data) { kt_data_free(data); }
-
 bool linkage_compile(linkage *l) {
-    kt_error error = {0};
-    kt_need_fine("compiles", kt_model_compile(&l->description, &l->options, &l->model, &error), &error);
-    kt_test_own(l->model, release_linkage_model);
-    kt_need_fine("has data", kt_data_create(l->model, &l->data, &error), &error);
-    kt_test_own(l->data, release_linkage_data);
+    l->model = kt_test_model(&l->description, &l->options);
+    l->data = kt_test_data(l->model);
     l->nq = kt_model_nq(l->model);
     l->nv = kt_model_nv(l->model);
     l->rows = kt_model_mobility(l->model).equations;
@@ -74,8 +67,9 @@ bool linkage_compile(linkage *l) {
 
 bool linkage_build(linkage *l, double t) {
     kt_error error = {0};
-    return linkage_compile(l) &&
-           kt_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
+    linkage_compile(l);
+    kt_need_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
+    return true;
 }
 
 void linkage_free(linkage *l) {
@@ -168,7 +162,7 @@ static int project(double t, double *y, bool *changed, void *user) {
     return kt_state_project(r->l->model, r->l->data, t, y, y + r->l->nq, changed, &error) == KT_OK ? 0 : 1;
 }
 
-bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
+void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
                        double t) {
     kt_integrator_options options = kt_integrator_options_default();
     const kt_method *m = kt_method_find(method);
@@ -181,27 +175,26 @@ bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double st
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
     const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
-    return kt_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error), &error) &&
-           kt_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
+    kt_test_own(r->memory, free);
+    kt_need_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error), &error);
+    kt_need_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
 }
 
-bool linkage_run_to(linkage_run *r, double t) {
+void linkage_run_to(linkage_run *r, double t) {
     kt_error error = {0};
     while (kt_integrator_time(r->integrator) < t)
         kt_need_fine("steps", kt_integrator_step(r->integrator, t, &error), &error);
     memcpy(r->l->q, kt_integrator_state(r->integrator), (size_t)r->l->nq * sizeof(double));
     memcpy(r->l->v, kt_integrator_state(r->integrator) + r->l->nq, (size_t)r->l->nv * sizeof(double));
-    return true;
 }
-
-void linkage_run_stop(linkage_run *r) { free(r->memory); }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
 bool linkage_accelerate(const linkage *l, double t, double *a) {
     kt_error error = {0};
-    return kt_fine("accelerates", kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error),
-                   &error);
+    kt_need_fine("accelerates", kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error),
+                 &error);
+    return true;
 }
 
 kt_residual linkage_residual(const linkage *l, double t) {

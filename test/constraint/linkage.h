@@ -34,7 +34,7 @@ kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 a
 kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const char *first, kt_vec3 at,
                        const char *second, kt_vec3 there);
 
-/* The model, its data, and the initial state; a failure fails the test, which owns them. */
+/* The model, its data, and the initial state, which the running test owns. A failure ends the test. */
 bool linkage_compile(linkage *l);
 
 /* Frees both at once, for a linkage that is compiled again. */
@@ -88,14 +88,13 @@ typedef struct linkage_run {
     long evaluations;
 } linkage_run;
 
-/* step > 0: fixed; else `tolerance` is the relative and the absolute one. */
-bool linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
+/* These must succeed: a failure ends the test. step > 0: fixed; else `tolerance` is the relative and the absolute one. */
+void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
                        double t);
 /* On to this time; the state is then l's. */
-bool linkage_run_to(linkage_run *r, double t);
-void linkage_run_stop(linkage_run *r);
+void linkage_run_to(linkage_run *r, double t);
 
-/* ---- calls that must succeed ------------------------------------------------------------------------------------- */
+/* ---- calls that must succeed, or the test ends ------------------------------------------------------------------- */
 
 bool linkage_accelerate(const linkage *l, double t, double *a);
 kt_residual linkage_residual(const linkage *l, double t);

@@ -296,8 +296,7 @@ static bool try_to_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
     kt_error error = {0};
     memset(g, 0, sizeof *g);
     kt_tree_describe(&g->tree, &plan->tree, random);
-    if (!kt_tree_compile(&g->tree, NULL))
-        return false;
+    kt_tree_compile(&g->tree, NULL);
     double q[KT_TREE_NQ], v[KT_TREE_NV];
     kt_model_initial(g->tree.model, q, v);
     if (kt_kinematics_update(g->tree.model, g->tree.data, q, NULL, NULL, &error) != KT_OK)
@@ -323,12 +322,11 @@ static bool try_to_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
 }
 
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
-    for (int tries = 0; tries < 40; tries++) {
+    for (int tries = 0; tries < 40; tries++)
         if (try_to_grow(g, plan, random))
             return true;
-        tangle_free(g);
-    }
-    return kt_check_true("a closed mechanism can be had", false);
+    kt_check_true("a closed mechanism can be had", false);
+    kt_end_test();
 }
 
 /* ---- a rod at its dead centre ------------------------------------------------------------------------------------ */
@@ -406,11 +404,9 @@ bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_o
         add_rod(g, ends, apart);
     }
     keep_state(g);
-    kt_tree_free(&g->tree);
     g->tree.description.body_count++;
     g->tree.description.loop_count = g->loops;
-    if (!kt_tree_compile(&g->tree, options))
-        return false;
+    kt_tree_compile(&g->tree, options);
     g->tree.count = kt_model_body_count(g->tree.model);
     g->rows = kt_model_mobility(g->tree.model).equations;
     kt_model_initial(g->tree.model, g->q, g->v);

@@ -41,7 +41,7 @@ typedef struct tangle {
 } tangle;
 
 /* Grows, compiles and assembles one, away from the initial state. Draws until one can be had that has a freedom left; a
- * failure fails the test. tangle_free may follow either way. */
+ * failure ends the test. */
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
 void tangle_free(tangle *g);
 

@@ -174,8 +174,7 @@ double tangle_reach(const tangle *g, bool mass) {
     const int nv = g->tree.nv;
     int chosen[TANGLE_ROWS];
     long double most = 0.0L;
-    if (!tangle_system_of(g, &s))
-        return (double)NAN;
+    tangle_system_of(g, &s);
     for (int i = 0; i < nv * nv && !mass; i++)
         s.mass[i] = i % (nv + 1) == 0;
     const int rank = choose_rows(&s, g->rows, nv, chosen), n = nv + rank;

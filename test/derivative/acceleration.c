@@ -39,7 +39,7 @@ typedef struct census {
 
 /* *near becomes true where the acceleration came from neighbouring states of a singular position, which are on the
  * manifold. */
-static bool accelerate(const tangle *g, input what, int j, double h, bool *near, double *a) {
+static void accelerate(const tangle *g, input what, int j, double h, bool *near, double *a) {
     double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV], step[KT_TREE_NV] = {0};
     kt_error e = {0};
     memcpy(q, g->q, sizeof q);
@@ -50,33 +50,30 @@ static bool accelerate(const tangle *g, input what, int j, double h, bool *near,
         kt_position_add(g->tree.model, g->q, step, q);
     else
         (what == RATE ? v : tau)[j] += h;
-    const bool fine = kt_tree_fine(
-        "acceleration", kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, tau, g->external, a, &e), &e);
+    kt_need_fine("acceleration",
+                 kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, tau, g->external, a, &e), &e);
     *near |= tangle_was_near_singular(g->tree.model, g->tree.data);
-    return fine;
 }
 
 /* Central differences of order eight. */
 static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
 
-static bool difference(const tangle *g, input what, int j, double h, bool *near, double *out) {
+static void difference(const tangle *g, input what, int j, double h, bool *near, double *out) {
     double up[KT_TREE_NV], down[KT_TREE_NV];
     memset(out, 0, sizeof up);
     for (int k = 0; k < 4; k++) {
-        if (!accelerate(g, what, j, (k + 1) * h, near, up) || !accelerate(g, what, j, -(k + 1) * h, near, down))
-            return false;
+        accelerate(g, what, j, (k + 1) * h, near, up);
+        accelerate(g, what, j, -(k + 1) * h, near, down);
         for (int i = 0; i < g->tree.nv; i++)
             out[i] += weight[k] / h * (up[i] - down[i]);
     }
-    return true;
 }
 
 /* How much of the largest acceleration its rounding is. */
 static double relative_rounding(const tangle *g) {
     static tangle_system s;
     double a[KT_TREE_NV], moved[KT_TREE_NV];
-    if (!tangle_system_of(g, &s))
-        return 0.0;
+    tangle_system_of(g, &s);
     (void)tangle_solve(g, &s, (tangle_way){.mixes = true}, a, moved);
     return EPS + kt_tree_largest(moved, g->tree.nv) / kt_tree_largest(a, g->tree.nv);
 }
@@ -89,15 +86,14 @@ static void compare(const tangle *g, input what, const double *matrix, kt_worst 
     double a[KT_TREE_NV] = {0};
     const double h = what == POSITION ? STEP / fmax(1.0, 0.1 * tangle_reach(g, false)) : STEP;
     bool near = false;
-    if (!accelerate(g, what, 0, 0.0, &near, a))
-        return;
+    accelerate(g, what, 0, 0.0, &near, a);
     const double rounding =
         4.0 * relative_rounding(g) * (kt_tree_largest(a, nv) / h + kt_tree_largest(matrix, nv * nv));
     for (int j = 0; j < nv; j++) {
         double fine[KT_TREE_NV], coarse[KT_TREE_NV];
         near = false;
-        if (!difference(g, what, j, h, &near, fine) || !difference(g, what, j, 2.0 * h, &near, coarse))
-            return;
+        difference(g, what, j, h, &near, fine);
+        difference(g, what, j, 2.0 * h, &near, coarse);
         c->columns++;
         c->compared += !near;
         for (int i = 0; i < nv && !near; i++)
@@ -140,7 +136,7 @@ static int differentiate_tug(void *user, double t, const kt_effect_end *ends, kt
 enum { BURDENS = KT_TREE_BURDENS + 1 };
 
 /* The same mechanism with effects upon it, at the same state. */
-static bool burden(tangle *g, kt_effect effects[BURDENS], bool differenced) {
+static void burden(tangle *g, kt_effect effects[BURDENS], bool differenced) {
     kt_tree_burden(effects);
     effects[3] = kt_effect_default();
     effects[3].type = KT_EFFECT_CUSTOM;
@@ -148,10 +144,9 @@ static bool burden(tangle *g, kt_effect effects[BURDENS], bool differenced) {
     effects[3].end_count = 1;
     effects[3].wrench = tug;
     effects[3].wrench_derivatives = differenced ? NULL : differentiate_tug;
-    kt_tree_free(&g->tree);
     g->tree.description.effects = effects;
     g->tree.description.effect_count = BURDENS;
-    return kt_tree_compile(&g->tree, NULL);
+    kt_tree_compile(&g->tree, NULL);
 }
 
 KT_TEST(derivatives_of_closed_mechanisms_are_those_of_differences) {
@@ -167,7 +162,10 @@ KT_TEST(derivatives_of_closed_mechanisms_are_those_of_differences) {
         plan.loops = 2;
         plan.tree.bodies = 10;
         kt_effect effects[BURDENS];
-        if (tangle_grow(&g, &plan, &random) && is_plain(g.tree.model) && (n % 2 || burden(&g, effects, n % 4 != 0))) {
+        tangle_grow(&g, &plan, &random);
+        if (n % 2 == 0)
+            burden(&g, effects, n % 4 != 0);
+        if (is_plain(g.tree.model)) {
             const kt_status status = derive(&g, &d, &e);
             if (status == KT_OK) {
                 taken++;
@@ -181,7 +179,6 @@ KT_TEST(derivatives_of_closed_mechanisms_are_those_of_differences) {
                 singular++;
             }
         }
-        tangle_free(&g);
     }
     for (int k = 0; k < 3; k++)
         kt_check_worst(&error[k]);
@@ -222,8 +219,7 @@ static bool compare_along(const tangle *g, const derivatives *d, kt_worst *worst
     double a[KT_TREE_NV], expected[KT_TREE_NV] = {0}, coarse[KT_TREE_NV] = {0}, up[KT_TREE_NV], down[KT_TREE_NV],
                           most = 0.0;
     bool near = false;
-    if (!accelerate(g, FORCE, 0, 0.0, &near, a))
-        return false;
+    accelerate(g, FORCE, 0, 0.0, &near, a);
     const double step = STEP / fmax(1.0, kt_tree_largest(a, nv));
     for (int k = 0; k < 8; k++) {
         const double s = (k % 4 + 1) * (k < 4 ? step : 2.0 * step);
@@ -261,11 +257,11 @@ KT_TEST(derivatives_along_a_motion_hold_where_equations_are_redundant) {
         plan.loops = 2;
         plan.tree.bodies = 10;
         plan.still = true;
-        if (tangle_grow(&g, &plan, &random) && derive(&g, &d, &e) == KT_OK) {
+        tangle_grow(&g, &plan, &random);
+        if (derive(&g, &d, &e) == KT_OK) {
             redundant += !is_plain(g.tree.model);
             compared += compare_along(&g, &d, &error, n);
         }
-        tangle_free(&g);
     }
     kt_check_worst(&error);
     kt_check_above("redundant ones", redundant, 8);
@@ -290,7 +286,7 @@ static kt_status evaluate_matrices(const tangle *g, const double *a, matrices *m
 }
 
 /* The residual: inverse dynamics at the accelerations a, less the forces of the effects. */
-static bool leave(const tangle *g, const double *q, const double *v, const double *a, double *r) {
+static void leave(const tangle *g, const double *q, const double *v, const double *a, double *r) {
     double f[KT_TREE_NV];
     kt_error e = {0};
     const kt_tree *tree = &g->tree;
@@ -298,11 +294,10 @@ static bool leave(const tangle *g, const double *q, const double *v, const doubl
     kt_need_fine("inverse", kt_dynamics_inverse(tree->model, tree->data, q, v, a, g->external, r, &e), &e);
     for (int i = 0; i < tree->nv; i++)
         r[i] -= f[i];
-    return true;
 }
 
 /* Central differences of order eight of the residual, by q_j, v_j or (FORCE) a_j. */
-static bool difference_of_inverse(const tangle *g, input what, int j, double h, const double *a, double *out) {
+static void difference_of_inverse(const tangle *g, input what, int j, double h, const double *a, double *out) {
     double up[KT_TREE_NV];
     memset(out, 0, sizeof up);
     for (int k = -4; k <= 4; k++) {
@@ -313,21 +308,20 @@ static bool difference_of_inverse(const tangle *g, input what, int j, double h, 
         memcpy(moved, a, sizeof moved);
         (what == POSITION ? step : what == RATE ? v : moved)[j] += k * h;
         kt_position_add(g->tree.model, g->q, step, q);
-        if (!leave(g, q, v, moved, up))
-            return false;
+        leave(g, q, v, moved, up);
         for (int i = 0; i < g->tree.nv; i++)
             out[i] += (k < 0 ? -weight[-k - 1] : weight[k - 1]) / h * up[i];
     }
-    return true;
 }
 
 /* The largest force in the residual: inertia, gravity, effects, and the residual itself. */
 static double largest_force(const tangle *g, const double *a) {
     static const double rest[KT_TREE_NV];
     double r[KT_TREE_NV], largest = 0.0;
-    for (int k = 0; k < 4; k++)
-        if (leave(g, g->q, k & 1 ? g->v : rest, k & 2 ? a : rest, r))
-            largest = fmax(largest, kt_tree_largest(r, g->tree.nv));
+    for (int k = 0; k < 4; k++) {
+        leave(g, g->q, k & 1 ? g->v : rest, k & 2 ? a : rest, r);
+        largest = fmax(largest, kt_tree_largest(r, g->tree.nv));
+    }
     return largest;
 }
 
@@ -339,9 +333,8 @@ static void compare_with_inverse(const tangle *g, input what, const double *a, c
     const double rounding = 100.0 * EPS * (largest_force(g, a) / STEP + kt_tree_largest(matrix, nv * nv));
     for (int j = 0; j < nv; j++) {
         double apart = 0.0;
-        if (!difference_of_inverse(g, what, j, STEP, a, fine) ||
-            !difference_of_inverse(g, what, j, 2.0 * STEP, a, coarse))
-            return;
+        difference_of_inverse(g, what, j, STEP, a, fine);
+        difference_of_inverse(g, what, j, 2.0 * STEP, a, coarse);
         for (int i = 0; i < nv; i++)
             apart = fmax(apart, fabs(coarse[i] - fine[i]));
         for (int i = 0; i < nv; i++)
@@ -381,21 +374,22 @@ KT_TEST(matrices_of_trees_are_those_of_differences_of_inverse_dynamics) {
         bool near = false;
         plan.loops = 0;
         plan.tree.bodies = 8;
-        if (tangle_grow(&g, &plan, &random) && (n % 2 || burden(&g, effects, n % 4 != 0)) &&
-            accelerate(&g, FORCE, 0, 0.0, &near, a) && kt_tree_fine("matrices", evaluate_matrices(&g, a, &m, &e), &e) &&
-            kt_tree_fine("evaluated", evaluate_matrices(&g, NULL, &evaluated, &e), &e) &&
-            kt_tree_fine("derivatives", derive(&g, &d, &e), &e)) {
-            const int nv = g.tree.nv;
-            compare_with_inverse(&g, POSITION, a, m.stiffness, &error[0], n);
-            compare_with_inverse(&g, RATE, a, m.damping, &error[1], n);
-            compare_with_inverse(&g, FORCE, a, m.mass, &error[2], n);
-            compare_with_solution(&m, m.stiffness, d.q, nv, &solved[0], n);
-            compare_with_solution(&m, m.damping, d.v, nv, &solved[1], n);
-            apart += memcmp(evaluated.stiffness, m.stiffness, (size_t)(nv * nv) * sizeof *m.stiffness) != 0;
-            for (int i = 0; i < nv * nv; i++)
-                others += m.basis[i] != (i % (nv + 1) ? 0.0 : 1.0);
-        }
-        tangle_free(&g);
+        tangle_grow(&g, &plan, &random);
+        if (n % 2 == 0)
+            burden(&g, effects, n % 4 != 0);
+        accelerate(&g, FORCE, 0, 0.0, &near, a);
+        kt_need_fine("matrices", evaluate_matrices(&g, a, &m, &e), &e);
+        kt_need_fine("evaluated", evaluate_matrices(&g, NULL, &evaluated, &e), &e);
+        kt_need_fine("derivatives", derive(&g, &d, &e), &e);
+        const int nv = g.tree.nv;
+        compare_with_inverse(&g, POSITION, a, m.stiffness, &error[0], n);
+        compare_with_inverse(&g, RATE, a, m.damping, &error[1], n);
+        compare_with_inverse(&g, FORCE, a, m.mass, &error[2], n);
+        compare_with_solution(&m, m.stiffness, d.q, nv, &solved[0], n);
+        compare_with_solution(&m, m.damping, d.v, nv, &solved[1], n);
+        apart += memcmp(evaluated.stiffness, m.stiffness, (size_t)(nv * nv) * sizeof *m.stiffness) != 0;
+        for (int i = 0; i < nv * nv; i++)
+            others += m.basis[i] != (i % (nv + 1) ? 0.0 : 1.0);
     }
     for (int k = 0; k < 3; k++)
         kt_check_worst(&error[k]);
@@ -500,8 +494,11 @@ KT_TEST(matrices_of_closed_mechanisms_are_those_of_their_derivatives_along_the_l
         kt_effect effects[BURDENS];
         plan.loops = 2;
         plan.tree.bodies = 10;
-        if (tangle_grow(&g, &plan, &random) && (n % 2 || burden(&g, effects, n % 4 != 0)) &&
-            derive(&g, &d, &e) == KT_OK && kt_tree_fine("matrices", evaluate_matrices(&g, NULL, &m, &e), &e)) {
+        tangle_grow(&g, &plan, &random);
+        if (n % 2 == 0)
+            burden(&g, effects, n % 4 != 0);
+        if (derive(&g, &d, &e) == KT_OK) {
+            kt_need_fine("matrices", evaluate_matrices(&g, NULL, &m, &e), &e);
             const int f = kt_model_mobility(g.tree.model).minimal;
             check_basis(&g, &m, f, basis, n);
             compare_reduced(&m, m.stiffness, d.q, g.tree.nv, f, &error[0], n);
@@ -513,7 +510,6 @@ KT_TEST(matrices_of_closed_mechanisms_are_those_of_their_derivatives_along_the_l
             redundant += !is_plain(g.tree.model);
             taken++;
         }
-        tangle_free(&g);
     }
     for (int k = 0; k < 3; k++)
         kt_check_worst(&basis[k]);
@@ -531,8 +527,7 @@ KT_TEST(what_cannot_be_derived_is_rejected_and_nothing_is_written) {
     static double out[4 * MOST], before[4 * MOST];
     const tangle_plan plan = tangle_plan_default();
     kt_error e = {0};
-    if (!tangle_grow(&g, &plan, &random))
-        return;
+    tangle_grow(&g, &plan, &random);
     const size_t size = kt_acceleration_work_size(g.tree.model);
     char *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
     const kt_model *m = g.tree.model;
@@ -562,5 +557,4 @@ KT_TEST(what_cannot_be_derived_is_rejected_and_nothing_is_written) {
     kt_check_equal_int("well", CALL(work, size), KT_OK);
 #undef CALL
     free(work);
-    tangle_free(&g);
 }

@@ -23,22 +23,20 @@ typedef struct screws {
     double map[KT_TREE_NV][KT_TREE_NV]; /* T */
 } screws;
 
-static bool screws_make(screws *x, kt_random *random) {
+static void screws_make(screws *x, kt_random *random) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.types = 1U << KT_JOINT_SCREW | 1U << KT_JOINT_SPHERICAL | 1U << KT_JOINT_REVOLUTE;
     plan.bodies = 8;
     plan.massless = false;
     memset(x, 0, sizeof *x);
-    if (!kt_tree_grow(&x->tree, &plan, random))
-        return false;
-    kt_tree_state_draw(&x->tree, random, &x->s);
+    kt_tree_sample(&x->tree, &plan, random, &x->s);
     kt_rewrite_begin(&x->loose, &x->tree);
     for (int i = 0; i < plan.bodies; i++) {
         kt_body *body = kt_rewrite_copy(&x->loose, &x->tree.body[i]);
         if (body->joint.type == KT_JOINT_SCREW)
             body->joint.type = KT_JOINT_CYLINDRICAL;
     }
-    return kt_tree_compile(&x->loose, NULL);
+    kt_tree_compile(&x->loose, NULL);
 }
 
 static void screws_map(screws *x) {
@@ -66,14 +64,16 @@ KT_TEST(forces_of_a_screw_are_those_of_a_slide_that_follows_a_turn) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("tau against T' tau_c"), place = kt_worst_make("places");
     static screws x;
-    for (int n = 0; n < TREES && screws_make(&x, &random); n++) {
+    for (int n = 0; n < TREES; n++) {
+        screws_make(&x, &random);
         double tau[KT_TREE_NV], loose[KT_TREE_NV];
         long double slow[KT_TREE_NV], size[KT_TREE_NV];
         screws_map(&x);
         kt_oracle_inverse(&x.tree, &x.s, x.s.a, slow, size);
-        if (!kt_tree_inverse(&x.tree, &x.s, tau) || !kt_tree_inverse(&x.loose, &x.t, loose) ||
-            !kt_tree_kinematics(&x.tree, &x.s) || !kt_tree_kinematics(&x.loose, &x.t))
-            return;
+        kt_tree_inverse(&x.tree, &x.s, tau);
+        kt_tree_inverse(&x.loose, &x.t, loose);
+        kt_tree_kinematics(&x.tree, &x.s);
+        kt_tree_kinematics(&x.loose, &x.t);
         for (int i = 0; i < x.tree.nv; i++) {
             double force = 0.0;
             for (int k = 0; k < x.loose.nv; k++)
@@ -95,10 +95,11 @@ KT_TEST(mass_of_a_screw_is_that_of_a_slide_that_follows_a_turn) {
     kt_worst error = kt_worst_make("M against T' M_c T");
     static double mass[KT_TREE_NV * KT_TREE_NV], loose[KT_TREE_NV * KT_TREE_NV];
     static screws x;
-    for (int n = 0; n < TREES && screws_make(&x, &random); n++) {
+    for (int n = 0; n < TREES; n++) {
+        screws_make(&x, &random);
         screws_map(&x);
-        if (!kt_tree_mass(&x.tree, &x.s, mass) || !kt_tree_mass(&x.loose, &x.t, loose))
-            return;
+        kt_tree_mass(&x.tree, &x.s, mass);
+        kt_tree_mass(&x.loose, &x.t, loose);
         const int nv = x.tree.nv, nc = x.loose.nv;
         for (int i = 0; i < nv; i++)
             for (int j = 0; j < nv; j++) {
@@ -214,20 +215,19 @@ KT_TEST(a_ball_is_three_turns) {
         plan.bodies = 7;
         double a[KT_TREE_NV], sensitivity[KT_TREE_NV];
         long double slow[KT_TREE_NV];
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
+        kt_tree_grow(&tree, &plan, &random);
         describe_turns(&turns, &tree);
-        if (!kt_tree_compile(&turns, NULL))
-            return;
+        kt_tree_compile(&turns, NULL);
         kt_tree_state_draw(&tree, &random, &s);
         kt_tree_state_draw(&turns, &random, &t);
         for (int i = 0; i < turns.nq; i++) /* angles about y away from a quarter turn, where three turns are two */
             t.q[i] = fmax(-1.0, fmin(1.0, t.q[i]));
-        if (!kt_tree_kinematics(&turns, &t))
-            return;
+        kt_tree_kinematics(&turns, &t);
         translate(&tree, &s, &turns, &t);
-        if (!kt_tree_forward(&tree, &s, a) || !kt_tree_forward(&turns, &t, t.a) || !kt_tree_kinematics(&turns, &t) ||
-            !kt_oracle_forward(&tree, &s, slow, sensitivity))
+        kt_tree_forward(&tree, &s, a);
+        kt_tree_forward(&turns, &t, t.a);
+        kt_tree_kinematics(&turns, &t);
+        if (!kt_oracle_forward(&tree, &s, slow, sensitivity))
             return;
         for (int b = 1; b < tree.count; b++) {
             const int other = kt_body_find(turns.model, kt_body_name(tree.model, b));

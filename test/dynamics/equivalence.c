@@ -84,18 +84,18 @@ static void compare(kt_worst *error, const kt_tree *tree, const kt_tree *other, 
     for (int i = 0; i < nv; i++)
         kt_worst_near(error, b[i], a[i], 20.0 * EPS * sensitivity[i], "tree %d acceleration %d", n, i);
     kt_oracle_inverse(tree, s, s->a, slow, size);
-    if (!kt_tree_inverse(tree, s, a) || !kt_tree_inverse(other, &t, b))
-        return;
+    kt_tree_inverse(tree, s, a);
+    kt_tree_inverse(other, &t, b);
     for (int i = 0; i < nv; i++)
         kt_worst_near(error, b[i], a[i], 20.0 * EPS * (double)size[i], "tree %d force %d", n, i);
-    if (!kt_tree_mass(tree, s, mass) || !kt_tree_mass(other, &t, mass2))
-        return;
+    kt_tree_mass(tree, s, mass);
+    kt_tree_mass(other, &t, mass2);
     for (int i = 0; i < nv; i++)
         for (int j = 0; j < nv; j++)
             kt_worst_near(error, mass2[i * nv + j], mass[i * nv + j],
                           100.0 * EPS * sqrt(mass[i * nv + i] * mass[j * nv + j]), "tree %d mass %d %d", n, i, j);
-    if (!kt_tree_kinematics(tree, s) || !kt_tree_kinematics(other, &t))
-        return;
+    kt_tree_kinematics(tree, s);
+    kt_tree_kinematics(other, &t);
     for (int i = 1; i < tree->count; i++) {
         const int j = kt_body_find(other->model, kt_body_name(tree->model, i));
         for (int k = 0; k < 4; k++) { /* the frame's origin and three points on its axes */
@@ -118,12 +118,10 @@ KT_TEST(composite_joints_are_chains_of_turns_and_slides) {
         plan.bodies = 6;
         plan.types = 1U << KT_JOINT_REVOLUTE | 1U << KT_JOINT_UNIVERSAL | 1U << KT_JOINT_CYLINDRICAL |
                      1U << KT_JOINT_PLANAR | 1U << KT_JOINT_FREE;
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         describe_chains(&chains, &tree);
-        if (kt_tree_compile(&chains, NULL) &&
-            ((chains.nv == tree.nv && chains.nq == tree.nq) || kt_check_true("same freedoms", false)))
+        kt_tree_compile(&chains, NULL);
+        if (((chains.nv == tree.nv && chains.nq == tree.nq) || kt_check_true("same freedoms", false)))
             compare(&error, &tree, &chains, &s, n);
     }
     kt_check_worst(&error);
@@ -161,12 +159,10 @@ KT_TEST(an_oblique_axis_is_an_upright_one_in_a_turned_frame) {
         plan.bodies = 9;
         plan.types = 1U << KT_JOINT_REVOLUTE | 1U << KT_JOINT_PRISMATIC | 1U << KT_JOINT_SCREW |
                      1U << KT_JOINT_CYLINDRICAL | 1U << KT_JOINT_PLANAR;
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         describe_turned(&turned, &tree);
-        if (kt_tree_compile(&turned, NULL))
-            compare(&error, &tree, &turned, &s, n);
+        kt_tree_compile(&turned, NULL);
+        compare(&error, &tree, &turned, &s, n);
     }
     kt_check_worst(&error);
 }
@@ -211,11 +207,10 @@ KT_TEST(bodies_fixed_to_each_other_are_one_body) {
         plan.massless = false;
         kt_tree_describe(&tree, &plan, &random);
         describe_split(&split, &tree, &random);
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         kt_tree_state_draw(&tree, &random, &s);
-        if (kt_tree_compile(&split, NULL))
-            compare(&error, &tree, &split, &s, n);
+        kt_tree_compile(&split, NULL);
+        compare(&error, &tree, &split, &s, n);
     }
     kt_check_worst(&error);
 }
@@ -232,14 +227,11 @@ KT_TEST(order_of_description_changes_nothing_but_rounding) {
         kt_tree_plan plan = kt_tree_plan_default();
         double a[KT_TREE_NV], b[KT_TREE_NV], sensitivity[KT_TREE_NV];
         long double slow[KT_TREE_NV];
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         kt_rewrite_begin(&other, &tree);
         for (int i = plan.bodies - 1; i >= 0; i--)
             kt_rewrite_copy(&other, &tree.body[i]);
-        if (!kt_tree_compile(&other, NULL))
-            return;
+        kt_tree_compile(&other, NULL);
         kt_rewrite_state(&tree, &s, &other, &t);
         for (int i = 1; i < tree.count; i++) {
             const int j = kt_body_find(other.model, kt_body_name(tree.model, i));
@@ -249,8 +241,9 @@ KT_TEST(order_of_description_changes_nothing_but_rounding) {
             memcpy(t.v + d.v, s.v + c.v, (size_t)c.nv * sizeof(double));
             memcpy(t.tau + d.v, s.tau + c.v, (size_t)c.nv * sizeof(double));
         }
-        if (kt_tree_forward(&tree, &s, a) && kt_tree_forward(&other, &t, b) &&
-            kt_oracle_forward(&tree, &s, slow, sensitivity))
+        kt_tree_forward(&tree, &s, a);
+        kt_tree_forward(&other, &t, b);
+        if (kt_oracle_forward(&tree, &s, slow, sensitivity))
             for (int i = 1; i < tree.count; i++) {
                 const int j = kt_body_find(other.model, kt_body_name(tree.model, i));
                 const kt_coordinates c = kt_body_coordinates(tree.model, i), d = kt_body_coordinates(other.model, j);

@@ -28,8 +28,7 @@ KT_TEST(queries_before_the_first_update_are_not_numbers) {
         kt_tree_plan plan = kt_tree_plan_default();
         double jacobian[6 * KT_TREE_NV];
         plan.types = KT_TREE_ALL_TYPES & ~(1U << KT_JOINT_FIXED);
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
+        kt_tree_grow(&tree, &plan, &random);
         for (int b = 1; b < tree.count; b++) {
             const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0);
             const kt_pose pose = kt_body_pose(tree.model, tree.data, b);
@@ -67,13 +66,11 @@ KT_TEST(bodies_move_as_their_joints_compose) {
         kt_tree_plan plan = kt_tree_plan_default();
         plan.bodies = kt_random_int(&random, 1, 20);
         plan.is_shuffled = n % 2;
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         kt_oracle_body slow[KT_TREE_SLOTS];
         kt_oracle_motion(&tree, s.q, s.v, s.a, slow);
-        const bool have = kt_tree_kinematics(&tree, &s);
-        for (int b = 0; have && b < tree.count; b++) {
+        kt_tree_kinematics(&tree, &s);
+        for (int b = 0; b < tree.count; b++) {
             const kt_pose p = kt_body_pose(tree.model, tree.data, b);
             const kt_twist t = kt_body_twist(tree.model, tree.data, b),
                            a = kt_body_acceleration(tree.model, tree.data, b);
@@ -104,7 +101,7 @@ KT_TEST(bodies_move_as_their_joints_compose) {
 }
 
 /* The state `q (+) (v h + a h^2 / 2), v + a h`: a motion whose velocity at h = 0 is v and whose acceleration is a. */
-static bool advance(const kt_tree *tree, const kt_tree_state *s, double h) {
+static void advance(const kt_tree *tree, const kt_tree_state *s, double h) {
     kt_tree_state moved = *s;
     double step[KT_TREE_NV];
     for (int i = 0; i < tree->nv; i++) {
@@ -112,19 +109,17 @@ static bool advance(const kt_tree *tree, const kt_tree_state *s, double h) {
         moved.v[i] = s->v[i] + h * s->a[i];
     }
     kt_position_add(tree->model, s->q, step, moved.q);
-    return kt_tree_kinematics(tree, &moved);
+    kt_tree_kinematics(tree, &moved);
 }
 
 /* Marker positions and velocities of all bodies after h. */
-static bool markers_after(const kt_tree *tree, const kt_tree_state *s, double h, kt_vec3 *place, kt_vec3 *velocity) {
-    if (!advance(tree, s, h))
-        return false;
+static void markers_after(const kt_tree *tree, const kt_tree_state *s, double h, kt_vec3 *place, kt_vec3 *velocity) {
+    advance(tree, s, h);
     for (int b = 0; b < tree->count; b++) {
         const kt_vec3 at = b ? kt_marker_at(tree->model, b, 0) : kt_vec3_make(0.0, 0.0, 0.0);
         place[b] = kt_point_position(tree->model, tree->data, b, at);
         velocity[b] = kt_point_velocity(tree->model, tree->data, b, at);
     }
-    return true;
 }
 
 static double difference(const kt_vec3 *x[4], int b, int i, double h) {
@@ -144,16 +139,14 @@ KT_TEST(velocities_and_accelerations_of_points_are_derivatives_along_motions) {
         kt_tree_state s;
         const kt_tree_plan plan = kt_tree_plan_default();
         kt_vec3 place[4][KT_TREE_SLOTS], velocity[4][KT_TREE_SLOTS];
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
-        bool have = true;
+        kt_tree_sample(&tree, &plan, &random, &s);
+
         for (int k = 0; k < 4; k++)
-            have &= markers_after(&tree, &s, times[k], place[k], velocity[k]);
-        have &= kt_tree_kinematics(&tree, &s);
+            markers_after(&tree, &s, times[k], place[k], velocity[k]);
+        kt_tree_kinematics(&tree, &s);
         const kt_vec3 *places[4] = {place[0], place[1], place[2], place[3]};
         const kt_vec3 *velocities[4] = {velocity[0], velocity[1], velocity[2], velocity[3]};
-        for (int b = 1; have && b < tree.count; b++) {
+        for (int b = 1; b < tree.count; b++) {
             const kt_vec3 at = kt_marker_at(tree.model, b, 0);
             const kt_vec3 v = kt_point_velocity(tree.model, tree.data, b, at);
             const kt_vec3 a = kt_point_acceleration(tree.model, tree.data, b, at);
@@ -186,11 +179,9 @@ KT_TEST(jacobian_times_velocity_is_twist_at_the_point) {
         kt_tree_plan plan = kt_tree_plan_default();
         plan.is_shuffled = n % 2;
         double jacobian[6 * KT_TREE_NV], twist[6];
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
-        const bool have = kt_tree_kinematics(&tree, &s);
-        for (int b = 0; have && b < tree.count; b++) {
+        kt_tree_sample(&tree, &plan, &random, &s);
+        kt_tree_kinematics(&tree, &s);
+        for (int b = 0; b < tree.count; b++) {
             const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0);
             const kt_vec3 w = kt_body_twist(tree.model, tree.data, b).angular;
             const kt_vec3 u = kt_point_velocity(tree.model, tree.data, b, at);
@@ -218,20 +209,18 @@ KT_TEST(columns_of_jacobian_are_displacements_of_the_point) {
         const kt_tree_plan plan = kt_tree_plan_default();
         double jacobian[6 * KT_TREE_NV];
         kt_vec3 place[4][KT_TREE_SLOTS], unused[KT_TREE_SLOTS];
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         memset(&unit, 0, sizeof unit);
         memcpy(unit.q, s.q, sizeof unit.q);
         for (int k = 0; k < tree.nv; k++) {
             unit.v[k] = 1.0;
-            bool have = true;
+
             for (int j = 0; j < 4; j++)
-                have &= markers_after(&tree, &unit, (j < 2 ? j - 2 : j - 1) * h, place[j], unused);
+                markers_after(&tree, &unit, (j < 2 ? j - 2 : j - 1) * h, place[j], unused);
             unit.v[k] = 0.0;
-            have &= kt_tree_kinematics(&tree, &s);
+            kt_tree_kinematics(&tree, &s);
             const kt_vec3 *places[4] = {place[0], place[1], place[2], place[3]};
-            for (int b = 1; have && b < tree.count; b++) {
+            for (int b = 1; b < tree.count; b++) {
                 kt_point_jacobian(tree.model, tree.data, b, kt_marker_at(tree.model, b, 0), jacobian);
                 for (int i = 0; i < 3; i++)
                     kt_worst_near(&error, difference(places, b, i, h), jacobian[6 * k + 3 + i], 2e-11,
@@ -249,11 +238,9 @@ KT_TEST(points_are_carried_by_the_pose_of_their_body) {
         kt_tree tree;
         kt_tree_state s;
         const kt_tree_plan plan = kt_tree_plan_default();
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
-        const bool have = kt_tree_kinematics(&tree, &s);
-        for (int b = 0; have && b < tree.count; b++) {
+        kt_tree_sample(&tree, &plan, &random, &s);
+        kt_tree_kinematics(&tree, &s);
+        for (int b = 0; b < tree.count; b++) {
             const kt_vec3 at = kt_tree_vector(&random, -1.0, 1.0);
             const kt_vec3 p = kt_point_position(tree.model, tree.data, b, at);
             const kt_vec3 q = kt_pose_apply(kt_body_pose(tree.model, tree.data, b), at);

@@ -8,7 +8,7 @@
 static const double not_a_number = (double)NAN;
 
 /* A pendulum that turns about z, with a rod hanging on a ball at its end. */
-static bool grow_pendulum(kt_tree *tree) {
+static void grow_pendulum(kt_tree *tree) {
     memset(tree, 0, sizeof *tree);
     tree->description = kt_description_default();
     tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
@@ -27,7 +27,7 @@ static bool grow_pendulum(kt_tree *tree) {
     tree->body[1].parent = "arm";
     tree->body[1].joint.type = KT_JOINT_SPHERICAL;
     tree->body[1].joint.at = kt_vec3_make(1.0, 0.0, 0.0);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
 /* q: angle, quaternion; v: rate, angular velocity */
@@ -79,8 +79,7 @@ static void rejected(const kt_tree *tree, call which, const inputs *in, kt_statu
 KT_TEST(numbers_that_are_not_finite_are_rejected_by_the_name_of_their_joint) {
     kt_tree tree;
     const double bad[2] = {not_a_number, -(double)INFINITY};
-    if (!grow_pendulum(&tree))
-        return;
+    grow_pendulum(&tree);
     for (int i = 0; i < 2; i++)
         for (call c = FORWARD; c < CALLS; c++) {
             inputs in = fine;
@@ -108,7 +107,7 @@ KT_TEST(numbers_that_are_not_finite_are_rejected_by_the_name_of_their_joint) {
 }
 
 /* A post on the ground, and two rods one on the other that turn about z: in their plane, or in space. */
-static bool grow_rods(kt_tree *tree, kt_plan plan) {
+static void grow_rods(kt_tree *tree, kt_plan plan) {
     static const char *const name[] = {"post", "upper", "lower"};
     kt_model_options options = kt_model_options_default();
     options.plan = plan;
@@ -125,7 +124,7 @@ static bool grow_rods(kt_tree *tree, kt_plan plan) {
         body->com = kt_vec3_make(0.5, 0.0, 0.0);
         body->joint.type = i > 0 ? KT_JOINT_REVOLUTE : KT_JOINT_FIXED;
     }
-    return kt_tree_compile(tree, &options);
+    kt_tree_compile(tree, &options);
 }
 
 /* Components that a joint does not feel, or that are across a plane, leave no trace in the numbers. */
@@ -138,8 +137,7 @@ KT_TEST(wrenches_that_are_not_finite_are_rejected_wherever_they_point) {
         const int body = i / 2 % 4, k = i / 8 % 6;
         kt_vec3 *part = k < 3 ? &external[body].moment : &external[body].force;
         *(k % 3 == 0 ? &part->x : k % 3 == 1 ? &part->y : &part->z) = i / 48 ? (double)INFINITY : not_a_number;
-        if (!grow_rods(&tree, plans[i % 2]))
-            return;
+        grow_rods(&tree, plans[i % 2]);
         const double q[2] = {0.3, 0.4};
         double out[2] = {5.0, 6.0};
         kt_error error = {KT_OK, "", ""};
@@ -158,8 +156,7 @@ KT_TEST(wrenches_that_are_not_finite_are_rejected_wherever_they_point) {
 
 KT_TEST(a_quaternion_of_zeros_is_rejected_and_one_of_any_other_norm_is_not) {
     kt_tree tree;
-    if (!grow_pendulum(&tree))
-        return;
+    grow_pendulum(&tree);
     for (call c = FORWARD; c < CALLS; c++) {
         inputs in = fine;
         kt_error error;
@@ -179,17 +176,14 @@ KT_TEST(a_quaternion_of_zeros_is_rejected_and_one_of_any_other_norm_is_not) {
 
 KT_TEST(results_that_overflow_are_rejected) {
     kt_tree tree;
-    if (!grow_pendulum(&tree))
-        return;
+    grow_pendulum(&tree);
     inputs in = fine;
     in.v[0] = 1e200; /* its square is infinite */
     rejected(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
     rejected(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
     rejected(&tree, KINEMATICS, &in, KT_ERROR_NOT_FINITE, "joint 'rod'", "huge");
-    kt_tree_free(&tree);
     tree.body[1].joint.type = KT_JOINT_PRISMATIC;
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_tree_compile(&tree, NULL);
     in = fine;
     in.q[1] = 1e200; /* and so is the inertia */
     rejected(&tree, MASS, &in, KT_ERROR_NOT_FINITE, "joint 'arm'", "huge");
@@ -197,8 +191,7 @@ KT_TEST(results_that_overflow_are_rejected) {
 
 KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
     kt_tree tree;
-    if (!grow_pendulum(&tree))
-        return;
+    grow_pendulum(&tree);
     inputs in = fine;
     kt_error error;
     in.external[0].force.x = (double)INFINITY;
@@ -210,7 +203,7 @@ KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
 
 /* Gimbals: two massless rings that turn about z and x, and a body that turns about y. At a quarter turn of the second
  * ring its axis coincides with the first one's. The two can then turn against each other without resistance. */
-static bool grow_gimbals(kt_tree *tree) {
+static void grow_gimbals(kt_tree *tree) {
     static const char *names[3] = {"outer", "inner", "wheel"};
     memset(tree, 0, sizeof *tree);
     tree->description = kt_description_default();
@@ -226,7 +219,7 @@ static bool grow_gimbals(kt_tree *tree) {
     }
     tree->body[2].mass = 1.0;
     tree->body[2].inertia = kt_sym3_make(0.1, 0.2, 0.15, 0.0, 0.0, 0.0);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
 /* The inertia about z is `J_z cos^2` of the second angle, so that a_z grows as `1 / cos^2`. */
@@ -235,8 +228,7 @@ KT_TEST(singular_positions_are_rejected_and_those_beside_them_are_not) {
     kt_error error;
     double a[3] = {1.0, 2.0, 3.0};
     const double before[3] = {1.0, 2.0, 3.0}, tau[3] = {1.0, 0.0, 0.0}, quarter = acos(0.0);
-    if (!grow_gimbals(&tree))
-        return;
+    grow_gimbals(&tree);
     const double at[3] = {0.4, quarter, 0.9}, near[3] = {0.4, quarter - 1e-4, 0.0};
     kt_check_equal_int("status", kt_dynamics_forward(tree.model, tree.data, at, NULL, tau, NULL, a, &error),
                        KT_ERROR_SINGULAR);
@@ -258,14 +250,11 @@ KT_TEST(gimbal_lock_is_rejected_at_every_angle) {
         kt_tree tree;
         kt_error error;
         double a[3];
-        if (!grow_gimbals(&tree))
-            return;
-        kt_tree_free(&tree);
+        grow_gimbals(&tree);
         if (n % 3 == 0)
             tree.body[0].joint.rotation = kt_tree_rotation(&random);
         tree.body[2].inertia = kt_tree_inertia(&random, kt_random_uniform(&random, 0.1, 100.0), 1.0);
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         const double q[3] = {kt_random_uniform(&random, -3.0, 3.0), acos(0.0), kt_random_uniform(&random, -3.0, 3.0)};
         const kt_status status = kt_dynamics_forward(tree.model, tree.data, q, NULL, NULL, NULL, a, &error);
         kt_worst_near(&rejections, status, KT_ERROR_SINGULAR, 0.0, "%d: at %g and %g", n, q[0], q[2]);
@@ -292,8 +281,7 @@ KT_TEST(a_mechanism_without_freedoms_has_dynamics_of_no_numbers) {
         tree.description.gravity = kt_vec3_make(0.0, -2.0, 0.0);
         tree.description.bodies = tree.body;
         tree.description.body_count = bodies;
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         const kt_model *m = tree.model;
         kt_data *d = tree.data;
         kt_check_equal_int("velocities", tree.nv, 0);
@@ -318,9 +306,7 @@ KT_TEST(accelerations_may_be_written_over_forces) {
     kt_tree_state s;
     const kt_tree_plan plan = kt_tree_plan_default();
     double a[KT_TREE_NV], x[KT_TREE_NV];
-    if (!kt_tree_grow(&tree, &plan, &random))
-        return;
-    kt_tree_state_draw(&tree, &random, &s);
+    kt_tree_sample(&tree, &plan, &random, &s);
     const size_t nv = (size_t)tree.nv;
     kt_check_true("apart", kt_tree_forward(&tree, &s, a));
     memcpy(x, s.tau, sizeof x);

@@ -19,7 +19,7 @@ typedef struct factored {
 } factored;
 
 /* Without gravity; of the mass matrix, the lower triangle alone, and NaN above. */
-static bool draw(factored *f, int n, kt_random *random, const kt_model_options *options) {
+static void draw(factored *f, int n, kt_random *random, const kt_model_options *options) {
     kt_tree_plan plan = n % 3 == 0 ? kt_tree_plan_planar() : kt_tree_plan_default();
     kt_error e;
     plan.planar = n % 3 == 0 ? 1 + n % 2 : 0;
@@ -29,17 +29,15 @@ static bool draw(factored *f, int n, kt_random *random, const kt_model_options *
     plan.massless = false;
     kt_tree_describe(&f->tree, &plan, random);
     f->factor = NULL;
-    if (!kt_tree_compile(&f->tree, options))
-        return false;
+    kt_tree_compile(&f->tree, options);
     kt_tree_state_draw(&f->tree, random, &f->s);
     const int nv = f->tree.nv;
-    if (!kt_tree_mass(&f->tree, &f->s, f->mass))
-        return false;
+    kt_tree_mass(&f->tree, &f->s, f->mass);
     for (int j = 0; j < nv; j++)
         for (int i = 0; i < j; i++)
             f->mass[j * nv + i] = (double)NAN;
-    return kt_tree_fine("factor", kt_mass_factor_create(f->tree.model, &f->factor, &e), &e) &&
-           kt_tree_fine("computes", kt_mass_factor_compute(f->factor, f->mass, &e), &e);
+    kt_need_fine("factor", kt_mass_factor_create(f->tree.model, &f->factor, &e), &e);
+    kt_need_fine("computes", kt_mass_factor_compute(f->factor, f->mass, &e), &e);
 }
 
 static void release(factored *f) { kt_mass_factor_free(f->factor); }
@@ -54,13 +52,11 @@ KT_TEST(product_of_factors_is_that_of_the_mass_matrix) {
     for (int n = 0; n < TREES; n++) {
         double x[COLUMNS * KT_TREE_NV];
         kt_error e;
-        if (!draw(&f, n, &random, NULL))
-            return;
+        draw(&f, n, &random, NULL);
         const int nv = f.tree.nv;
         memcpy(x, f.s.v, sizeof f.s.v);
         memcpy(x + nv, f.s.a, (size_t)nv * sizeof *x);
-        if (!kt_tree_fine("multiplies", kt_mass_factor_multiply(f.factor, COLUMNS, x, &e), &e))
-            return;
+        kt_need_fine("multiplies", kt_mass_factor_multiply(f.factor, COLUMNS, x, &e), &e);
         for (int c = 0; c < COLUMNS; c++)
             for (int i = 0; i < nv; i++) {
                 double sum = 0.0, size = 0.0;
@@ -84,14 +80,11 @@ KT_TEST(solution_by_factors_is_forward_dynamics_at_rest) {
     for (int n = 0; n < TREES; n++) {
         double x[KT_TREE_NV], a[KT_TREE_NV];
         kt_error e;
-        if (!draw(&f, n, &random, NULL))
-            return;
+        draw(&f, n, &random, NULL);
         const int nv = f.tree.nv;
         memcpy(x, f.s.tau, sizeof x);
-        if (!kt_tree_fine("solves", kt_mass_factor_solve(f.factor, 1, x, &e), &e) ||
-            !kt_tree_fine("forward", kt_dynamics_forward(f.tree.model, f.tree.data, f.s.q, NULL, f.s.tau, NULL, a, &e),
-                          &e))
-            return;
+        kt_need_fine("solves", kt_mass_factor_solve(f.factor, 1, x, &e), &e);
+        kt_need_fine("forward", kt_dynamics_forward(f.tree.model, f.tree.data, f.s.q, NULL, f.s.tau, NULL, a, &e), &e);
         for (int i = 0; i < nv; i++) {
             double sum = 0.0, other = 0.0, size = fabs(f.s.tau[i]);
             for (int j = 0; j < nv; j++) {
@@ -117,15 +110,13 @@ KT_TEST(halves_of_the_solution_belong_together) {
     for (int n = 0; n < TREES; n++) {
         double u[KT_TREE_NV], x[KT_TREE_NV], d[KT_TREE_NV];
         kt_error e;
-        if (!draw(&f, n, &random, NULL))
-            return;
+        draw(&f, n, &random, NULL);
         const int nv = f.tree.nv;
         memcpy(u, f.s.v, sizeof u);
         memcpy(x, f.s.v, sizeof x);
         kt_mass_factor_diagonal(f.factor, d);
-        if (!kt_tree_fine("solves", kt_mass_factor_solve(f.factor, 1, x, &e), &e) ||
-            !kt_tree_fine("solves the upper half", kt_mass_factor_solve_upper(f.factor, 1, u, &e), &e))
-            return;
+        kt_need_fine("solves", kt_mass_factor_solve(f.factor, 1, x, &e), &e);
+        kt_need_fine("solves the upper half", kt_mass_factor_solve_upper(f.factor, 1, u, &e), &e);
         double half = 0.0, whole = 0.0, size = 0.0;
         for (int i = 0; i < nv; i++) {
             half += u[i] * u[i] / d[i];
@@ -134,8 +125,7 @@ KT_TEST(halves_of_the_solution_belong_together) {
             u[i] /= d[i];
         }
         kt_worst_near(&error, half, whole, 14.0 * EPS * size, "tree %d", n);
-        if (!kt_tree_fine("solves the lower half", kt_mass_factor_solve_lower(f.factor, 1, u, &e), &e))
-            return;
+        kt_need_fine("solves the lower half", kt_mass_factor_solve_lower(f.factor, 1, u, &e), &e);
         differ += memcmp(u, x, (size_t)nv * sizeof *u) != 0;
         release(&f);
     }
@@ -144,20 +134,18 @@ KT_TEST(halves_of_the_solution_belong_together) {
 }
 
 /* A solution, then a product. */
-static bool compute(factored *f, int n, kt_isa isa, double x[2][KT_TREE_NV]) {
+static void compute(factored *f, int n, kt_isa isa, double x[2][KT_TREE_NV]) {
     char name[32];
     kt_error e;
     snprintf(name, sizeof name, "tree %d", n);
     kt_random random = kt_random_named(name);
-    if (!draw(f, n, &random, &(kt_model_options){.isa = isa}))
-        return false;
+    draw(f, n, &random, &(kt_model_options){.isa = isa});
     memset(x, 0, 2 * sizeof *x);
     memcpy(x[0], f->s.v, (size_t)f->tree.nv * sizeof **x);
     memcpy(x[1], f->s.v, (size_t)f->tree.nv * sizeof **x);
-    const bool fine = kt_tree_fine("solves", kt_mass_factor_solve(f->factor, 1, x[0], &e), &e) &&
-                      kt_tree_fine("multiplies", kt_mass_factor_multiply(f->factor, 1, x[1], &e), &e);
+    kt_need_fine("solves", kt_mass_factor_solve(f->factor, 1, x[0], &e), &e);
+    kt_need_fine("multiplies", kt_mass_factor_multiply(f->factor, 1, x[1], &e), &e);
     release(f);
-    return fine;
 }
 
 KT_TEST(factors_have_equal_bits_on_every_instruction_set) {
@@ -170,8 +158,8 @@ KT_TEST(factors_have_equal_bits_on_every_instruction_set) {
         int differ = 0;
         for (int n = 0; n < TREES / 5; n++) {
             double base[2][KT_TREE_NV], x[2][KT_TREE_NV];
-            if (!compute(&f, n, KT_ISA_BASE, base) || !compute(&f, n, isa, x))
-                return;
+            compute(&f, n, KT_ISA_BASE, base);
+            compute(&f, n, isa, x);
             differ += memcmp(base, x, sizeof x) != 0;
         }
         kt_check_equal_int("trees whose results differ", differ, 0);
@@ -183,8 +171,7 @@ KT_TEST(matrix_that_is_not_positive_definite_is_rejected_by_its_joint) {
     static factored f;
     double x[KT_TREE_NV] = {0.0};
     kt_error e;
-    if (!draw(&f, 1, &random, NULL))
-        return;
+    draw(&f, 1, &random, NULL);
     const int nv = f.tree.nv, last = nv - 1;
     kt_check_equal_int("factors", kt_mass_factor_solve(f.factor, 1, x, &e), KT_OK);
     f.mass[last * nv + last] = -1.0;
@@ -205,16 +192,15 @@ KT_TEST(column_that_is_not_finite_is_rejected_and_leaves_all_alone) {
         static factored f;
         double x[2][KT_TREE_NV], bad[KT_TREE_NV], kept[KT_TREE_NV];
         kt_error e;
-        if (!draw(&f, n, &random, NULL))
-            return;
+        draw(&f, n, &random, NULL);
         const size_t nv = (size_t)f.tree.nv;
         for (size_t i = 0; i < nv; i++)
             bad[i] = i % 2 ? (double)NAN : (double)INFINITY;
         memcpy(kept, bad, nv * sizeof *kept);
         memcpy(x[0], f.s.v, nv * sizeof **x);
         memcpy(x[1], f.s.v, nv * sizeof **x);
-        if (!kt_tree_fine("solves", kt_mass_factor_solve(f.factor, 1, x[0], &e), &e) ||
-            !kt_check_equal_int("NaN", kt_mass_factor_solve(f.factor, 1, bad, &e),
+        kt_need_fine("solves", kt_mass_factor_solve(f.factor, 1, x[0], &e), &e);
+        if (!kt_check_equal_int("NaN", kt_mass_factor_solve(f.factor, 1, bad, &e),
                                 nv > 0 ? KT_ERROR_NOT_FINITE : KT_OK) ||
             !kt_check_equal_int("-1 columns", kt_mass_factor_solve(f.factor, -1, bad, &e), KT_ERROR_ARGUMENT) ||
             !kt_tree_fine("solves again", kt_mass_factor_solve(f.factor, 1, x[1], &e), &e))
@@ -233,8 +219,6 @@ KT_TEST(factors_take_room_for_what_is_not_zero_alone) {
     size_t size[2] = {0, 0};
     for (int arms = 0; arms < 2; arms++) {
         kt_description d = kt_description_default();
-        kt_model *model = NULL;
-        kt_error e;
         for (int i = 0; i < N; i++) {
             snprintf(name[i], sizeof name[i], "b%d", i);
             body[i] = kt_body_default();
@@ -246,10 +230,8 @@ KT_TEST(factors_take_room_for_what_is_not_zero_alone) {
         }
         d.bodies = body;
         d.body_count = N;
-        if (!kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e))
-            return;
+        kt_model *model = kt_test_model(&d, NULL);
         size[arms] = kt_mass_factor_size(model);
-        kt_model_free(model);
     }
     kt_check_below("bytes of a chain's over those of its entries", (double)size[0], 1.1 * 8.0 * N * (N - 1) / 2);
     kt_check_below("bytes of the arms'", (double)size[1], 120.0 * N);

@@ -29,8 +29,7 @@ static bool grow(kt_tree *tree, bool mixed, double mass) {
             body->inertia = kt_sym3_make(0.1, 0.2, 0.2, 0.0, 0.0, 0.0);
         body->com = kt_vec3_make(i == 2 ? 0.5 : 0.0, 0.0, 0.0);
     }
-    if (!kt_tree_compile(tree, NULL))
-        return false;
+    kt_tree_compile(tree, NULL);
     return kt_check_text("plan", kt_model_plan(tree->model), mixed ? "mixed" : "planar");
 }
 
@@ -106,12 +105,10 @@ KT_TEST(a_spatial_motion_that_overflows_beside_a_plane_is_rejected) {
     in.v[2] = 1e200;
     rejected(&tree, FORWARD, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
     rejected(&tree, INVERSE, &in, KT_ERROR_NOT_FINITE, "joint 'ball'", "huge");
-    kt_tree_free(&tree);
     tree.body[0].joint.type = KT_JOINT_CYLINDRICAL; /* and its mass far from the axis */
     tree.body[0].com = kt_vec3_make(1.0, 0.0, 0.0);
     tree.body[0].joint.axis = kt_vec3_make(1.0, 1.0, 0.0);
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_tree_compile(&tree, NULL);
     inputs far = fine(true);
     far.q[1] = 1e200;
     far.v[0] = far.v[1] = 1e200;

@@ -244,13 +244,8 @@ void kt_tree_own(const kt_tree *tree) {
 }
 
 bool kt_tree_compile(kt_tree *tree, const kt_model_options *options) {
-    kt_error error = {0};
-    if (!kt_tree_fine("compiles", kt_model_compile(&tree->description, options, &tree->model, &error), &error))
-        return false;
-    const bool fine = kt_tree_fine("has data", kt_data_create(tree->model, &tree->data, &error), &error);
-    kt_tree_own(tree);
-    if (!fine)
-        return false;
+    tree->model = kt_test_model(&tree->description, options);
+    tree->data = kt_test_data(tree->model);
     tree->count = kt_model_body_count(tree->model);
     tree->nq = kt_model_nq(tree->model);
     tree->nv = kt_model_nv(tree->model);
@@ -298,26 +293,35 @@ bool kt_tree_fine(const char *what, kt_status status, const kt_error *error) {
     return kt_check_true(what, false);
 }
 
+void kt_tree_sample(kt_tree *tree, const kt_tree_plan *plan, kt_random *random, kt_tree_state *state) {
+    kt_tree_grow(tree, plan, random);
+    kt_tree_state_draw(tree, random, state);
+}
+
 bool kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a) {
     kt_error e = {0};
-    return kt_tree_fine("forward dynamics",
-                        kt_dynamics_forward(tree->model, tree->data, s->q, s->v, s->tau, s->external, a, &e), &e);
+    kt_need_fine("forward dynamics",
+                 kt_dynamics_forward(tree->model, tree->data, s->q, s->v, s->tau, s->external, a, &e), &e);
+    return true;
 }
 
 bool kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau) {
     kt_error e = {0};
-    return kt_tree_fine("inverse dynamics",
-                        kt_dynamics_inverse(tree->model, tree->data, s->q, s->v, s->a, s->external, tau, &e), &e);
+    kt_need_fine("inverse dynamics",
+                 kt_dynamics_inverse(tree->model, tree->data, s->q, s->v, s->a, s->external, tau, &e), &e);
+    return true;
 }
 
 bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass) {
     kt_error e = {0};
-    return kt_tree_fine("mass matrix", kt_dynamics_mass(tree->model, tree->data, s->q, mass, &e), &e);
+    kt_need_fine("mass matrix", kt_dynamics_mass(tree->model, tree->data, s->q, mass, &e), &e);
+    return true;
 }
 
 bool kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s) {
     kt_error e = {0};
-    return kt_tree_fine("kinematics", kt_kinematics_update(tree->model, tree->data, s->q, s->v, s->a, &e), &e);
+    kt_need_fine("kinematics", kt_kinematics_update(tree->model, tree->data, s->q, s->v, s->a, &e), &e);
+    return true;
 }
 
 double kt_tree_largest(const double *x, int n) {

@@ -52,8 +52,7 @@ typedef struct kt_tree {
 /* Describes a mechanism, without a model. */
 void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
 
-/* Compiles tree->description; a failure fails the test and returns false. The running test owns the model and its data.
- */
+/* Compiles tree->description. A failure ends the test, which owns the model and its data. */
 bool kt_tree_compile(kt_tree *tree, const kt_model_options *options);
 
 /* Both. */
@@ -74,7 +73,10 @@ typedef struct kt_tree_state {
  * the order of one. */
 void kt_tree_state_draw(const kt_tree *tree, kt_random *random, kt_tree_state *state);
 
-/* Calls that must succeed: a failure fails the test. */
+/* A random tree at a random state. */
+void kt_tree_sample(kt_tree *tree, const kt_tree_plan *plan, kt_random *random, kt_tree_state *state);
+
+/* Calls that must succeed: a failure ends the test. */
 bool kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a);
 bool kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau);
 bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass);

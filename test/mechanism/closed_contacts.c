@@ -74,16 +74,14 @@ static void add_stop(subject *s, kt_random *random) {
     e->lower = -100.0;
 }
 
-static bool grow(subject *s, int bodies, kt_random *random) {
+static void grow(subject *s, int bodies, kt_random *random) {
     kt_tree_plan plan = kt_tree_plan_default();
-    kt_error e = {0};
     plan.bodies = bodies;
     plan.floats = true;
     plan.from_world = 0.1;
     plan.with_armature = 0.2;
-    s->model = NULL;
-    if (!kt_tree_grow(&s->tree, &plan, random) || !kt_check_below("nv", s->tree.nv, NV))
-        return false;
+    kt_tree_grow(&s->tree, &plan, random);
+    kt_need(kt_check_below("nv", s->tree.nv, NV));
     add_contacts(s, random);
     add_stop(s, random);
     kt_description d = s->tree.description;
@@ -91,7 +89,7 @@ static bool grow(subject *s, int bodies, kt_random *random) {
     d.effect_count = CONTACTS;
     kt_model_options options = kt_model_options_default();
     options.contact_switches = 2 * CONTACTS;
-    return kt_tree_fine("contacts", kt_model_compile(&d, &options, &s->model, &e), &e);
+    s->model = kt_test_model(&d, &options);
 }
 
 static const kt_model *model_of(const subject *s, const contact_state *state) {
@@ -105,23 +103,20 @@ static const kt_model *model_of(const subject *s, const contact_state *state) {
 
 /* ---- the whole matrix -------------------------------------------------------------------------------------------- */
 
-static bool set_motion(const subject *s, const kt_tree_state *at, whole *w) {
+static void set_motion(const subject *s, const kt_tree_state *at, whole *w) {
     static double mass[NV * NV], bias[NV];
     const kt_tree *tree = &s->tree;
     kt_error e = {0};
     memset(w, 0, sizeof *w);
     w->nv = w->n = tree->nv;
-    if (!kt_tree_mass(tree, at, mass) ||
-        !kt_tree_fine("bias", kt_dynamics_inverse(tree->model, tree->data, at->q, at->v, NULL, at->external, bias, &e),
-                      &e) ||
-        !kt_tree_kinematics(tree, at))
-        return false;
+    kt_tree_mass(tree, at, mass);
+    kt_need_fine("bias", kt_dynamics_inverse(tree->model, tree->data, at->q, at->v, NULL, at->external, bias, &e), &e);
+    kt_tree_kinematics(tree, at);
     for (int i = 0; i < w->nv; i++) {
         for (int j = 0; j < w->nv; j++)
             w->k[i][j] = (long double)mass[j * w->nv + i];
         w->k[i][SIZE] = (long double)(at->tau[i] - bias[i]);
     }
-    return true;
 }
 
 /* Adds the row n . (u + omega x lever), its drift, and `force` times its transpose to a column. */
@@ -236,8 +231,8 @@ static void compare(const subject *s, const contact_state *state, const kt_tree_
     found f;
     kt_error e = {0};
     const kt_model *model = model_of(s, state);
-    if (!kt_check_true("model of the set", model != NULL) || !set_motion(s, at, &w))
-        return;
+    kt_need(kt_check_true("model of the set", model != NULL));
+    set_motion(s, at, &w);
     for (int k = 0; k < CONTACTS; k++)
         if (state[k] != OPEN && k == STOP && s->stop >= 0)
             add_stop_row(s, &w);
@@ -279,7 +274,8 @@ static void compare_trees(int bodies) {
     kt_tree_state at;
     kt_random random = kt_random_of_test();
     tally t = {.a = kt_worst_make("acceleration"), .normal = kt_worst_make("normal force")};
-    for (int n = 0; n < MECHANISMS && grow(&s, bodies, &random); n++) {
+    for (int n = 0; n < MECHANISMS; n++) {
+        grow(&s, bodies, &random);
         kt_tree_state_draw(&s.tree, &random, &at);
         for (int set = 1; set < STATES * STATES * STATES; set++) {
             const contact_state state[CONTACTS] = {(contact_state)(set % STATES),
@@ -287,7 +283,6 @@ static void compare_trees(int bodies) {
                                                    (contact_state)(set / STATES / STATES)};
             compare(&s, state, &at, n, &t);
         }
-        kt_model_free(s.model);
     }
     kt_check_worst(&t.a);
     kt_check_worst(&t.normal);
@@ -336,11 +331,9 @@ static void add_box(boxes *b, int i, int box) {
 }
 
 /* Evaluates so many boxes, from the box `first` on. */
-static bool slide_boxes(int first, int count, double *a) {
+static void slide_boxes(int first, int count, double *a) {
     boxes b;
     kt_description d = kt_description_default();
-    kt_model *made = NULL;
-    kt_data *data = NULL;
     kt_error e = {0};
     uint64_t set = 0;
     for (int i = 0; i < count; i++)
@@ -352,33 +345,28 @@ static bool slide_boxes(int first, int count, double *a) {
     d.gravity = kt_vec3_make(0.5, 0.0, -9.81);
     kt_model_options options = kt_model_options_default();
     options.contact_switches = KT_SWITCH_MAX;
-    if (!kt_tree_fine("boxes", kt_model_compile(&d, &options, &made, &e), &e))
-        return false;
+    kt_model *made = kt_test_model(&d, &options);
     for (int k = 0; k < CORNERS * count; k++)
         set |= kt_switch_bits(made, 2 * k);
     const kt_model *model = kt_model_switched(made, set);
-    const bool good =
-        kt_tree_fine("data", kt_data_create(model, &data, &e), &e) &&
-        kt_tree_fine("acceleration", kt_acceleration_evaluate(model, data, 0.0, b.q, b.v, NULL, NULL, a, &e), &e);
-    kt_data_free(data);
-    kt_model_free(made);
-    return good;
+    kt_data *data = kt_test_data(model);
+    kt_need_fine("acceleration", kt_acceleration_evaluate(model, data, 0.0, b.q, b.v, NULL, NULL, a, &e), &e);
 }
 
 /* Contacts of two bodies are in two groups, each of which has responses of its own. */
 KT_TEST(boxes_slide_together_as_each_alone) {
     double both[12], alone[12];
-    if (!slide_boxes(0, 2, both) || !slide_boxes(0, 1, alone) || !slide_boxes(1, 1, alone + 6))
-        return;
+    slide_boxes(0, 2, both);
+    slide_boxes(0, 1, alone);
+    slide_boxes(1, 1, alone + 6);
     for (int i = 0; i < 12; i++)
         kt_check_near("acceleration", both[i], alone[i], 1e-13);
 }
 
 /* A box on one corner that slips, with another one in the air. */
-static const kt_model *compile_corner(boxes *b, kt_model **made) {
+static const kt_model *compile_corner(boxes *b) {
     kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
-    kt_error e = {0};
     add_box(b, 0, 0);
     b->effect[1].between[0].at.z = 0.4;
     d.bodies = b->body;
@@ -386,33 +374,27 @@ static const kt_model *compile_corner(boxes *b, kt_model **made) {
     d.effects = b->effect;
     d.effect_count = CORNERS;
     options.contact_switches = 2 * CORNERS;
-    return kt_tree_fine("box", kt_model_compile(&d, &options, made, &e), &e)
-               ? kt_model_switched(*made, kt_switch_bits(*made, 0))
-               : NULL;
+    const kt_model *made = kt_test_model(&d, &options);
+    return kt_model_switched(made, kt_switch_bits(made, 0));
 }
 
 /* Poses of a check for open contacts serve the accelerations of its own call alone. Linearisations check the last
  * state, and then go on with others. */
 KT_TEST(checks_of_open_contacts_leave_accelerations_elsewhere) {
     boxes b;
-    kt_model *made = NULL;
-    kt_data *data[2] = {NULL, NULL};
     kt_error e = {0};
     double a[2][6], other[7];
-    const kt_model *model = compile_corner(&b, &made);
-    bool good = model != NULL;
+    const kt_model *model = compile_corner(&b);
     memcpy(other, b.q, sizeof other);
     other[3] = 0.8;
     other[4] = 0.6;
-    for (int i = 0; i < 2 && good; i++) {
+    for (int i = 0; i < 2; i++) {
         const kt_dynamic_state at = {.q = other, .v = b.v};
-        good = kt_tree_fine("data", kt_data_create(model, &data[i], &e), &e) &&
-               kt_tree_fine("check", i ? kt_open_contacts_check(model, data[i], 0.0, b.q, b.v, &e) : KT_OK, &e) &&
-               kt_tree_fine("acceleration", kt_acceleration_trusted(model, data[i], &at, a[i], &e), &e);
+        kt_data *data = kt_test_data(model);
+        if (i == 1)
+            kt_need_fine("check", kt_open_contacts_check(model, data, 0.0, b.q, b.v, &e), &e);
+        kt_need_fine("acceleration", kt_acceleration_trusted(model, data, &at, a[i], &e), &e);
     }
-    for (int i = 0; i < 6 && good; i++)
+    for (int i = 0; i < 6; i++)
         kt_check_near("acceleration behind a check", a[1][i], a[0][i], 0.0);
-    kt_data_free(data[0]);
-    kt_data_free(data[1]);
-    kt_model_free(made);
 }

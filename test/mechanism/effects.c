@@ -1,5 +1,5 @@
 /* Effects as a scene has them: a caller's own, in batches, far from the world's origin, and those that go wrong. */
-#include "check.h"
+#include "fixture.h"
 
 #include "kinetree/effect.h"
 #include "kinetree/simulation.h"
@@ -52,30 +52,16 @@ static kt_effect *add(stage *s, kt_effect_type type) {
     return effect;
 }
 
-static bool fine(const char *what, kt_status status, const kt_error *error) {
-    if (status != KT_OK)
-        kt_note("%s: %s: %s", what, error->where, error->message);
-    return status == KT_OK || kt_check_true(what, false);
-}
-
-static bool stage_build(stage *s) {
-    kt_error error;
-    if (!fine("model", kt_model_compile(&s->description, NULL, &s->model, &error), &error) ||
-        !fine("data", kt_data_create(s->model, &s->data, &error), &error))
-        return false;
+static void stage_build(stage *s) {
+    s->model = kt_test_model(&s->description, NULL);
+    s->data = kt_test_data(s->model);
     kt_model_initial(s->model, s->q, s->v);
-    return true;
 }
 
-static bool stage_evaluate(stage *s, double t) {
+static void stage_evaluate(stage *s, double t) {
     kt_error error;
-    return fine("acceleration", kt_acceleration_evaluate(s->model, s->data, t, s->q, s->v, NULL, NULL, s->a, &error),
-                &error);
-}
-
-static void stage_close(stage *s) {
-    kt_data_free(s->data);
-    kt_model_free(s->model);
+    kt_need_fine("acceleration", kt_acceleration_evaluate(s->model, s->data, t, s->q, s->v, NULL, NULL, s->a, &error),
+                 &error);
 }
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
@@ -183,28 +169,28 @@ KT_TEST(custom_effects_push_as_the_library_s_own_do) {
         f->value[k] = kt_function_constant(force[k]);
         m->value[k] = kt_function_constant(moment[k]);
     }
-    if (stage_build(&mine) && stage_build(&theirs) && stage_evaluate(&mine, 0.4) && stage_evaluate(&theirs, 0.4)) {
-        kt_error error;
-        kt_power here = {0.0, 0.0}, there = {0.0, 0.0};
-        kt_worst worst = kt_worst_make("acceleration");
-        for (int i = 0; i < kt_model_nv(mine.model); i++)
-            kt_worst_near(&worst, mine.a[i], theirs.a[i], 256.0 * DBL_EPSILON * (1.0 + fabs(theirs.a[i])), "%d", i);
-        kt_check_worst(&worst);
-        (void)fine("power",
-                   kt_power_evaluate(mine.model, mine.data, 0.4, mine.q, mine.v, NULL, NULL, mine.a, &here, &error),
-                   &error);
-        (void)fine(
-            "power",
-            kt_power_evaluate(theirs.model, theirs.data, 0.4, theirs.q, theirs.v, NULL, NULL, theirs.a, &there, &error),
-            &error);
-        kt_check_near("dissipated", here.dissipated, there.dissipated, 64.0 * DBL_EPSILON * there.dissipated);
-        kt_check_near("supplied", here.supplied, there.supplied, 64.0 * DBL_EPSILON * fabs(there.supplied));
-        const double v = kt_effect_energy(mine.model, mine.data, 0.4, mine.q, mine.v);
-        kt_check_near("energy", v, kt_effect_energy(theirs.model, theirs.data, 0.4, theirs.q, theirs.v),
-                      16.0 * DBL_EPSILON * v);
-    }
-    stage_close(&mine);
-    stage_close(&theirs);
+    stage_build(&mine);
+    stage_build(&theirs);
+    stage_evaluate(&mine, 0.4);
+    stage_evaluate(&theirs, 0.4);
+    kt_error error;
+    kt_power here = {0.0, 0.0}, there = {0.0, 0.0};
+    kt_worst worst = kt_worst_make("acceleration");
+    for (int i = 0; i < kt_model_nv(mine.model); i++)
+        kt_worst_near(&worst, mine.a[i], theirs.a[i], 256.0 * DBL_EPSILON * (1.0 + fabs(theirs.a[i])), "%d", i);
+    kt_check_worst(&worst);
+    (void)kt_fine("power",
+                  kt_power_evaluate(mine.model, mine.data, 0.4, mine.q, mine.v, NULL, NULL, mine.a, &here, &error),
+                  &error);
+    (void)kt_fine(
+        "power",
+        kt_power_evaluate(theirs.model, theirs.data, 0.4, theirs.q, theirs.v, NULL, NULL, theirs.a, &there, &error),
+        &error);
+    kt_check_near("dissipated", here.dissipated, there.dissipated, 64.0 * DBL_EPSILON * there.dissipated);
+    kt_check_near("supplied", here.supplied, there.supplied, 64.0 * DBL_EPSILON * fabs(there.supplied));
+    const double v = kt_effect_energy(mine.model, mine.data, 0.4, mine.q, mine.v);
+    kt_check_near("energy", v, kt_effect_energy(theirs.model, theirs.data, 0.4, theirs.q, theirs.v),
+                  16.0 * DBL_EPSILON * v);
 }
 
 KT_TEST(custom_effects_see_the_world_s_coordinates) {
@@ -217,14 +203,12 @@ KT_TEST(custom_effects_see_the_world_s_coordinates) {
     effect->end_count = 1;
     effect->between[0].body = "ball";
     effect->between[0].at = kt_vec3_make(-0.3, 0.2, 0.0);
-    if (stage_build(&s)) {
-        kt_error error;
-        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
-        const kt_vec3 p = kt_point_position(s.model, s.data, kt_body_find(s.model, "ball"), effect->between[0].at);
-        const double energy = kt_effect_energy(s.model, s.data, 0.0, s.q, s.v);
-        kt_check_near("energy", energy, 0.5 * kt_vec3_dot(p, p), 32.0 * DBL_EPSILON * energy);
-    }
-    stage_close(&s);
+    stage_build(&s);
+    kt_error error;
+    (void)kt_fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
+    const kt_vec3 p = kt_point_position(s.model, s.data, kt_body_find(s.model, "ball"), effect->between[0].at);
+    const double energy = kt_effect_energy(s.model, s.data, 0.0, s.q, s.v);
+    kt_check_near("energy", energy, 0.5 * kt_vec3_dot(p, p), 32.0 * DBL_EPSILON * energy);
 }
 
 KT_TEST(wrong_custom_effects_are_told) {
@@ -250,13 +234,12 @@ static void run_into(stage *s, const char *integrator, double step, kt_status ex
                      const char *message) {
     kt_error error = {0};
     kt_run run = kt_run_default();
-    kt_simulation *simulation = NULL;
     double state[2 * NUMBERS];
     run.integrator = integrator;
     run.step = step;
     run.relative = run.absolute = 1e-6;
-    if (!stage_build(s) || !fine("simulation", kt_simulation_create(s->model, &run, NULL, &simulation, &error), &error))
-        return;
+    stage_build(s);
+    kt_simulation *simulation = kt_test_simulation(s->model, &run, NULL);
     kt_status status = KT_OK;
     const size_t nq = (size_t)kt_model_nq(s->model), nv = (size_t)kt_model_nv(s->model);
     for (int i = 0; i < 1000 && status == KT_OK; i++) {
@@ -268,8 +251,6 @@ static void run_into(stage *s, const char *integrator, double step, kt_status ex
     kt_check_contains("where", error.where, "t = ");
     kt_check_contains("message", error.message, message);
     kt_check_equal_bits("state", kt_simulation_positions(simulation), state, nq + nv);
-    kt_simulation_free(simulation);
-    stage_close(s);
 }
 
 KT_TEST(callback_that_stops_ends_the_step) {
@@ -308,17 +289,14 @@ KT_TEST(recoverable_callback_makes_the_step_smaller_and_goes_on) {
     kt_error error;
     static own o = {.stiffness = 0.0};
     kt_run run = kt_run_default();
-    kt_simulation *simulation = NULL;
     run.relative = run.absolute = 1e-3;
     stage_describe(&s);
     add_turn(&s, "b", &o)->joint_force = reject_jumps;
-    if (stage_build(&s) && fine("simulation", kt_simulation_create(s.model, &run, NULL, &simulation, &error), &error) &&
-        fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error)) {
-        kt_check_above("rejected", o.calls, 1);
-        kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1);
-    }
-    kt_simulation_free(simulation);
-    stage_close(&s);
+    stage_build(&s);
+    kt_simulation *simulation = kt_test_simulation(s.model, &run, NULL);
+    kt_need_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_above("rejected", o.calls, 1);
+    kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1);
 }
 
 KT_TEST(force_that_is_not_finite_is_named_with_its_time) {
@@ -343,12 +321,10 @@ KT_TEST(force_that_is_not_finite_is_named_with_its_time) {
     drive.function = kt_function_constant(0.3);
     s.description.loops = &drive;
     s.description.loop_count = 1;
-    if (stage_build(&s)) {
-        kt_check_equal_int("status", kt_acceleration_evaluate(s.model, s.data, 0.5, s.q, s.v, NULL, NULL, s.a, &error),
-                           KT_ERROR_NOT_FINITE);
-        kt_check_text("where", error.where, "effect 'mine' (custom) on joint 'a', t = 0.5 s");
-    }
-    stage_close(&s);
+    stage_build(&s);
+    kt_check_equal_int("status", kt_acceleration_evaluate(s.model, s.data, 0.5, s.q, s.v, NULL, NULL, s.a, &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_text("where", error.where, "effect 'mine' (custom) on joint 'a', t = 0.5 s");
 }
 
 KT_TEST(wrench_that_is_not_finite_is_named) {
@@ -358,20 +334,18 @@ KT_TEST(wrench_that_is_not_finite_is_named) {
     own o = {.stiffness = (double)NAN};
     add_pull(&s, &o)->name = "tether";
     s.effects[0].between[0].body = NULL;
-    if (stage_build(&s)) {
-        double a[NUMBERS] = {7.0, 7.0, 7.0};
-        kt_check_equal_int("status", kt_acceleration_evaluate(s.model, s.data, 0.25, s.q, s.v, NULL, NULL, a, &error),
-                           KT_ERROR_NOT_FINITE);
-        kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.25 s");
-        kt_check_near("untouched", a[0], 7.0, 0.0);
-        kt_effect_load load = {.joint_force = 7.0};
-        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
-        kt_check_equal_int("load", kt_effect_evaluate(s.model, s.data, 0.5, s.q, s.v, 0, &load, &error),
-                           KT_ERROR_NOT_FINITE);
-        kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.5 s");
-        kt_check_near("untouched", load.joint_force, 7.0, 0.0);
-    }
-    stage_close(&s);
+    stage_build(&s);
+    double a[NUMBERS] = {7.0, 7.0, 7.0};
+    kt_check_equal_int("status", kt_acceleration_evaluate(s.model, s.data, 0.25, s.q, s.v, NULL, NULL, a, &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.25 s");
+    kt_check_near("untouched", a[0], 7.0, 0.0);
+    kt_effect_load load = {.joint_force = 7.0};
+    (void)kt_fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
+    kt_check_equal_int("load", kt_effect_evaluate(s.model, s.data, 0.5, s.q, s.v, 0, &load, &error),
+                       KT_ERROR_NOT_FINITE);
+    kt_check_text("where", error.where, "effect 'tether' (custom) between 'world' and 'ball', t = 0.5 s");
+    kt_check_near("untouched", load.joint_force, 7.0, 0.0);
 }
 
 /* Kinematics of one position and the velocities of another would make a force that no state has. */
@@ -382,26 +356,24 @@ KT_TEST(load_of_an_effect_is_rejected_from_kinematics_of_another_state) {
     stage_describe(&s);
     own o = {.stiffness = 3.0};
     add_pull(&s, &o)->name = "tether";
-    if (stage_build(&s)) {
-        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
-        (void)fine("load", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &expected, &error), &error);
-        s.q[0] += 1e-9;
-        kt_check_equal_int("another q", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
-                           KT_ERROR_ARGUMENT);
-        kt_check_contains("what", error.message, "another state");
-        s.q[0] -= 1e-9;
-        s.v[0] += 1.0;
-        kt_check_equal_int("another v", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
-                           KT_ERROR_ARGUMENT);
-        kt_check_equal_int("no effect", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 1, &load, &error),
-                           KT_ERROR_ARGUMENT);
-        kt_check_near("untouched", load.joint_force, 7.0, 0.0);
-        (void)fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, NULL, NULL, &error), &error);
-        (void)fine("at rest", kt_effect_evaluate(s.model, s.data, 0.0, s.q, NULL, 0, &load, &error), &error);
-        kt_check_equal_bits("a pull does not depend on velocities", &load.wrench[0].force.x,
-                            &expected.wrench[0].force.x, 3);
-    }
-    stage_close(&s);
+    stage_build(&s);
+    (void)kt_fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, s.v, NULL, &error), &error);
+    (void)kt_fine("load", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &expected, &error), &error);
+    s.q[0] += 1e-9;
+    kt_check_equal_int("another q", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("what", error.message, "another state");
+    s.q[0] -= 1e-9;
+    s.v[0] += 1.0;
+    kt_check_equal_int("another v", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 0, &load, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no effect", kt_effect_evaluate(s.model, s.data, 0.0, s.q, s.v, 1, &load, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_near("untouched", load.joint_force, 7.0, 0.0);
+    (void)kt_fine("kinematics", kt_kinematics_update(s.model, s.data, s.q, NULL, NULL, &error), &error);
+    (void)kt_fine("at rest", kt_effect_evaluate(s.model, s.data, 0.0, s.q, NULL, 0, &load, &error), &error);
+    kt_check_equal_bits("a pull does not depend on velocities", &load.wrench[0].force.x, &expected.wrench[0].force.x,
+                        3);
 }
 
 /* ---- batches ----------------------------------------------------------------------------------------------------- */
@@ -420,8 +392,7 @@ KT_TEST(effects_lie_in_batches_of_one_type_and_only_what_bears_them_moves) {
         for (int k = 0; k < 3; k++)
             e->value[k] = kt_function_constant(1.0);
     }
-    if (!stage_build(&s))
-        return;
+    stage_build(&s);
     const kt_model *m = s.model;
     int wrong = 0, seen = 0;
     for (size_t b = 0; b < m->n.batch; b++)
@@ -436,7 +407,6 @@ KT_TEST(effects_lie_in_batches_of_one_type_and_only_what_bears_them_moves) {
     kt_check_equal_int("those on joints first", m->batch[0].ends, 0);
     kt_check_equal_int("ground, a, b and the ball", (long long)m->n.force_link, 4);
     kt_check_equal_int("angles", (long long)m->n.force_link_angle, 2);
-    stage_close(&s);
 }
 
 /* Two balls on a spring, near to each other and a million metres from the world's origin. They move as two balls at the
@@ -464,9 +434,9 @@ KT_TEST(spring_far_from_the_origin_loses_no_digits) {
         e->stiffness = 1e6;
         e->initial_length = false;
         e->length = 0.3;
-        if (stage_build(&s) && stage_evaluate(&s, 0.0))
-            memcpy(a[k], s.a, sizeof a[k]);
-        stage_close(&s);
+        stage_build(&s);
+        stage_evaluate(&s, 0.0);
+        memcpy(a[k], s.a, sizeof a[k]);
     }
     for (int i = 0; i < 2; i++)
         kt_check_near("acceleration", a[1][i], a[0][i], 64.0 * DBL_EPSILON * fabs(a[0][i]));

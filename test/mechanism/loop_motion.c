@@ -30,32 +30,31 @@ KT_TEST(relative_coordinates_are_those_of_the_bodies) {
     for (int n = 0; n < 40; n++) {
         static tangle g;
         kt_error e = {0};
-        if (tangle_grow(&g, &plan, &random) &&
-            kt_tree_fine("kinematics", kt_kinematics_update(g.tree.model, g.tree.data, g.q, g.v, NULL, &e), &e))
-            for (int i = 0; i < g.loops; i++) {
-                kt_loop_motion m = {.position = {7.0, 0.0, 0.0}};
-                if (g.loop[i].type == KT_LOOP_COUPLING) {
-                    relations += !kt_loop_motion_evaluate(g.tree.model, g.tree.data, i, &m) && m.position.x == 7.0;
-                    continue;
-                }
-                kt_check_true("has ends", kt_loop_motion_evaluate(g.tree.model, g.tree.data, i, &m));
-                int body[2];
-                const kt_pose a = pose_of(&g, i, 0, &body[0]), b = pose_of(&g, i, 1, &body[1]);
-                const kt_vec3 d = kt_vec3_sub(b.position, a.position);
-                const kt_vec3 axis = kt_mat3_apply(a.rotation, kt_vec3_normalize(g.loop[i].axis));
-                const kt_twist v1 = kt_body_twist(g.tree.model, g.tree.data, body[0]),
-                               v2 = kt_body_twist(g.tree.model, g.tree.data, body[1]);
-                const kt_vec3 p1 = kt_point_velocity(g.tree.model, g.tree.data, body[0], g.loop[i].between[0].at),
-                              p2 = kt_point_velocity(g.tree.model, g.tree.data, body[1], g.loop[i].between[1].at);
-                const kt_vec3 w = kt_vec3_sub(v2.angular, v1.angular);
-                kt_worst_near(&along, m.position.z, kt_vec3_dot(d, axis), 256.0 * DBL_EPSILON, "%d, loop %d", n, i);
-                kt_worst_near(&far, kt_vec3_norm(m.position), kt_vec3_norm(d), 256.0 * DBL_EPSILON, "%d, loop %d", n,
-                              i);
-                kt_worst_near(&speed, kt_vec3_dot(m.position, m.velocity), kt_vec3_dot(d, kt_vec3_sub(p2, p1)),
-                              2048.0 * DBL_EPSILON, "%d, loop %d", n, i);
-                kt_worst_near(&turn, m.omega.z, kt_vec3_dot(w, axis), 512.0 * DBL_EPSILON, "%d, loop %d", n, i);
-                kt_check_true("no curve", isnan(kt_loop_arc_length(g.tree.model, g.tree.data, i)));
+        tangle_grow(&g, &plan, &random);
+        kt_need_fine("kinematics", kt_kinematics_update(g.tree.model, g.tree.data, g.q, g.v, NULL, &e), &e);
+        for (int i = 0; i < g.loops; i++) {
+            kt_loop_motion m = {.position = {7.0, 0.0, 0.0}};
+            if (g.loop[i].type == KT_LOOP_COUPLING) {
+                relations += !kt_loop_motion_evaluate(g.tree.model, g.tree.data, i, &m) && m.position.x == 7.0;
+                continue;
             }
+            kt_check_true("has ends", kt_loop_motion_evaluate(g.tree.model, g.tree.data, i, &m));
+            int body[2];
+            const kt_pose a = pose_of(&g, i, 0, &body[0]), b = pose_of(&g, i, 1, &body[1]);
+            const kt_vec3 d = kt_vec3_sub(b.position, a.position);
+            const kt_vec3 axis = kt_mat3_apply(a.rotation, kt_vec3_normalize(g.loop[i].axis));
+            const kt_twist v1 = kt_body_twist(g.tree.model, g.tree.data, body[0]),
+                           v2 = kt_body_twist(g.tree.model, g.tree.data, body[1]);
+            const kt_vec3 p1 = kt_point_velocity(g.tree.model, g.tree.data, body[0], g.loop[i].between[0].at),
+                          p2 = kt_point_velocity(g.tree.model, g.tree.data, body[1], g.loop[i].between[1].at);
+            const kt_vec3 w = kt_vec3_sub(v2.angular, v1.angular);
+            kt_worst_near(&along, m.position.z, kt_vec3_dot(d, axis), 256.0 * DBL_EPSILON, "%d, loop %d", n, i);
+            kt_worst_near(&far, kt_vec3_norm(m.position), kt_vec3_norm(d), 256.0 * DBL_EPSILON, "%d, loop %d", n, i);
+            kt_worst_near(&speed, kt_vec3_dot(m.position, m.velocity), kt_vec3_dot(d, kt_vec3_sub(p2, p1)),
+                          2048.0 * DBL_EPSILON, "%d, loop %d", n, i);
+            kt_worst_near(&turn, m.omega.z, kt_vec3_dot(w, axis), 512.0 * DBL_EPSILON, "%d, loop %d", n, i);
+            kt_check_true("no curve", isnan(kt_loop_arc_length(g.tree.model, g.tree.data, i)));
+        }
     }
     kt_check_worst(&along);
     kt_check_worst(&far);
@@ -70,8 +69,6 @@ KT_TEST(arc_length_counts_the_turns_of_a_helix) {
     kt_body bead = kt_body_default();
     kt_loop wire = kt_loop_default();
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_data *data = NULL;
     double q[7], v[6];
     kt_error e = {0};
     bead.name = "bead";
@@ -89,13 +86,10 @@ KT_TEST(arc_length_counts_the_turns_of_a_helix) {
     d.body_count = 1;
     d.loops = &wire;
     d.loop_count = 1;
-    if (kt_tree_fine("model", kt_model_compile(&d, NULL, &model, &e), &e) &&
-        kt_tree_fine("data", kt_data_create(model, &data, &e), &e)) {
-        kt_model_initial(model, q, v);
-        if (kt_tree_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &e), &e))
-            kt_check_near("arc length", kt_loop_arc_length(model, data, 0), length, 64.0 * DBL_EPSILON * length);
-        kt_check_true("no such loop", isnan(kt_loop_arc_length(model, data, 1)));
-    }
-    kt_data_free(data);
-    kt_model_free(model);
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    kt_model_initial(model, q, v);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &e), &e);
+    kt_check_near("arc length", kt_loop_arc_length(model, data, 0), length, 64.0 * DBL_EPSILON * length);
+    kt_check_true("no such loop", isnan(kt_loop_arc_length(model, data, 1)));
 }

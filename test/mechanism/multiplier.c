@@ -46,11 +46,11 @@ static void check_balance(bool planar) {
         double a[KT_TREE_NV], lambda[TANGLE_ROWS];
         kt_error e = {0};
         plan.options.reduction = kt_reduction_method_of(ways[n % 3]);
-        if (tangle_grow(&g, &plan, &random) && tangle_system_of(&g, &s) &&
-            kt_tree_fine("acceleration",
-                         kt_acceleration_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, a, &e),
-                         &e) &&
-            !tangle_was_near_singular(g.tree.model, g.tree.data) &&
+        tangle_grow(&g, &plan, &random);
+        tangle_system_of(&g, &s);
+        kt_need_fine("acceleration",
+                     kt_acceleration_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, a, &e), &e);
+        if (!tangle_was_near_singular(g.tree.model, g.tree.data) &&
             kt_tree_fine(
                 "multipliers",
                 kt_multiplier_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, lambda, &e), &e)) {
@@ -84,13 +84,11 @@ KT_TEST(two_equal_stops_share_as_their_reduction_says) {
         }
         double lambda[2] = {(double)NAN, (double)NAN};
         kt_error e = {0};
-        if (linkage_build(&l, 0.0) &&
-            kt_fine("multipliers", kt_multiplier_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, lambda, &e),
-                    &e)) {
-            const bool least = ways[way] == KT_REDUCTION_SVD;
-            kt_check_near("larger", fmax(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 9.81, 1e-14);
-            kt_check_near("smaller", fmin(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 0.0, 1e-14);
-        }
+        linkage_build(&l, 0.0);
+        kt_need_fine("multipliers", kt_multiplier_evaluate(l.model, l.data, 0.0, l.q, l.v, NULL, NULL, lambda, &e), &e);
+        const bool least = ways[way] == KT_REDUCTION_SVD;
+        kt_check_near("larger", fmax(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 9.81, 1e-14);
+        kt_check_near("smaller", fmin(lambda[0], lambda[1]), least ? 9.81 / 2.0 : 0.0, 1e-14);
     }
 }
 
@@ -137,27 +135,24 @@ KT_TEST(null_space_is_whole_and_does_not_move_the_loops) {
         kt_error e = {0};
         int columns = -1;
         plan.options.reduction = kt_reduction_method_of(ways[n % 3]);
-        if (tangle_grow(&g, &plan, &random) &&
-            kt_tree_fine("equations",
-                         kt_loop_equations(g.tree.model, g.tree.data, g.t, g.q, NULL, jacobian, NULL, NULL, NULL, &e),
-                         &e) &&
-            kt_tree_fine("null space", kt_loop_nullspace(g.tree.model, g.tree.data, g.t, g.q, basis, &columns, &e),
-                         &e)) {
-            const int nv = g.tree.nv;
-            const double size = kt_tree_largest(basis, nv * columns);
-            taken++;
-            miscounted += columns != kt_model_mobility(g.tree.model).minimal;
-            for (int c = 0; c < columns; c++)
-                for (int r = 0; r < g.rows; r++) {
-                    double sum = 0.0, terms = 1.0;
-                    for (int i = 0; i < nv; i++) {
-                        sum += jacobian[i * g.rows + r] * basis[c * nv + i];
-                        terms += fabs(jacobian[i * g.rows + r]);
-                    }
-                    kt_worst_below(&worst, fabs(sum), 10.0 * EPS * terms * size, "mechanism %d row %d", n, r);
+        tangle_grow(&g, &plan, &random);
+        kt_need_fine("equations",
+                     kt_loop_equations(g.tree.model, g.tree.data, g.t, g.q, NULL, jacobian, NULL, NULL, NULL, &e), &e);
+        kt_need_fine("null space", kt_loop_nullspace(g.tree.model, g.tree.data, g.t, g.q, basis, &columns, &e), &e);
+        const int nv = g.tree.nv;
+        const double size = kt_tree_largest(basis, nv * columns);
+        taken++;
+        miscounted += columns != kt_model_mobility(g.tree.model).minimal;
+        for (int c = 0; c < columns; c++)
+            for (int r = 0; r < g.rows; r++) {
+                double sum = 0.0, terms = 1.0;
+                for (int i = 0; i < nv; i++) {
+                    sum += jacobian[i * g.rows + r] * basis[c * nv + i];
+                    terms += fabs(jacobian[i * g.rows + r]);
                 }
-            dependent += rank_of(basis, nv, columns) != columns;
-        }
+                kt_worst_below(&worst, fabs(sum), 10.0 * EPS * terms * size, "mechanism %d row %d", n, r);
+            }
+        dependent += rank_of(basis, nv, columns) != columns;
     }
     kt_check_worst(&worst);
     kt_check_equal_int("of another size than the freedoms", miscounted, 0);
@@ -184,21 +179,17 @@ KT_TEST(forces_of_effects_are_what_inverse_dynamics_misses) {
         kt_tree_burden(effects);
         tree.description.effects = effects;
         tree.description.effect_count = KT_TREE_BURDENS;
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         kt_tree_state_draw(&tree, &random, &s);
-        if (kt_tree_fine("acceleration",
-                         kt_acceleration_evaluate(tree.model, tree.data, 0.0, s.q, s.v, s.tau, s.external, a, &e),
-                         &e) &&
-            kt_tree_fine("forces", kt_effect_forces(tree.model, tree.data, 0.0, s.q, s.v, forces, &e), &e) &&
-            kt_tree_fine("inverse", kt_dynamics_inverse(tree.model, tree.data, s.q, s.v, a, s.external, left, &e),
-                         &e)) {
-            for (int i = 0; i < tree.nv; i++)
-                size = fmax(size, fabs(a[i]));
-            for (int i = 0; i < tree.nv; i++)
-                kt_worst_near(&worst, left[i] - s.tau[i], forces[i], 2e-13 * size, "tree %d coordinate %d", n, i);
-            least = fmin(least, kt_tree_largest(forces, tree.nv));
-        }
+        kt_need_fine("acceleration",
+                     kt_acceleration_evaluate(tree.model, tree.data, 0.0, s.q, s.v, s.tau, s.external, a, &e), &e);
+        kt_need_fine("forces", kt_effect_forces(tree.model, tree.data, 0.0, s.q, s.v, forces, &e), &e);
+        kt_need_fine("inverse", kt_dynamics_inverse(tree.model, tree.data, s.q, s.v, a, s.external, left, &e), &e);
+        for (int i = 0; i < tree.nv; i++)
+            size = fmax(size, fabs(a[i]));
+        for (int i = 0; i < tree.nv; i++)
+            kt_worst_near(&worst, left[i] - s.tau[i], forces[i], 2e-13 * size, "tree %d coordinate %d", n, i);
+        least = fmin(least, kt_tree_largest(forces, tree.nv));
     }
     kt_check_worst(&worst);
     kt_check_above("forces at least", least, 0.01);

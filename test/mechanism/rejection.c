@@ -21,11 +21,11 @@ static kt_model_options way(int k) {
     return options;
 }
 
-static bool build_four_bar(linkage *l, int k) {
+static void build_four_bar(linkage *l, int k) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
     l->options = way(k);
-    return linkage_build(l, 0.0);
+    linkage_build(l, 0.0);
 }
 
 /* ---- calls that must reject -------------------------------------------------------------------------------------- */
@@ -127,8 +127,7 @@ static void reject_equations(const asked *s, kt_status expected, const char *whe
 KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
-        if (!build_four_bar(&l, k))
-            return;
+        build_four_bar(&l, k);
         asked s = ask(&l);
         s.q[1] = (double)NAN;
         reject_motion(&s, KT_ERROR_NOT_FINITE, "'coupler'", "position");
@@ -151,8 +150,7 @@ KT_TEST(numbers_that_are_not_finite_are_named_and_nothing_is_written) {
 KT_TEST(numbers_that_overflow_are_rejected) {
     for (int k = 0; k < WAYS; k++) {
         static linkage l;
-        if (!build_four_bar(&l, k))
-            return;
+        build_four_bar(&l, k);
         asked s = ask(&l);
         s.v[0] = 1e200;
         reject_motion(&s, KT_ERROR_NOT_FINITE, "joint 'crank'",
@@ -177,8 +175,7 @@ KT_TEST(reactions_that_overflow_are_rejected) {
         (void)linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.5, 0.0, 0.0), 0.0, 0.0);
         (void)linkage_close(&l, "bolt", KT_LOOP_REVOLUTE, "bar", kt_vec3_make(0.5, 0.0, 0.0), NULL,
                             kt_vec3_make(0.5, 0.0, 0.0));
-        if (!linkage_build(&l, 0.0))
-            return;
+        linkage_build(&l, 0.0);
         asked s = ask(&l);
         s.tau[0] = DBL_MAX;
         mark((double *)(void *)joints, 6 * MOST);
@@ -216,13 +213,11 @@ KT_TEST(freedoms_without_inertia_are_rejected) {
         l.options = way(k);
         for (int i = 0; i < 3; i++)
             make_massless(&l.body[i]);
-        if (!linkage_build(&l, 0.0))
-            return;
+        linkage_build(&l, 0.0);
         asked s = ask(&l);
         reject_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
         s.v[0] += 1e-3;
         reject_move("project", project, &s, KT_ERROR_SINGULAR, "t = 0 s", no_inertia);
-        linkage_free(&l);
 
         linkage_four_bar(&l, &f);
         l.options = way(k);
@@ -233,7 +228,6 @@ KT_TEST(freedoms_without_inertia_are_rejected) {
         kt_check_text("where", e.where, "body 'pointer'");
         kt_check_contains("what is wrong", e.message,
                           "moves nothing that has inertia along one of its degrees of freedom");
-        linkage_free(&l);
 
         linkage_four_bar(&l, &f);
         l.options = way(k);
@@ -244,8 +238,7 @@ KT_TEST(freedoms_without_inertia_are_rejected) {
         sled->joint.type = KT_JOINT_PRISMATIC;
         sled->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
         l.body[0].parent = l.body[2].parent = "sled";
-        if (!linkage_build(&l, 0.0))
-            return;
+        linkage_build(&l, 0.0);
         s = ask(&l);
         reject_motion(&s, KT_ERROR_SINGULAR, "joint '", no_inertia);
     }
@@ -259,8 +252,7 @@ KT_TEST(quaternion_that_is_no_rotation_is_rejected) {
     ball->joint.position[0] = 1.0;
     linkage_close(&l, "close", KT_LOOP_DISTANCE, "ball", kt_vec3_make(1.0, 0.0, 0.0), NULL,
                   kt_vec3_make(1.0, 2.0, 0.0));
-    if (!linkage_build(&l, 0.0))
-        return;
+    linkage_build(&l, 0.0);
     asked s = ask(&l);
     memset(s.q, 0, sizeof s.q);
     reject_move("project", project, &s, KT_ERROR_ARGUMENT, "'ball'", "its quaternion is zero");
@@ -271,8 +263,7 @@ KT_TEST(what_is_not_finite_is_rejected_without_loops) {
     static linkage l;
     linkage_begin(&l);
     (void)linkage_bar(&l, "arm", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
-    if (!linkage_build(&l, 0.0))
-        return;
+    linkage_build(&l, 0.0);
     asked s = ask(&l);
     s.v[0] = (double)NAN;
     reject_move("project", project, &s, KT_ERROR_NOT_FINITE, "'arm'", "velocity");
@@ -292,8 +283,7 @@ KT_TEST(state_too_far_from_closed_is_told_apart_from_one_out_of_reach) {
     f.rocker = 0.02;
     f.coupler = 1.36;
     linkage_four_bar(&l, &f);
-    if (!linkage_compile(&l))
-        return;
+    linkage_compile(&l);
     for (int i = 0; i < 200; i++) {
         kt_error e = {KT_OK, "", ""};
         char gap[64];

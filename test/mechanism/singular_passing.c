@@ -9,7 +9,7 @@
 
 /* Bars of `2.5, 2, 1.5` and a crank of `1 - d`. Stretched out, the mechanism is off the line by d, and its path bends
  * within some sqrt(d). It falls from rest. */
-static bool build(linkage *l, double d, kt_reduction reduction, kt_plan plan) {
+static void build(linkage *l, double d, kt_reduction reduction, kt_plan plan) {
     const double pi = 3.14159265358979324;
     const char *hold[] = {"crank"};
     const four_bar f = {.crank = 1.0 - d,
@@ -24,13 +24,12 @@ static bool build(linkage *l, double d, kt_reduction reduction, kt_plan plan) {
     l->options.plan = plan;
     l->description.hold = hold;
     l->description.hold_count = 1;
-    return linkage_build(l, 0.0);
+    linkage_build(l, 0.0);
 }
 
 static double energy(const linkage *l, double *kinetic) {
     kt_error e = {0};
-    if (!kt_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e))
-        return (double)NAN;
+    kt_need_fine("kinematics", kt_kinematics_update(l->model, l->data, l->q, l->v, NULL, &e), &e);
     *kinetic = fmax(*kinetic, kt_kinetic_energy(l->model, l->data));
     return kt_kinetic_energy(l->model, l->data) + kt_potential_energy(l->model, l->data);
 }
@@ -40,13 +39,12 @@ static double lost(linkage *l, const char *method) {
     linkage_run r;
     double most = 0.0, kinetic = 0.0;
     const double first = energy(l, &kinetic);
-    bool runs = linkage_run_start(&r, l, method, 0.0, 1e-10, false, 0.0);
-    for (int i = 1; runs && i <= 40; i++) {
-        runs = linkage_run_to(&r, 0.05 * i);
-        const double change = runs ? fabs(energy(l, &kinetic) - first) : (double)NAN;
+    linkage_run_start(&r, l, method, 0.0, 1e-10, false, 0.0);
+    for (int i = 1; i <= 40; i++) {
+        linkage_run_to(&r, 0.05 * i);
+        const double change = fabs(energy(l, &kinetic) - first);
         most = change <= most ? most : change; /* keeps a NaN */
     }
-    linkage_run_stop(&r);
     return most / kinetic;
 }
 
@@ -68,8 +66,8 @@ KT_TEST(motions_past_a_singular_position_keep_their_energy) {
             if (!kt_is_asked(&asked, 5))
                 continue;
             const double d = k ? copysign(pow(10.0, -3.0 - 0.75 * (13 - abs(k))), k) : 0.0;
-            if (build(&l, d, ways[w].reduction, ways[w].plan))
-                kt_worst_below(&worst, lost(&l, "dopri5"), 1e-7, "off by %g", d);
+            build(&l, d, ways[w].reduction, ways[w].plan);
+            kt_worst_below(&worst, lost(&l, "dopri5"), 1e-7, "off by %g", d);
         }
         kt_check_worst(&worst);
     }
@@ -84,8 +82,7 @@ KT_TEST(passages_are_told) {
     } cases[] = {
         {-0.1, 1.0, false, false}, {1e-6, 3e-3, true, false}, {1e-9, 1e-4, true, false}, {0.0, 1e-2, true, true}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        if (!build(&l, cases[i].d, KT_REDUCTION_QR, KT_PLAN_AUTO))
-            continue;
+        build(&l, cases[i].d, KT_REDUCTION_QR, KT_PLAN_AUTO);
         (void)kt_data_crossings(l.data);
         kt_check_below("energy", lost(&l, "dopri5"), 1e-8);
         const kt_crossings seen = kt_data_crossings(l.data);

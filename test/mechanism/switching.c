@@ -49,21 +49,14 @@ static void describe_effects(switched *s, kt_random *random) {
     s->g.tree.description.effect_count = EFFECTS;
 }
 
-static bool grow(switched *s, const tangle_plan *plan, kt_random *random) {
-    kt_error e = {0};
+static void grow(switched *s, const tangle_plan *plan, kt_random *random) {
     memset(s, 0, sizeof *s);
-    if (!tangle_grow(&s->g, plan, random))
-        return false;
+    tangle_grow(&s->g, plan, random);
     describe_effects(s, random);
     for (int i = 0; i < s->g.loops; i++)
         s->g.loop[i].switching = at_first[i % 2];
-    return kt_tree_fine("models", kt_model_compile(&s->g.tree.description, NULL, &s->model, &e), &e) &&
-           kt_tree_fine("data", kt_data_create(s->model, &s->data, &e), &e);
-}
-
-static void finish(switched *s) {
-    kt_data_free(s->data);
-    kt_model_free(s->model);
+    s->model = kt_test_model(&s->g.tree.description, NULL);
+    s->data = kt_test_data(s->model);
 }
 
 /* The model of a description that has only the parts that are on in the set. index: of its loops, in the whole. */
@@ -71,8 +64,6 @@ static kt_model *compile_alone(const switched *s, uint64_t set, int *index, kt_d
     kt_description d = s->g.tree.description;
     kt_loop loop[TANGLE_LOOPS];
     kt_effect effect[EFFECTS];
-    kt_model *model = NULL;
-    kt_error e = {0};
     d.loops = loop;
     d.effects = effect;
     d.loop_count = d.effect_count = 0;
@@ -87,9 +78,8 @@ static kt_model *compile_alone(const switched *s, uint64_t set, int *index, kt_d
             effect[d.effect_count] = s->effect[i];
             effect[d.effect_count++].switching = KT_ALWAYS_ON;
         }
-    if (!kt_tree_fine("model alone", kt_model_compile(&d, NULL, &model, &e), &e) ||
-        !kt_tree_fine("data alone", kt_data_create(model, data, &e), &e))
-        return NULL;
+    kt_model *model = kt_test_model(&d, NULL);
+    *data = kt_test_data(model);
     return model;
 }
 
@@ -174,8 +164,8 @@ static int count_unequal(switched *s, kt_random *random, int *sets) {
             ++*sets;
         }
         free(work);
-        kt_data_free(data);
-        kt_model_free(alone);
+        kt_test_release(data);
+        kt_test_release(alone);
     }
     return unequal;
 }
@@ -188,9 +178,8 @@ KT_TEST(each_set_is_the_model_that_never_had_the_others) {
         static switched s;
         plan.loops = 3;
         plan.still = n % 3 == 0;
-        if (grow(&s, &plan, &random))
-            unequal += count_unequal(&s, &random, &sets);
-        finish(&s);
+        grow(&s, &plan, &random);
+        unequal += count_unequal(&s, &random, &sets);
     }
     kt_check_above("sets", sets, 700);
     kt_check_equal_int("sets whose model is another", unequal, 0);
@@ -210,16 +199,13 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
         kt_impact impact = {0.0, 0.0};
         kt_error e = {0};
         int columns = 0;
-        if (!grow(&s, &plan, &random)) {
-            finish(&s);
-            continue;
-        }
+        grow(&s, &plan, &random);
         const kt_model *model = kt_model_switched(s.model, kt_switch_set(s.model) | ((1u << s.g.loops) - 1));
-        kt_data *data = NULL;
         const int nv = kt_model_nv(model), rows = kt_model_mobility(model).equations;
         for (int i = 0; i < nv; i++)
             before[i] = after[i] = kt_random_uniform(&random, -1.0, 1.0);
-        if (kt_tree_fine("data", kt_data_create(model, &data, &e), &e) && tangle_reach(&s.g, false) < 1e3 &&
+        kt_data *data = kt_test_data(model);
+        if (tangle_reach(&s.g, false) < 1e3 &&
             kt_tree_fine("impact", kt_velocity_impact(model, data, s.g.t, s.g.q, after, &impact, &e), &e) &&
             kt_tree_fine("mass", kt_dynamics_mass(model, data, s.g.q, mass, &e), &e) &&
             kt_tree_fine("rows", kt_loop_equations(model, data, s.g.t, s.g.q, NULL, jacobian, NULL, rate, NULL, &e),
@@ -253,8 +239,6 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
             kt_worst_near(&loss, impact.dissipated, 0.5 * twice, 1e-13 * twice, "%d", n);
             kt_worst_near(&loss, impact.supplied - impact.dissipated, kinetic, 1e-11 * twice, "%d, change", n);
         }
-        kt_data_free(data);
-        finish(&s);
     }
     kt_check_worst(&fits);
     kt_check_worst(&normal);
@@ -268,8 +252,6 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     kt_body rod = kt_body_default();
     kt_loop pin = kt_loop_default();
     kt_description d = kt_description_default();
-    kt_model *compiled = NULL;
-    kt_data *data = NULL;
     kt_impact impact = {0.0, 0.0};
     kt_error e = {0};
     rod.name = "rod";
@@ -286,28 +268,25 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     d.body_count = 1;
     d.loops = &pin;
     d.loop_count = 1;
-    if (kt_tree_fine("model", kt_model_compile(&d, NULL, &compiled, &e), &e) &&
-        kt_tree_fine("data", kt_data_create(compiled, &data, &e), &e)) {
-        const kt_model *model = compiled;
-        const double q[3] = {0.0, 0.0, 0.0};
-        double v[3] = {0.0, speed, 0.0};
-        kt_check_equal_int("off at first", (int)kt_switch_set(model), 0);
-        kt_check_true("impact without it",
-                      kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK && impact.dissipated == 0.0);
-        kt_interpose_start();
-        kt_check_true("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e) == KT_OK &&
-                                        isfinite(kt_body_pose(model, data, 1).rotation.x.x));
-        kt_check_true("switched on", kt_loop_enable(&model, data, 0, true, &e) == KT_OK);
-        kt_check_true("no poses of the model before", !isfinite(kt_body_pose(model, data, 1).rotation.x.x));
-        kt_check_true("impact", kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK);
-        kt_check_equal_int("allocations", kt_interpose_stop(), 0);
-        kt_check_near("turn", v[2], 1.5 * speed / l, 8.0 * DBL_EPSILON * speed / l);
-        kt_check_near("speed", v[1], 0.75 * speed, 8.0 * DBL_EPSILON * speed);
-        kt_check_near("loss", impact.dissipated, 0.125 * m * speed * speed, 8.0 * DBL_EPSILON * m * speed * speed);
-        kt_check_near("supplied", impact.supplied, 0.0, 0.0);
-    }
-    kt_data_free(data);
-    kt_model_free(compiled);
+    kt_model *compiled = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(compiled);
+    const kt_model *model = compiled;
+    const double q[3] = {0.0, 0.0, 0.0};
+    double v[3] = {0.0, speed, 0.0};
+    kt_check_equal_int("off at first", (int)kt_switch_set(model), 0);
+    kt_check_true("impact without it",
+                  kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK && impact.dissipated == 0.0);
+    kt_interpose_start();
+    kt_check_true("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e) == KT_OK &&
+                                    isfinite(kt_body_pose(model, data, 1).rotation.x.x));
+    kt_check_true("switched on", kt_loop_enable(&model, data, 0, true, &e) == KT_OK);
+    kt_check_true("no poses of the model before", !isfinite(kt_body_pose(model, data, 1).rotation.x.x));
+    kt_check_true("impact", kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK);
+    kt_check_equal_int("allocations", kt_interpose_stop(), 0);
+    kt_check_near("turn", v[2], 1.5 * speed / l, 8.0 * DBL_EPSILON * speed / l);
+    kt_check_near("speed", v[1], 0.75 * speed, 8.0 * DBL_EPSILON * speed);
+    kt_check_near("loss", impact.dissipated, 0.125 * m * speed * speed, 8.0 * DBL_EPSILON * m * speed * speed);
+    kt_check_near("supplied", impact.supplied, 0.0, 0.0);
 }
 
 /* A rod in its plane, and a pin above that plane, which it cannot reach. While the pin is off, the rod is computed in
@@ -316,8 +295,6 @@ KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
     kt_body rod = kt_body_default();
     kt_loop pin = kt_loop_default();
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_error e = {0};
     rod.name = "rod";
     rod.joint.type = KT_JOINT_PLANAR;
     rod.mass = rod.inertia.yy = rod.inertia.zz = 1.0;
@@ -330,11 +307,9 @@ KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
     d.body_count = 1;
     d.loops = &pin;
     d.loop_count = 1;
-    if (kt_tree_fine("model", kt_model_compile(&d, NULL, &model, &e), &e)) {
-        kt_check_text("off", kt_model_plan(model), "planar");
-        kt_check_text("on", kt_model_plan(kt_model_switched(model, 1)), "spatial");
-    }
-    kt_model_free(model);
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_check_text("off", kt_model_plan(model), "planar");
+    kt_check_text("on", kt_model_plan(kt_model_switched(model, 1)), "spatial");
 }
 
 /* Mistakes of a caller, and the state that they leave unchanged. */
@@ -343,23 +318,21 @@ KT_TEST(switching_rejects_what_is_no_switch) {
     tangle_plan plan = tangle_plan_default();
     static switched s;
     kt_error e = {0};
-    if (grow(&s, &plan, &random)) {
-        const kt_model *model = s.model;
-        kt_check_true("no such loop", kt_loop_enable(&model, s.data, 99, true, &e) == KT_ERROR_ARGUMENT);
-        kt_check_true("of another mechanism",
-                      kt_loop_enable(&model, s.g.tree.data, 0, true, &e) == KT_ERROR_ARGUMENT && model == s.model);
-        kt_check_true("not switched", kt_loop_switch(s.g.tree.model, 0) == -1 && kt_switch_count(s.g.tree.model) == 0);
-        kt_check_true("no such set", kt_model_switched(model, (uint64_t)1 << kt_switch_count(model)) == NULL);
-        kt_check_true("itself", kt_model_switched(s.g.tree.model, 0) == s.g.tree.model);
-        kt_check_true("names", strcmp(kt_switch_name(model, 0), kt_loop_name(model, 0)) == 0 &&
-                                   strcmp(kt_switch_name(model, s.g.loops + 2), "air") == 0 &&
-                                   kt_switch_name(model, s.g.loops + 3) == NULL);
-        kt_check_equal_int("effect", kt_effect_switch(model, 1), s.g.loops + 1);
-        s.g.loop[0].switching = KT_SWITCHING_COUNT;
-        kt_check_true("no kind of switching",
-                      kt_description_check(&s.g.tree.description, NULL, NULL, &e) == KT_ERROR_MODEL);
-    }
-    finish(&s);
+    grow(&s, &plan, &random);
+    const kt_model *model = s.model;
+    kt_check_true("no such loop", kt_loop_enable(&model, s.data, 99, true, &e) == KT_ERROR_ARGUMENT);
+    kt_check_true("of another mechanism",
+                  kt_loop_enable(&model, s.g.tree.data, 0, true, &e) == KT_ERROR_ARGUMENT && model == s.model);
+    kt_check_true("not switched", kt_loop_switch(s.g.tree.model, 0) == -1 && kt_switch_count(s.g.tree.model) == 0);
+    kt_check_true("no such set", kt_model_switched(model, (uint64_t)1 << kt_switch_count(model)) == NULL);
+    kt_check_true("itself", kt_model_switched(s.g.tree.model, 0) == s.g.tree.model);
+    kt_check_true("names", strcmp(kt_switch_name(model, 0), kt_loop_name(model, 0)) == 0 &&
+                               strcmp(kt_switch_name(model, s.g.loops + 2), "air") == 0 &&
+                               kt_switch_name(model, s.g.loops + 3) == NULL);
+    kt_check_equal_int("effect", kt_effect_switch(model, 1), s.g.loops + 1);
+    s.g.loop[0].switching = KT_SWITCHING_COUNT;
+    kt_check_true("no kind of switching",
+                  kt_description_check(&s.g.tree.description, NULL, NULL, &e) == KT_ERROR_MODEL);
 }
 
 /* A parameter is set in all models; those of effects in their own order, those of loops where they are on. */
@@ -369,30 +342,28 @@ KT_TEST(a_parameter_is_set_in_every_set) {
     static switched s;
     kt_error e = {0};
     plan.types = 1u << KT_LOOP_DISTANCE;
-    if (grow(&s, &plan, &random)) {
-        const size_t size = kt_model_size(s.model);
-        void *memory = aligned_alloc(KT_ALIGNMENT, size);
-        kt_model *copy = NULL;
-        kt_parameter p;
-        char name[64];
-        (void)snprintf(name, sizeof name, "loop %s.length", kt_loop_name(s.model, 0));
-        const char *const names[3] = {"effect coil.stiffness", "effect air.linear", name};
-        const double values[3][4] = {{17.0}, {0.9}, {3.25, 0.0, 0.0, 0.0}};
-        int wrong = 0;
-        if (memory && kt_tree_fine("copy", kt_model_copy(s.model, memory, size, &copy, &e), &e))
-            for (int k = 0; k < 3; k++) {
-                kt_check_true("found", kt_parameter_find(copy, names[k], &p, &e) == KT_OK);
-                kt_check_true("set", kt_parameter_set(copy, &p, values[k], &e) == KT_OK);
-                for (uint64_t set = 0; set < (uint64_t)1 << kt_switch_count(copy); set++) {
-                    const kt_model *model = kt_model_switched(copy, set);
-                    double got[6] = {0.0};
-                    wrong += kt_parameter_find(model, names[k], &p, &e) != KT_OK ||
-                             kt_parameter_get(model, &p, got, &e) != KT_OK || got[0] != values[k][0] ||
-                             kt_switch_set(model) != set;
-                }
+    grow(&s, &plan, &random);
+    const size_t size = kt_model_size(s.model);
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    kt_model *copy = NULL;
+    kt_parameter p;
+    char name[64];
+    (void)snprintf(name, sizeof name, "loop %s.length", kt_loop_name(s.model, 0));
+    const char *const names[3] = {"effect coil.stiffness", "effect air.linear", name};
+    const double values[3][4] = {{17.0}, {0.9}, {3.25, 0.0, 0.0, 0.0}};
+    int wrong = 0;
+    if (memory && kt_tree_fine("copy", kt_model_copy(s.model, memory, size, &copy, &e), &e))
+        for (int k = 0; k < 3; k++) {
+            kt_check_true("found", kt_parameter_find(copy, names[k], &p, &e) == KT_OK);
+            kt_check_true("set", kt_parameter_set(copy, &p, values[k], &e) == KT_OK);
+            for (uint64_t set = 0; set < (uint64_t)1 << kt_switch_count(copy); set++) {
+                const kt_model *model = kt_model_switched(copy, set);
+                double got[6] = {0.0};
+                wrong += kt_parameter_find(model, names[k], &p, &e) != KT_OK ||
+                         kt_parameter_get(model, &p, got, &e) != KT_OK || got[0] != values[k][0] ||
+                         kt_switch_set(model) != set;
             }
-        kt_check_equal_int("sets with another number", wrong, 0);
-        free(memory);
-    }
-    finish(&s);
+        }
+    kt_check_equal_int("sets with another number", wrong, 0);
+    free(memory);
 }

@@ -19,21 +19,14 @@ typedef struct pair {
     kt_data *data;
 } pair;
 
-static void pair_free(pair *p) {
-    kt_data_free(p->data);
-    kt_model_free(p->space);
-    tangle_free(&p->g);
-}
-
-static bool pair_grow(pair *p, const tangle_plan *plan, kt_random *random) {
-    kt_error e = {0};
+static void pair_grow(pair *p, const tangle_plan *plan, kt_random *random) {
     kt_model_options options = plan->options;
     options.plan = KT_PLAN_SPATIAL;
     p->space = NULL;
     p->data = NULL;
-    return tangle_grow(&p->g, plan, random) &&
-           kt_tree_fine("compiles", kt_model_compile(&p->g.tree.description, &options, &p->space, &e), &e) &&
-           kt_tree_fine("data", kt_data_create(p->space, &p->data, &e), &e);
+    tangle_grow(&p->g, plan, random);
+    p->space = kt_test_model(&p->g.tree.description, &options);
+    p->data = kt_test_data(p->space);
 }
 
 /* Four of five in one plane, the others mixed; every way of reduction, and both metrics. */
@@ -93,13 +86,11 @@ KT_TEST(counts_of_loops_in_a_plane_are_those_of_space) {
     int planar = 0, mixed = 0;
     for (int i = 0; i < 100; i++) {
         const tangle_plan plan = draw_plan(i);
-        if (pair_grow(&p, &plan, &random)) {
-            compare_words(&p, &worst);
-            planar += strcmp(kt_model_plan(p.g.tree.model), "planar") == 0;
-            mixed += strcmp(kt_model_plan(p.g.tree.model), "mixed") == 0;
-            kt_worst_below(&worst, strcmp(kt_model_plan(p.space), "spatial") != 0, 0.5, "plan: spatial");
-        }
-        pair_free(&p);
+        pair_grow(&p, &plan, &random);
+        compare_words(&p, &worst);
+        planar += strcmp(kt_model_plan(p.g.tree.model), "planar") == 0;
+        mixed += strcmp(kt_model_plan(p.g.tree.model), "mixed") == 0;
+        kt_worst_below(&worst, strcmp(kt_model_plan(p.space), "spatial") != 0, 0.5, "plan: spatial");
     }
     kt_check_worst(&worst);
     kt_check_above("planar", planar, 75.0);
@@ -113,10 +104,10 @@ typedef struct equations {
     double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
 } equations;
 
-static bool ask(const kt_model *model, kt_data *data, double t, const double *q, const double *v, equations *x) {
+static void ask(const kt_model *model, kt_data *data, double t, const double *q, const double *v, equations *x) {
     kt_error e = {0};
-    return kt_tree_fine("equations",
-                        kt_loop_equations(model, data, t, q, v, x->jacobian, x->residual, x->rate, x->drift, &e), &e);
+    kt_need_fine("equations", kt_loop_equations(model, data, t, q, v, x->jacobian, x->residual, x->rate, x->drift, &e),
+                 &e);
 }
 
 /* Lengths along a loop are some ten metres, and rounding of each link moves all that it carries: 10 eps were measured.
@@ -129,23 +120,21 @@ KT_TEST(equations_in_a_plane_are_those_of_space_row_by_row) {
     kt_worst rates = kt_worst_make("phi_t"), drifts = kt_worst_make("b''");
     for (int i = 0; i < 100; i++) {
         const tangle_plan plan = draw_plan(i);
-        if (pair_grow(&p, &plan, &random)) {
-            double q[KT_TREE_NQ], v[KT_TREE_NV];
-            disturb(&p.g, &random, 0.1, q, v);
-            const int n = p.g.rows * p.g.tree.nv;
-            if (ask(p.g.tree.model, p.g.tree.data, p.g.t, q, v, &flat) && ask(p.space, p.data, p.g.t, q, v, &space)) {
-                const double size = fmax(1.0, kt_tree_largest(space.jacobian, n));
-                const double most = fmax(1.0, kt_tree_largest(v, p.g.tree.nv));
-                for (int k = 0; k < n; k++)
-                    kt_worst_near(&slopes, flat.jacobian[k], space.jacobian[k], 100.0 * EPS * size, "%d", k);
-                for (int k = 0; k < p.g.rows; k++) {
-                    kt_worst_near(&residuals, flat.residual[k], space.residual[k], 100.0 * EPS * size, "%d", k);
-                    kt_worst_near(&rates, flat.rate[k], space.rate[k], EPS * size, "%d", k);
-                    kt_worst_near(&drifts, flat.drift[k], space.drift[k], 100.0 * EPS * size * most * most, "%d", k);
-                }
-            }
+        pair_grow(&p, &plan, &random);
+        double q[KT_TREE_NQ], v[KT_TREE_NV];
+        disturb(&p.g, &random, 0.1, q, v);
+        const int n = p.g.rows * p.g.tree.nv;
+        ask(p.g.tree.model, p.g.tree.data, p.g.t, q, v, &flat);
+        ask(p.space, p.data, p.g.t, q, v, &space);
+        const double size = fmax(1.0, kt_tree_largest(space.jacobian, n));
+        const double most = fmax(1.0, kt_tree_largest(v, p.g.tree.nv));
+        for (int k = 0; k < n; k++)
+            kt_worst_near(&slopes, flat.jacobian[k], space.jacobian[k], 100.0 * EPS * size, "%d", k);
+        for (int k = 0; k < p.g.rows; k++) {
+            kt_worst_near(&residuals, flat.residual[k], space.residual[k], 100.0 * EPS * size, "%d", k);
+            kt_worst_near(&rates, flat.rate[k], space.rate[k], EPS * size, "%d", k);
+            kt_worst_near(&drifts, flat.drift[k], space.drift[k], 100.0 * EPS * size * most * most, "%d", k);
         }
-        pair_free(&p);
     }
     kt_check_worst(&slopes);
     kt_check_worst(&residuals);
@@ -157,13 +146,13 @@ KT_TEST(equations_in_a_plane_are_those_of_space_row_by_row) {
  */
 
 /* How rounding may move the least step that closes g's positions, or velocities: [W A'; A 0] (step, .) = (0, -open). */
-static bool round_step(const tangle *g, bool positions, bool mass, double *moved) {
+static void round_step(const tangle *g, bool positions, bool mass, double *moved) {
     static tangle_system s;
     static equations x;
     double step[KT_TREE_NV];
     const int nv = g->tree.nv;
-    if (!tangle_system_of(g, &s) || !ask(g->tree.model, g->tree.data, g->t, g->q, g->v, &x))
-        return false;
+    tangle_system_of(g, &s);
+    ask(g->tree.model, g->tree.data, g->t, g->q, g->v, &x);
     memset(s.force, 0, sizeof s.force);
     for (int i = 0; i < nv * nv && !mass; i++)
         s.mass[i] = i % (nv + 1) == 0;
@@ -173,7 +162,6 @@ static bool round_step(const tangle *g, bool positions, bool mass, double *moved
             s.drift[r] -= s.jacobian[i * g->rows + r] * g->v[i];
     }
     (void)tangle_solve(g, &s, (tangle_way){.mixes = true}, step, moved);
-    return true;
 }
 
 /* Each projection leaves gaps of some roundings. Closing these gaps moves positions by `reach` (tangle_reach) times as
@@ -188,7 +176,8 @@ KT_TEST(projection_in_a_plane_is_that_of_space) {
     int compared = 0;
     for (int i = 0; i < 90; i++) {
         const tangle_plan plan = draw_plan(i);
-        if (pair_grow(&p, &plan, &random) && tangle_reach(&p.g, false) < 20.0) {
+        pair_grow(&p, &plan, &random);
+        if (tangle_reach(&p.g, false) < 20.0) {
             double q[2][KT_TREE_NQ], v[2][KT_TREE_NV];
             kt_error e = {0};
             kt_residual r[2];
@@ -199,14 +188,12 @@ KT_TEST(projection_in_a_plane_is_that_of_space) {
             memcpy(v[1], v[0], sizeof v[0]);
             memcpy(p.g.q, q[0], sizeof q[0]);
             memcpy(p.g.v, v[0], sizeof v[0]);
-            const bool fine =
-                round_step(&p.g, true, mass, moved_q) && round_step(&p.g, false, true, moved_v) &&
-                kt_tree_fine("residual", kt_loop_residual(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], &r[0], &e),
-                             &e) &&
-                kt_tree_fine("residual", kt_loop_residual(p.space, p.data, p.g.t, q[1], v[1], &r[1], &e), &e) &&
-                kt_tree_fine("projects", kt_state_project(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], NULL, &e),
-                             &e) &&
-                kt_tree_fine("projects", kt_state_project(p.space, p.data, p.g.t, q[1], v[1], NULL, &e), &e);
+            round_step(&p.g, true, mass, moved_q);
+            round_step(&p.g, false, true, moved_v);
+            kt_need_fine("residual", kt_loop_residual(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], &r[0], &e), &e);
+            kt_need_fine("residual", kt_loop_residual(p.space, p.data, p.g.t, q[1], v[1], &r[1], &e), &e);
+            kt_need_fine("projects", kt_state_project(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], NULL, &e), &e);
+            kt_need_fine("projects", kt_state_project(p.space, p.data, p.g.t, q[1], v[1], NULL, &e), &e);
             const double most = fmax(1.0, kt_tree_largest(v[1], p.g.tree.nv));
             memcpy(p.g.q, q[1], sizeof q[1]);
             memcpy(p.g.v, v[1], sizeof v[1]);
@@ -214,15 +201,14 @@ KT_TEST(projection_in_a_plane_is_that_of_space) {
             const double other = is_plain(p.g.tree.model) ? 0.0 : pow(off * reach, 4.0);
             const double near = 16.0 * EPS * reach + other + 4.0 * kt_tree_largest(moved_q, p.g.tree.nv);
             const double slow = 16.0 * EPS * swift * most + 4.0 * kt_tree_largest(moved_v, p.g.tree.nv);
-            for (int k = 0; k < p.g.tree.nq && fine; k++)
+            for (int k = 0; k < p.g.tree.nq; k++)
                 kt_worst_near(&positions, q[0][k], q[1][k], near, "%d, q %d", i, k);
-            for (int k = 0; k < p.g.tree.nv && fine; k++)
+            for (int k = 0; k < p.g.tree.nv; k++)
                 kt_worst_near(&velocities, v[0][k], v[1][k], slow, "%d, v %d", i, k);
             kt_worst_near(&gaps, r[0].position, r[1].position, 1e-14, "%d", i);
             kt_worst_near(&gaps, r[0].velocity, r[1].velocity, 1e-14 * most, "%d", i);
             compared++;
         }
-        pair_free(&p);
     }
     kt_check_worst(&positions);
     kt_check_worst(&velocities);
@@ -240,29 +226,27 @@ KT_TEST(assembly_in_a_plane_is_that_of_space) {
     for (int i = 0; i < 60; i++) {
         tangle_plan plan = draw_plan(i);
         plan.loops = 2;
-        if (pair_grow(&p, &plan, &random)) {
-            double q[2][KT_TREE_NQ], v[2][KT_TREE_NV];
-            kt_error e = {0};
-            disturb(&p.g, &random, 0.02, q[0], v[0]);
-            memcpy(q[1], q[0], sizeof q[0]);
-            memcpy(v[1], v[0], sizeof v[0]);
-            const int k0 = kt_random_int(&random, 0, p.g.tree.nv - 1); /* a joint that is held */
-            p.g.tree.model->held[k0] = p.space->held[k0] = i % 2;
-            (void)kt_data_iterations(p.g.tree.data);
-            (void)kt_data_iterations(p.data);
-            const kt_status a = kt_state_assemble(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], &e);
-            const kt_status b = kt_state_assemble(p.space, p.data, p.g.t, q[1], v[1], &e);
-            kt_worst_below(&positions, a != b, 0.5, "%d: one can be assembled and the other not", i);
-            assembled += a == KT_OK && b == KT_OK;
-            held += i % 2 && a == KT_OK;
-            const bool alike = kt_data_iterations(p.g.tree.data).assembly == kt_data_iterations(p.data).assembly;
-            const double most = fmax(1.0, kt_tree_largest(v[1], p.g.tree.nv)), near = alike ? 1e-13 : 1e-10;
-            for (int k = 0; k < p.g.tree.nq && a == KT_OK && b == KT_OK; k++)
-                kt_worst_near(&positions, q[0][k], q[1][k], near, "%d, q %d", i, k);
-            for (int k = 0; k < p.g.tree.nv && alike && a == KT_OK && b == KT_OK; k++)
-                kt_worst_near(&velocities, v[0][k], v[1][k], 1e-13 * most, "%d, v %d", i, k);
-        }
-        pair_free(&p);
+        pair_grow(&p, &plan, &random);
+        double q[2][KT_TREE_NQ], v[2][KT_TREE_NV];
+        kt_error e = {0};
+        disturb(&p.g, &random, 0.02, q[0], v[0]);
+        memcpy(q[1], q[0], sizeof q[0]);
+        memcpy(v[1], v[0], sizeof v[0]);
+        const int k0 = kt_random_int(&random, 0, p.g.tree.nv - 1); /* a joint that is held */
+        p.g.tree.model->held[k0] = p.space->held[k0] = i % 2;
+        (void)kt_data_iterations(p.g.tree.data);
+        (void)kt_data_iterations(p.data);
+        const kt_status a = kt_state_assemble(p.g.tree.model, p.g.tree.data, p.g.t, q[0], v[0], &e);
+        const kt_status b = kt_state_assemble(p.space, p.data, p.g.t, q[1], v[1], &e);
+        kt_worst_below(&positions, a != b, 0.5, "%d: one can be assembled and the other not", i);
+        assembled += a == KT_OK && b == KT_OK;
+        held += i % 2 && a == KT_OK;
+        const bool alike = kt_data_iterations(p.g.tree.data).assembly == kt_data_iterations(p.data).assembly;
+        const double most = fmax(1.0, kt_tree_largest(v[1], p.g.tree.nv)), near = alike ? 1e-13 : 1e-10;
+        for (int k = 0; k < p.g.tree.nq && a == KT_OK && b == KT_OK; k++)
+            kt_worst_near(&positions, q[0][k], q[1][k], near, "%d, q %d", i, k);
+        for (int k = 0; k < p.g.tree.nv && alike && a == KT_OK && b == KT_OK; k++)
+            kt_worst_near(&velocities, v[0][k], v[1][k], 1e-13 * most, "%d, v %d", i, k);
     }
     kt_check_worst(&positions);
     kt_check_worst(&velocities);
@@ -283,8 +267,7 @@ static double round_reactions(const tangle *g) {
     static tangle_system s;
     double a[KT_TREE_NV], moved[KT_TREE_NV], most = 0.0;
     const int nv = g->tree.nv;
-    if (!tangle_system_of(g, &s))
-        return 0.0;
+    tangle_system_of(g, &s);
     (void)tangle_solve(g, &s, (tangle_way){.mixes = true}, a, moved);
     for (int i = 0; i < nv; i++) {
         double sum = EPS * fabs(s.force[i]);
@@ -299,11 +282,10 @@ typedef struct reactions {
     kt_wrench joint[KT_TREE_SLOTS], loop[TANGLE_LOOPS];
 } reactions;
 
-static bool react(const tangle *g, const kt_model *model, kt_data *data, reactions *r) {
+static void react(const tangle *g, const kt_model *model, kt_data *data, reactions *r) {
     kt_error e = {0};
-    return kt_tree_fine("reactions",
-                        kt_reaction_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->joint, r->loop, &e),
-                        &e);
+    kt_need_fine("reactions",
+                 kt_reaction_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->joint, r->loop, &e), &e);
 }
 
 /* The forces include components out of the plane. If loops can share a reaction in many ways, both share it the same
@@ -319,23 +301,22 @@ KT_TEST(reactions_in_a_plane_are_those_of_space) {
     for (int i = 0; i < 60; i++) {
         const tangle_plan plan = draw_plan(i);
         const tangle *g = &p.g;
-        if (pair_grow(&p, &plan, &random) && react(g, g->tree.model, g->tree.data, &flat) &&
-            react(g, p.space, p.data, &space)) {
-            const double bound = round_reactions(g);
-            const double arm = 1.0 + g->tree.model->length; /* a joint carries the moments of loops' forces, too */
-            double most = 0.0;
-            for (int k = 0; k < g->loops; k++)
-                most = fmax(most, apart(&flat.loop[k], &space.loop[k]));
-            const bool otherwise = most > 1e6 * bound && !is_plain(g->tree.model);
-            shared += otherwise;
-            for (int k = 0; k < g->loops && !otherwise; k++)
-                kt_worst_below(&loops, apart(&flat.loop[k], &space.loop[k]), bound, "%d, loop %d", i, k);
-            for (int k = 1; k < g->tree.count && !otherwise; k++) {
-                kt_worst_below(&joints, apart(&flat.joint[k], &space.joint[k]), arm * bound, "%d, joint %d", i, k);
-                out = fmax(out, fabs(kt_vec3_dot(flat.joint[k].force, g->tree.normal)));
-            }
+        pair_grow(&p, &plan, &random);
+        react(g, g->tree.model, g->tree.data, &flat);
+        react(g, p.space, p.data, &space);
+        const double bound = round_reactions(g);
+        const double arm = 1.0 + g->tree.model->length; /* a joint carries the moments of loops' forces, too */
+        double most = 0.0;
+        for (int k = 0; k < g->loops; k++)
+            most = fmax(most, apart(&flat.loop[k], &space.loop[k]));
+        const bool otherwise = most > 1e6 * bound && !is_plain(g->tree.model);
+        shared += otherwise;
+        for (int k = 0; k < g->loops && !otherwise; k++)
+            kt_worst_below(&loops, apart(&flat.loop[k], &space.loop[k]), bound, "%d, loop %d", i, k);
+        for (int k = 1; k < g->tree.count && !otherwise; k++) {
+            kt_worst_below(&joints, apart(&flat.joint[k], &space.joint[k]), arm * bound, "%d, joint %d", i, k);
+            out = fmax(out, fabs(kt_vec3_dot(flat.joint[k].force, g->tree.normal)));
         }
-        pair_free(&p);
     }
     kt_check_worst(&joints);
     kt_check_worst(&loops);

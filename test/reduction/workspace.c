@@ -109,27 +109,23 @@ KT_TEST(garbage_in_the_workspace_changes_no_bit) {
         tangle_plan plan = plan_of(i);
         plan.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
-        if (tangle_grow(&g, &plan, &random)) {
-            const question ask = ask_tangle(&g);
-            ask_all(&ask, leave, &clean);
-            ask_all(&ask, spoil, &spoiled);
-            different += memcmp(&clean, &spoiled, sizeof clean) != 0;
-            failures += clean.failed;
-        }
-        tangle_free(&g);
+        tangle_grow(&g, &plan, &random);
+        const question ask = ask_tangle(&g);
+        ask_all(&ask, leave, &clean);
+        ask_all(&ask, spoil, &spoiled);
+        different += memcmp(&clean, &spoiled, sizeof clean) != 0;
+        failures += clean.failed;
     }
     kt_check_equal_int("different", different, 0);
     kt_check_below("calls that fail", (double)failures, 1.0); /* assembly from 0.1 rad off may */
     for (int i = 0; i < 9; i++) {                             /* near a singular position; in groups large and small */
         linkage_windows(&l, i % 3 ? 20 : 3, 1.5707963267948966 + (i < 3 ? 0.0 : 0.003), 1.0, KT_LOOP_REVOLUTE);
         l.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
-        if (linkage_build(&l, 0.0)) {
-            const question ask = ask_linkage(&l);
-            ask_all(&ask, leave, &clean);
-            ask_all(&ask, spoil, &spoiled);
-            kt_check_true("windows, to the bit", memcmp(&clean, &spoiled, sizeof clean) == 0);
-        }
-        linkage_free(&l);
+        linkage_build(&l, 0.0);
+        const question ask = ask_linkage(&l);
+        ask_all(&ask, leave, &clean);
+        ask_all(&ask, spoil, &spoiled);
+        kt_check_true("windows, to the bit", memcmp(&clean, &spoiled, sizeof clean) == 0);
     }
 }
 
@@ -141,30 +137,24 @@ static void compare_isas(kt_isa isa, const char *what) {
     long compared = 0, different = 0;
     for (int i = 0; i < 60; i++) {
         const tangle_plan plan = plan_of(i);
-        if (tangle_grow(&g, &plan, &random)) {
-            for (int k = 0; k < 2; k++) {
-                kt_tree_free(&g.tree);
-                const kt_model_options options = {
-                    .isa = k ? isa : KT_ISA_BASE,
-                    .reduction = kt_reduction_method_of(i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION)};
-                if (!kt_tree_compile(&g.tree, &options))
-                    break;
-                const question ask = ask_tangle(&g);
-                ask_all(&ask, leave, k ? &other : &base);
-            }
-            compared += kt_model_isa(g.tree.model) == isa;
-            different += memcmp(&base, &other, sizeof base) != 0;
+        tangle_grow(&g, &plan, &random);
+        for (int k = 0; k < 2; k++) {
+            const kt_model_options options = {
+                .isa = k ? isa : KT_ISA_BASE,
+                .reduction = kt_reduction_method_of(i % 2 ? KT_REDUCTION_QR : KT_REDUCTION_PARTITION)};
+            kt_tree_compile(&g.tree, &options);
+            const question ask = ask_tangle(&g);
+            ask_all(&ask, leave, k ? &other : &base);
         }
-        tangle_free(&g);
+        compared += kt_model_isa(g.tree.model) == isa;
+        different += memcmp(&base, &other, sizeof base) != 0;
     }
     for (int k = 0; k < 2; k++) { /* and across a singular position */
         linkage_windows(&l, 4, 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
         l.options.isa = k ? isa : KT_ISA_BASE;
-        if (linkage_build(&l, 0.0)) {
-            const question ask = ask_linkage(&l);
-            ask_all(&ask, leave, k ? &other : &base);
-        }
-        linkage_free(&l);
+        linkage_build(&l, 0.0);
+        const question ask = ask_linkage(&l);
+        ask_all(&ask, leave, k ? &other : &base);
     }
     different += memcmp(&base, &other, sizeof base) != 0;
     kt_check_equal_int(what, different, 0);
@@ -195,25 +185,21 @@ KT_TEST(nothing_is_allocated_after_set_up) {
         tangle_plan plan = plan_of(i);
         plan.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
         plan.options.metric = i % 2 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
-        if (tangle_grow(&g, &plan, &random)) {
-            const question ask = ask_tangle(&g);
-            kt_interpose_start();
-            ask_all(&ask, leave, &r);
-            count += kt_interpose_stop();
-        }
-        tangle_free(&g);
+        tangle_grow(&g, &plan, &random);
+        const question ask = ask_tangle(&g);
+        kt_interpose_start();
+        ask_all(&ask, leave, &r);
+        count += kt_interpose_stop();
     }
     kt_check_equal_int("allocations, small groups", count, 0);
     for (int i = 0; i < 6; i++) { /* 81 coordinates, by LAPACK; and across a singular position */
         linkage_windows(&l, 40, i < 3 ? 0.4 : 1.5707963267948966, 1.0, KT_LOOP_REVOLUTE);
         l.options.reduction = kt_reduction_method_of((kt_reduction)(i % 3));
-        if (linkage_build(&l, 0.0)) {
-            const question ask = ask_linkage(&l);
-            kt_interpose_start();
-            ask_all(&ask, leave, &r);
-            kt_check_equal_int("allocations, large group", kt_interpose_stop(), 0);
-        }
-        linkage_free(&l);
+        linkage_build(&l, 0.0);
+        const question ask = ask_linkage(&l);
+        kt_interpose_start();
+        ask_all(&ask, leave, &r);
+        kt_check_equal_int("allocations, large group", kt_interpose_stop(), 0);
     }
     kt_check_equal_int("threads of OpenBLAS", openblas_get_num_threads(), threads);
 }
@@ -224,12 +210,10 @@ static void accelerate_with(int threads, int windows, double theta, double *a) {
     const int before = openblas_get_num_threads();
     openblas_set_num_threads(threads);
     linkage_windows(&l, windows, theta, 1.0, KT_LOOP_REVOLUTE);
-    if (linkage_build(&l, 0.0)) {
-        (void)linkage_accelerate(&l, 0.0, a);
-        memcpy(a + LINKAGE_NQ, l.q, (size_t)l.nq * sizeof *a);
-        memcpy(a + 2 * LINKAGE_NQ, l.v, (size_t)l.nv * sizeof *a);
-    }
-    linkage_free(&l);
+    linkage_build(&l, 0.0);
+    (void)linkage_accelerate(&l, 0.0, a);
+    memcpy(a + LINKAGE_NQ, l.q, (size_t)l.nq * sizeof *a);
+    memcpy(a + 2 * LINKAGE_NQ, l.v, (size_t)l.nv * sizeof *a);
     openblas_set_num_threads(before);
 }
 

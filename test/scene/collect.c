@@ -83,6 +83,13 @@ kt_scene *kt_test_scene_of(const char *format, ...) {
     return kt_test_scene(text);
 }
 
+kt_scene *kt_test_scene_file(const char *path) {
+    kt_scene *scene = kt_test_scene_place();
+    kt_error error = {0};
+    kt_need_fine(path, kt_scene_read(path, scene, NULL, NULL, &error), &error);
+    return scene;
+}
+
 kt_opened kt_test_open(kt_scene *scene, const kt_model_options *options) {
     kt_model *model = kt_test_model(&scene->description, options);
     return (kt_opened){scene, model, kt_test_data(model)};

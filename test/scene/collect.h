@@ -31,6 +31,9 @@ kt_scene *kt_test_scene(const char *text);
 /* printf-style. */
 kt_scene *kt_test_scene_of(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* The scene of a file. */
+kt_scene *kt_test_scene_file(const char *path);
+
 /* An empty scene, for other readers to fill. */
 kt_scene *kt_test_scene_place(void);
 
