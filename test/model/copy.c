@@ -1,5 +1,5 @@
 /* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
-#include "fixture.h"
+#include "../scene/collect.h"
 #include "scene_files.h"
 
 #include "kinetree/mechanism.h"
@@ -71,19 +71,18 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
     int touched = 0;
     move(model, &tree);
     memset(second, 0xAB, size + 2 * GUARD);
-    const bool copied = kt_fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
+    kt_need_fine("copy", kt_model_copy(model, first, size, &copy, &e), &e);
     /* A model with switches is one of several in a block, of which it is not the first. */
     const size_t own = kt_switch_count(model) == 0 ? size : 0;
     void *kept = malloc(size);
     memcpy(kept, model, own);
     memset(model, 0xAB, own);
-    if (copied && kt_fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e)) {
-        memset(first, 0xAB, size);
-        kt_check_equal_int("misnamed", misnamed(again, description), 0);
-        move(again, &moved);
-        kt_check_equal_bits("motion", moved.a, tree.a, sizeof tree / sizeof(double));
-        kt_check_equal_int("bytes", (long long)kt_model_size(again), (long long)size);
-    }
+    kt_need_fine("copy of a copy", kt_model_copy(copy, second + GUARD, size, &again, &e), &e);
+    memset(first, 0xAB, size);
+    kt_check_equal_int("misnamed", misnamed(again, description), 0);
+    move(again, &moved);
+    kt_check_equal_bits("motion", moved.a, tree.a, sizeof tree / sizeof(double));
+    kt_check_equal_int("bytes", (long long)kt_model_size(again), (long long)size);
     for (size_t k = 0; k < GUARD; k++)
         touched += (second[k] != 0xAB) + (second[GUARD + size + k] != 0xAB);
     kt_check_equal_int("bytes touched next to it", touched, 0);
@@ -101,17 +100,14 @@ KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
     int compared = 0;
     for (int i = 0; i < count; i++) {
         char path[1024];
-        kt_scene scene;
         kt_error e;
         kt_model *model = NULL;
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &e), &e)) {
-            if (scene.description.body_count < MOST / 8 &&
-                kt_fine("compiles", kt_model_compile(&scene.description, NULL, &model, &e), &e)) {
-                compared += stands_alone(model, &scene.description);
-                kt_model_free(model);
-            }
-            kt_scene_free(&scene);
+        const kt_scene *scene = kt_test_scene_file(path);
+        if (scene->description.body_count < MOST / 8 &&
+            kt_fine("compiles", kt_model_compile(&scene->description, NULL, &model, &e), &e)) {
+            compared += stands_alone(model, &scene->description);
+            kt_model_free(model);
         }
         free(entries[i]);
     }
@@ -130,7 +126,7 @@ KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     body.joint.type = KT_JOINT_REVOLUTE;
     description.bodies = &body;
     description.body_count = 1;
-    kt_need_fine("compiles", kt_model_compile(&description, NULL, &model, &e), &e);
+    model = kt_test_model(&description, NULL);
     const size_t size = kt_model_size(model);
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
     memset(memory, 0xAB, size + KT_ALIGNMENT);
@@ -149,5 +145,4 @@ KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     kt_check_equal_int("as much as it takes", kt_model_copy(model, memory, size, &copy, &e), KT_OK);
     kt_model_free(copy); /* the memory is not its own */
     free(memory);
-    kt_model_free(model);
 }

@@ -9,10 +9,10 @@
 
 enum { GUARD = 256 };
 
-static bool make(kt_tree *tree) {
+static void make(kt_tree *tree) {
     kt_random random = kt_random_of_test();
     const kt_tree_plan plan = kt_tree_plan_default();
-    return kt_tree_grow(tree, &plan, &random);
+    kt_tree_grow(tree, &plan, &random);
 }
 
 static unsigned char *take(size_t size) {
@@ -24,8 +24,7 @@ static unsigned char *take(size_t size) {
 
 KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     const size_t size = kt_data_size(tree.model);
     unsigned char *memory = take(size + KT_ALIGNMENT);
     kt_data *data = NULL;
@@ -48,7 +47,6 @@ KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
     kt_check_equal_int("as much as it takes", kt_data_init(tree.model, memory, size, &data, &e), KT_OK);
     kt_data_free(data); /* the memory is not its own */
     free(memory);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
@@ -57,8 +55,7 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
     kt_tree_state s;
     double a[KT_TREE_NV], b[KT_TREE_NV];
     kt_error e;
-    if (!make(&tree))
-        return;
+    make(&tree);
     kt_tree_state_draw(&tree, &random, &s);
     kt_check_true("in memory of its own", kt_tree_forward(&tree, &s, a));
     kt_test_release(tree.data);
@@ -78,15 +75,13 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
     kt_data_free(tree.data); /* leaves the caller's memory alone */
     tree.data = NULL;
     free(memory);
-    kt_tree_free(&tree);
 }
 
 /* Each array begins on a cache line, after the end of the one before. */
 /* NOLINTNEXTLINE(readability-function-size): one list, unrolled by the macro */
 KT_TEST(arrays_of_model_and_data_are_aligned_and_apart) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     const kt_model *m = tree.model;
     const kt_data *d = tree.data;
     const kt_counts *n = &m->n;
@@ -110,7 +105,6 @@ KT_TEST(arrays_of_model_and_data_are_aligned_and_apart) {
     kt_check_equal_int("misaligned arrays", misaligned, 0);
     kt_check_equal_int("overlapping arrays", overlapping, 0);
     kt_check_equal_int("size of data, in cache lines", (long long)(kt_data_size(m) % KT_ALIGNMENT), 0);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(releasing_nothing_is_fine) {
@@ -130,8 +124,6 @@ static bytes bytes_a_link(int n, bool planar) {
     kt_body *bodies = calloc((size_t)n, sizeof *bodies);
     char(*names)[16] = calloc((size_t)n, sizeof *names);
     kt_description d = kt_description_default();
-    kt_model *model = NULL;
-    kt_error e;
     bytes link = {(double)NAN, (double)NAN};
     if (!bodies || !names)
         abort();
@@ -148,9 +140,8 @@ static bytes bytes_a_link(int n, bool planar) {
     }
     d.bodies = bodies;
     d.body_count = n;
-    if (kt_tree_fine("compiles", kt_model_compile(&d, NULL, &model, &e), &e))
-        link = (bytes){(double)kt_model_size(model) / n, (double)kt_data_size(model) / n};
-    kt_model_free(model);
+    kt_model *model = kt_test_model(&d, NULL);
+    link = (bytes){(double)kt_model_size(model) / n, (double)kt_data_size(model) / n};
     free(bodies);
     free(names);
     return link;

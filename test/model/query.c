@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* A cart with a pendulum; the pendulum is described first. */
-static bool make(kt_tree *tree) {
+static void make(kt_tree *tree) {
     static const kt_marker markers[2] = {{.name = "tip", .at = {0.0, -1.0, 0.0}},
                                          {.name = "heel", .at = {0.0, 0.25, 0.0}}};
     memset(tree, 0, sizeof *tree);
@@ -33,13 +33,12 @@ static bool make(kt_tree *tree) {
     tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.5);
     tree->description.bodies = tree->body;
     tree->description.body_count = 2;
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
 KT_TEST(bodies_are_found_by_name_and_named_by_index) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     const kt_model *m = tree.model;
     kt_check_equal_int("bodies", kt_model_body_count(m), 3);
     kt_check_text("0", kt_body_name(m, 0), "world");
@@ -57,7 +56,6 @@ KT_TEST(bodies_are_found_by_name_and_named_by_index) {
     kt_check_equal_int("the cart is second", kt_body_source(m, 1), 1);
     kt_check_equal_int("the pendulum is first", kt_body_source(m, 2), 0);
     kt_check_equal_bits("masses", (double[]){kt_body_mass(m, 1), kt_body_mass(m, 2)}, (double[]){5.0, 2.0}, 2);
-    kt_tree_free(&tree);
 }
 
 /* Fixed bodies, which have no coordinates, are between them, before them and behind. */
@@ -69,15 +67,13 @@ static kt_status find(const kt_model *m, const char *name, int *body, kt_error *
 
 KT_TEST(joints_are_found_by_their_own_names_and_have_limits) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     kt_tree own = tree;
     own.body[1].joint.name = "rail";
     own.body[1].joint.limits = (kt_joint_limits){-1.0, 2.0, 3.0, 4.0};
     own.description.bodies = own.body;
     own.model = NULL;
-    if (!kt_tree_compile(&own, NULL))
-        return;
+    kt_tree_compile(&own, NULL);
     kt_error error;
     int body;
     kt_check_equal_int("of its body", find(tree.model, "cart", &body, &error), KT_OK);
@@ -97,8 +93,6 @@ KT_TEST(joints_are_found_by_their_own_names_and_have_limits) {
     const kt_joint_limits limits = kt_joint_limits_of(own.model, 1), none = kt_joint_limits_of(own.model, 2);
     kt_check_equal_bits("limits", &limits.lower, (const double[]){-1.0, 2.0, 3.0, 4.0}, 4);
     kt_check_true("none", none.lower == -(double)INFINITY && none.effort == (double)INFINITY);
-    kt_tree_free(&own);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(velocities_know_their_bodies) {
@@ -109,8 +103,7 @@ KT_TEST(velocities_know_their_bodies) {
         kt_tree_plan plan = kt_tree_plan_default();
         plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
         kt_tree_describe(&tree, &plan, &random);
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         for (int b = 0; b < kt_model_body_count(tree.model); b++) {
             const kt_coordinates at = kt_body_coordinates(tree.model, b);
             for (int i = 0; i < at.nv; i++)
@@ -121,7 +114,6 @@ KT_TEST(velocities_know_their_bodies) {
         const int nv = kt_model_nv(tree.model);
         wrong += kt_body_of_velocity(tree.model, -1) != -1;
         wrong += kt_body_of_velocity(tree.model, nv) != -1;
-        kt_tree_free(&tree);
     }
     kt_check_equal_int("wrong answers", wrong, 0);
     kt_check_above("coordinates", (double)coordinates, 100.0);
@@ -130,8 +122,7 @@ KT_TEST(velocities_know_their_bodies) {
 
 KT_TEST(markers_are_found_on_their_own_body) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     const kt_model *m = tree.model;
     kt_check_equal_int("on the world", kt_marker_count(m, 0), 0);
     kt_check_equal_int("on the cart", kt_marker_count(m, 1), 0);
@@ -144,20 +135,17 @@ KT_TEST(markers_are_found_on_their_own_body) {
     kt_check_equal_int("nor has the pendulum a toe", kt_marker_find(m, 2, "toe"), -1);
     const kt_vec3 at = kt_marker_at(m, 2, 1);
     kt_check_equal_bits("place", &at.x, (double[]){0.0, 0.25, 0.0}, 3);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(the_initial_state_is_that_of_the_description) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     double q[5], v[4];
     kt_check_equal_int("positions", kt_model_nq(tree.model), 5);
     kt_check_equal_int("velocities", kt_model_nv(tree.model), 4);
     kt_model_initial(tree.model, q, v);
     kt_check_equal_bits("q", q, (double[]){0.75, 1.0, 0.0, 0.0, 0.0}, 5); /* zeros mean no rotation */
     kt_check_equal_bits("v", v, (double[]){-2.0, 0.0, 0.5, 0.0}, 4);
-    kt_tree_free(&tree);
     double unit[4];
     kt_random random = kt_random_of_test();
     kt_quat again;
@@ -166,35 +154,27 @@ KT_TEST(the_initial_state_is_that_of_the_description) {
         again = kt_quat_normalize(kt_quat_make(unit[0], unit[1], unit[2], unit[3]));
     } while (again.w == unit[0] && again.x == unit[1]);
     memcpy(tree.body[0].joint.position, unit, sizeof unit);
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_tree_compile(&tree, NULL);
     kt_model_initial(tree.model, q, v);
     kt_check_equal_bits("a unit quaternion keeps its bits", q + 1, unit, 4);
-    kt_tree_free(&tree);
     for (int i = 0; i < 4; i++)
         tree.body[0].joint.position[i] = 1.0005 * unit[i];
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_tree_compile(&tree, NULL);
     kt_model_initial(tree.model, q, v);
     for (int i = 0; i < 4; i++)
         kt_check_near("one that is almost one is scaled", q[1 + i], unit[i], 1e-15);
-    kt_tree_free(&tree);
 }
 
 KT_TEST(name_gravity_and_level_are_kept) {
     kt_tree tree;
-    if (!make(&tree))
-        return;
+    make(&tree);
     const kt_vec3 g = kt_model_gravity(tree.model);
     kt_check_text("name", kt_model_name(tree.model), "cart and pendulum");
     kt_check_equal_bits("gravity", &g.x, (double[]){0.0, -9.81, 0.5}, 3);
     kt_check_true("a level that is one", kt_model_isa(tree.model) != KT_ISA_AUTO);
-    kt_tree_free(&tree);
     tree.description.name = NULL;
-    if (!kt_tree_compile(&tree, NULL))
-        return;
+    kt_tree_compile(&tree, NULL);
     kt_check_text("no name", kt_model_name(tree.model), "");
-    kt_tree_free(&tree);
 }
 
 /* Names of bodies, 1000 of them, with markers of the same names on each: the table keeps them apart. */
@@ -203,7 +183,6 @@ KT_TEST(a_thousand_names_are_kept_apart) {
     static char names[1000][16];
     static kt_marker markers[2] = {{.name = "b7", .at = {0.0, 0.0, 0.0}}, {.name = "b8", .at = {1.0, 0.0, 0.0}}};
     kt_description d = kt_description_default();
-    kt_error e = {0};
     kt_model *m;
     int wrong = 0;
     for (int i = 0; i < 1000; i++) {
@@ -215,10 +194,9 @@ KT_TEST(a_thousand_names_are_kept_apart) {
     }
     d.bodies = bodies;
     d.body_count = 1000;
-    kt_need_fine("compiles", kt_model_compile(&d, NULL, &m, &e), &e);
+    m = kt_test_model(&d, NULL);
     for (int i = 0; i < 1000; i++)
         wrong += kt_body_find(m, names[i]) != i + 1 || kt_marker_find(m, i + 1, "b8") != 1 ||
                  kt_marker_find(m, i + 1, "b9") != -1 || strcmp(kt_body_name(m, i + 1), names[i]) != 0;
     kt_check_equal_int("bodies with wrong names", wrong, 0);
-    kt_model_free(m);
 }

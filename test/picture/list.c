@@ -215,11 +215,8 @@ KT_TEST(every_body_with_mass_of_every_bundled_scene_is_shown_and_hidden_as_rays_
     kt_worst hidden = kt_worst_make("share of the picture that is painted wrongly");
     double pieces = 0.0;
     for (int i = 0; i < count; i++) {
-        kt_scene *scene = kt_test_scene_place();
-        kt_error error = {0};
         snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
-        kt_need_fine(files[i]->d_name, kt_scene_read(path, scene, NULL, NULL, &error), &error);
-        const shown s = show(scene, NULL);
+        const shown s = show(kt_test_scene_file(path), NULL);
         const char *missing = missing_of(s.picture);
         if (missing != NULL)
             kt_check_text("not shown", missing, "");

@@ -193,11 +193,9 @@ KT_TEST(faults_of_cables_are_told_at_their_places) {
     };
 #undef GEOM
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (kt_check_true(table[i][1], parse(table[i][0], NULL, &scene) != KT_OK))
+        kt_scene *scene = kt_test_scene_place();
+        if (kt_check_true(table[i][1], parse(table[i][0], NULL, scene) != KT_OK))
             kt_check_contains("fault", faults.text, table[i][1]);
-        else
-            kt_scene_free(&scene);
     }
 }
 

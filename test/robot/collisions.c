@@ -1,8 +1,10 @@
 /* Collisions of URDF and SDF that touch planes: which do, with which friction, and that robots rest on them. */
 #include "../folder.h"
 #include "check.h"
-#include "note.h"
 #include "run_file.h"
+
+#define ROBOT "r"
+#include "robot.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -14,12 +16,6 @@
 
 static const kt_robot_options on_plane = {.contacts = true},
                               on_ground = {.contacts = true, .has_ground = true, .floating = true, .ground = -0.5};
-
-static bool read_text(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    const kt_status status = kt_robot_parse("r", text, strlen(text), options, scene, NULL, NULL, &error);
-    return kt_check_equal_int(error.message, status, KT_OK);
-}
 
 static int count_contacts(const kt_scene *scene) {
     int count = 0;
@@ -70,14 +66,11 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
          1.0},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!read_text(table[i].text, table[i].options, &scene))
-            continue;
-        kt_check_equal_int(table[i].text, count_contacts(&scene), table[i].contacts);
-        for (int k = 0; k < scene.description.effect_count; k++)
-            if (scene.description.effects[k].type == KT_EFFECT_CONTACT)
-                kt_check_near("friction", scene.description.effects[k].friction, table[i].friction, 0.0);
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot(table[i].text, table[i].options);
+        kt_check_equal_int(table[i].text, count_contacts(scene), table[i].contacts);
+        for (int k = 0; k < scene->description.effect_count; k++)
+            if (scene->description.effects[k].type == KT_EFFECT_CONTACT)
+                kt_check_near("friction", scene->description.effects[k].friction, table[i].friction, 0.0);
     }
 }
 
@@ -97,11 +90,8 @@ KT_TEST(free_robots_without_ground_are_told_in_all_formats) {
         {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", ""), NULL, "falls, 4.9 m in the first second"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (!read_text(table[i].text, table[i].options, &scene))
-            continue;
-        kt_check_true(table[i].note, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
-        kt_scene_free(&scene);
+        const kt_scene *scene = test_robot(table[i].text, table[i].options);
+        kt_check_true(table[i].note, has_ranked_note(scene, KT_NOTE_RANK_MOTION, table[i].note));
     }
 }
 

@@ -360,10 +360,11 @@ KT_TEST(exports_of_plates_at_odd_angles_are_read_by_mujoco) {
 
 KT_TEST(exports_of_robots_have_the_masses_of_the_robots_in_mujoco) {
     static const char *const own[] = {
-        MODELS "/mjcf/tree.xml",    MODELS "/mjcf/masses.xml", MODELS "/mjcf/ties.xml",    MODELS "/arm.urdf",
-        MODELS "/mjcf/tendons.xml", MODELS "/mjcf/meshes.xml", MODELS "/mjcf/servos.xml",  MODELS "/mjcf/attach.xml",
-        MODELS "/mjcf/spatial.xml", MODELS "/mjcf/medium.xml", MODELS "/mjcf/muscles.xml", MODELS "/mjcf/wraps.xml",
-        MODELS "/mjcf/cables.xml",  MODELS "/mjcf/flex.xml",
+        KT_MODELS "/mjcf/tree.xml",   KT_MODELS "/mjcf/masses.xml",  KT_MODELS "/mjcf/ties.xml",
+        KT_MODELS "/arm.urdf",        KT_MODELS "/mjcf/tendons.xml", KT_MODELS "/mjcf/meshes.xml",
+        KT_MODELS "/mjcf/servos.xml", KT_MODELS "/mjcf/attach.xml",  KT_MODELS "/mjcf/spatial.xml",
+        KT_MODELS "/mjcf/medium.xml", KT_MODELS "/mjcf/muscles.xml", KT_MODELS "/mjcf/wraps.xml",
+        KT_MODELS "/mjcf/cables.xml", KT_MODELS "/mjcf/flex.xml",
     };
     static char list[400000];
     const char *folder = kt_test_folder();

@@ -321,7 +321,7 @@ KT_TEST(faults_of_files_of_gmsh_have_their_place) {
     const char *folder = kt_test_folder();
     char path[400], text[400];
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
+        kt_scene *scene = kt_test_scene_place();
         kt_error error = {0};
         (void)snprintf(text, sizeof text,
                        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%s$EndNodes\n$Elements\n%s$EndElements\n",
@@ -329,14 +329,13 @@ KT_TEST(faults_of_files_of_gmsh_have_their_place) {
         (void)kt_test_file(folder, "part.msh", text);
         (void)kt_test_file(folder, "m.xml", FLEX("type='gmsh' file='part.msh'", ""));
         (void)snprintf(path, sizeof path, "%s/m.xml", folder);
-        const kt_status status = kt_robot_read(path, NULL, &scene, NULL, NULL, &error);
+        const kt_status status = kt_robot_read(path, NULL, scene, NULL, NULL, &error);
         kt_check_equal_int("status", status, table[i].message != NULL ? KT_ERROR_SCENE : KT_OK);
         if (table[i].message != NULL)
             kt_check_contains("message", error.message, table[i].message);
         if (status == KT_OK) {
             kt_check_true("left out",
-                          has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "flexcomps whose file cannot be read"));
-            kt_scene_free(&scene);
+                          has_ranked_note(scene, KT_NOTE_RANK_MOTION, "flexcomps whose file cannot be read"));
         }
     }
 }

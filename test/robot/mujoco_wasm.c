@@ -10,8 +10,8 @@
 #include "../folder.h"
 #include "import_pair.h"
 
+#include "../scene/collect.h"
 #include "../scene_files.h"
-#include "check.h"
 #include "draw.h"
 #include "equality.h"
 #include "match.h"
@@ -275,36 +275,36 @@ static int compare_files(const model_file *files, int count) {
  * several of them. */
 KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     static const model_file files[] = {
-        {MODELS "/mjcf/tree.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/masses.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/ties.xml", 4e-14, NULL, false, false},
-        {MODELS "/arm.urdf", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/meshes.xml", 1e-9, NULL, false, false},
-        {MODELS "/mjcf/builtins.xml", 1e-9, NULL, false, false},
-        {MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},
-        {MODELS "/mjcf/medium.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/muscles.xml", 1e-13, "k", false, false},
-        {MODELS "/mjcf/wraps.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/cables.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/flex.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/armature.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/flexes.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/fields.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/fitted.xml", 1e-12, NULL, false, false},
-        {MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
-        {MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/elastic.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/copies.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/elastic_parts.xml", 1e-13, NULL, false, false},
-        {MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
-        {MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false},       /* MuJoCo subtracts two ellipsoids */
-        {MODELS "/extended.urdf", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
-        {MODELS "/mjcf/thrusters.xml", 1e-13, "k", false, false},
+        {KT_MODELS "/mjcf/tree.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/masses.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/ties.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/arm.urdf", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/meshes.xml", 1e-9, NULL, false, false},
+        {KT_MODELS "/mjcf/builtins.xml", 1e-9, NULL, false, false},
+        {KT_MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},
+        {KT_MODELS "/mjcf/medium.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/muscles.xml", 1e-13, "k", false, false},
+        {KT_MODELS "/mjcf/wraps.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/cables.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/flex.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/armature.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/flexes.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/fields.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/fitted.xml", 1e-12, NULL, false, false},
+        {KT_MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
+        {KT_MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/elastic.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/copies.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/elastic_parts.xml", 1e-13, NULL, false, false},
+        {KT_MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
+        {KT_MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false},       /* MuJoCo subtracts two ellipsoids */
+        {KT_MODELS "/extended.urdf", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
+        {KT_MODELS "/mjcf/thrusters.xml", 1e-13, "k", false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);
@@ -396,18 +396,17 @@ KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     for (int i = 0; i < listed; i++) {
         char path[600];
-        kt_scene scene;
+        kt_scene *scene = kt_test_scene_place();
         kt_error error = {0};
         (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_scene_read(path, &scene, NULL, NULL, &error) == KT_OK) {
+        if (kt_scene_read(path, scene, NULL, NULL, &error) == KT_OK) {
             scenes++;
             for (int format = 0; format < 2 && count < EXPORTS_MOST; format++) {
                 (void)snprintf(names[count], EXPORT_NAME, "%s/%.60s.%s", folder, entries[i]->d_name,
                                format == KT_ROBOT_URDF ? "urdf" : "xml");
                 files[count] = (model_file){names[count], 1e-12, NULL, true, format == KT_ROBOT_URDF};
-                count += write_export(&scene, (kt_robot_format)format, folder, names[count]);
+                count += write_export(scene, (kt_robot_format)format, folder, names[count]);
             }
-            kt_scene_free(&scene);
         }
         free(entries[i]);
     }

@@ -258,15 +258,14 @@ KT_TEST(armatures_of_constant_lengths_add_nothing) {
         "pos='.1 0 "
         "0'/></body></body></worldbody><tendon><spatial armature='.1'><site site='a1'/><site site='a2'/><pulley "
         "divisor='1'/><site site='b1'/><site site='b2'/></spatial></tendon></mujoco>";
-    kt_scene scene;
+    kt_scene *scene = kt_test_scene_place();
     kt_error error = {0};
-    if (!kt_check_equal_int("read", kt_robot_parse("m", text, strlen(text), NULL, &scene, NULL, NULL, &error), KT_OK)) {
+    if (!kt_check_equal_int("read", kt_robot_parse("m", text, strlen(text), NULL, scene, NULL, NULL, &error), KT_OK)) {
         kt_note("%s", error.message);
         return;
     }
-    kt_check_equal_int("loops", scene.description.loop_count, 0);
-    kt_check_equal_int("bodies", scene.description.body_count, 2);
-    kt_scene_free(&scene);
+    kt_check_equal_int("loops", scene->description.loop_count, 0);
+    kt_check_equal_int("bodies", scene->description.body_count, 2);
 }
 
 /* Accelerations of the arm and of its export at the same start. */
@@ -307,7 +306,7 @@ KT_TEST(forces_that_neither_a_tendon_nor_an_actuator_has_are_counted_as_lost) {
                                          "-2*(length + 1)",          "max(1 - length, 0)", "-length^2", "-3*length*t"};
     for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
         char text[500];
-        kt_scene scene;
+        kt_scene *scene = kt_test_scene_place();
         kt_error error = {0};
         int lost = 0;
         char written[4000] = "";
@@ -317,18 +316,16 @@ KT_TEST(forces_that_neither_a_tendon_nor_an_actuator_has_are_counted_as_lost) {
                        "  - {type: expression, path: [{body: world, at: [1, 1, 0]}, {body: world, radius: 0.1}, a], "
                        "force: \"%s\"}\n",
                        forces[i]);
-        if (to == NULL ||
-            !kt_check_equal_int(error.message, kt_scene_parse("x", text, strlen(text), &scene, NULL, NULL, &error),
-                                KT_OK))
+        if (to == NULL || !kt_check_equal_int(
+                              error.message, kt_scene_parse("x", text, strlen(text), scene, NULL, NULL, &error), KT_OK))
             return;
-        kt_check_equal_int("written", kt_robot_write_scene(&scene, KT_ROBOT_MJCF, NULL, to, count_lost, &lost, &error),
+        kt_check_equal_int("written", kt_robot_write_scene(scene, KT_ROBOT_MJCF, NULL, to, count_lost, &lost, &error),
                            KT_OK);
         kt_check_equal_int(forces[i], lost, i < OF_BOTH ? 0 : 1);
         rewind(to);
         const size_t length = fread(written, 1, sizeof written - 1, to);
         kt_check_true("it is written", length > 0 && length < sizeof written - 1);
         kt_check_equal_int("as an actuator", strstr(written, "<general") != NULL, i >= OF_TENDONS && i < OF_BOTH);
-        kt_scene_free(&scene);
         (void)fclose(to);
     }
 }

@@ -4,9 +4,11 @@
 #include "../folder.h"
 #include "check.h"
 #include "node.h"
-#include "note.h"
 #include "random.h"
 #include "run_file.h"
+
+#define ROBOT "m.xml"
+#include "robot.h"
 
 #include "kinetree/import.h"
 #include "kinetree/kinetree.h"
@@ -145,13 +147,6 @@ static bool read_theirs(FILE *from, const char *path, int coordinates, double *q
     return true;
 }
 
-/* Reads a model with contacts; the number of its effects. */
-static int contacts_of(const char *text, const kt_robot_options *options, kt_scene *scene) {
-    kt_error error = {0};
-    const kt_status status = kt_robot_parse("m.xml", text, strlen(text), options, scene, NULL, NULL, &error);
-    return kt_check_equal_int(error.message, status, KT_OK) ? scene->description.effect_count : -1;
-}
-
 static const kt_robot_options with_contacts = {.contacts = true};
 
 #define MODEL(floor, geoms, rest)                                                                                      \
@@ -184,11 +179,8 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
          1}, /* bodies that do not move touch nothing */
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        const int count = contacts_of(table[i].text, &with_contacts, &scene);
-        kt_check_equal_int(table[i].text, count, table[i].contacts);
-        if (count >= 0)
-            kt_scene_free(&scene);
+        const kt_scene *scene = test_robot(table[i].text, &with_contacts);
+        kt_check_equal_int(table[i].text, scene->description.effect_count, table[i].contacts);
     }
 }
 
@@ -199,19 +191,17 @@ KT_TEST(contacts_have_the_stiffness_of_the_file) {
         MODEL("pos='0 0 .5'", "<geom size='.1' mass='1' condim='1' margin='.01' friction='.7'/>", "");
     static const char constant[] = "<mujoco><default><geom solimp='.9 .9 .001' solref='.02 1' condim='1'/></default>";
     char whole[1000];
-    kt_scene scene;
     const kt_robot_options on_ground = {.contacts = true, .has_ground = true, .ground = -2.0};
     (void)snprintf(whole, sizeof whole, "%s%s", constant, text + strlen("<mujoco>"));
-    if (!kt_check_equal_int("contacts", contacts_of(whole, &on_ground, &scene), 2))
-        return;
-    const kt_effect *floor = &scene.description.effects[1], *ground = &scene.description.effects[0];
+    const kt_scene *scene = test_robot(whole, &on_ground);
+    kt_need(kt_check_equal_int("contacts", scene->description.effect_count, 2));
+    const kt_effect *floor = &scene->description.effects[1], *ground = &scene->description.effects[0];
     kt_check_near("stiffness", floor->stiffness, 1.0 / (4e-4 * 0.1), 1e-8 * 25000.0);
     kt_check_near("exponent", floor->exponent, 1.0, 1e-9);
     kt_check_near("without friction", floor->friction, 0.0, 0.0);
     kt_check_near("height of the floor and the margin", floor->between[1].at.z, 0.51, 1e-15);
     kt_check_near("height of the ground and the margin", ground->between[1].at.z, -1.99, 1e-15);
     kt_check_near("radius", floor->radius, 0.1, 0.0);
-    kt_scene_free(&scene);
 }
 
 /* As in MuJoCo, the default applies: a spring of a damping ratio of 0 would be infinite. */
@@ -225,23 +215,20 @@ KT_TEST(solref_of_mixed_signs_is_the_default_with_a_warning) {
     double standard = 0.0;
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[400];
-        kt_scene scene;
         (void)snprintf(text, sizeof text,
                        "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/><geom size='.1' "
                        "priority='1' solref='%s'/></body></worldbody></mujoco>",
                        table[i].reference);
-        const int count = contacts_of(text, &with_contacts, &scene);
+        const kt_scene *scene = test_robot(text, &with_contacts);
+        const int count = scene->description.effect_count;
         kt_check_equal_int(table[i].reference, count, table[i].contacts);
-        if (count < 0)
-            continue;
-        kt_check_equal_int("warning", has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"),
+        kt_check_equal_int("warning", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "solref of which one number alone"),
                            table[i].is_mixed);
-        kt_check_equal_int("left out", has_note(&scene, "or a solref without stiffness"), count == 0);
+        kt_check_equal_int("left out", has_note(scene, "or a solref without stiffness"), count == 0);
         if (i == 0)
-            standard = scene.description.effects[0].stiffness;
+            standard = scene->description.effects[0].stiffness;
         if (table[i].is_mixed && count > 0)
-            kt_check_equal_bits("stiffness", &scene.description.effects[0].stiffness, &standard, 1);
-        kt_scene_free(&scene);
+            kt_check_equal_bits("stiffness", &scene->description.effects[0].stiffness, &standard, 1);
     }
 }
 
@@ -252,17 +239,15 @@ KT_TEST(edges_of_a_pyramid_share_the_force_of_a_contact) {
     for (size_t i = 0; i < sizeof dimensions / sizeof *dimensions; i++) {
         const double mu = 0.7, ratio = 5.0, alone = 1.0 / (4e-4 * 0.1), n = dimensions[i];
         char text[1000];
-        kt_scene scene;
         (void)snprintf(text, sizeof text,
                        "<mujoco><option impratio='5'/><default><geom solimp='.9 .9 .001' solref='.02 1' friction='.7'/>"
                        "</default><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/>"
                        "<geom size='.1' mass='1' condim='%d'/></body></worldbody></mujoco>",
                        dimensions[i]);
-        if (!kt_check_equal_int("contacts", contacts_of(text, &with_contacts, &scene), 1))
-            continue;
+        const kt_scene *scene = test_robot(text, &with_contacts);
+        kt_need(kt_check_equal_int("contacts", scene->description.effect_count, 1));
         const double expected = alone * (n - 1.0) * ratio / ((1.0 + mu * mu) * mu * mu);
-        kt_check_near("stiffness", scene.description.effects[0].stiffness, expected, 1e-8 * expected);
-        kt_scene_free(&scene);
+        kt_check_near("stiffness", scene->description.effects[0].stiffness, expected, 1e-8 * expected);
     }
 }
 
@@ -276,11 +261,9 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
              axes = kt_worst_make("at the axes");
     for (size_t i = 0; i < sizeof half_axes / sizeof *half_axes; i++) {
         char text[1000];
-        kt_scene scene;
         const kt_vec3 a = half_axes[i];
         (void)snprintf(text, sizeof text, MODEL("", "<geom type='ellipsoid' size='%g %g %g'/>", ""), a.x, a.y, a.z);
-        if (contacts_of(text, &with_contacts, &scene) < 0)
-            return;
+        const kt_scene *scene = test_robot(text, &with_contacts);
         const double most = fmax(a.x, fmax(a.y, a.z));
         for (int k = 0; k < 2003; k++) {
             double d[3] = {k == 0, k == 1, k == 2};
@@ -289,8 +272,8 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
             const kt_vec3 n = kt_vec3_make(d[0], d[1], d[2]);
             const double exact = kt_vec3_norm(kt_vec3_make(a.x * n.x, a.y * n.y, a.z * n.z));
             double support = 0.0;
-            for (int j = 0; j < scene.description.effect_count; j++) {
-                const kt_effect *e = &scene.description.effects[j];
+            for (int j = 0; j < scene->description.effect_count; j++) {
+                const kt_effect *e = &scene->description.effects[j];
                 support = fmax(support, kt_vec3_dot(e->between[0].at, n) + e->radius);
             }
             kt_worst_below(&inside, support / exact, 1.0 + 1e-14, "%zu, %d", i, k);
@@ -298,7 +281,6 @@ KT_TEST(spheres_of_ellipsoids_are_inside_them_and_near_their_surface) {
             if (k < 3)
                 kt_worst_near(&axes, support, exact, 1e-15, "%zu, %d", i, k);
         }
-        kt_scene_free(&scene);
     }
     kt_check_worst(&inside);
     kt_check_worst(&near);
@@ -344,17 +326,14 @@ KT_TEST(meshes_touch_in_all_corners_of_a_flat_sole_that_a_bevel_surrounds) {
         (void)snprintf(text + strlen(text), sizeof text - strlen(text),
                        "'/></asset><worldbody><geom type='plane' size='1 1 1'/><body><freejoint/><geom type='mesh' "
                        "mesh='m'/></body></worldbody></mujoco>");
-        kt_scene scene;
-        if (contacts_of(text, &with_contacts, &scene) < 0)
-            return;
+        const kt_scene *scene = test_robot(text, &with_contacts);
         for (int i = 0; i < corners; i++) {
             double nearest = HUGE_VAL;
-            for (int k = 0; k < scene.description.effect_count; k++)
+            for (int k = 0; k < scene->description.effect_count; k++)
                 nearest =
-                    fmin(nearest, kt_vec3_norm(kt_vec3_sub(scene.description.effects[k].between[0].at, vertices[i])));
+                    fmin(nearest, kt_vec3_norm(kt_vec3_sub(scene->description.effects[k].between[0].at, vertices[i])));
             kt_worst_near(&missed, nearest, 0.0, 1e-12, "%d, %d corners, %d", trial, corners, i);
         }
-        kt_scene_free(&scene);
     }
     kt_check_worst(&missed);
 }
@@ -373,14 +352,11 @@ KT_TEST(robots_that_fall_or_start_in_the_ground_are_told) {
         {"on the ground", MODEL("pos='0 0 -.1'", "<geom size='.1'/>", ""), NULL, &with_contacts},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        if (contacts_of(table[i].text, table[i].options, &scene) < 0)
-            continue;
+        const kt_scene *scene = test_robot(table[i].text, table[i].options);
         if (table[i].note != NULL)
-            kt_check_true(table[i].name, has_ranked_note(&scene, KT_NOTE_RANK_MOTION, table[i].note));
+            kt_check_true(table[i].name, has_ranked_note(scene, KT_NOTE_RANK_MOTION, table[i].note));
         else
-            kt_check_true(table[i].name, !has_ranked_note(&scene, KT_NOTE_RANK_MOTION, "ground"));
-        kt_scene_free(&scene);
+            kt_check_true(table[i].name, !has_ranked_note(scene, KT_NOTE_RANK_MOTION, "ground"));
     }
 }
 

@@ -326,17 +326,15 @@ KT_TEST(faults_are_told_at_their_places) {
 
 KT_TEST(notes_have_the_whole_path) {
     char path[400], where[400];
-    kt_scene scene;
+    kt_scene *scene = kt_test_scene_place();
     kt_error error;
     memset(path, 'f', 300);
     (void)snprintf(path + 300, sizeof path - 300, "/r.urdf");
     (void)snprintf(where, sizeof where, "%.390s:1:17", path);
     static const char text[] = "<robot name='r'><link name='a'/></robot>";
-    if (!kt_check_equal_int("status", kt_robot_parse(path, text, strlen(text), NULL, &scene, NULL, NULL, &error),
-                            KT_OK))
+    if (!kt_check_equal_int("status", kt_robot_parse(path, text, strlen(text), NULL, scene, NULL, NULL, &error), KT_OK))
         return;
-    kt_check_text("where", scene.notes[0].where, where);
-    kt_scene_free(&scene);
+    kt_check_text("where", scene->notes[0].where, where);
 }
 
 KT_TEST(nesting_ends_at_a_depth) {
@@ -364,7 +362,7 @@ KT_TEST(stops_of_negative_or_endless_stiffness_are_rejected) {
 KT_TEST(robot_that_is_written_as_a_scene_reads_back_the_same) {
     kt_scene *robot = kt_test_scene_place();
     kt_error error = {0};
-    kt_need_fine("robot", kt_robot_read(ARM, NULL, robot, NULL, NULL, &error), &error);
+    kt_need_fine("robot", kt_robot_read(KT_MODELS "/arm.urdf", NULL, robot, NULL, NULL, &error), &error);
     const char *text = kt_test_written(robot);
     kt_check_text("the same scene", kt_test_written(kt_test_scene(text)), text);
 }

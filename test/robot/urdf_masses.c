@@ -40,18 +40,17 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         for (int how = 0; how < 3; how++) {
             const kt_robot_options options = {.inertia = (kt_robot_inertia)how};
-            kt_scene scene;
-            const kt_status status = parse(table[i].text, &options, &scene);
+            kt_scene *scene = kt_test_scene_place();
+            const kt_status status = parse(table[i].text, &options, scene);
             kt_note("case %d, %d: %s", (int)i, how, status == KT_OK ? "read" : faults.text);
             kt_check_equal_int("read", status == KT_OK, table[i].read[how]);
             if (status != KT_OK) {
                 kt_check_contains("at the element", faults.text, "inertial: inertia: the principal moments are");
                 continue;
             }
-            kt_check_equal_int(table[i].told, count_notes(&scene, table[i].told) > 0,
-                               table[i].told[0] != '\0' || scene.note_count > 0);
-            (void)kt_test_scene(kt_test_written(&scene));
-            kt_scene_free(&scene);
+            kt_check_equal_int(table[i].told, count_notes(scene, table[i].told) > 0,
+                               table[i].told[0] != '\0' || scene->note_count > 0);
+            (void)kt_test_scene(kt_test_written(scene));
         }
 }
 
@@ -64,21 +63,20 @@ KT_TEST(rounding_of_zero_is_no_inertia_of_a_part_alone) {
     } table[] = {{"2e-35", true}, {"-3e-17", true}, {"1e-12", false}, {"-1e-12", false}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         char text[900];
-        kt_scene scene;
+        kt_scene *scene = kt_test_scene_place();
         (void)snprintf(text, sizeof text,
                        "<robot name='r'><link name='base'/><link name='head'><inertial><mass value='1'/><origin "
                        "xyz='0.5 0 0'/><inertia ixx='0' iyy='0' izz='%s' ixy='0' ixz='%s' iyz='0'/></inertial></link>"
                        "<joint name='j' type='continuous'><parent link='base'/><child link='head'/><axis xyz='0 0 1'/>"
                        "</joint></robot>",
                        table[i].inertia, table[i].inertia);
-        const kt_status status = parse(text, NULL, &scene);
+        const kt_status status = parse(text, NULL, scene);
         kt_check_equal_int(table[i].inertia, status == KT_OK, table[i].is_nothing);
         if (status != KT_OK)
             continue;
-        const kt_sym3 *inertia = &find_body(&scene, "head")->inertia;
+        const kt_sym3 *inertia = &find_body(scene, "head")->inertia;
         kt_check_equal_bits("it is zero", &inertia->xx, (const double[]){0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 6);
-        kt_check_equal_int("told", count_notes(&scene, "nothing but rounding, taken for zero: 1"), 1);
-        kt_scene_free(&scene);
+        kt_check_equal_int("told", count_notes(scene, "nothing but rounding, taken for zero: 1"), 1);
     }
 }
 
@@ -93,7 +91,7 @@ KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
         const bool is_body = y >= 0.0 && x <= y + z && z <= x + y + 1e-12;
         const kt_robot_options strict = {.inertia = KT_ROBOT_INERTIA_STRICT};
         char text[1000];
-        kt_scene scene;
+        kt_scene *scene = kt_test_scene_place();
         (void)snprintf(
             text, sizeof text,
             "<robot name='r'><link name='base'/><link name='a'>" INERTIA(
@@ -104,11 +102,9 @@ KT_TEST(inertia_of_a_part_is_that_of_its_links_about_their_common_centre) {
                                                                "<joint name='k' type='fixed'><parent link='a'/><child "
                                                                "link='b'/><origin xyz='0.%d 0 0'/></joint></robot>",
             tenths);
-        const kt_status status = parse(text, &strict, &scene);
+        const kt_status status = parse(text, &strict, scene);
         kt_note("d = %.1f m", d);
         kt_check_equal_int("read", status == KT_OK, is_body);
-        if (status == KT_OK)
-            kt_scene_free(&scene);
     }
 }
 

@@ -2,15 +2,18 @@
 #ifndef KT_TEST_ROBOT_WRITE_BACK_H
 #define KT_TEST_ROBOT_WRITE_BACK_H
 
+#include "../scene/collect.h"
 #include "told.h"
 
 #include "kinetree/export.h"
+#include "kinetree/import.h"
 #include "kinetree/kinetree.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-/* Writes a mechanism to *text, which the caller frees. */
+/* Writes a mechanism to *text, which the running test owns. */
 static inline kt_status write_back(const kt_description *d, kt_robot_format format, told *t, char **text,
                                    kt_error *error) {
     size_t size = 0;
@@ -20,7 +23,22 @@ static inline kt_status write_back(const kt_description *d, kt_robot_format form
         return KT_ERROR_MEMORY;
     const kt_status status = kt_robot_write(d, format, stream, hear, t, error);
     (void)fclose(stream);
+    kt_test_own(*text, free);
     return status;
+}
+
+/* Writes a mechanism that has a place in the format, and reads it back. The test ends if a call fails. */
+static inline const kt_scene *come_back(const kt_description *d, kt_robot_format format,
+                                        const kt_robot_options *options, told *t) {
+    kt_scene *back = kt_test_scene_place();
+    char *text = NULL;
+    kt_error error = {0};
+    kt_need_fine("written", write_back(d, format, t, &text, &error), &error);
+    const kt_status status = kt_robot_parse("back", text, strlen(text), options, back, NULL, NULL, &error);
+    if (status != KT_OK)
+        kt_note("%s", text);
+    kt_need_fine("read", status, &error);
+    return back;
 }
 
 /* Our body that a joint of this name moves; 0: none. */
