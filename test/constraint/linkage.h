@@ -88,13 +88,13 @@ typedef struct linkage_run {
     long evaluations;
 } linkage_run;
 
-/* These must succeed: a failure ends the test. step > 0: fixed; else `tolerance` is the relative and the absolute one. */
+/* A failure of these ends the test. step > 0: fixed; else `tolerance` is the relative and the absolute one. */
 void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
                        double t);
 /* On to this time; the state is then l's. */
 void linkage_run_to(linkage_run *r, double t);
 
-/* ---- calls that must succeed, or the test ends ------------------------------------------------------------------- */
+/* ---- calls that must succeed, or the test ends ------------------------------------------------------------------ */
 
 bool linkage_accelerate(const linkage *l, double t, double *a);
 kt_residual linkage_residual(const linkage *l, double t);

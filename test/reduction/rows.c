@@ -52,7 +52,6 @@ KT_TEST(row_is_assembled_around_a_held_crank_as_by_dense_matrices) {
     static linkage l, dense;
     linkage *const both[] = {&l, &dense};
     for (int held = 0; held < 2; held++) {
-
         for (int i = 0; i < 2; i++) {
             linkage_windows(both[i], 30, 0.5, 1.0, KT_LOOP_REVOLUTE);
             both[i]->description.hold = hold;

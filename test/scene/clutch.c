@@ -95,7 +95,7 @@ KT_TEST(a_clutch_of_friction_is_opened_and_closed) {
 KT_TEST(checkpoint_of_an_open_clutch_goes_on_with_the_same_bits) {
     const running one = begin_with(plates, NULL, KT_RECORD_BALANCE), two = begin_with(plates, NULL, KT_RECORD_BALANCE);
     kt_error error = {0};
-    void *block = malloc(kt_simulation_state_size(one.simulation));
+    void *block = running_room(&one, 1);
     running_advance(&one, 3.2);
     kt_check_equal_int("released", (long long)kt_simulation_released(one.simulation), 1);
     kt_simulation_save(one.simulation, block);
@@ -112,7 +112,6 @@ KT_TEST(checkpoint_of_an_open_clutch_goes_on_with_the_same_bits) {
     kt_check_equal_int("begins anew",
                        kt_simulation_set_state(one.simulation, 0.0, (double[2]){0.0}, (double[2]){0.0}, &error), KT_OK);
     kt_check_equal_int("released as at first", (long long)kt_simulation_released(one.simulation), 1);
-    free(block);
 }
 
 /* A load on a spring, on which an engine turns with friction; its clutch opens and closes by the load's speed. */
@@ -306,8 +305,8 @@ KT_TEST(stops_and_friction_that_sticks_are_rejected_in_coordinates_of_loops) {
                                "  - {name: rub, type: joint_friction, joint: hinge, coulomb: 5, stick: true}\n"
                                "  - {name: stop, type: joint_limit, joint: \"hinge[0]\", upper: 1, restitution: 0.5}\n"
                                "simulate: {duration: 1}\n";
-    kt_scene scene = kt_scene_default();
-    kt_check_true("rejected", !running_parse(text, NULL, &scene));
+    kt_scene *scene = kt_test_scene_place();
+    kt_check_true("rejected", !running_parse(text, NULL, scene));
     kt_check_contains(
         "friction", running_faults.text,
         "effect 'rub': 'hinge' is a coordinate of a loop; friction that sticks acts in one of a joint: leave "
@@ -315,5 +314,4 @@ KT_TEST(stops_and_friction_that_sticks_are_rejected_in_coordinates_of_loops) {
     kt_check_contains("stop", running_faults.text,
                       "effect 'stop': 'hinge[0]' is a coordinate of a loop; a hard stop (restitution) acts in one of a "
                       "joint: give a stiffness instead");
-    kt_scene_free(&scene);
 }

@@ -39,16 +39,15 @@ KT_TEST(formulas_hold_numbers_in_place_of_parameters) {
         {"rest", "tilt*t", "(0.5235987755982989 rad)*t"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        kt_scene scene;
-        const kt_status status = parse(rows[i].text, rows[i].key, &scene);
+        kt_scene *scene = kt_test_scene_place();
+        const kt_status status = parse(rows[i].text, rows[i].key, scene);
         kt_check_equal_int(rows[i].text, status == KT_OK, rows[i].expected != NULL);
         if (status != KT_OK)
             continue;
-        const kt_effect *effect = &scene.description.effects[0];
+        const kt_effect *effect = &scene->description.effects[0];
         const kt_function *f = i < 5 ? &effect->torque : &effect->rest;
         kt_check_equal_int("type", f->type, KT_FUNCTION_EXPRESSION);
         kt_check_text("formula", f->text, rows[i].expected);
-        kt_scene_free(&scene);
     }
 }
 
@@ -85,10 +84,9 @@ KT_TEST(functions_are_written_as_they_are_read) {
         "\"A*max(0, sin(w*t))\"", "{bump: {height: 2, start: 0.25, end: 1}}",
         "{sum: [1, \"t^2\", {product: [{sine: {amplitude: 1, frequency: 2}}, \"exp(-t)\"]}]}"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
-        kt_scene scene;
-        if (!kt_check_equal_int(texts[i], parse(texts[i], "torque", &scene), KT_OK))
+        kt_scene *scene = kt_test_scene_place();
+        if (!kt_check_equal_int(texts[i], parse(texts[i], "torque", scene), KT_OK))
             continue;
-        kt_check_text("difference", kt_scene_difference(&scene, kt_test_scene(kt_test_written(&scene))), "");
-        kt_scene_free(&scene);
+        kt_check_text("difference", kt_scene_difference(scene, kt_test_scene(kt_test_written(scene))), "");
     }
 }

@@ -13,20 +13,19 @@
 static kt_collected faults;
 
 static bool compile(const char *text, kt_model **model, kt_data **data) {
-    kt_scene scene;
+    kt_scene *scene = kt_test_scene_place();
     kt_error error = {0};
     memset(&faults, 0, sizeof faults);
     *model = NULL;
     *data = NULL;
-    if (kt_scene_parse("x", text, strlen(text), &scene, kt_collect, &faults, &error) != KT_OK) {
+    if (kt_scene_parse("x", text, strlen(text), scene, kt_collect, &faults, &error) != KT_OK) {
         kt_check_text("parses", error.message, "");
         return false;
     }
-    kt_status status = kt_model_compile(&scene.description, NULL, model, &error);
+    kt_status status = kt_model_compile(&scene->description, NULL, model, &error);
     if (status == KT_OK)
         status = kt_data_create(*model, data, &error);
     kt_check_text("compiles", status == KT_OK ? "" : error.message, "");
-    kt_scene_free(&scene);
     return status == KT_OK;
 }
 

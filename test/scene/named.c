@@ -128,14 +128,13 @@ KT_TEST(named_expressions_have_the_values_of_their_formulas) {
     int finite = 0;
     for (int i = 0; i < COUNT; i++) {
         char text[6000];
-        kt_scene scene = kt_scene_default();
+        kt_scene *scene = kt_test_scene_place();
         const double expected = draw_scene(&random, kt_random_int(&random, 1, 8), text, sizeof text);
         if (!isfinite(expected) || fabs(expected) > 1e9)
             continue;
-        const bool reads = parse(text, &scene) == KT_OK;
-        kt_worst_near(&worst, reads ? rate_of(&scene) : (double)NAN, expected, 1e-13 * (1.0 + fabs(expected)),
+        const bool reads = parse(text, scene) == KT_OK;
+        kt_worst_near(&worst, reads ? rate_of(scene) : (double)NAN, expected, 1e-13 * (1.0 + fabs(expected)),
                       "scene %d", i);
-        kt_scene_free(&scene);
         finite++;
     }
     kt_check_worst(&worst);
@@ -147,11 +146,10 @@ KT_TEST(named_expressions_have_the_values_of_their_formulas) {
 #define BODY "bodies:\n  - {name: arm, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
 
 static void check_fault(const char *text, const char *where, const char *message) {
-    kt_scene scene = kt_scene_default();
-    kt_check_equal_int("is rejected", parse(text, &scene), KT_ERROR_SCENE);
+    kt_scene *scene = kt_test_scene_place();
+    kt_check_equal_int("is rejected", parse(text, scene), KT_ERROR_SCENE);
     kt_check_contains("where", faults.text, where);
     kt_check_contains("message", faults.text, message);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(faults_of_named_expressions_are_located) {
@@ -182,12 +180,11 @@ KT_TEST(expressions_that_grow_beyond_the_longest_formula_are_rejected) {
 }
 
 KT_TEST(an_expression_that_nothing_uses_is_noted) {
-    kt_scene scene = kt_scene_default();
+    kt_scene *scene = kt_test_scene_place();
     kt_check_equal_int(
-        "reads",
-        parse("kinetree: 1\n" BODY "expressions: {a: t, b: reaction.arm.fx}\nstates: {x: {rate: a}}\n", &scene), KT_OK);
-    kt_check_equal_int("notes", scene.note_count, 1);
-    if (scene.note_count == 1)
-        kt_check_contains("note", scene.notes[0].what, "nothing uses the expression 'b'");
-    kt_scene_free(&scene);
+        "reads", parse("kinetree: 1\n" BODY "expressions: {a: t, b: reaction.arm.fx}\nstates: {x: {rate: a}}\n", scene),
+        KT_OK);
+    kt_check_equal_int("notes", scene->note_count, 1);
+    if (scene->note_count == 1)
+        kt_check_contains("note", scene->notes[0].what, "nothing uses the expression 'b'");
 }

@@ -205,12 +205,12 @@ KT_TEST(settings_replace_values_and_add_keys) {
                                            "gravity=[0, -1, 0]",
                                            "bodies.arm.name=leg",
                                            "effects[0].joint=leg"};
-    kt_scene scene;
-    if (!kt_check_equal_int("status", parse_with(arm, settings, 8, &scene), KT_OK)) {
+    kt_scene *scene = kt_test_scene_place();
+    if (!kt_check_equal_int("status", parse_with(arm, settings, 8, scene), KT_OK)) {
         kt_note("%s", faults.text);
         return;
     }
-    const kt_description *d = &scene.description;
+    const kt_description *d = &scene->description;
     kt_check_text("name", d->bodies[0].name, "leg");
     kt_check_near("mass", d->bodies[0].mass, 6.0, 0.0);
     kt_check_near("com x", d->bodies[0].com.x, 3.0, 0.0);
@@ -218,12 +218,11 @@ KT_TEST(settings_replace_values_and_add_keys) {
     kt_check_near("position", d->bodies[0].joint.position[0], 1.5707963267948966, 0.0);
     kt_check_near("damping", d->effects[0].damping, 1.5, 0.0);
     kt_check_near("gravity", d->gravity.y, -1.0, 0.0);
-    kt_check_near("duration", scene.run.duration, 7.0, 0.0);
-    kt_check_equal_int("kept", scene.setting_count, 8);
-    kt_check_text("the third", scene.settings[2], settings[2]);
-    kt_check_true("L is set", scene.parameters[0].is_set);
-    kt_check_true("m is not", !scene.parameters[1].is_set);
-    kt_scene_free(&scene);
+    kt_check_near("duration", scene->run.duration, 7.0, 0.0);
+    kt_check_equal_int("kept", scene->setting_count, 8);
+    kt_check_text("the third", scene->settings[2], settings[2]);
+    kt_check_true("L is set", scene->parameters[0].is_set);
+    kt_check_true("m is not", !scene->parameters[1].is_set);
 }
 
 KT_TEST(faults_of_settings_are_located_in_them) {

@@ -64,6 +64,17 @@ KT_TEST(loops_take_their_keys) {
     kt_check_text("hold", scene->description.hold[1], "crank");
 }
 
+/* A loop with a fault of these words. Returns the number of faults. */
+static int check_wrong_loop(const char *given, const char *loop, const char *says) {
+    static kt_collected faults;
+    char text[600];
+    snprintf(text, sizeof text, HEAD "loops: [{name: l, %s, %s}]\n", given, loop);
+    const kt_status status = kt_collect_parse(&faults, text, kt_test_scene_place());
+    kt_note("%s", faults.text);
+    kt_check_true(loop, status != KT_OK && strstr(faults.text, says) != NULL);
+    return faults.count;
+}
+
 /* The joints that a formula reads become terms without a coefficient. */
 KT_TEST(couplings_take_formulas_of_joints_of_one_coordinate) {
     static const struct {
@@ -88,16 +99,8 @@ KT_TEST(couplings_take_formulas_of_joints_of_one_coordinate) {
     kt_check_text("joint of the formula alone", l->terms[1].joint, "crank");
     CHECK_NUMBERS("its coefficient", &l->terms[1].coefficient, 0);
     kt_check_text("formula", l->formula, "-(0.25)*position.crank^2 + 0*position.slide");
-    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
-        char text[600];
-        snprintf(text, sizeof text, HEAD "loops: [{name: l, type: coupling, %s}]\n", wrong[i].loop);
-        static kt_collected faults;
-        kt_scene no = kt_scene_default();
-        const kt_status status = kt_collect_parse(&faults, text, &no);
-        kt_note("%s", faults.text);
-        kt_check_true(wrong[i].loop, status != KT_OK && strstr(faults.text, wrong[i].says) != NULL);
-        kt_scene_free(&no);
-    }
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        (void)check_wrong_loop("type: coupling", wrong[i].loop, wrong[i].says);
 }
 
 KT_TEST(every_loop_between_two_ends_has_its_name) {
@@ -168,17 +171,8 @@ KT_TEST(wrong_surfaces_and_curves_are_told) {
          "points 1 and 2 of the spline are the same"},
         {"type: curve, curve: {spline: {}}", "a list of points"},
     };
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        char text[600];
-        snprintf(text, sizeof text, HEAD "loops: [{name: l, between: [world, crank], %s}]\n", table[i].loop);
-        static kt_collected faults;
-        kt_scene scene = kt_scene_default();
-        const kt_status status = kt_collect_parse(&faults, text, &scene);
-        kt_note("%s", faults.text);
-        kt_check_true(table[i].loop, status != KT_OK && strstr(faults.text, table[i].says) != NULL);
-        kt_check_equal_int("faults", faults.count, 1);
-        kt_scene_free(&scene);
-    }
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        kt_check_equal_int("faults", check_wrong_loop("between: [world, crank]", table[i].loop, table[i].says), 1);
 }
 
 typedef struct function_row {

@@ -1,5 +1,6 @@
 #include "running.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -51,6 +52,22 @@ running running_begin(kt_scene *scene, unsigned record) {
 
 running running_start(const char *text, const kt_scene_options *options) {
     return running_begin(running_read(text, options), kt_simulation_options_default().record);
+}
+
+void running_check_fault(const char *what, const char *text, const char *place, const char *words) {
+    if (!kt_check_true(what, !running_parse(text, NULL, kt_test_scene_place())))
+        return;
+    kt_check_equal_int("faults", (long long)running_faults.count, 1);
+    if (place != NULL)
+        kt_check_text("place", running_faults.first.where, place);
+    kt_check_contains("words", running_faults.first.message, words);
+}
+
+void *running_room(const running *r, size_t count) {
+    void *room = malloc(count * kt_simulation_state_size(r->simulation));
+    kt_test_own(room, free);
+    kt_need(room != NULL || kt_check_true("there is memory", false));
+    return room;
 }
 
 void running_advance(const running *r, double time) {

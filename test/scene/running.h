@@ -28,6 +28,12 @@ kt_status running_open(running *to, kt_scene *scene, const kt_simulation_options
 running running_begin(kt_scene *scene, unsigned record);
 running running_start(const char *text, const kt_scene_options *options);
 
+/* Checks that a scene has one fault, with these words, at a place (NULL: any). */
+void running_check_fault(const char *what, const char *text, const char *place, const char *words);
+
+/* Memory for saved states of a simulation, which the running test owns. */
+void *running_room(const running *r, size_t count);
+
 /* Advances to a time, which must not fail. */
 void running_advance(const running *r, double time);
 

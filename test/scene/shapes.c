@@ -140,7 +140,7 @@ static void read_meshes(const char *keys, const char *meshes, kt_collected *faul
 KT_TEST(closed_meshes_weigh_as_their_solids) {
     static kt_collected faults;
     char path[] = "/tmp/kinetree-mesh-XXXXXX", meshes[600];
-    kt_scene a = kt_scene_default();
+    kt_scene *a = kt_test_scene_place();
     kt_vec3 com;
     kt_sym3 inertia;
     if (!write_box(path, false))
@@ -150,7 +150,7 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
                    "     rotation: {axis: [0, 0, 1], angle: 90 deg}}\n"
                    "  - {body: a, file: %s, scale: [1e-3, 1e-3, 1e-3], at: [1.03, 2, 3], density: 5400}\n",
                    path, path);
-    read_meshes("", meshes, &faults, &a);
+    read_meshes("", meshes, &faults, a);
     kt_need(kt_check_text("faults", faults.text, ""));
     const double m = 2700.0 * 24e-6;
     char text[600];
@@ -159,7 +159,7 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
                    "{type: box, size: [0.02, 0.03, 0.04], at: [1.04, 2.015, 3.02], mass: %.17g}]",
                    m, 2.0 * m);
     kt_error error = {0};
-    const kt_body *solid = a.description.bodies, *boxes = read_body(text)->description.bodies;
+    const kt_body *solid = a->description.bodies, *boxes = read_body(text)->description.bodies;
     kt_check_equal_int("body", kt_body_inertia(solid, &com, &inertia, &error), KT_OK);
     kt_check_near("mass", solid->mass, 3.0 * m, 8.0 * DBL_EPSILON * m);
     kt_check_near("com x", com.x, boxes->com.x, 1e-15);
@@ -171,12 +171,11 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
     for (int k = 0; k < 6; k++) /* m d e, where d = 0.03 m has the rounding error of places of 3 m */
         kt_worst_near(&worst, one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON, "%d", k);
     kt_check_worst(&worst);
-    const char *written = kt_test_written(&a);
+    const char *written = kt_test_written(a);
     kt_check_true("no density is written", strstr(written, "density") == NULL);
     const kt_scene *again = kt_test_scene(written);
-    kt_check_true("the same body", again->description.bodies[0].mass == a.description.bodies[0].mass);
+    kt_check_true("the same body", again->description.bodies[0].mass == a->description.bodies[0].mass);
     kt_check_equal_int("meshes", again->mesh_count, 2);
-    kt_scene_free(&a);
     (void)remove(path);
 }
 
@@ -186,7 +185,7 @@ KT_TEST(density_that_varies_is_not_kept_in_silence) {
     const double value = 2700.0;
     const kt_scene_options options = {.variables = &name, .values = &value, .variable_count = 1};
     char path[] = "/tmp/kinetree-mesh-XXXXXX", text[600];
-    kt_scene scene = kt_scene_default();
+    kt_scene *scene = kt_test_scene_place();
     kt_error error = {0};
     if (!write_box(path, false))
         return;
@@ -195,12 +194,11 @@ KT_TEST(density_that_varies_is_not_kept_in_silence) {
                    "meshes: [{body: a, file: %s, scale: [1e-3, 1e-3, 1e-3], density: =2*rho}]\n",
                    path);
     if (kt_check_true("read",
-                      kt_scene_parse_with("x", text, strlen(text), &options, &scene, NULL, NULL, &error) == KT_OK)) {
-        kt_check_near("mass", scene.description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
-        kt_check_equal_int("varied", kt_scene_vary(&scene, (double[]){1000.0}, &error), KT_ERROR_UNSUPPORTED);
-        kt_check_near("mass as before", scene.description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
+                      kt_scene_parse_with("x", text, strlen(text), &options, scene, NULL, NULL, &error) == KT_OK)) {
+        kt_check_near("mass", scene->description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
+        kt_check_equal_int("varied", kt_scene_vary(scene, (double[]){1000.0}, &error), KT_ERROR_UNSUPPORTED);
+        kt_check_near("mass as before", scene->description.bodies[0].mass, 2.0 * 2700.0 * 24e-6, 1e-15);
     }
-    kt_scene_free(&scene);
     (void)remove(path);
 }
 
@@ -221,17 +219,15 @@ KT_TEST(meshes_without_a_volume_are_told) {
     if (!write_box(path, true))
         return;
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene = kt_scene_default();
+        kt_scene *scene = kt_test_scene_place();
         (void)snprintf(meshes, sizeof meshes, "  - {body: a, file: %s, %s}\n", path, table[i].keys);
-        read_meshes(table[i].body, meshes, &faults, &scene);
+        read_meshes(table[i].body, meshes, &faults, scene);
         kt_check_equal_int(table[i].words, faults.count, table[i].words[0] != '\0');
         if (table[i].words[0] != '\0')
             kt_check_contains("words", faults.text, table[i].words);
-        kt_scene_free(&scene);
     }
-    kt_scene scene = kt_scene_default();
-    read_meshes("", "  - {body: a, file: /nowhere.stl, density: 1}\n", &faults, &scene);
+    kt_scene *scene = kt_test_scene_place();
+    read_meshes("", "  - {body: a, file: /nowhere.stl, density: 1}\n", &faults, scene);
     kt_check_contains("no file", faults.text, "/nowhere.stl");
-    kt_scene_free(&scene);
     (void)remove(path);
 }
