@@ -1,5 +1,6 @@
 #define _XOPEN_SOURCE 700
 #include "closed_tree.h"
+#include "text.h"
 
 #include "kinetree/codegen.h"
 #include "kinetree/joint.h"
@@ -225,21 +226,14 @@ static void give_positions(kt_closed_tree *c) {
 enum { SOURCE_MOST = 3000000 };
 
 bool kt_closed_is_generated(const kt_model *model) {
-    char *text[2] = {NULL, NULL};
-    size_t length[2];
+    const unsigned functions = KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT;
+    kt_generated_text text;
     kt_error error = {0};
-    FILE *source = open_memstream(&text[0], &length[0]), *header = open_memstream(&text[1], &length[1]);
-    bool fine = source != NULL && header != NULL && kt_model_mobility(model).minimal > 0;
-    fine = fine && kt_codegen_write(model, "mech", KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT, false, source, header,
-                                    &error) == KT_OK;
-    if (source != NULL)
-        fclose(source);
-    fine = fine && length[0] <= SOURCE_MOST;
-    if (header != NULL)
-        fclose(header);
-    free(text[0]);
-    free(text[1]);
-    return fine;
+    if (kt_model_mobility(model).minimal < 1)
+        return false;
+    const kt_status status = kt_generate_text(model, "mech", functions, false, &text, &error);
+    kt_generated_text_release(&text);
+    return status == KT_OK && text.length <= SOURCE_MOST;
 }
 
 /* Draws loops until they are independent. */
@@ -266,10 +260,10 @@ static bool draw_loops(kt_closed_tree *c, kt_random *random, kt_loop_type type, 
         kt_model *closed = NULL;
         if (kt_model_compile(&c->tree.description, NULL, &closed, &error) != KT_OK)
             continue;
-        kt_tree_free(&c->tree);
         c->tree.model = closed;
-        kt_need_fine("data", kt_data_create(closed, &c->tree.data, &error), &error);
+        const kt_status status = kt_data_create(closed, &c->tree.data, &error);
         kt_tree_own(&c->tree);
+        kt_need_fine("data", status, &error);
         if (kt_closed_is_generated(closed))
             return true;
     }

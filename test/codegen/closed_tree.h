@@ -22,8 +22,7 @@ typedef struct kt_closed_tree {
 } kt_closed_tree;
 
 /* Draws a tree whose first loop has the type kt_closed_types[n % KT_CLOSED_TYPES]. The first KT_CLOSED_TYPES of them
- * move in planes, the next ones in space, and so on. Returns false if no loop fits. kt_tree_free may follow in any
- * case. */
+ * move in planes, the next ones in space, and so on. Returns false if no loop fits. */
 bool kt_closed_grow(kt_closed_tree *c, kt_random *random, int n);
 
 /* The same of a tree in space with one loop of a type that has forms. */

@@ -1,7 +1,9 @@
 /* Operations and bytes of generated functions: none may need more than before. The published counts are those of a
  * robot for which another generator, SYMORO+, has written the same equations. */
 #define _XOPEN_SOURCE 700
+#include "../scene/collect.h"
 #include "generated.h"
+#include "text.h"
 
 #include "kinetree/scene.h"
 
@@ -58,25 +60,11 @@ static int read_places(const char *source, const char *function) {
     return places;
 }
 
-/* Generates a model. Returns the source, which the caller frees; NULL fails the test. */
-static char *generate(const kt_model *model, unsigned functions, size_t *length) {
-    char *text[2] = {NULL, NULL};
-    size_t size[2] = {0, 0};
+static kt_generated_text generate(const kt_model *model, unsigned functions) {
+    kt_generated_text text;
     kt_error error = {0};
-    FILE *source = open_memstream(&text[0], &size[0]), *header = open_memstream(&text[1], &size[1]);
-    kt_status status = KT_ERROR_MEMORY;
-    if (source != NULL && header != NULL)
-        status = kt_codegen_write(model, "mech", functions, false, source, header, &error);
-    if (source != NULL)
-        (void)fclose(source);
-    if (header != NULL)
-        (void)fclose(header);
-    free(text[1]);
-    *length = size[0];
-    if (kt_tree_fine("generation", status, &error))
-        return text[0];
-    free(text[0]);
-    return NULL;
+    kt_need_fine("generation", kt_generate_text(model, "mech", functions, false, &text, &error), &error);
+    return text;
 }
 
 static void check_bar(const char *function, const char *what, int observed, int bar) {
@@ -96,66 +84,42 @@ static void check_counts(const char *function, operation_counts observed, operat
 
 /* Bytes may grow by 2 % before the bar is moved: comments and names are among them. */
 static void check_model(const char *name, const kt_model *model, const code_size *bar) {
-    size_t length = 0;
-    char *source = generate(model, counted_functions, &length);
+    const kt_generated_text text = generate(model, counted_functions);
     kt_note("%s", name);
-    for (int k = 0; source != NULL && k < COUNTED; k++)
-        check_counts(function_names[k], read_counts(source, function_names[k]), bar->count[k]);
-    if (source != NULL)
-        check_bar(name, "bytes of source", (int)length, bar->bytes + bar->bytes / 50);
-    free(source);
+    for (int k = 0; k < COUNTED; k++)
+        check_counts(function_names[k], read_counts(text.source, function_names[k]), bar->count[k]);
+    check_bar(name, "bytes of source", (int)text.length, bar->bytes + bar->bytes / 50);
 }
 
 /* ---- models ------------------------------------------------------------------------------------------------------ */
 
-/* NULL fails the test. */
 static kt_model *compile_scene(const char *name) {
     char path[512];
-    kt_scene scene = kt_scene_default();
-    kt_model *model = NULL;
-    kt_error error = {0};
     (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    kt_status status = kt_scene_read(path, &scene, NULL, NULL, &error);
-    if (status == KT_OK)
-        status = kt_model_compile(&scene.description, NULL, &model, &error);
-    (void)kt_tree_fine(name, status, &error);
-    kt_scene_free(&scene);
-    return model;
+    return kt_test_model(&kt_test_scene_file(path)->description, NULL);
 }
 
 static void check_places(const char *name, const kt_model *model, const int bar[COUNTED]) {
-    size_t length = 0;
-    char *source = model != NULL ? generate(model, counted_functions, &length) : NULL;
+    const char *source = generate(model, counted_functions).source;
     kt_note("%s", name);
-    for (int k = 0; source != NULL && k < COUNTED; k++) {
+    for (int k = 0; k < COUNTED; k++) {
         const int places = read_places(source, function_names[k]);
         check_bar(function_names[k], "numbers on the stack", places, bar[k]);
         if (bar[k] > 0)
             kt_check_above("a comment has them", places, 0.0);
     }
-    free(source);
 }
 
-static void check_scene(const char *name, const code_size *bar) {
-    kt_model *const model = compile_scene(name);
-    if (model != NULL)
-        check_model(name, model, bar);
-    kt_model_free(model);
-}
+static void check_scene(const char *name, const code_size *bar) { check_model(name, compile_scene(name), bar); }
 
 /* The bars of inverse_derivatives and forward_derivatives. */
 static void check_derivatives(const char *name, const operation_counts bar[2]) {
     static const char *const function[2] = {"inverse_derivatives", "forward_derivatives"};
-    size_t length = 0;
-    kt_model *const model = compile_scene(name);
-    char *source = model != NULL
-                       ? generate(model, KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES, &length)
-                       : NULL;
+    const char *source =
+        generate(compile_scene(name), KT_CODEGEN_INVERSE_DERIVATIVES | KT_CODEGEN_FORWARD_DERIVATIVES).source;
     kt_note("%s", name);
-    for (int k = 0; k < 2 && source != NULL; k++)
+    for (int k = 0; k < 2; k++)
         check_counts(function[k], read_counts(source, function[k]), bar[k]);
-    free(source);
-    kt_model_free(model);
 }
 
 enum { LINKS = 32 };
@@ -183,10 +147,9 @@ static kt_body *add_link(serial_robot *r) {
     return b;
 }
 
-static bool compile_robot(serial_robot *r) {
-    kt_error error = {0};
+static void compile_robot(serial_robot *r) {
     r->description.bodies = r->body;
-    return kt_tree_fine("model", kt_model_compile(&r->description, NULL, &r->model, &error), &error);
+    r->model = kt_test_model(&r->description, NULL);
 }
 
 static void begin_robot(serial_robot *r) {
@@ -238,13 +201,11 @@ KT_TEST(generated_functions_need_no_more_operations_than_before) {
     check_scene("humanoid", &humanoid);
     check_scene("four-bar", &four_bar);
     describe_chain(&r, kt_vec3_make(0.0, 0.0, 0.25));
-    if (compile_robot(&r))
-        check_model("chain of 32 links in space", r.model, &chain);
-    kt_model_free(r.model);
+    compile_robot(&r);
+    check_model("chain of 32 links in space", r.model, &chain);
     describe_chain(&r, kt_vec3_make(0.1, 0.2, -0.3));
-    if (compile_robot(&r))
-        check_model("chain of 32 links whose zeros agree", r.model, &like);
-    kt_model_free(r.model);
+    compile_robot(&r);
+    check_model("chain of 32 links whose zeros agree", r.model, &like);
 }
 
 /* Places are used again behind the last part that reads them: otherwise the mass matrix of the humanoid takes 2147. */
@@ -254,11 +215,8 @@ KT_TEST(numbers_that_parts_share_take_no_more_places_than_before) {
     check_places("arm7", arm, (const int[COUNTED]){0});
     check_places("humanoid", humanoid, (const int[COUNTED]){798, 345, 343, 1168});
     describe_chain(&r, kt_vec3_make(0.0, 0.0, 0.25));
-    if (compile_robot(&r))
-        check_places("chain of 32 links in space", r.model, (const int[COUNTED]){481, 254, 0, 887});
-    kt_model_free(arm);
-    kt_model_free(humanoid);
-    kt_model_free(r.model);
+    compile_robot(&r);
+    check_places("chain of 32 links in space", r.model, (const int[COUNTED]){481, 254, 0, 887});
 }
 
 KT_TEST(derivatives_need_no_more_operations_than_before) {
@@ -288,15 +246,12 @@ static int read_text_bytes(const kt_generated *g) {
 /* Compilers differ by 10 %. */
 static void check_text(const char *name, int bar) {
     static kt_generated g;
-    kt_model *const model = compile_scene(name);
-    if (model != NULL && kt_generated_make_some(&g, model, counted_functions, "cc -std=c99 -O2", false)) {
-        const int bytes = read_text_bytes(&g);
-        if (bytes < 0)
-            kt_skip(name, "there is no program of the name size");
-        else
-            check_bar(name, "bytes of text", bytes, bar + bar / 10);
-    }
-    kt_model_free(model);
+    kt_generated_make_some(&g, compile_scene(name), counted_functions, "cc -std=c99 -O2", false);
+    const int bytes = read_text_bytes(&g);
+    if (bytes < 0)
+        kt_skip(name, "there is no program of the name size");
+    else
+        check_bar(name, "bytes of text", bytes, bar + bar / 10);
 }
 
 KT_TEST(compiled_functions_take_no_more_bytes_than_before) {
@@ -312,14 +267,10 @@ KT_TEST(compiled_functions_take_no_more_bytes_than_before) {
  * counted. A link has ten inertial parameters there, too. */
 KT_TEST(a_robot_needs_no_more_operations_than_published) {
     static serial_robot r;
-    size_t length = 0;
     describe_racer(&r);
-    char *source = compile_robot(&r) ? generate(r.model, counted_functions, &length) : NULL;
-    if (source != NULL) {
-        const operation_counts h = read_counts(source, "bias"), m = read_counts(source, "mass");
-        check_counts("bias", h, (operation_counts){306 - 12, 295 - 12, 0});
-        check_counts("mass", m, (operation_counts){290, 243, 0});
-    }
-    free(source);
-    kt_model_free(r.model);
+    compile_robot(&r);
+    const char *source = generate(r.model, counted_functions).source;
+    const operation_counts h = read_counts(source, "bias"), m = read_counts(source, "mass");
+    check_counts("bias", h, (operation_counts){306 - 12, 295 - 12, 0});
+    check_counts("mass", m, (operation_counts){290, 243, 0});
 }

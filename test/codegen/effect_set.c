@@ -192,7 +192,7 @@ static bool draw_effect(kt_effect_set *set, int i, kt_effect_type type, const kt
 }
 
 /* Some effects of one type, and a motor whose torque depends on time. Compiles the tree again. */
-bool kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random) {
+void kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random) {
     memset(set, 0, sizeof *set);
     for (int i = 0; i < KT_EFFECT_SET - 1; i++)
         set->count += draw_effect(set, set->count, type, tree, random);
@@ -205,15 +205,13 @@ bool kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, 
         motor->joint = kt_effect_set_joint(tree, random); /* it would hide the force of the type */
     tree->description.effects = set->effect;
     tree->description.effect_count = set->count;
-    kt_tree_free(tree);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
-bool kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random) {
+void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random) {
     const char *const hinge = kt_effect_set_joint(tree, random);
     memset(set, 0, sizeof *set);
-    if (!kt_check_true("a hinge", hinge != NULL))
-        return false;
+    kt_need(kt_check_true("a hinge", hinge != NULL));
     for (int i = 0; i < KT_EFFECT_STATES; i++)
         state[i] = (kt_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
     snprintf(set->formula[0][1], KT_EFFECT_FORMULA, "0.4 - first*second + sin(3*t)");
@@ -228,6 +226,5 @@ bool kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state
     tree->description.effect_count = 1;
     tree->description.states = state;
     tree->description.state_count = KT_EFFECT_STATES;
-    kt_tree_free(tree);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }

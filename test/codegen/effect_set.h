@@ -18,10 +18,10 @@ typedef struct kt_effect_set {
 const char *kt_effect_set_joint(const kt_tree *tree, kt_random *random);
 
 /* Draws some effects of one type, and a motor whose torque depends on time. Compiles the tree again. */
-bool kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random);
+void kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, kt_random *random);
 
 /* Draws two auxiliary states whose rates read the time, each other, a joint and a marker; and a motor that reads both.
  * Compiles the tree again. */
-bool kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random);
+void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random);
 
 #endif

@@ -27,9 +27,9 @@ typedef struct comparison {
     double largest; /* force in joints but that of the last effect */
 } comparison;
 
-static bool library_forces(const kt_tree *tree, double t, const kt_tree_state *s, double *tau) {
+static void library_forces(const kt_tree *tree, double t, const kt_tree_state *s, double *tau) {
     kt_error error = {0};
-    return kt_tree_fine("effects", kt_effect_forces(tree->model, tree->data, t, s->q, s->v, tau, &error), &error);
+    kt_need_fine("effects", kt_effect_forces(tree->model, tree->data, t, s->q, s->v, tau, &error), &error);
 }
 
 /* How far the forces change if each number of the state changes by a part of 2^-30, per such a part. */
@@ -43,8 +43,7 @@ static double find_sensitivity(const kt_tree *tree, double t, const kt_tree_stat
             near.q[i] += part * kt_random_uniform(random, -1.0, 1.0);
         for (int i = 0; i < tree->nv; i++)
             near.v[i] += part * kt_random_uniform(random, -1.0, 1.0);
-        if (!library_forces(tree, t * (1.0 + part), &near, moved))
-            return most;
+        library_forces(tree, t * (1.0 + part), &near, moved);
         for (int i = 0; i < tree->nv; i++)
             most = fmax(most, fmax(fabs(tau[i]), fabs(moved[i] - tau[i]) / part));
     }
@@ -97,8 +96,7 @@ static void compare_forces(kt_generated *g, const kt_tree *tree, double t, const
                            comparison *c, int n) {
     double tau[KT_TREE_NV], slow[KT_TREE_NV];
     kt_check_equal_int("effects", g->effects_at(g->model, t, s->q, s->v, tau), 0);
-    if (!library_forces(tree, t, s, slow))
-        return;
+    library_forces(tree, t, s, slow);
     const double bound = 40.0 * EPS * (1.0 + find_length(tree, s)) * find_sensitivity(tree, t, s, slow, random);
     for (int i = 0; i < tree->nv; i++) {
         c->largest = i == last_coordinate(tree) ? c->largest : fmax(c->largest, fabs(slow[i]));
@@ -117,21 +115,20 @@ static void compare_step(kt_generated *g, const kt_tree *tree, double t, const k
     double next[3][KT_TREE_NQ + KT_TREE_NV], most = 1.0, part = ldexp(1.0, -30);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     kt_error error = {0};
-    bool fine = true;
     for (int j = 0; j < 2; j++) {
         kt_tree_state near = *s;
         for (int i = 0; i < tree->nv && j > 0; i++)
             near.v[i] += part * kt_random_uniform(random, -1.0, 1.0);
         const kt_status status =
             kt_step_evaluate(tree->model, tree->data, work, size, &step, near.q, near.v, next[j], next[j] + nq, &error);
-        fine = fine && kt_tree_fine("step", status, &error);
+        kt_need_fine("step", status, &error);
     }
     free(work);
     kt_generated_timed_step *const take = k == 0 ? g->heun_at : g->rk4_at;
     kt_check_equal_int("step", take(g->model, t, s->q, s->v, s->tau, 1e-3, next[2], next[2] + nq), 0);
-    for (int i = 0; i < count && fine; i++)
+    for (int i = 0; i < count; i++)
         most = fmax(most, fmax(fabs(next[0][i]), fabs(next[1][i] - next[0][i]) / part));
-    for (int i = 0; i < count && fine; i++)
+    for (int i = 0; i < count; i++)
         kt_worst_near(&c->step, next[2][i], next[0][i], 100.0 * EPS * most, "file %d method %d number %d", n, k, i);
 }
 
@@ -153,12 +150,12 @@ static int count_rounds(int usual) {
     return text != NULL ? (int)strtol(text, NULL, 10) : usual;
 }
 
-static bool grow_tree(kt_tree *tree, kt_random *random, int n) {
+static void grow_tree(kt_tree *tree, kt_random *random, int n) {
     kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
     plan.bodies = 9;
     plan.massless = false;
     plan.floats = n % 3 == 0 && n % 4 != 3;
-    return kt_tree_grow(tree, &plan, random);
+    kt_tree_grow(tree, &plan, random);
 }
 
 /* Whether the file compiles without a warning in single precision. */
@@ -181,16 +178,14 @@ KT_TEST(forces_and_steps_of_each_type_agree_with_the_library) {
     for (int n = 0; n < count_rounds(2) * KT_EFFECT_TYPE_COUNT; n++) {
         const kt_effect_type type = (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT);
         kt_tree tree;
-        bool fine = grow_tree(&tree, &random, n) && kt_effect_set_draw(&set, type, &tree, &random) &&
-                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", n % 5 == 4) &&
-                    (n % 5 == 4 || check_single_precision(&g));
+        grow_tree(&tree, &random, n);
+        kt_effect_set_draw(&set, type, &tree, &random);
+        kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", n % 5 == 4);
+        kt_need(n % 5 == 4 || check_single_precision(&g));
         c.largest = 0.0;
-        for (int k = 0; k < 6 && fine; k++)
+        for (int k = 0; k < 6; k++)
             compare_file(&g, &tree, &random, &c, n);
         kt_check_above(kt_effect_descriptor(type)->name, c.largest, 1e-3);
-        kt_tree_free(&tree);
-        if (!fine)
-            return;
     }
     kt_check_worst(&c.force);
     kt_check_worst(&c.step);
@@ -207,11 +202,11 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
     kt_generated_need_compiler();
     for (int n = 0; n < count_rounds(1) * KT_EFFECT_TYPE_COUNT; n++) {
         kt_tree tree;
-        bool fine = grow_tree(&tree, &random, n) &&
-                    kt_effect_set_draw(&set, (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT), &tree, &random) &&
-                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", false);
+        grow_tree(&tree, &random, n);
+        kt_effect_set_draw(&set, (kt_effect_type)(n % KT_EFFECT_TYPE_COUNT), &tree, &random);
+        kt_generated_make_some(&g, tree.model, FILES_OF_STEPS, "cc -O0", false);
         const uint64_t structure = kt_codegen_structure(tree.model);
-        for (int k = 0; k < g.count && fine; k++) {
+        for (int k = 0; k < g.count; k++) {
             double parameter[KT_GENERATED_PARAMETERS], tau[2][KT_TREE_NV] = {{0.0}};
             kt_tree_state s;
             if (g.name[k][0] != 'e')
@@ -223,23 +218,19 @@ KT_TEST(each_number_of_an_effect_changes_the_forces_as_in_the_library) {
             memcpy(parameter, g.standard, (size_t)g.count * sizeof *parameter);
             kt_check_near(g.name[k], parameter[k], before, 4.0 * EPS * (1.0 + fabs(before)));
             parameter[k] = *number = before * kt_random_uniform(&random, 1.05, 1.3);
-            kt_tree_free(&tree);
-            fine = kt_tree_compile(&tree, NULL);
-            kt_check_true("the structure is the same", fine && kt_codegen_structure(tree.model) == structure);
+            kt_tree_compile(&tree, NULL);
+            kt_check_true("the structure is the same", kt_codegen_structure(tree.model) == structure);
             g.prepare(parameter, g.model);
-            for (int i = 0; i < 2 && fine; i++)
+            for (int i = 0; i < 2; i++)
                 compare_file(&g, &tree, &random, &c, n);
             kt_tree_state_draw(&tree, &random, &s);
-            for (int i = 0; i < 2 && fine; i++) {
+            for (int i = 0; i < 2; i++) {
                 g.prepare(i == 0 ? parameter : g.standard, g.model);
                 (void)g.effects_at(g.model, 0.5, s.q, s.v, tau[i]);
             }
             changed += memcmp(tau[0], tau[1], sizeof tau[0]) != 0;
             *number = before;
         }
-        kt_tree_free(&tree);
-        if (!fine)
-            return;
     }
     kt_check_above("parameters that changed a force", changed, 150);
     kt_check_worst(&c.force);
@@ -257,7 +248,7 @@ typedef int states_step(const void *model, double t, const double *q, const doub
                         const double *tau, double h, double *next_q, double *next_v, double *next_x);
 
 /* The library's step to q, v and x in `next`; v += h a, x += h x' and q (+) h v for the method NULL. */
-static bool step_library(const kt_tree *tree, const kt_step *step, const kt_tree_state *s, double *next) {
+static void step_library(const kt_tree *tree, const kt_step *step, const kt_tree_state *s, double *next) {
     const size_t size = step->method != NULL ? kt_step_work_size(tree->model, step->method) : KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     double *const v = next + tree->nq, *const x = v + tree->nv, *const own = kt_own_states(tree->model, tree->data);
@@ -281,7 +272,7 @@ static bool step_library(const kt_tree *tree, const kt_step *step, const kt_tree
         kt_position_add(tree->model, s->q, rate, next);
     }
     free(work);
-    return kt_tree_fine("step", status, &error);
+    kt_need_fine("step", status, &error);
 }
 
 static void compare_states(kt_generated *g, const kt_tree *tree, kt_random *random, comparison *c, int n) {
@@ -299,8 +290,8 @@ static void compare_states(kt_generated *g, const kt_tree *tree, kt_random *rand
         snprintf(name, sizeof name, "mech_%s", method[k]);
         void *const at = dlsym(g->library, name);
         memcpy(&take, &at, sizeof take);
-        if (!kt_check_true(name, at != NULL) || !step_library(tree, &step, &s, next))
-            return;
+        kt_need(kt_check_true(name, at != NULL));
+        step_library(tree, &step, &s, next);
         memcpy(own, s.q, (size_t)tree->nq * sizeof *own);
         memcpy(v, s.v, (size_t)tree->nv * sizeof *v);
         memcpy(next_x, x, sizeof x);
@@ -322,14 +313,12 @@ KT_TEST(steps_advance_auxiliary_states_as_the_library) {
     for (int n = 0; n < count_rounds(4); n++) {
         kt_tree tree;
         kt_state state[STATES];
-        bool fine = grow_tree(&tree, &random, n) && kt_effect_set_draw_states(&set, &tree, state, &random) &&
-                    kt_generated_make_some(&g, tree.model, FILES_OF_STEPS | KT_CODEGEN_STATES, "cc -O0", false) &&
-                    check_single_precision(&g);
-        for (int k = 0; k < 6 && fine; k++)
+        grow_tree(&tree, &random, n);
+        kt_effect_set_draw_states(&set, &tree, state, &random);
+        kt_generated_make_some(&g, tree.model, FILES_OF_STEPS | KT_CODEGEN_STATES, "cc -O0", false);
+        kt_need(check_single_precision(&g));
+        for (int k = 0; k < 6; k++)
             compare_states(&g, &tree, &random, &c, n);
-        kt_tree_free(&tree);
-        if (!fine)
-            return;
     }
     kt_check_above("change of a state", c.largest, 1e-3);
     kt_check_worst(&c.step);
@@ -341,8 +330,8 @@ KT_TEST(structure_changes_with_all_that_effects_fold) {
     static kt_effect_set set;
     kt_tree tree;
     uint64_t seen[9];
-    if (!grow_tree(&tree, &random, 0) || !kt_effect_set_draw(&set, KT_EFFECT_SPRING, &tree, &random))
-        return;
+    grow_tree(&tree, &random, 0);
+    kt_effect_set_draw(&set, KT_EFFECT_SPRING, &tree, &random);
     kt_effect *const spring = &set.effect[0], *const motor = &set.effect[set.count - 1];
     const kt_effect before = *spring, other = *motor;
     for (int k = 0; k < 9; k++) {
@@ -362,14 +351,11 @@ KT_TEST(structure_changes_with_all_that_effects_fold) {
             motor->joint = other.joint;
             motor->formula[0] = k == 5 ? "t + 1" : k == 6 ? "t + 2" : k == 7 ? "t - 1" : "1 + t";
         }
-        kt_tree_free(&tree);
-        if (!kt_tree_compile(&tree, NULL))
-            return;
+        kt_tree_compile(&tree, NULL);
         seen[k] = kt_codegen_structure(tree.model);
     }
     kt_check_true("a number", seen[1] == seen[0]);
     for (int k = 2; k < 9; k++)
         for (int j = 0; j < k; j++)
             kt_check_true("another structure", j == 1 || seen[k] != seen[j]);
-    kt_tree_free(&tree);
 }

@@ -2,6 +2,7 @@
  * operations. */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
+#include "text.h"
 
 #include <float.h>
 #include <math.h>
@@ -59,33 +60,16 @@ static void small_tree_make(small_tree *t, int count) {
     small_tree_compile(t);
 }
 
-/* Generates into memory; the caller frees both texts. */
-static kt_status generate_text(const kt_model *model, const char *name, unsigned functions, bool fold, char **source,
-                               char **header, kt_error *error) {
-    size_t length[2];
-    FILE *a = open_memstream(source, &length[0]), *b = open_memstream(header, &length[1]);
-    kt_status status = KT_ERROR_MEMORY;
-    if (kt_check_true("memory", a != NULL && b != NULL))
-        status = kt_codegen_write(model, name, functions, fold, a, b, error);
-    if (a != NULL)
-        fclose(a);
-    if (b != NULL)
-        fclose(b);
-    return status;
-}
-
 /* ---- rejections -------------------------------------------------------------------------------------------------- */
 
 static void check_rejected(const char *what, const kt_model *model, const char *name, unsigned functions,
                            kt_status status, const char *message) {
-    char *source = NULL, *header = NULL;
+    kt_generated_text text;
     kt_error error = {0};
-    kt_check_equal_int(what, generate_text(model, name, functions, false, &source, &header, &error), status);
+    kt_check_equal_int(what, kt_generate_text(model, name, functions, false, &text, &error), status);
     kt_check_contains(what, error.message, message);
-    kt_check_text("nothing is written", source, "");
-    kt_check_text("nothing is written", header, "");
-    free(source);
-    free(header);
+    kt_check_text("nothing is written", text.source, "");
+    kt_check_text("nothing is written", text.header, "");
 }
 
 static int push_joint(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
@@ -140,8 +124,7 @@ static void check_no_inertia(int count) {
     for (int i = 0; i < BODIES; i++)
         q[i] = 0.1 * (i + 1);
     small_tree_make(&t, count);
-    if (!kt_generated_make_plain(&g, t.model, "cc -O1"))
-        return;
+    kt_generated_make_plain(&g, t.model, "cc -O1");
     const int body = kt_body_find(t.model, names[count - 1]);
     kt_check_equal_int("parts", g.has_parts[0], count > 3);
     kt_check_equal_int("regular", g.forward(g.model, q, zero, zero, a), 0);
@@ -185,8 +168,7 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
     double at[3], rate[3];
     kt_generated_need_compiler();
     small_tree_make(&t, 1);
-    if (!kt_generated_make_plain(&g, t.model, "cc -O2"))
-        return;
+    kt_generated_make_plain(&g, t.model, "cc -O2");
     for (int k = 0; k < 40000; k++) {
         const double size = pow(10.0, kt_random_uniform(&random, -8.0, 11.8));
         const double turns = floor(kt_random_uniform(&random, -1.0, 1.0) * size) * 1.5707963267948966;
@@ -232,24 +214,25 @@ static int count_words(const char *text, const char *word) {
     return count;
 }
 
+static kt_generated_text generate_arm(const kt_model *model, unsigned functions, bool fold) {
+    kt_generated_text text;
+    kt_error error = {0};
+    kt_need_fine("generate", kt_generate_text(model, "arm", functions, fold, &text, &error), &error);
+    return text;
+}
+
 /* A function of a chain needs at most as many operations as the bar, which is the count for this version. */
 static void check_operations(int bodies, const char *equation, const int bar[5]) {
     static const char *const function[5] = {"forward", "inverse", "bias", "mass", "energy"};
     small_tree t;
-    char *source = NULL, *header = NULL;
-    kt_error error = {0};
     small_tree_make(&t, bodies);
-    const kt_status status = generate_text(t.model, "arm", KT_GENERATED_USUAL, false, &source, &header, &error);
-    if (kt_tree_fine("generate", status, &error)) {
-        kt_check_contains("the method with fewer operations", source, equation);
-        for (int i = 0; i < 5; i++) {
-            const int count = count_operations(source, function[i]);
-            kt_check_above("they are counted", count, 50);
-            kt_check_below(function[i], count, bar[i]);
-        }
+    const kt_generated_text arm = generate_arm(t.model, KT_GENERATED_USUAL, false);
+    kt_check_contains("the method with fewer operations", arm.source, equation);
+    for (int i = 0; i < 5; i++) {
+        const int count = count_operations(arm.source, function[i]);
+        kt_check_above("they are counted", count, 50);
+        kt_check_below(function[i], count, bar[i]);
     }
-    free(source);
-    free(header);
 }
 
 KT_TEST(an_arm_of_seven_takes_no_more_operations) {
@@ -262,29 +245,21 @@ KT_TEST(a_chain_of_24_takes_no_more_operations) {
 
 KT_TEST(files_name_joints_equations_and_parameters) {
     small_tree t;
-    char *source = NULL, *header = NULL, structure[64];
-    kt_error error = {0};
+    char structure[64];
     small_tree_make(&t, 7);
-    kt_status status = generate_text(t.model, "arm", KT_CODEGEN_FORWARD, false, &source, &header, &error);
-    if (kt_tree_fine("generate", status, &error)) {
-        snprintf(structure, sizeof structure, "#define arm_STRUCTURE 0x%016llxu",
-                 (unsigned long long)kt_codegen_structure(t.model));
-        kt_check_contains("structure", header, structure);
-        kt_check_contains("a name with a dash", header, "    arm_number link_7_mass; /* kg */");
-        kt_check_true("zeros are not parameters", strstr(header, "link3_at_y") == NULL);
-        kt_check_contains("a block", source, "/* link-7: motion of link 7 in its own axes");
-        kt_check_true("no library", strstr(source, "#include <") == NULL && strstr(source, "malloc") == NULL);
-        kt_check_equal_int("guards", count_words(source, "    if (!is_above("), 7);
-    }
-    free(source);
-    free(header);
-    status = generate_text(t.model, "arm", KT_CODEGEN_FORWARD, true, &source, &header, &error);
-    if (kt_tree_fine("generate with fixed numbers", status, &error)) {
-        kt_check_true("no parameters", strstr(header, "arm_parameters") == NULL && strstr(source, "k[") == NULL);
-        kt_check_contains("a function", header, "int arm_forward(const arm_real *q,");
-    }
-    free(source);
-    free(header);
+    const kt_generated_text arm = generate_arm(t.model, KT_CODEGEN_FORWARD, false);
+    snprintf(structure, sizeof structure, "#define arm_STRUCTURE 0x%016llxu",
+             (unsigned long long)kt_codegen_structure(t.model));
+    kt_check_contains("structure", arm.header, structure);
+    kt_check_contains("a name with a dash", arm.header, "    arm_number link_7_mass; /* kg */");
+    kt_check_true("zeros are not parameters", strstr(arm.header, "link3_at_y") == NULL);
+    kt_check_contains("a block", arm.source, "/* link-7: motion of link 7 in its own axes");
+    kt_check_true("no library", strstr(arm.source, "#include <") == NULL && strstr(arm.source, "malloc") == NULL);
+    kt_check_equal_int("guards", count_words(arm.source, "    if (!is_above("), 7);
+    const kt_generated_text fixed = generate_arm(t.model, KT_CODEGEN_FORWARD, true);
+    kt_check_true("no parameters",
+                  strstr(fixed.header, "arm_parameters") == NULL && strstr(fixed.source, "k[") == NULL);
+    kt_check_contains("a function", fixed.header, "int arm_forward(const arm_real *q,");
 }
 
 /* A change of a number keeps the structure; a number that becomes zero, another axis or joint does not. */
@@ -360,9 +335,7 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
         kt_tree_plan plan = kt_tree_plan_default();
         plan.bodies = n == 0 ? 6 : 12;
         int compared = 0;
-        if (!kt_tree_grow(&tree, &plan, &random))
-            return;
-        kt_tree_state_draw(&tree, &random, &s);
+        kt_tree_sample(&tree, &plan, &random, &s);
         for (size_t k = 0; k < sizeof compile / sizeof *compile; k++) {
             char name[8];
             if (n == 1 && k > 0 && strstr(compile[k], "avx512") == NULL) /* they take long */
@@ -372,13 +345,12 @@ KT_TEST(bits_are_equal_for_compilers_and_levels) {
                 kt_skip(compile[k], "this machine has no such compiler or no such instructions");
                 continue;
             }
-            if (kt_generated_make_plain(&g, tree.model, compile[k]))
-                collect_results(&g, &s, compared++ == 0 ? first : other);
+            kt_generated_make_plain(&g, tree.model, compile[k]);
+            collect_results(&g, &s, compared++ == 0 ? first : other);
             kt_check_true("the second tree has parts", n == 0 || g.has_parts[0]);
             if (compared > 1)
                 kt_check_equal_bits(compile[k], other, first, RESULTS);
         }
-        kt_tree_free(&tree);
     }
 }
 
@@ -393,8 +365,7 @@ static void check_small_inertia(const char *compile, bool is_single) {
     static const double angle[] = {0.0, 1e-5, 1e-4, 5e-4, 0.5};
     small_tree t;
     small_tree_make(&t, 3);
-    if (!kt_generated_make_some(&g, t.model, KT_CODEGEN_FORWARD, compile, false))
-        return;
+    kt_generated_make_some(&g, t.model, KT_CODEGEN_FORWARD, compile, false);
     for (int i = 0; i < g.count; i++) {
         const bool is_kept = strncmp(g.name[i], "link3_", 6) == 0 && strstr(g.name[i], "_at_") == NULL;
         one[i] = is_kept ? ((const float *)(const void *)g.standard)[i] : 0.0F;

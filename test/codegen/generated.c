@@ -93,7 +93,7 @@ static const char folded_timed[] =
     "    double h, double *p, double *u) { (void)m; return mech_##f(t, q, v, x, h, p, u); }\n"
     "STEP(heun) STEP(rk4) STEP(semi_implicit)\n" FOLDED_HOOK;
 
-static bool write_files(kt_generated *g, const kt_model *model, unsigned functions, bool fold) {
+static void write_files(kt_generated *g, const kt_model *model, unsigned functions, bool fold) {
     char path[2][128];
     kt_error error = {0};
     snprintf(path[0], sizeof path[0], "%s/mech.c", g->folder);
@@ -111,16 +111,15 @@ static bool write_files(kt_generated *g, const kt_model *model, unsigned functio
         fclose(source);
     if (header != NULL)
         fclose(header);
-    return kt_tree_fine("generate", status, &error);
+    kt_need_fine("generate", status, &error);
 }
 
 /* Finds which equation the accelerations have, and which functions are divided into parts. */
-static bool read_method(kt_generated *g) {
+static void read_method(kt_generated *g) {
     char path[128], line[512];
     snprintf(path, sizeof path, "%s/mech.c", g->folder);
     FILE *file = fopen(path, "r");
-    if (!kt_check_true("the source can be read", file != NULL))
-        return false;
+    kt_need(kt_check_true("the source can be read", file != NULL));
     while (fgets(line, sizeof line, file) != NULL) {
         g->is_articulated |= strstr(line, "U = A s") != NULL;
         g->is_planar |= strstr(line, "J' = p . M p - V^2 / D") != NULL;
@@ -129,7 +128,6 @@ static bool read_method(kt_generated *g) {
         g->has_parts[1] |= strstr(line, " mass_1(") != NULL;
     }
     fclose(file);
-    return true;
 }
 
 /* Whether a symbol is a function that the file does not have. */
@@ -142,14 +140,12 @@ static bool is_left_out(const char *name, unsigned functions) {
 
 static void close_library(void *library) { (void)dlclose(library); }
 
-static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
+static void load_file(kt_generated *g, const char *prefix, unsigned functions) {
     char path[128], name[64];
     snprintf(path, sizeof path, "%s/mech.so", g->folder);
     g->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (g->library != NULL)
-        kt_test_own(g->library, close_library);
-    if (!kt_check_true("the file can be loaded", g->library != NULL))
-        return false;
+    kt_test_own(g->library, close_library);
+    kt_need(kt_check_true("the file can be loaded", g->library != NULL));
     const struct {
         const char *name;
         void *target;
@@ -176,8 +172,7 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
             continue;
         snprintf(name, sizeof name, "%s_%s", prefix, symbol[i].name);
         void *const at = dlsym(g->library, name);
-        if (!kt_check_true(name, at != NULL))
-            return false;
+        kt_need(kt_check_true(name, at != NULL));
         memcpy(symbol[i].target, &at, sizeof at);
     }
     memcpy(&g->effects_at, &g->effects, sizeof g->effects);
@@ -189,33 +184,35 @@ static bool load_file(kt_generated *g, const char *prefix, unsigned functions) {
     memcpy(&g->rk4_at, &g->rk4, sizeof g->rk4);
     memcpy(&g->semi_implicit_at, &g->semi_implicit, sizeof g->semi_implicit);
     g->prepare(g->standard, g->model);
-    return true;
 }
 
-bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile,
+void kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile,
                             bool fold) {
     char command[512];
     memset(g, 0, sizeof *g);
     g->folder = kt_test_folder();
-    if (!write_files(g, model, functions, fold) || (!fold && !read_names(g)) || !read_method(g))
-        return false;
+    write_files(g, model, functions, fold);
+    if (!fold)
+        read_names(g);
+    read_method(g);
     snprintf(command, sizeof command,
              "%s -std=c99 -Wall -Wextra -Werror -pedantic -Wconversion -fPIC -shared %s/mech.c -o %s/mech.so -lm",
              compile, g->folder, g->folder);
     const int code = system(command); /* NOLINT(cert-env33-c): a compiler of this machine */
-    return kt_check_equal_int("the compiler's exit code", code, 0) && load_file(g, fold ? "folded" : "mech", functions);
+    kt_need(kt_check_equal_int("the compiler's exit code", code, 0));
+    load_file(g, fold ? "folded" : "mech", functions);
 }
 
-bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, false);
+void kt_generated_make(kt_generated *g, const kt_model *model, const char *compile) {
+    kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, false);
 }
 
-bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, (unsigned)KT_GENERATED_USUAL & ~(unsigned)DERIVATIVES, compile, false);
+void kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile) {
+    kt_generated_make_some(g, model, (unsigned)KT_GENERATED_USUAL & ~(unsigned)DERIVATIVES, compile, false);
 }
 
-bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
-    return kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, true);
+void kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile) {
+    kt_generated_make_some(g, model, KT_GENERATED_USUAL, compile, true);
 }
 
 static double *part_of(kt_vec3 *v, const char *end) { return end[0] == 'x' ? &v->x : end[0] == 'y' ? &v->y : &v->z; }
@@ -319,7 +316,7 @@ double *kt_generated_number(kt_tree *tree, const char *name) {
     return found;
 }
 
-static bool semi_implicit_library_step(const kt_tree *tree, double t, double h, const kt_tree_state *s, double *next) {
+static void semi_implicit_library_step(const kt_tree *tree, double t, double h, const kt_tree_state *s, double *next) {
     const int nq = kt_model_nq(tree->model);
     double a[KT_TREE_NV];
     kt_error error = {0};
@@ -332,13 +329,15 @@ static bool semi_implicit_library_step(const kt_tree *tree, double t, double h, 
         kt_position_add(tree->model, s->q, a, next);
     if (status == KT_OK && kt_loop_count(tree->model) > 0)
         status = kt_state_project(tree->model, tree->data, t + h, next, next + nq, NULL, &error);
-    return kt_tree_fine("semi-implicit step", status, &error);
+    kt_need_fine("semi-implicit step", status, &error);
 }
 
-bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
+void kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
                                double *next) {
-    if (method == NULL)
-        return semi_implicit_library_step(tree, t, h, s, next);
+    if (method == NULL) {
+        semi_implicit_library_step(tree, t, h, s, next);
+        return;
+    }
     const kt_step step = {.method = method, .t = t, .h = h, .tau = s->tau};
     const size_t size = kt_step_work_size(tree->model, method);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
@@ -346,5 +345,5 @@ bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, dou
     const kt_status status = kt_step_evaluate(tree->model, tree->data, work, size, &step, s->q, s->v, next,
                                               next + kt_model_nq(tree->model), &error);
     free(work);
-    return kt_tree_fine("step", status, &error);
+    kt_need_fine("step", status, &error);
 }

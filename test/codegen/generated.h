@@ -80,18 +80,18 @@ bool kt_generated_has(const char *compiler);
 void kt_generated_need_compiler(void);
 
 /* Generates KT_GENERATED_USUAL of a model as mech.c, compiles with a command such as "cc -O1", loads, and prepares the
- * standard parameters. A failure fails the test. The file and its functions stay until the end of the test. */
-bool kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
+ * standard parameters. A failure ends the test. The file and its functions stay until the end of the test. */
+void kt_generated_make(kt_generated *g, const kt_model *model, const char *compile);
 /* The same without derivatives, which take most of the time of a compiler; their functions are NULL. */
-bool kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile);
+void kt_generated_make_plain(kt_generated *g, const kt_model *model, const char *compile);
 /* The same with some functions. If they are those of effects and steps alone, forces depend on time. */
-bool kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold);
+void kt_generated_make_some(kt_generated *g, const kt_model *model, unsigned functions, const char *compile, bool fold);
 /* The same with all numbers fixed: there are no parameters, and the functions ignore their model. */
-bool kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
+void kt_generated_fold(kt_generated *g, const kt_model *model, const char *compile);
 
 /* The library's step at the time t to the positions and velocities `next`; for the method NULL v += h a, then
- * q (+) h v, and with loops a projection. A failure fails the test. */
-bool kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
+ * q (+) h v, and with loops a projection. A failure ends the test. */
+void kt_generated_library_step(const kt_tree *tree, const kt_method *method, double t, double h, const kt_tree_state *s,
                                double *next);
 
 /* The number of a description that a parameter represents; NULL fails the test. */

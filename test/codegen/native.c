@@ -1,7 +1,9 @@
 /* Generated files as right-hand sides of simulations (kt_native_use). */
 #define _XOPEN_SOURCE 700
+#include "../scene/collect.h"
 #include "../scene_files.h"
 #include "generated.h"
+#include "text.h"
 
 #include "kinetree/batch.h"
 #include "kinetree/scene.h"
@@ -23,7 +25,7 @@ typedef struct native_tree {
 } native_tree;
 
 /* Dampers in the joints of one coordinate. */
-static bool add_dampers(kt_tree *tree, kt_effect effect[KT_TREE_BODIES]) {
+static void add_dampers(kt_tree *tree, kt_effect effect[KT_TREE_BODIES]) {
     int count = 0;
     for (int b = 0; b < tree->description.body_count; b++) {
         const kt_joint_type type = tree->description.bodies[b].joint.type;
@@ -36,26 +38,22 @@ static bool add_dampers(kt_tree *tree, kt_effect effect[KT_TREE_BODIES]) {
     }
     tree->description.effects = effect;
     tree->description.effect_count = count;
-    kt_tree_free(tree);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
-static bool native_tree_make(native_tree *n, kt_random *random, kt_effect effect[KT_TREE_BODIES]) {
+static void native_tree_make(native_tree *n, kt_random *random, kt_effect effect[KT_TREE_BODIES]) {
     kt_tree_plan plan = kt_tree_plan_default();
     plan.bodies = 8;
     plan.massless = false;
     memset(&n->file, 0, sizeof n->file);
     kt_generated_need_compiler();
-    if (!kt_tree_grow(&n->tree, &plan, random) || !add_dampers(&n->tree, effect) ||
-        !kt_generated_make_some(&n->file, n->tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false))
-        return false;
+    kt_tree_grow(&n->tree, &plan, random);
+    add_dampers(&n->tree, effect);
+    kt_generated_make_some(&n->file, n->tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false);
     n->native = (kt_native){.structure = kt_codegen_structure(n->tree.model),
                             .acceleration = n->file.acceleration,
                             .prepared = n->file.model};
-    return true;
 }
-
-static void native_tree_free(native_tree *n) { kt_tree_free(&n->tree); }
 
 /* ---- motions ----------------------------------------------------------------------------------------------------- */
 
@@ -65,7 +63,7 @@ typedef struct motion {
 } motion;
 
 /* Runs from a state, whose velocities are larger by the part `off`. native: NULL for the library. */
-static bool run_motion(const native_tree *n, const kt_run *run, kt_native *native, const kt_tree_state *s, double off,
+static void run_motion(const native_tree *n, const kt_run *run, kt_native *native, const kt_tree_state *s, double off,
                        motion *to) {
     const size_t nq = (size_t)n->tree.nq, nv = (size_t)n->tree.nv;
     double v[KT_TREE_NV];
@@ -87,7 +85,7 @@ static bool run_motion(const native_tree *n, const kt_run *run, kt_native *nativ
         to->counts = kt_simulation_counts_get(simulation);
     }
     kt_simulation_free(simulation);
-    return kt_tree_fine(run->integrator != NULL ? run->integrator : "default", status, &error);
+    kt_need_fine(run->integrator != NULL ? run->integrator : "default", status, &error);
 }
 
 /* Both motions differ by rounding, which grows as a change of the velocities does. */
@@ -100,8 +98,7 @@ KT_TEST(motions_of_each_method_are_those_of_the_library) {
     kt_random random = kt_random_of_test();
     kt_worst error = kt_worst_make("state at the end");
     kt_tree_state s;
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_tree_state_draw(&n.tree, &random, &s);
     for (size_t k = 0; k < sizeof method / sizeof *method; k++) {
         if (kt_method_find(method[k]) == NULL)
@@ -110,9 +107,9 @@ KT_TEST(motions_of_each_method_are_those_of_the_library) {
         run.integrator = method[k];
         run.step = 1e-3;
         run.duration = 0.2;
-        if (!run_motion(&n, &run, NULL, &s, 0.0, &library) || !run_motion(&n, &run, NULL, &s, 1e-8, &moved) ||
-            !run_motion(&n, &run, &n.native, &s, 0.0, &own))
-            break;
+        run_motion(&n, &run, NULL, &s, 0.0, &library);
+        run_motion(&n, &run, NULL, &s, 1e-8, &moved);
+        run_motion(&n, &run, &n.native, &s, 0.0, &own);
         double growth = 1.0, size = 1.0;
         for (int i = 0; i < n.tree.nq + n.tree.nv; i++) {
             growth = fmax(growth, fabs(moved.y[i] - library.y[i]) / 1e-8);
@@ -127,7 +124,6 @@ KT_TEST(motions_of_each_method_are_those_of_the_library) {
         kt_check_equal_int("steps", (long long)own.counts.steps, (long long)library.counts.steps);
     }
     kt_check_worst(&error);
-    native_tree_free(&n);
 }
 
 /* The default method is that of the model, and implicit steps take its derivatives. */
@@ -137,27 +133,23 @@ KT_TEST(stiff_motions_keep_the_default_method) {
     static motion own, library;
     kt_random random = kt_random_of_test();
     kt_tree_state s;
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_tree_state_draw(&n.tree, &random, &s);
     for (int i = 0; i < n.tree.description.effect_count; i++)
         effect[i].damping = 1e5;
-    kt_tree_free(&n.tree);
-    if (!kt_tree_compile(&n.tree, NULL) ||
-        !kt_generated_make_some(&n.file, n.tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false))
-        return;
+    kt_tree_compile(&n.tree, NULL);
+    kt_generated_make_some(&n.file, n.tree.model, KT_CODEGEN_ACCELERATION, "cc -O1", false);
     n.native.acceleration = n.file.acceleration;
     kt_run run = kt_run_default();
     run.integrator = NULL;
     run.duration = 0.5;
     run.relative = run.absolute = 1e-6;
-    if (run_motion(&n, &run, NULL, &s, 0.0, &library) && run_motion(&n, &run, &n.native, &s, 0.0, &own)) {
-        kt_check_above("switches", (double)library.counts.switches, 0.5);
-        kt_check_equal_int("switches", (long long)own.counts.switches, (long long)library.counts.switches);
-        for (int i = 0; i < n.tree.nq; i++)
-            kt_check_near("position", own.y[i], library.y[i], 1e-12 * (1.0 + fabs(library.y[i])));
-    }
-    native_tree_free(&n);
+    run_motion(&n, &run, NULL, &s, 0.0, &library);
+    run_motion(&n, &run, &n.native, &s, 0.0, &own);
+    kt_check_above("switches", (double)library.counts.switches, 0.5);
+    kt_check_equal_int("switches", (long long)own.counts.switches, (long long)library.counts.switches);
+    for (int i = 0; i < n.tree.nq; i++)
+        kt_check_near("position", own.y[i], library.y[i], 1e-12 * (1.0 + fabs(library.y[i])));
 }
 
 /* Members of an ensemble, which end with their states. */
@@ -201,8 +193,7 @@ KT_TEST(ensembles_advance_files_one_after_the_other) {
     kt_ensemble *ensemble = NULL;
     run.integrator = "dopri5";
     run.duration = 0.2;
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_tree_state_draw(&n.tree, &random, &s);
     kt_status status = kt_ensemble_create(n.tree.model, &ensemble, &error);
     for (int i = 0; i < 3 && status == KT_OK; i++) {
@@ -216,18 +207,16 @@ KT_TEST(ensembles_advance_files_one_after_the_other) {
     }
     for (int i = 0; i < 10 && status == KT_OK && members.ended < 3; i++)
         status = kt_ensemble_run(ensemble, next_member, end_member, &members, &error);
-    if (kt_tree_fine("ensemble", status, &error) && run_motion(&n, &run, &n.native, &s, 0.0, &alone)) {
-        kt_check_equal_int("members", members.ended, 3);
-        kt_check_equal_int("status", members.status, KT_OK);
-        kt_check_equal_int("alone", (long long)kt_ensemble_report_of(ensemble).together, 0);
-        for (int i = 0; i < 3; i++)
-            kt_check_equal_bits("positions", kt_simulation_positions(members.simulation[i]), alone.y,
-                                (size_t)n.tree.nq);
-    }
+    kt_need_fine("ensemble", status, &error);
+    run_motion(&n, &run, &n.native, &s, 0.0, &alone);
+    kt_check_equal_int("members", members.ended, 3);
+    kt_check_equal_int("status", members.status, KT_OK);
+    kt_check_equal_int("alone", (long long)kt_ensemble_report_of(ensemble).together, 0);
+    for (int i = 0; i < 3; i++)
+        kt_check_equal_bits("positions", kt_simulation_positions(members.simulation[i]), alone.y, (size_t)n.tree.nq);
     for (int i = 0; i < 3; i++)
         kt_simulation_free(members.simulation[i]);
     kt_ensemble_free(ensemble);
-    native_tree_free(&n);
 }
 
 /* ---- what a file cannot compute ---------------------------------------------------------------------------------- */
@@ -241,8 +230,7 @@ KT_TEST(wrenches_on_bodies_are_left_to_the_library) {
     kt_tree_state s;
     kt_error error = {0};
     double a[KT_TREE_NV], right[KT_TREE_NV];
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_tree_state_draw(&n.tree, &random, &s);
     kt_status status = kt_native_use(&n.native, n.tree.model, &options, &error);
     if (status == KT_OK)
@@ -257,10 +245,9 @@ KT_TEST(wrenches_on_bodies_are_left_to_the_library) {
     kt_check_equal_int("by the library", (long long)(n.native.left - before), 1);
     if (status == KT_OK)
         status = kt_acceleration_evaluate(n.tree.model, n.tree.data, 0.0, s.q, s.v, NULL, s.external, right, &error);
-    if (kt_tree_fine("wrenches", status, &error))
-        kt_check_equal_bits("accelerations", a, right, (size_t)n.tree.nv);
+    kt_need_fine("wrenches", status, &error);
+    kt_check_equal_bits("accelerations", a, right, (size_t)n.tree.nv);
     kt_simulation_free(simulation);
-    native_tree_free(&n);
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
@@ -275,8 +262,7 @@ KT_TEST(files_of_other_structures_are_rejected) {
     kt_random random = kt_random_of_test();
     kt_simulation_options options = kt_simulation_options_default();
     kt_error error = {0};
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     n.native.structure++;
     kt_check_equal_int("structure", kt_native_use(&n.native, n.tree.model, &options, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "generate it again");
@@ -286,7 +272,6 @@ KT_TEST(files_of_other_structures_are_rejected) {
     kt_check_equal_int("a function of the caller", kt_native_use(&n.native, n.tree.model, &options, &error),
                        KT_ERROR_ARGUMENT);
     kt_check_text("where", error.where, "acceleration");
-    native_tree_free(&n);
 }
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
@@ -298,16 +283,14 @@ KT_TEST(numbers_are_those_of_the_model) {
     kt_random random = kt_random_of_test();
     kt_error error = {0};
     int count = 0;
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_status status = kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, NULL, 0, &count, &error);
     kt_check_equal_int("count", count, n.file.count);
     if (status == KT_OK)
         status = kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, numbers, count, &count, &error);
-    if (kt_tree_fine("numbers", status, &error))
-        kt_check_equal_bits("numbers", numbers, n.file.standard, (size_t)count);
+    kt_need_fine("numbers", status, &error);
+    kt_check_equal_bits("numbers", numbers, n.file.standard, (size_t)count);
     kt_check_equal_int("no function", kt_codegen_numbers(n.tree.model, 0, NULL, 0, &count, &error), KT_ERROR_ARGUMENT);
-    native_tree_free(&n);
 }
 
 /* Reads the numbers of mech_default. Returns how many; -1 if there are too many. */
@@ -326,35 +309,18 @@ static int read_standard_numbers(const char *source, double *numbers, int room) 
 /* Compares the numbers of a scene. Returns how many; -1: it cannot be generated. */
 static int compare_numbers(const char *name) {
     static double numbers[4000], standard[4000];
-    char path[512], *text[2] = {NULL, NULL};
-    size_t length[2];
-    kt_scene scene = kt_scene_default();
-    kt_model *model = NULL;
+    const unsigned functions = KT_CODEGEN_ACCELERATION;
+    char path[512];
+    kt_generated_text text;
     kt_error error = {0};
-    int count = -1, expected = -1;
+    int count = -1;
     (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
-    FILE *source = open_memstream(&text[0], &length[0]), *header = open_memstream(&text[1], &length[1]);
-    kt_status status = kt_scene_read(path, &scene, NULL, NULL, &error);
-    if (status == KT_OK)
-        status = kt_model_compile(&scene.description, NULL, &model, &error);
-    if (status == KT_OK && source != NULL && header != NULL && kt_model_nv(model) <= 60)
-        status = kt_codegen_write(model, "mech", KT_CODEGEN_ACCELERATION, false, source, header, &error);
-    else
-        status = KT_ERROR_MODEL;
-    if (source != NULL)
-        (void)fclose(source);
-    if (header != NULL)
-        (void)fclose(header);
-    if (status == KT_OK) {
-        expected = read_standard_numbers(text[0], standard, 4000);
-        status = kt_codegen_numbers(model, KT_CODEGEN_ACCELERATION, numbers, 4000, &count, &error);
-        if (kt_tree_fine(name, status, &error) && kt_check_equal_int(name, count, expected))
-            kt_check_equal_bits(name, numbers, standard, (size_t)count);
-    }
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    free(text[0]);
-    free(text[1]);
+    const kt_model *model = kt_test_model(&kt_test_scene_file(path)->description, NULL);
+    if (kt_model_nv(model) > 60 || kt_generate_text(model, "mech", functions, false, &text, &error) != KT_OK)
+        return -1;
+    kt_need_fine(name, kt_codegen_numbers(model, functions, numbers, 4000, &count, &error), &error);
+    if (kt_check_equal_int(name, count, read_standard_numbers(text.source, standard, 4000)))
+        kt_check_equal_bits(name, numbers, standard, (size_t)count);
     return count;
 }
 
@@ -388,25 +354,21 @@ KT_TEST(files_follow_changed_numbers) {
     run.integrator = "dopri5";
     run.step = 1e-3;
     run.duration = 0.05;
-    if (!native_tree_make(&n, &random, effect))
-        return;
+    native_tree_make(&n, &random, effect);
     kt_tree_state_draw(&n.tree, &random, &s);
     n.tree.body[n.tree.description.body_count - 1].mass *= 1.5;
-    kt_tree_free(&n.tree);
-    if (!kt_tree_compile(&n.tree, NULL))
-        return;
+    kt_tree_compile(&n.tree, NULL);
     const kt_status status =
         kt_codegen_numbers(n.tree.model, KT_CODEGEN_ACCELERATION, numbers, KT_GENERATED_PARAMETERS, &count, &error);
-    if (kt_tree_fine("numbers", status, &error) && run_motion(&n, &run, NULL, &s, 0.0, &library) &&
-        run_motion(&n, &run, &n.native, &s, 0.0, &own)) {
-        double off = 0.0;
-        for (int i = 0; i < n.tree.nq; i++)
-            off = fmax(off, fabs(own.y[i] - library.y[i]));
-        kt_check_above("before, the old mass moves it", off, 1e-8);
-        n.file.prepare(numbers, n.file.model);
-        if (run_motion(&n, &run, &n.native, &s, 0.0, &own))
-            for (int i = 0; i < n.tree.nq; i++)
-                kt_check_near("position", own.y[i], library.y[i], 100.0 * EPS * (1.0 + fabs(library.y[i])));
-    }
-    native_tree_free(&n);
+    kt_need_fine("numbers", status, &error);
+    run_motion(&n, &run, NULL, &s, 0.0, &library);
+    run_motion(&n, &run, &n.native, &s, 0.0, &own);
+    double off = 0.0;
+    for (int i = 0; i < n.tree.nq; i++)
+        off = fmax(off, fabs(own.y[i] - library.y[i]));
+    kt_check_above("before, the old mass moves it", off, 1e-8);
+    n.file.prepare(numbers, n.file.model);
+    run_motion(&n, &run, &n.native, &s, 0.0, &own);
+    for (int i = 0; i < n.tree.nq; i++)
+        kt_check_near("position", own.y[i], library.y[i], 100.0 * EPS * (1.0 + fabs(library.y[i])));
 }
