@@ -117,9 +117,9 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
     return kt_try_called(result, newton->jacobian(t, y, it->k[slot], it->callbacks.user), "the Jacobian", t);
 }
 
-/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. A run without an interruption
- * does not repeat it, and the costs that auto compares must be the same: it does not count. */
-static kt_try_result recompute(kt_integrator *it, kt_try *result) {
+/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. Behind a checkpoint it does not
+ * count: a run without an interruption does not repeat it, and the costs that auto compares must be the same. */
+static kt_try_result recompute(kt_integrator *it, bool is_cost, kt_try *result) {
     const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;
     kt_newton_of(it)->is_in_memory = true;
@@ -128,7 +128,8 @@ static kt_try_result recompute(kt_integrator *it, kt_try *result) {
     const kt_integrator_counts counts = it->memory.counts;
     if (kt_evaluate(it, m->time, jacobian_point(it), 1, result) == KT_TRY_PASSED)
         (void)compute_jacobian(it, m->time, jacobian_point(it), 1, result);
-    it->memory.counts = counts;
+    if (!is_cost)
+        it->memory.counts = counts;
     return result->result;
 }
 
@@ -142,7 +143,8 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
         return found;
     result->result = KT_TRY_PASSED;
     if (found != KT_TRY_PASSED && (int)w->now.state != KT_JACOBIAN_NONE) /* go on with the old one */
-        return w->is_in_memory && it->options.newton != NULL ? KT_TRY_PASSED : recompute(it, result);
+        return w->is_in_memory && it->options.newton != NULL ? KT_TRY_PASSED
+                                                             : recompute(it, it->options.newton == NULL, result);
     w->now = (kt_newton_memory){.state = found == KT_TRY_PASSED ? KT_JACOBIAN_KNOWN : KT_JACOBIAN_ZERO,
                                 .wanted = 1.0,
                                 .time = it->memory.t,
@@ -194,7 +196,7 @@ kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result
     set_scales(it);
     if ((int)w->now.state == KT_JACOBIAN_NONE || w->now.wanted > 0.0)
         return kt_newton_refresh(it, result);
-    return it->matrices_known ? KT_TRY_PASSED : recompute(it, result);
+    return it->matrices_known ? KT_TRY_PASSED : recompute(it, false, result);
 }
 
 /* ---- linear systems ---------------------------------------------------------------------------------------------- */
@@ -503,7 +505,7 @@ static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) {
         w->now.state = KT_JACOBIAN_KNOWN;
-        if (recompute(it, result) != KT_TRY_PASSED)
+        if (recompute(it, true, result) != KT_TRY_PASSED)
             return result->result;
     }
     return kt_newton_diverged(it, 0.5, result);

@@ -211,8 +211,13 @@ void kt_simulation_forget_breakpoints(kt_simulation *simulation) {
     kt_breakpoints *c = &simulation->breakpoints;
     if (c->passing)
         return;
-    /* `begin` stays: what follows at that instant is behind its jump. */
-    c->from = c->next = c->end = simulation->memory.piece = (double)NAN;
+    c->from = c->next = c->begin = c->end = simulation->memory.piece = (double)NAN;
+}
+
+void kt_simulation_renew_breakpoints(kt_simulation *simulation) {
+    const double begin = simulation->breakpoints.begin;
+    kt_simulation_forget_breakpoints(simulation);
+    simulation->breakpoints.begin = begin;
 }
 
 /* Finds the breakpoint after t. Returns what jumps at t itself. */

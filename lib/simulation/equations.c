@@ -330,7 +330,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     if (KT_HAS_GAP && simulation->size.gap > 0)
         (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;
-    kt_simulation_forget_breakpoints(simulation);
+    kt_simulation_renew_breakpoints(simulation);
 }
 
 void kt_simulation_renew_model(const kt_simulation *simulation) {

@@ -54,7 +54,7 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const 
     simulation->memory.powers.count = 0;
     simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
     forget_motion(simulation);
-    kt_simulation_forget_breakpoints(simulation);
+    kt_simulation_renew_breakpoints(simulation);
     return KT_OK;
 }
 

@@ -164,14 +164,12 @@ KT_TEST(hingeless_rotors_flap_at_wrights_frequency) {
 
 static double growth_of(const char *name) {
     opened o;
-    kt_floquet *f = NULL;
     kt_error e = {0};
-    double growth = (double)NAN;
     const kt_floquet_options options = kt_floquet_options_default(2.0 * pi / 17.0);
-    if (open_scene(&o, name) && kt_fine("create", kt_floquet_create(o.c.model, &options, &f, &e), &e) &&
-        kt_fine("evaluate", kt_floquet_evaluate(f, 0.0, o.q, o.v, &e), &e))
-        growth = kt_floquet_at(f, 0).growth;
-    return growth;
+    kt_need(open_scene(&o, name));
+    kt_floquet *f = kt_test_floquet(o.c.model, &options);
+    kt_need_fine("evaluate", kt_floquet_evaluate(f, 0.0, o.q, o.v, &e), &e);
+    return kt_floquet_at(f, 0).growth;
 }
 
 /* The roots of Coleman's equations are found in test/analysis/floquet.c. */

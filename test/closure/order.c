@@ -89,7 +89,6 @@ static double find_period(void) {
     linkage_build(&l, 0.0);
     linkage_run_start(&r, &l, "dop853", 0.0, 1e-13, false, 0.0);
     const double from = l.q[0];
-
     while (l.q[0] < from + turn - 1e-6) {
         period += fmin(0.01, 0.5 * (from + turn - l.q[0]) / l.v[0]);
         linkage_run_to(&r, period);

@@ -221,7 +221,7 @@ static void check_kind(repeated_kind kind, kt_random *random) {
         const kt_status status =
             kt_codegen_numbers(m.model, FUNCTIONS, numbers, KT_GENERATED_PARAMETERS, &count, &error);
         kt_need_fine("numbers", status, &error);
-        if ((!fold && !kt_check_equal_int("parameters", count, g.count)))
+        if (!fold && !kt_check_equal_int("parameters", count, g.count))
             break;
         if (!fold)
             g.prepare(numbers, g.model);

@@ -193,6 +193,16 @@ def streams():
     with subprocess.Popen([command, "sweep", *sweep, "pipe"]) as process:
         same("lines through a pipe", pathlib.Path("pipe").read_text() == lines, True)
     same("exit code into a pipe", process.returncode, 0)
+    long = [command, "sweep", "fall.yaml", "--vary", "m=1:2:20000", "--quiet", "--out", "pipe"]
+    with subprocess.Popen(long, stderr=subprocess.DEVNULL) as process:
+        with open("pipe", "rb") as file:
+            same("a reader of one line", file.readline(), lines.encode().splitlines(True)[0])
+        try:  # it ends, by an error or by a signal, since nobody reads on
+            same("it fails without a reader", process.wait(20) != 0, True)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            same("it ends without a reader", False, True)
+    same("--resume on a device", "needs a file" in run(*sweep, "/dev/null", "--resume", code=1).stderr, True)
 
 
 def starts():

@@ -72,13 +72,6 @@ bool linkage_build(linkage *l, double t) {
     return true;
 }
 
-void linkage_free(linkage *l) {
-    kt_test_release(l->data);
-    kt_test_release(l->model);
-    l->data = NULL;
-    l->model = NULL;
-}
-
 /* ---- mechanisms -------------------------------------------------------------------------------------------------- */
 
 four_bar four_bar_default(void) {

@@ -37,9 +37,6 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
 /* The model, its data, and the initial state, which the running test owns. A failure ends the test. */
 bool linkage_compile(linkage *l);
 
-/* Frees both at once, for a linkage that is compiled again. */
-void linkage_free(linkage *l);
-
 /* compiles, and assembles at time t */
 bool linkage_build(linkage *l, double t);
 

@@ -415,8 +415,6 @@ bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_o
     return true;
 }
 
-void tangle_free(tangle *g) { kt_tree_free(&g->tree); }
-
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {
     bool near = data->interpolated;
     for (size_t i = 0; i < model->n.group; i++)

@@ -43,7 +43,6 @@ typedef struct tangle {
 /* Grows, compiles and assembles one, away from the initial state. Draws until one can be had that has a freedom left; a
  * failure ends the test. */
 bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
-void tangle_free(tangle *g);
 
 /* Adds a body next to one on a revolute joint in a loop, and a rod between equal arms of both. No loop may drive the
  * mechanism. In its present state, the rod is `off` (radians) from its dead centre. With `braced`, a second rod is at

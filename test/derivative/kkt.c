@@ -325,7 +325,6 @@ KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
         spring[k].stiffness = 30.0 + k;
         spring[k].damping = 2.0;
     }
-
     for (int k = 0; k < 2; k++) {
         linkage_windows(&l[k], WINDOWS, 0.5, 1.0, KT_LOOP_REVOLUTE);
         l[k].options.structure = k ? KT_STRUCTURE_DENSE : KT_STRUCTURE_AUTO;

@@ -121,7 +121,7 @@ KT_TEST(composite_joints_are_chains_of_turns_and_slides) {
         kt_tree_sample(&tree, &plan, &random, &s);
         describe_chains(&chains, &tree);
         kt_tree_compile(&chains, NULL);
-        if (((chains.nv == tree.nv && chains.nq == tree.nq) || kt_check_true("same freedoms", false)))
+        if ((chains.nv == tree.nv && chains.nq == tree.nq) || kt_check_true("same freedoms", false))
             compare(&error, &tree, &chains, &s, n);
     }
     kt_check_worst(&error);

@@ -421,7 +421,6 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     kt_check_equal_int("loops", scene->description.loop_count, 0);
 }
 
-/* Such an element has no class with a number to look up. */
 /* MuJoCo computes forces of actuators only if there are any. */
 KT_TEST(compensation_by_missing_actuators_is_a_warning) {
 #define LIFTED "<body gravcomp='1'><joint name='j' type='slide' actuatorgravcomp='true'/>" BALL "</body>"
@@ -440,6 +439,7 @@ KT_TEST(compensation_by_missing_actuators_is_a_warning) {
     }
 }
 
+/* Such an element has no class with a number to look up. */
 KT_TEST(default_that_is_not_at_the_root_is_no_class) {
     static const char text[] = "<mujoco><worldbody><body name='a'><joint name='j'/>" BALL
                                "</body></worldbody><actuator><default joint='j'/></actuator></mujoco>";

@@ -12,7 +12,7 @@ typedef struct grown {
 } grown;
 
 /* The n-th: every second one has effects between bodies, every third floats, every fourth moves in a plane. A failure
- * fails the test. kt_tree_free(&g->tree) may follow either way. */
+ * ends the test. */
 bool grown_make(grown *g, int n, kt_random *random);
 
 #endif

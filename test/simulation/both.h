@@ -21,10 +21,10 @@ typedef struct kt_both_trace {
 /* A kt_recorder into a trace whose model is set. */
 int kt_both_keep(const kt_record *record, void *trace);
 
-/* The model, and its absolute formulation; NULL, both of them, after a failed check. */
+/* The model, and its absolute formulation. */
 kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute);
 
-/* A simulation of a model, in the absolute formulation unless that is NULL; NULL after a failed check. */
+/* A simulation of a model, in the absolute formulation unless that is NULL. */
 kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run);
 
 /* Runs such a simulation with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed

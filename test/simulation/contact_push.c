@@ -54,7 +54,7 @@ static void make_pushed_box(const push *p, const fading *fades, kt_parsed *m) {
     kt_parsed_make(m, text);
 }
 
-static void make_box(const push *p, kt_parsed *m) { return make_pushed_box(p, NULL, m); }
+static void make_box(const push *p, kt_parsed *m) { make_pushed_box(p, NULL, m); }
 
 /* At the end: speed, supplied energy, and how far the balance is from that at the beginning; counts. */
 typedef struct outcome {

@@ -107,13 +107,12 @@ static kt_simulation *prepare(const kt_model *model, const kind *what, double t,
     const double q = 0.0;
     kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();
-    kt_run run = kt_run_fixed(what->method, what->step, run.interval = t);
+    kt_run run = kt_run_fixed(what->method, what->step, t);
+    run.interval = t;
     options.events = 1;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-    if (!kt_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error) ||
-        !kt_fine("adds", kt_simulation_event_add(simulation, what->is_pulse ? &pulses : &sines, &error), &error)) {
-        return NULL;
-    }
+    kt_need_fine("starts", kt_simulation_set_state(simulation, 0.0, &q, &s->rate, &error), &error);
+    kt_need_fine("adds", kt_simulation_event_add(simulation, what->is_pulse ? &pulses : &sines, &error), &error);
     return simulation;
 }
 

@@ -294,10 +294,8 @@ KT_TEST(stops_that_are_set_in_a_run_are_seen) {
         make_row(&r, which, -10.0);
         kt_model *model = kt_scene_compile(&r.description), *copy = NULL;
         void *memory = aligned_alloc(KT_ALIGNMENT, kt_model_size(model));
-        const bool copied =
-            memory != NULL &&
-            kt_fine("copied", kt_model_copy(model, memory, kt_model_size(model), &copy, &error), &error);
-        kt_simulation *simulation = copied ? simulate(copy, "dop853") : NULL;
+        kt_need_fine("copied", kt_model_copy(model, memory, kt_model_size(model), &copy, &error), &error);
+        kt_simulation *simulation = simulate(copy, "dop853");
         bool fine = kt_fine("begins", kt_simulation_advance(simulation, 0.1, &error), &error);
         for (int i = 0; i < SEVERAL && fine; i++)
             fine = kt_fine("found", kt_parameter_find(model, names[i], &parameter, &error), &error) &&

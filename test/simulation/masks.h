@@ -20,7 +20,7 @@ void masks_make(masks_scene *s);
 /* Adds a body of 1 kg on the world, and an effect with a restitution of 0. */
 kt_body *masks_add_body(masks_scene *s, kt_joint_type type, kt_vec3 axis);
 kt_effect *masks_add_effect(masks_scene *s, kt_effect_type type);
-/* A simulation of 100 s; "steps": by time stepping. NULL if the model is NULL, or after a failed check. */
+/* A simulation of 100 s; "steps": by time stepping. */
 kt_simulation *masks_start(const kt_model *model, const char *method, double step);
 
 #endif

@@ -28,7 +28,7 @@ KT_TEST(placed_simulation_stays_within_its_memory) {
     size_t size = kt_simulation_size(model, &run, NULL), guard = 4096;
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + guard);
     memset(memory, 0x5A, size + guard);
-    (void)kt_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
+    kt_need_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
     kt_test_run(simulation, count_records, &records);
     size_t touched = 0;
     for (size_t i = 0; i < guard; i++)
@@ -65,7 +65,7 @@ static void check_allocations(const char *integrator) {
     size_t size = kt_simulation_size(model, &run, NULL);
     void *memory = aligned_alloc(KT_ALIGNMENT, size), *block = NULL;
     kt_interpose_start();
-    (void)kt_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
+    kt_need_fine("place", kt_simulation_init(model, &run, NULL, memory, size, &simulation, &error), &error);
     long placing = kt_interpose_stop();
     block = malloc(kt_simulation_state_size(simulation));
     kt_interpose_start();

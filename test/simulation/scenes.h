@@ -41,7 +41,7 @@ typedef struct kt_ledger {
 /* A recorder whose user is a kt_ledger. */
 int kt_ledger_enter(const kt_record *record, void *user);
 
-/* The energy plus dissipated minus supplied work; NaN after a failed check. */
+/* The energy plus dissipated minus supplied work. */
 double kt_scene_balance(kt_simulation *simulation);
 
 /* Fixed steps of this method, and its adaptive ones within a tolerance. */
@@ -85,7 +85,7 @@ typedef struct kt_resumption {
     const kt_wrench *external;
 } kt_resumption;
 
-/* Starts a simulation of it; NULL after a failed check. */
+/* Starts a simulation of it. */
 kt_simulation *kt_resumption_start(const kt_resumption *r);
 
 /* Checks that a run which stops at record `stop`, and goes on in another simulation, has the same records to the bit as

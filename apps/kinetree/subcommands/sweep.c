@@ -276,7 +276,7 @@ static int write_runs(const kt_sweep *sweep, kt_ranks *ranks, FILE *file, kt_kee
     if (code >= 0)
         return code;
     char *header = next == first ? kt_sweep_header(sweep) : NULL;
-    if (next == first && file != stdout) /* standard output may be a file that other programs write, too */
+    if (next == first && arguments->resume) /* behind the lines that were read */
         rewind(file);
     const bool begins = next > first || (header != NULL && fputs(header, file) >= 0);
     free(header);
@@ -310,8 +310,12 @@ static int write_sweep_file(const kt_sweep *sweep, kt_ranks *ranks, kt_keep *kee
     int code = kt_output_start(&output, out);
     if (code >= 0)
         return code;
-    const int descriptor = kt_output_open(&output, O_CREAT | O_RDWR);
-    FILE *file = descriptor >= 0 ? fdopen(descriptor, "r+") : NULL;
+    if (output.partial == NULL && sweep->arguments->resume) {
+        (void)kt_output_end(&output, KT_OUTPUT_AS_IS);
+        return kt_misuse("sweep: %s is a device or a pipe, which cannot be taken up again: --resume needs a file", out);
+    }
+    const int descriptor = kt_output_open(&output, O_CREAT | (output.partial != NULL ? O_RDWR : O_WRONLY | O_TRUNC));
+    FILE *file = descriptor >= 0 ? fdopen(descriptor, output.partial != NULL ? "r+" : "w") : NULL;
     if (file == NULL || (!sweep->arguments->resume && output.partial != NULL && ftruncate(descriptor, 0) != 0)) {
         kt_say("sweep: %s cannot be written: %s", out,
                errno == EBUSY ? "another sweep is writing it" : strerror(errno));
