@@ -183,6 +183,9 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
     return model->loop[contact->loop].equation;
 }
 
+/* Whether a contact is closed, sticks, and shares its load with others in several ways. */
+bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact);
+
 /* Whether item k is friction of a contact. */
 static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
 

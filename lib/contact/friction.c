@@ -294,6 +294,7 @@ static void begin_slip(kt_simulation *simulation, int i) {
 static void apply(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
+    const bool shared = kt_coulomb_fits(p, c->solution) && !kt_coulomb_is_unique(p, c->solution);
     for (int i = 0; i < p->n; i++) {
         kt_contact *contact = &c->item[c->list[c->posed[i]]];
         const kt_coulomb_mode mode = c->solution->mode[i];
@@ -307,6 +308,7 @@ static void apply(kt_simulation *simulation) {
         if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
             continue;
         contact->next = KT_CONTACT_ON;
+        simulation->contact_state[contact->index].shared = shared;
         if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0))
             c->item[contact->of].next = KT_CONTACT_ON;
         else if (type != KT_COULOMB_FRICTIONLESS)

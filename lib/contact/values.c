@@ -19,6 +19,10 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
+bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact) {
+    return kt_contact_is_closed(model, contact) && contact->simulation->contact_state[contact->index].shared;
+}
+
 /* The event value of a contact: its gap, or its reaction. One that is held does not open. */
 static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
     const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];
@@ -74,9 +78,12 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
     }
     if (status == KT_OK && sticks)
         status = kt_contacts_find_reactions(c, at, error);
-    for (int k = c->sides; status == KT_OK && k < c->n; k++)
+    for (int k = 0; status == KT_OK && k < c->n; k++)
         if (kt_contact_rubs(c, k))
             c->value[k] = friction_value_of(c, at, k);
+        else if (sticks && kt_contact_shares_load(model, &c->item[k]))
+            c->value[k] = contact_value_of(&c->item[k], at->t, true,
+                                           c->item[k].sign * c->reaction[kt_contact_row(model, &c->item[k])]);
     return status;
 }
 

@@ -191,6 +191,14 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     return true;
 }
 
+/* Whether it is another motion, not other forces for the same. */
+static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
+    for (int j = 0; j < c->rows; j++)
+        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
+            return true;
+    return false;
+}
+
 /* Opens contact i, from the impulses in `to` without its own. Returns whether the others hold it open. */
 static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
@@ -207,20 +215,78 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
     return false;
 }
 
-/* Opens contacts until the normal rows of those that press are independent. */
+/* The number of rows in which a contact that presses holds something. */
+static int rows_that_press(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    return c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK ? 3 : 1;
+}
+
+/* Opens one contact that presses. held: only one whose rows depend on those of others, which then hold what it holds.
+ * Without another one, the motion may change. */
+static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]) &&
+            (!held || kt_coulomb_is_held(c, to, i, rows_that_press(c, to, i), false)) &&
+            open_one(c, solver, i, to, steps))
+            return true;
+    return false;
+}
+
+/* Whether all contacts that press stick, also with the least forces, which are written. Their shares of the load then
+ * have no influence on the motion. */
+static bool all_stick_by_least(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type == KT_COULOMB_SLIPS
+                ? to->mode[i] != KT_COULOMB_OPEN
+                : c->item[i].type != KT_COULOMB_DRY && to->mode[i] < KT_COULOMB_OPEN && to->mode[i] != KT_COULOMB_STICK)
+            return false;
+    if (!kt_coulomb_fits(c, to))
+        return false;
+    kt_coulomb_copy(c, to, solver->next);
+    kt_coulomb_linear(c, solver->next);
+    if (!kt_coulomb_holds(c, solver->next))
+        return false;
+    kt_coulomb_copy(c, solver->next, to);
+    return true;
+}
+
+/* Opens contacts until the normal rows of those that press are independent. An open contact holds nothing across its
+ * normal. So contacts that no others hold, such as a driven wheel of a car, stay closed if all can stick. */
 static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     bool found = true;
     for (int i = 0; i < c->n; i++)
         solver->rejected[i] = c->item[i].rejected;
     while (found && !kt_coulomb_is_unique(c, to)) {
-        found = false;
-        for (int i = 0; i < c->n && !found; i++)
-            if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
-                found = open_one(c, solver, i, to, steps);
+        found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
+        if (!found && all_stick_by_least(c, solver, to)) {
+            found = true;
+            break;
+        }
+        found = found || open_any(c, solver, false, to, steps);
     }
     for (int i = 0; i < c->n; i++)
         c->item[i].rejected = solver->rejected[i];
     return found;
+}
+
+/* Counts a second solution if a contact touches that could press, since its normal row depends on those of others, and
+ * that would then hold more: a wheel that is open spins freely. */
+static void count_loose_contact(const kt_coulomb *c, kt_coulomb_solution *to) {
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
+            !(fabs(to->u[item->row]) <= 1e-9 * c->size))
+            continue;
+        to->mode[i] = KT_COULOMB_STICK;
+        const bool spins =
+            kt_coulomb_fits(c, to) && kt_coulomb_is_held(c, to, i, 1, true) && !kt_coulomb_is_held(c, to, i, 3, true);
+        to->mode[i] = KT_COULOMB_OPEN;
+        if (!spins)
+            continue;
+        to->count = 2;
+        to->redundant = true;
+        to->differs = i;
+        return;
+    }
 }
 
 /* All items stick, or are closed; those that cannot are left as they were. Impulses are zero if there is no room. */
@@ -238,14 +304,6 @@ static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
 static bool any_is_rejected(const kt_coulomb *c) {
     for (int i = 0; i < c->n; i++)
         if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
-            return true;
-    return false;
-}
-
-/* Whether it is another motion, not other forces for the same. */
-static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
-    for (int j = 0; j < c->rows; j++)
-        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
             return true;
     return false;
 }
@@ -291,11 +349,16 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (solution->count > 1)
         compare_solutions(c, solution, other, solver->next);
-    if (!independent || make_independent(c, solver, solution, steps))
+    if (!independent)
         return true;
-    kt_coulomb_copy(c, other, solution);
-    solution->count = 1;
-    return again && make_independent(c, solver, solution, steps);
+    found = make_independent(c, solver, solution, steps);
+    if (!found) {
+        kt_coulomb_copy(c, other, solution);
+        solution->count = 1;
+        found = again && make_independent(c, solver, solution, steps);
+    }
+    count_loose_contact(c, solution);
+    return found;
 }
 
 /* ---- contacts that do not part ----------------------------------------------------------------------------------- */

@@ -187,6 +187,10 @@ void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
 /* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
  * factor. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* Whether the first rows of item i (1: the normal one; 3: also the tangential ones) depend on those that other items
+ * hold: normal ones if they press, and tangential ones if they stick. The others then hold what these rows hold. slip:
+ * those of contacts that slip count, too. */
+bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Whether forces and rates agree with the modes. */

@@ -379,6 +379,49 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
     return true;
 }
 
+/* Takes the part along n independent rows (c->nonzero), in the metric of W, from a row. Returns the square of the rest
+ * relative to that of the row. A: the rows of their Cholesky factor, to which the row is added. */
+static double add_row(const kt_coulomb *c, int n, int row) {
+    const int width = c->system->width;
+    double *L = row_of(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
+    const double square = left;
+    for (int j = 0; j < n; j++) {
+        const double *other = row_of(c->system->A, j, width);
+        double sum = kt_coulomb_entry(c, row, c->nonzero[j]);
+        for (int k = 0; k < j; k++)
+            sum -= L[k] * other[k];
+        L[j] = sum / other[j];
+        left -= L[j] * L[j];
+    }
+    L[n] = sqrt(fmax(left, 0.0));
+    c->nonzero[n] = row;
+    return left / square;
+}
+
+/* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
+ * holds its normal row and two tangential ones. slip: so does one that slips. */
+static int held_rows_of(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
+    const kt_coulomb_type type = c->item[i].type;
+    const bool sticks = to->mode[i] == KT_COULOMB_STICK;
+    if (!kt_coulomb_is_active(to->mode[i]) || (type == KT_COULOMB_DRY && !sticks))
+        return 0;
+    return type == KT_COULOMB_CONE && (sticks || slip) ? 3 : 1;
+}
+
+static int held_row_of(const kt_coulomb_item *item, int k) { return k == 0 ? item->row : item->across + k - 1; }
+
+bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
+    static const double apart = 1e-9;
+    int n = 0;
+    for (int j = 0; j < c->n; j++)
+        for (int k = 0; j != i && k < held_rows_of(c, to, j, slip); k++)
+            n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
+    for (int k = 0; k < rows; k++)
+        if (add_row(c, n, held_row_of(&c->item[i], k)) > apart)
+            return false;
+    return true;
+}
+
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_coulomb_system *s = c->system;
     begin_system(c, to, s);

@@ -202,6 +202,9 @@ KT_CHECKED kt_status kt_motion_complete(const kt_model *model, kt_data *data, co
 KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                                          kt_error *error);
 
+/* Puts multipliers in the form of kt_multiplier_evaluate into the groups of the data. */
+void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers);
+
 /* Evaluates kt_reaction_evaluate, and writes the kinematics of the motion to links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,

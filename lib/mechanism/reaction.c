@@ -17,6 +17,22 @@
 
 #include <string.h>
 
+#if KT_HAS_SWITCHES
+void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers) {
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (kt_loop_is_off(loop))
+            continue;
+        const kt_group *group = &model->group[loop->group];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
+        for (int r = 0; r < loop->row_count; r++)
+            if (slot[r] >= 0)
+                w.multiplier[slot[r]] = multipliers[loop->equation + r];
+    }
+}
+#endif
+
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     model = kt_model_now(model, data);
@@ -26,6 +42,10 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, &loaded, false, data->scratch);
     kernels->multipliers(model, data, at->v, a);
+#if KT_HAS_SWITCHES
+    if (data->given_multipliers != NULL)
+        kt_multipliers_put(model, data, data->given_multipliers);
+#endif
     kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
 }
 

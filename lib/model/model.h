@@ -523,6 +523,9 @@ struct kt_data {
     int32_t corrected_v;        /* that velocity */
     uint32_t unconverged;       /* directions of slow slip that were not found (contact/slip.c), since a simulation has
                                    counted them */
+    /* Multipliers that reactions follow from, in place of those that are found, in the form of kt_multiplier_evaluate;
+     * or NULL. */
+    const double *given_multipliers;
     /* Called once between the passes of the next accelerations, when groups have their multipliers; or NULL. */
     void (*between)(const kt_model *model, struct kt_data *data);
     KT_ARENA_DECLARE(KT_DATA_FIELDS)

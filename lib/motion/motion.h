@@ -97,6 +97,7 @@ typedef struct kt_contact_memory {
                               friction in joints, the dry and the viscous force */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */
+    int64_t shared;        /* it sticks, and its normal force is not unique: the least one counts */
 } kt_contact_memory;
 
 /* The memory of an event. */

@@ -32,22 +32,6 @@ static void find_contact_multipliers(const kt_simulation *simulation) {
     }
 }
 
-/* Puts the multipliers into the groups of the data of that model. */
-static void put_multipliers(const kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
-    for (size_t i = 0; i < c->all->n.loop; i++) {
-        const kt_loop_record *loop = &c->all->loop[i];
-        if (kt_loop_is_off(loop))
-            continue;
-        const kt_group *group = &c->all->group[loop->group];
-        const int32_t *slot = kt_rows_slots(c->all, group, loop);
-        const kt_group_work w = kt_group_matrices(c->all, c->data, (size_t)loop->group, KT_ROWS_ALL);
-        for (int r = 0; r < loop->row_count; r++)
-            if (slot[r] >= 0)
-                w.multiplier[slot[r]] = simulation->moreau->multiplier[loop->equation + r];
-    }
-}
-
 static bool has_fronts(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++)
         if (kt_group_has_fronts(&model->group[g]))
@@ -65,7 +49,7 @@ static void add_wrenches(kt_simulation *simulation, double t, const double *q, c
         (void)kernels->forward(c->all, c->data, &at, false, c->data->scratch);
     else
         kernels->pose(c->all, c->data, q);
-    put_multipliers(simulation);
+    kt_multipliers_put(c->all, c->data, m->multiplier);
     kt_clear(m->loop, c->all->n.loop * sizeof *m->loop);
     kernels->react(c->all, c->data, t, m->external, m->loop);
 }

@@ -71,6 +71,33 @@ kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const 
     return kt_state_project(simulation->model, simulation->data, t, y, y + size->nq, NULL, error);
 }
 
+#if KT_HAS_EVENTS
+/* Contacts that share their load in several ways get the least multipliers, as in their events: others may pull. */
+static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_state *at, kt_wrench *joints,
+                                kt_wrench *loops, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_data *data = simulation->data;
+    const kt_instant instant = {
+        .model = simulation->model, .data = data, .t = at->t, .q = at->q, .v = at->v, .tau = at->tau};
+    bool shares = false;
+    kt_contacts_share_load(c, simulation->model, simulation->multiplier);
+    for (int k = 0; k < c->sides; k++)
+        shares = shares || kt_contact_shares_load(simulation->model, &c->item[k]);
+    if (!shares)
+        return KT_OK;
+    const size_t bytes = simulation->model->n.row * sizeof *c->row;
+    memcpy(c->row, simulation->multiplier, bytes);
+    kt_status status = kt_contacts_find_reactions(c, &instant, error);
+    if (status != KT_OK)
+        return status;
+    memcpy(simulation->multiplier, c->reaction, bytes);
+    data->given_multipliers = simulation->multiplier;
+    status = kt_motion_evaluate(simulation->model, data, at, data->kinematics, joints, loops, error);
+    data->given_multipliers = NULL;
+    return status;
+}
+#endif
+
 kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
     kt_data *data = simulation->data;
@@ -87,7 +114,7 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
 #if KT_HAS_EVENTS
     if (status == KT_OK && simulation->contacts != NULL)
-        kt_contacts_share_load(simulation->contacts, simulation->model, simulation->multiplier);
+        status = react_by_least(simulation, &at, joints, loops, error);
 #endif
     if (status == KT_OK && by != NULL)
         by->reactions(by, y, simulation->tau, simulation->free_reaction, simulation->reaction,

@@ -1,5 +1,5 @@
-/* Several frictions of one joint that stick, against closed forms and against one friction with the sums of their
- * limits. */
+/* Contacts and frictions that share a load in several ways, against closed forms. Frictions of one joint also against
+ * one friction with the sums of their limits. */
 #include "kinetree/simulation.h"
 
 #include <math.h>
@@ -37,7 +37,7 @@ static kt_simulation *start_block(const kt_parsed *m, const char *method) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_run run = kt_run_fixed(method, strcmp(method, "rk4") == 0 ? 1e-3 : 0.0, 100.0);
     run.relative = run.absolute = 1e-11;
-    options.record = KT_RECORD_MULTIPLIER;
+    options.record = KT_RECORD_MULTIPLIER | KT_RECORD_REACTION;
     return kt_test_simulation(m->model, &run, &options);
 }
 
@@ -129,7 +129,92 @@ KT_TEST(frictions_of_a_joint_share_the_load_by_their_limits) {
     kt_simulation_options options = kt_simulation_options_default();
     run.duration = 1.5;
     run.interval = 0.5;
-    options.record = KT_RECORD_MULTIPLIER;
+    options.record = KT_RECORD_MULTIPLIER | KT_RECORD_REACTION;
     kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
     kt_test_run(simulation, check_shares, friction);
+}
+
+/* ---- wheels ------------------------------------------------------------------------------------------------------ */
+
+/* A car of 3 kg on four discs of 0.5 kg and 0.2 m, each with a motor. Three of the wheels can carry the car, but the
+ * torque of the fourth drives it, too. */
+typedef struct car {
+    double torque[4], com[2];
+    bool late; /* the torques rise from 0.2 s to 0.7 s */
+} car;
+
+static kt_simulation *start_car(const car *c) {
+    char text[4096];
+    kt_parsed m;
+    size_t used = (size_t)snprintf(text, sizeof text,
+                                   "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                                   "  - {name: car, joint: {type: free, position: {position: [0, 0, 0.2]}}, mass: 3, "
+                                   "com: [%g, %g, 0], inertia: [0.1, 0.1, 0.15]}\n",
+                                   c->com[0], c->com[1]);
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: w%d, parent: car, joint: {type: revolute, axis: y, at: [%g, %g, 0]}, "
+                                 "mass: 0.5, shape: {type: cylinder, radius: 0.2, length: 0.02, axis: y}}\n",
+                                 i, i < 2 ? 0.3 : -0.3, i % 2 ? 0.2 : -0.2);
+    used += (size_t)snprintf(text + used, sizeof text - used, "effects:\n");
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(
+            text + used, sizeof text - used,
+            "  - {name: tyre%d, type: contact, point: w%d, axle: y, radius: 0.2, plane: world, restitution: 0, "
+            "friction: 1}\n  - {type: motor, joint: w%d, torque: {ramp: {from: %.17g, to: %.17g, start: 0.2, end: "
+            "0.7}}}\n",
+            i, i, i, c->late ? 0.0 : c->torque[i], c->torque[i]);
+    kt_parsed_make(&m, text);
+    return start_block(&m, "dopri5");
+}
+
+/* Each wheel presses, and all of them carry the weight. */
+static void check_loads(kt_simulation *simulation) {
+    const kt_model *model = kt_simulation_model(simulation);
+    kt_record record;
+    kt_error error = {0};
+    double least = HUGE_VAL, sum = 0.0;
+    kt_need_fine("senses", kt_simulation_sense(simulation, &record, &error), &error);
+    for (int i = 0; i < 4; i++) {
+        const char name[] = {'t', 'y', 'r', 'e', (char)('0' + i), '\0'};
+        const double load = -record.loop_reactions[kt_loop_find(model, name)].force.z;
+        least = fmin(least, load);
+        sum += load;
+    }
+    kt_check_above("least load, N", least, 0.0);
+    kt_check_near("weight, N", sum, 5.0 * 9.81, 1e-9);
+}
+
+KT_TEST(all_wheels_of_a_car_drive_it) {
+    static const car cars[] = {{.torque = {0.5, 0.5, 0.5, 0.5}},
+                               {.torque = {0.5, 0.0, 0.0, 0.0}},
+                               {.torque = {0.0, 0.0, 0.3, 0.4}, .com = {0.19, 0.03}},
+                               {.torque = {0.1, 0.1, 0.1, 0.1}, .late = true}};
+    for (int k = 0; k < 4; k++) {
+        static const double radius = 0.2;
+        double sum = 0.0;
+        kt_error error = {0};
+        for (int i = 0; i < 4; i++)
+            sum += cars[k].torque[i];
+        /* the inertia of a wheel is half of that of its mass at the rim */
+        const double a = sum / radius / (3.0 + 4.0 * 1.5 * 0.5), v = cars[k].late ? 0.55 * a : a;
+        kt_simulation *simulation = start_car(&cars[k]);
+        kt_note("case %d", k);
+        kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
+        if (!cars[k].late)
+            kt_check_near("place, m", kt_simulation_positions(simulation)[0], 0.5 * a, 1e-10);
+        for (int i = 6; i < 10; i++)
+            kt_check_near("wheel, rad/s", kt_simulation_velocities(simulation)[i], v / radius, 1e-9);
+        kt_check_equal_int("contacts", (long long)kt_simulation_contacts(simulation).closings, 4);
+        kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
+        check_loads(simulation);
+    }
+}
+
+/* The least loads of four wheels would have one that pulls. Three wheels carry the car, and the fourth spins. */
+KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
+    kt_error error = {0};
+    kt_simulation *simulation = start_car(&(car){.torque = {0.1, 0.1, 0.1, 0.1}, .com = {0.28, 0.15}});
+    kt_need_fine("drives", kt_simulation_advance(simulation, 0.5, &error), &error);
+    kt_check_above("undecided", (double)kt_simulation_contacts(simulation).undecided, 0.5);
 }
