@@ -215,17 +215,12 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
     return false;
 }
 
-/* The number of rows in which a contact that presses holds something. */
-static int rows_that_press(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
-    return c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK ? 3 : 1;
-}
-
 /* Opens one contact that presses. held: only one whose rows depend on those of others, which then hold what it holds.
  * Without another one, the motion may change. */
 static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]) &&
-            (!held || kt_coulomb_is_held(c, to, i, rows_that_press(c, to, i), false)) &&
+            (!held || kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)) &&
             open_one(c, solver, i, to, steps))
             return true;
     return false;

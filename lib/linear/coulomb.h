@@ -187,6 +187,9 @@ void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
 /* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
  * factor. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
+ * holds its normal row and two tangential ones. slip: so does one that slips. */
+int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
 /* Whether the first rows of item i (1: the normal one; 3: also the tangential ones) depend on those that other items
  * hold: normal ones if they press, and tangential ones if they stick. The others then hold what these rows hold. slip:
  * those of contacts that slip count, too. */

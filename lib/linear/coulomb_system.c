@@ -398,9 +398,7 @@ static double add_row(const kt_coulomb *c, int n, int row) {
     return left / square;
 }
 
-/* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
- * holds its normal row and two tangential ones. slip: so does one that slips. */
-static int held_rows_of(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
+int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
     const kt_coulomb_type type = c->item[i].type;
     const bool sticks = to->mode[i] == KT_COULOMB_STICK;
     if (!kt_coulomb_is_active(to->mode[i]) || (type == KT_COULOMB_DRY && !sticks))
@@ -414,7 +412,7 @@ bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     static const double apart = 1e-9;
     int n = 0;
     for (int j = 0; j < c->n; j++)
-        for (int k = 0; j != i && k < held_rows_of(c, to, j, slip); k++)
+        for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
             n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
     for (int k = 0; k < rows; k++)
         if (add_row(c, n, held_row_of(&c->item[i], k)) > apart)

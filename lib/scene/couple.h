@@ -31,7 +31,7 @@ typedef struct kt_bound_formula {
     int part_count;
 } kt_bound_formula;
 
-/* What formulas of one simulation share. */
+/* The parts that all formulas of one simulation share. */
 typedef struct kt_binding {
     kt_pool *pool;
     const kt_model *model;

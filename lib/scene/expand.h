@@ -1,5 +1,5 @@
-/* Nodes of a file before its sections are read: sections that stand for items of other sections, effects of the type
- * `fmu`, actions of events, and formulas that a comma has cut. */
+/* Changes the nodes of a file before its sections are read. Some sections stand for items of others. Effects of the
+ * type `fmu` and actions of events are expanded. Formulas that a comma has cut are reported. */
 #ifndef KT_SCENE_EXPAND_H
 #define KT_SCENE_EXPAND_H
 

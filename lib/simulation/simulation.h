@@ -210,7 +210,7 @@ void kt_simulation_recall_breakpoints(kt_simulation *simulation);
 
 /* Lets breakpoints be searched anew, since functions of time, or the time itself, have changed. */
 void kt_simulation_forget_breakpoints(kt_simulation *simulation);
-/* Likewise after a change within an instant. What follows at this instant stays behind its jump. */
+/* Likewise after a change of the state at a jump. Forces at this time remain those behind the jump. */
 void kt_simulation_renew_breakpoints(kt_simulation *simulation);
 
 /* Contacts and stops that a step has leapt over (gap.c), in models with such effects. */

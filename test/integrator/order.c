@@ -130,9 +130,9 @@ static double gamma_entry(const kt_method *m, int i, int j) {
     return m->gamma != NULL ? m->gamma[i * m->stages + j] : 0.0;
 }
 
-/* The eight conditions of order 4 written out by hand, against the conditions from the trees: HNW II.1, (1.11), and of
- * linearly implicit methods (HW IV.7, (7.11)), of b and of the embedded b - e. beta = alpha + gamma, beta_i is
- * its row sum, and c_i that of alpha. Explicit methods have no gamma. */
+/* Compares the eight conditions of order 4, written out by hand, with those from the trees. They are in HNW II.1,
+ * (1.11), and for linearly implicit methods in HW IV.7, (7.11). The weights are b, or the embedded b - e. Besides,
+ * beta = alpha + gamma, beta_i is its row sum, and c_i that of alpha. Explicit methods have no gamma. */
 static void check_order_4(const kt_method *m, bool embedded) {
     const int s = m->stages;
     double sum[8] = {0.0}, beta[KT_METHOD_STAGES_MAX] = {0.0};

@@ -63,8 +63,8 @@ void check_forced_order(const kt_method *method, double lambda, int first_steps,
 kt_integrator_counts check_stiff_oscillator(const kt_method *method, double tol, double bound);
 
 /* Checks y and the number of evaluations in each of four parts of `forced`, whose lambda is -1e5, -1, -1e5 and -1. The
- * Jacobian of the caller is known in the first and in the last: that of the first part misleads in the second, and
- * serves again in the third. */
+ * caller knows the Jacobian in the first and in the last part. That of the first one misleads in the second, and serves
+ * again in the third. */
 void check_lost_jacobian(const kt_method *method, double evaluations, double bound);
 
 /* Steps until t; whether all went well. */

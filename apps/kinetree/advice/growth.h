@@ -1,5 +1,5 @@
-/* What runs watch, to warn of it at their ends: fixed steps that diverge in a scene whose energy nothing watches,
- * distances that push, and paths and angles of effects that jump. */
+/* Watches of runs, which warn at the end. One sees fixed steps diverge where nothing watches the energy. Others see
+ * distances push, and paths and angles of effects jump. */
 #ifndef KT_COMMAND_ADVICE_GROWTH_H
 #define KT_COMMAND_ADVICE_GROWTH_H
 

@@ -32,9 +32,9 @@ void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
 /* Returns whether a file is a robot, from the ending of its name. */
 bool kt_is_robot_name(const char *path);
 
-/* Prints what a path that does not exist may mean: the path with the ending .yaml, a bundled scene, or the file in the
- * same folder whose name is nearest, or else the bundled scene whose name is nearest. Prints nothing for a path that
- * exists, or without such a file. */
+/* Suggests a file for a path that does not exist. The first of these counts: the path with the ending .yaml, a bundled
+ * scene of this name, the file with the nearest name in the same folder, the bundled scene with the nearest name.
+ * Prints nothing for a path that exists, or without such a file. */
 void kt_missing_suggest(const char *path);
 
 #endif

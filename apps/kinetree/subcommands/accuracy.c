@@ -53,14 +53,12 @@ static const kt_option option_table[] = {
 static const kt_option_rule rules[] = {
     {"vary", false, "baselines,formulations,prices,plot,plot-dark,reference",
      "--vary writes a line for each value; --plot, --reference, --prices, --formulations and --baselines are of a "
-     "single "
-     "study"},
+     "single study"},
     {"peers", false, "vary,baselines,formulations",
      "--peers is of a single study, without --vary, --formulations and --baselines"},
     {"baselines", false, "integrators,formulations,out,plot,plot-dark,prices,tolerances",
      "--baselines has a table of its own: it takes --steps, --duration and --reference, and no other choice of runs "
-     "and "
-     "outputs"},
+     "and outputs"},
 };
 
 const kt_usage kt_usage_accuracy = {

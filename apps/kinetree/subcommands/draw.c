@@ -40,10 +40,10 @@ typedef struct kt_draw_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION,
     KT_OPTION(TEXT, "out", out, "FILE", "write the picture here, .svg, .png or .pdf; default: NAME.svg"),
-    KT_OPTION(TEXT, "view", view, "VIEW",
-              "set the direction of the view: x, y or z (the normal of the plane), iso, or AZIMUTH,ELEVATION in "
-              "degrees, from "
-              "the front to the right and up; default: the plane of a planar mechanism, else from 25 above"),
+    KT_OPTION(
+        TEXT, "view", view, "VIEW",
+        "set the direction of the view: x, y or z (the normal of the plane), iso, or AZIMUTH,ELEVATION in "
+        "degrees, from the front to the right and up; default: the plane of a planar mechanism, else from 25 above"),
     KT_OPTION(TEXT, "at", at, "T,...", "draw the states at these times of a run, side by side, s"),
     KT_OPTION(COUNT, "strobe", strobe, "N", "draw N states of a run over each other, earlier ones paler"),
     KT_FLAG("animate", animate, "write an SVG that plays the run again and again, light or dark as its page"),

@@ -24,8 +24,7 @@ static const kt_option options[] = {
     KT_OPTION(TEXT, "marks", marks, "SUMMARY", "draw lines at the events and impacts in this summary of the run"),
     KT_OPTION(TEXT, "title", title, "TEXT",
               "set the title; default: the name of the scene in --marks or in the summary NAME.json next to NAME.csv, "
-              "or of the "
-              "file"),
+              "or of the file"),
     KT_OPTION(TEXT, "size", size, "WxH", "set width and height, such as 1200x800; default: it fits a screen"),
     KT_OPTION(TEXT, "out", out, "FILE", "write the picture here: FILE.svg, FILE.png or FILE.pdf; default: NAME.svg"),
     KT_FLAG("dark", dark, "draw on a dark page"),

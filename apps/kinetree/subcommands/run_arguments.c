@@ -58,8 +58,7 @@ static const kt_option options[] = {
               "continue from a checkpoint of the same run; the records continue in --out"),
     KT_FLAG("modes", modes,
             "show the modes instead of a run: about rest, or about the initial state if it moves; 'kinetree modes "
-            "--view' has "
-            "more choices"), /* of `view` alone: the last one */
+            "--view' has more choices"), /* of `view` alone: the last one */
 };
 
 static const kt_option_group groups[] = {{"Input", "set"},           {"Method", "duration"}, {"Output", "interval"},
@@ -75,8 +74,7 @@ static const kt_option_rule rules[] = {
     {"checkpoint-interval", true, "checkpoint,resume", NULL},
     {"resume", false, "plot",
      "--plot would not show the time before the checkpoint; 'kinetree plot' draws the finished records, and with "
-     "--marks "
-     "the events that --summary lists"},
+     "--marks the events that --summary lists"},
     {"resume", false, "view,glb", not_with_time},
     {"resume", false, "from",
      "--resume goes on with a run that was interrupted, --from starts another one; give one of them"},
