@@ -15,7 +15,7 @@
 typedef struct kt_mjcf_class {
     const char *name;
     const kt_element *element;
-    int outer; /* the class around it; -1: the last at the root, of which there may be several; -2: none */
+    int outer; /* the class around it; of one at the root: the place of main before it; -2: none */
 } kt_mjcf_class;
 
 /* ---- settings ---------------------------------------------------------------------------------------------------- */
@@ -36,6 +36,7 @@ typedef struct kt_mjcf_settings {
     bool exact_meshes; /* volumes with signs: false */
     bool fits_boxes;   /* solids are fitted to the box around a mesh: false */
     bool strip_path;
+    bool fuses_static; /* MuJoCo makes bodies without joints parts of their parents: false */
     bool align_free; /* frames of free bodies that carry nothing are those of their inertia: false */
 } kt_mjcf_settings;
 

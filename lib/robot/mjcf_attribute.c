@@ -86,8 +86,8 @@ static void number_elements(kt_mjcf *m, kt_element *within, int around) {
     }
 }
 
-/* The classes of a document. The outermost are one class, written in any number of places. Classes within any of them
- * are within the last, and the last is within those before it. */
+/* The classes of a document. The outermost are one class, written in any number of places. A class within one of them
+ * has the values of this place and of those before it; places behind it do not change the class, as in MuJoCo. */
 static void add_classes(kt_mjcf *m, int document) {
     const int first = m->classes.count;
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
@@ -97,8 +97,6 @@ static void add_classes(kt_mjcf *m, int document) {
     for (int i = first; i < m->classes.count; i++) {
         kt_mjcf_class *c = class_at(m, i);
         const bool is_main = c->element->parent == root;
-        if (!is_main && class_at(m, c->outer)->element->parent == root)
-            c->outer = last;
         if (c->name == NULL)
             continue;
         const int other = kt_names_add(&m->names, KT_MJCF_CLASSES + document, c->name, is_main ? last : i);

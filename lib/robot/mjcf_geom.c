@@ -1,5 +1,4 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
-#include "algebra/principal.h"
 #include "robot/mjcf_axes.h"
 #include "robot/mjcf_make.h"
 #include "robot/mjcf_mesh.h"
@@ -254,12 +253,20 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
 
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */
 
+/* The axes of an inertia that changes. They stay, as in MuJoCo, also if moments become equal: a medium and aligned
+ * frames have them. */
+static void keep_axes(kt_mjcf_body *b) {
+    b->inertial = (kt_pose){.rotation = kt_mjcf_axes_of_body(b), .position = b->com};
+    b->has_axes = true;
+}
+
 /* Principal moments below the least become the least. */
 static void bound_inertia(kt_mjcf *m, double least, kt_mjcf_body *b) {
-    const kt_mat3 axes = kt_principal_axes(b->inertia);
+    const kt_mat3 axes = kt_mjcf_axes_of_body(b);
     const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
     if (d.xx >= least && d.yy >= least && d.zz >= least)
         return;
+    keep_axes(b);
     b->inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
     kt_left_count(&m->bounded, b->element);
 }
@@ -269,17 +276,37 @@ static void balance(kt_mjcf *m, kt_mjcf_body *b) {
     const double mean = (b->inertia.xx + b->inertia.yy + b->inertia.zz) / 3.0;
     if (kt_inertia_check(b->inertia, NULL) != KT_INERTIA_TRIANGLE)
         return;
+    keep_axes(b);
     b->inertia = kt_sym3_make(mean, mean, mean, 0.0, 0.0, 0.0);
     kt_left_count(&m->balanced, b->element);
 }
 
-/* Raises a mass to the least. The centre of a body without geoms and <inertial> is at `pos`, in the axes of the body:
- * MuJoCo takes the numbers of its place there. */
+/* Raises a mass to the least. The frame of the inertia of a body without geoms and <inertial> is the numbers of the
+ * body's own, in the axes of the body: MuJoCo takes them there. */
 static void bound_mass(kt_mjcf *m, double least, kt_mjcf_body *b) {
-    if (b->heavy_geoms == 0 && kt_xml_child(b->element, "inertial") == NULL)
-        b->com = kt_mjcf_vector(m, b->element, NULL, "pos", b->com);
+    if (b->heavy_geoms == 0 && kt_xml_child(b->element, "inertial") == NULL) {
+        b->inertial = kt_mjcf_pose(m, b->element, NULL);
+        b->com = b->inertial.position;
+        b->has_axes = true;
+    }
     b->mass = least;
     kt_left_count(&m->bounded, b->element);
+}
+
+/* Counts bodies that MuJoCo makes parts of their parents, if this changes the motion. In a medium, the box of both is
+ * not that of each; a part has the gravcomp of its parent; the total mass has no parts of the world. */
+static void count_fused(kt_mjcf *m, const kt_mjcf_settings *s) {
+    for (int i = 1; i < m->bodies.count && s->fuses_static; i++) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
+        const bool differs = b->parent > 0 ? m->density > 0.0 || m->viscosity > 0.0 ||
+                                                 b->gravcomp != kt_mjcf_body_at(m, b->parent)->gravcomp
+                                           : s->total_mass > 0.0;
+        if (differs && b->joint_count == 0 && b->mass > 0.0)
+            kt_unknown_count(&m->changes,
+                             "fusestatic, by which MuJoCo may fuse fixed bodies: in a medium, with another gravcomp, "
+                             "or with settotalmass",
+                             b->element);
+    }
 }
 
 void kt_mjcf_settle_masses(kt_mjcf *m) {
@@ -295,6 +322,7 @@ void kt_mjcf_settle_masses(kt_mjcf *m) {
             balance(m, b);
         total += b->mass;
     }
+    count_fused(m, kt_mjcf_settings_of(m, m->root));
     const double wanted = kt_mjcf_settings_of(m, m->root)->total_mass; /* of the whole: no attached model's */
     if (!(wanted > 0.0) || !(total > 0.0))
         return;

@@ -12,11 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The file's name, without the folder where the compiler strips paths. */
+/* The file's name, without the folder where the compiler strips paths: those of Windows, too. */
 const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e) {
-    const char *file = kt_xml_attribute(e, "file");
-    const char *slash = file != NULL && kt_mjcf_settings_of(m, e)->strip_path ? strrchr(file, '/') : NULL;
-    return slash != NULL ? slash + 1 : file;
+    const char *file = kt_xml_attribute(e, "file"), *end = NULL;
+    if (file != NULL && kt_mjcf_settings_of(m, e)->strip_path)
+        while ((end = strpbrk(file, "/\\")) != NULL)
+            file = end + 1;
+    return file;
 }
 
 /* "FOLDER/PATH", or an absolute path as it is; NULL: no memory. */

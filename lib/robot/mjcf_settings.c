@@ -38,6 +38,7 @@ static void read_compiler(kt_mjcf *m, const kt_element *e) {
     s->exact_meshes = kt_mjcf_flag(m, e, NULL, "exactmeshinertia", s->exact_meshes);
     s->fits_boxes = kt_mjcf_flag(m, e, NULL, "fitaabb", s->fits_boxes);
     s->strip_path = kt_mjcf_flag(m, e, NULL, "strippath", s->strip_path);
+    s->fuses_static = kt_mjcf_flag(m, e, NULL, "fusestatic", s->fuses_static);
     s->align_free = kt_mjcf_flag(m, e, NULL, "alignfree", s->align_free);
     const char *folder = kt_xml_attribute(e, "meshdir");
     folder = folder != NULL ? folder : kt_xml_attribute(e, "assetdir");

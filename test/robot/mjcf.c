@@ -421,6 +421,34 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     kt_check_equal_int("loops", scene->description.loop_count, 0);
 }
 
+/* MuJoCo fuses bodies without joints with their parents, so that its medium, its gravcomp or its total mass differ. */
+KT_TEST(fused_bodies_are_a_warning_if_they_move_otherwise) {
+    static const struct {
+        const char *settings, *option, *joint, *gravcomp;
+        int warnings;
+    } rows[] = {{"", "", "<joint/>", "", 0},
+                {"", "density='1'", "<joint/>", "", 1},
+                {"", "viscosity='1'", "<joint/>", "", 1},
+                {"", "", "<joint/>", "gravcomp='1'", 1},
+                {"settotalmass='2'", "", "<joint/>", "", 0},
+                {"settotalmass='2'", "", "", "", 1}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        for (int fuses = 0; fuses < 2; fuses++) {
+            char text[800];
+            int warnings = 0;
+            (void)snprintf(text, sizeof text,
+                           "<mujoco><compiler fusestatic='%s' %s/><option %s/><worldbody><body>%s" BALL "<body %s>" BALL
+                           "</body></body><body><joint/>" BALL "</body></worldbody></mujoco>",
+                           fuses != 0 ? "true" : "false", rows[k].settings, rows[k].option, rows[k].joint,
+                           rows[k].gravcomp);
+            const kt_scene *scene = test_robot(text, NULL);
+            for (int i = 0; i < scene->note_count; i++)
+                warnings +=
+                    scene->notes[i].rank == KT_NOTE_RANK_MOTION && strstr(scene->notes[i].what, "fusestatic") != NULL;
+            kt_check_equal_int(text, warnings, fuses * rows[k].warnings);
+        }
+}
+
 /* MuJoCo computes forces of actuators only if there are any. */
 KT_TEST(compensation_by_missing_actuators_is_a_warning) {
 #define LIFTED "<body gravcomp='1'><joint name='j' type='slide' actuatorgravcomp='true'/>" BALL "</body>"

@@ -101,6 +101,23 @@ KT_TEST(what_an_included_file_names_is_in_the_folder_of_the_model_or_in_its_own)
                   scene->mesh_count == 1 && strstr(scene->meshes[0].file, "/sub/solid.obj") != NULL);
 }
 
+/* Paths of Windows, too, as in MuJoCo. */
+KT_TEST(a_stripped_path_leaves_the_name_of_the_file) {
+    static const char *const paths[] = {"no/where/solid.obj", "C:\\no\\where\\solid.obj", "no/where\\solid.obj"};
+    const char *folder = kt_test_folder();
+    (void)kt_test_file(folder, "inner/meshes/solid.obj",
+                       "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+        char text[500];
+        (void)snprintf(text, sizeof text,
+                       "<mujoco><compiler strippath='true' meshdir='meshes'/><asset><mesh name='s' file='%s'/></asset>"
+                       "<worldbody><body name='a'><joint/><geom type='mesh' mesh='s' density='600'/></body></worldbody>"
+                       "</mujoco>",
+                       paths[i]);
+        kt_check_near(paths[i], find_body(read_right(folder, text, NULL), "a")->mass, 100.0, 1e-12);
+    }
+}
+
 /* MuJoCo rejects such a mesh. */
 KT_TEST(lines_of_a_mesh_have_no_mass_which_is_reported_with_the_file) {
     const char *folder = kt_test_folder();
