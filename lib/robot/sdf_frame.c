@@ -238,12 +238,23 @@ static int relative_to(kt_sdf *m, const kt_element *pose, int frame, int standar
     return name != NULL && *name != '\0' ? kt_sdf_find(m, pose, frame, name) : standard;
 }
 
+/* A model, or one that is merged into the model around it. */
+static bool is_sdf_model(const kt_sdf_frame *f) {
+    return f->kind != KT_SDF_WORLD && strcmp(f->element->name, "model") == 0;
+}
+
+/* The scope of the items in a model. */
+static int scope_within(const kt_sdf *m, int model) {
+    const kt_sdf_frame *f = kt_sdf_frame_at(m, model);
+    return f->kind == KT_SDF_MODEL ? model : f->scope;
+}
+
 /* The canonical link: the named one, else the first in the model, else that of the first model in it. */
 static int canonical_of(kt_sdf *m, int model) {
     const kt_sdf_frame *f = kt_sdf_frame_at(m, model);
     const char *name = kt_xml_attribute(f->element, "canonical_link");
     if (name != NULL && *name != '\0') {
-        const int found = find_nested(m, model, name);
+        const int found = find_nested(m, scope_within(m, model), name);
         if (found < 0)
             (void)kt_robot_fault(m->r, f->element, "canonical_link %s does not exist", kt_name_quote(name).text);
         return found;
@@ -251,14 +262,16 @@ static int canonical_of(kt_sdf *m, int model) {
     return f->follows; /* found by find_canonical */
 }
 
-/* The first link, or else the first model, in each model. */
+/* The first link, or else the first model, in each model. What is merged is in the model around it, too. */
 static void find_canonical(kt_sdf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->frames.count; i++) {
             const kt_sdf_frame *f = kt_sdf_frame_at(m, i);
-            kt_sdf_frame *model = kt_sdf_frame_at(m, f->scope);
-            if (model->kind == KT_SDF_MODEL && model->follows < 0 && f->kind == (pass ? KT_SDF_MODEL : KT_SDF_LINK))
-                model->follows = i;
+            for (int at = f->home; f->kind == (pass ? KT_SDF_MODEL : KT_SDF_LINK) && at > 0;) {
+                kt_sdf_frame *model = kt_sdf_frame_at(m, at);
+                model->follows = model->follows < 0 ? i : model->follows;
+                at = at != f->scope ? model->home : 0;
+            }
         }
 }
 
@@ -267,7 +280,7 @@ static void find_frame_base(kt_sdf *m, int i) {
     int standard = f->home;
     if (f->kind == KT_SDF_LINK) {
         f->follows = i;
-    } else if (f->kind == KT_SDF_MODEL) {
+    } else if (is_sdf_model(f)) {
         f->follows = canonical_of(m, i);
     } else if (f->kind == KT_SDF_JOINT) {
         f->follows = standard = kt_sdf_named_by(m, i, "child");
@@ -289,8 +302,7 @@ static void place_model(kt_sdf *m, int model) {
     kt_pose pose = kt_pose_identity();
     if (f->placed == NULL || *f->placed == '\0')
         return;
-    const int scope = f->kind == KT_SDF_MODEL ? model : f->scope;
-    int at = strcmp(f->placed, "__model__") == 0 ? model : find_nested(m, scope, f->placed);
+    int at = strcmp(f->placed, "__model__") == 0 ? model : find_nested(m, scope_within(m, model), f->placed);
     if (at < 0)
         (void)kt_robot_fault(m->r, f->placement, "placement_frame %s does not exist", kt_name_quote(f->placed).text);
     for (int steps = 0; at >= 0 && at != model && steps < m->frames.count; steps++) {

@@ -2,7 +2,7 @@
  *
  * A link without <inertial> has the format's mass of 1 kg and unit moments of inertia in kg m^2. Values that are
  * missing in <mass> and <inertia> have the same defaults. With auto="true", mass and inertia are those of the solids of
- * its collisions, with their densities.
+ * its collisions, with their densities. A <mass> next to auto="true" scales both, as in libsdformat since 15.2.
  */
 #include "robot/sdf.h"
 
@@ -94,7 +94,10 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
     const char *automatic = inertial != NULL ? kt_xml_attribute(inertial, "auto") : NULL;
     if (automatic != NULL && kt_sdf_is_true(m, inertial, automatic)) {
         const double standard = m->source->options->density > 0.0 ? m->source->options->density : 1000.0;
-        (void)sum_collisions(m, link, kt_sdf_number(m, inertial, "density", standard), body);
+        const bool has_mass = sum_collisions(m, link, kt_sdf_number(m, inertial, "density", standard), body);
+        const double mass = kt_sdf_number(m, inertial, "mass", body->mass);
+        body->inertia = kt_sym3_scaled(has_mass ? mass / body->mass : 1.0, body->inertia);
+        body->mass = mass;
         kt_left_count(&m->by_geometry, link->element);
         return;
     }

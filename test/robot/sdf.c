@@ -36,6 +36,21 @@ KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
                   has_note(scene, "that of the format (1 kg, 1 kg m^2; --density gives those of shapes): 1"));
 }
 
+/* The shapes give the centre and the ratios of the moments. */
+KT_TEST(mass_next_to_auto_scales_what_the_shapes_give) {
+#define AUTO(mass)                                                                                                     \
+    SDF("<link name='a'><inertial auto='true'>" mass "<density>100</density></inertial><collision name='c'>"           \
+        "<pose>1 0 0 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></collision><collision name='d'>"   \
+        "<density>300</density><geometry><sphere><radius>1</radius></sphere></geometry></collision></link>")
+    const kt_body by_density = *find_body(test_robot(AUTO(""), NULL), "a");
+    const kt_body by_mass = *find_body(test_robot(AUTO("<mass>7</mass>"), NULL), "a");
+#undef AUTO
+    kt_check_near("mass by densities", by_density.mass, 600.0 + 400.0 * acos(-1.0), 1e-12);
+    kt_check_near("mass", by_mass.mass, 7.0, 0.0);
+    kt_check_near("centre", by_mass.com.x, by_density.com.x, 1e-15);
+    kt_check_near("inertia", by_mass.inertia.yy, by_density.inertia.yy * 7.0 / by_density.mass, 1e-13);
+}
+
 /* The name is the world's, even if others have it. */
 KT_TEST(parent_world_is_the_world_and_no_link_or_joint_of_that_name) {
     static const char *const texts[] = {

@@ -125,3 +125,21 @@ KT_TEST(the_newest_version_of_a_model_of_a_server_is_read) {
         kt_check_equal_int("told", has_note(scene, "of whatever version: 1"), table[i].is_noted);
     }
 }
+
+/* In a merged model, __model__ follows the canonical link of that model. It does not follow that of the model around. */
+KT_TEST(a_merged_model_follows_its_own_canonical_link) {
+    static const struct { const char *canonical, *parent; } rows[] = {{"", "b"}, {" canonical_link='d'", "d"}};
+    const char *folder = kt_test_folder();
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char inner[1000];
+        (void)snprintf(inner, sizeof inner,
+                       "<sdf version='1.9'><model name='inner'%s>" LINK("b") LINK("c") LINK(
+                           "d") "<joint name='j' type='revolute'><parent>__model__</parent><child>c</child></joint>"
+                                "</model></sdf>",
+                       rows[i].canonical);
+        (void)kt_test_file(folder, "inner.sdf", inner);
+        const kt_scene *scene = test_robot_file(
+            kt_test_file(folder, "m.sdf", SDF(LINK("a") "<include merge='true'><uri>inner.sdf</uri></include>")), NULL);
+        kt_check_text("carried by", find_body(scene, "c")->parent, rows[i].parent);
+    }
+}
