@@ -164,11 +164,12 @@ void kt_mjcf_passive(kt_mjcf *m) {
         act_in_joint(m, kt_mjcf_joint_at(m, i));
     if (m->off.springs && m->off.dampers) /* then MuJoCo has no passive force at all */
         return;
-    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
+    for (int i = 1; i < m->bodies.count; i++) /* those below zero act next to one above zero alone, as in MuJoCo */
+        lifts = lifts || kt_mjcf_body_at(m, i)->gravcomp > 0.0;
+    for (int i = 1; i < m->bodies.count && lifts && !m->r->out_of_memory; i++) {
         const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         const kt_body body = {.name = b->name, .mass = b->mass, .com = b->com};
         (void)kt_draft_lift(&m->draft, b->element, &body, m->gravity, b->gravcomp);
-        lifts = lifts || b->gravcomp != 0.0;
     }
     if (lifts)
         report_lost_compensation(m);

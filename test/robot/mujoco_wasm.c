@@ -306,6 +306,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {KT_MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/thrusters.xml", 1e-13, "k", false, false},
         {KT_MODELS "/mjcf/places.xml", 4e-14, "k", false, false},
+        {KT_MODELS "/mjcf/heavier.xml", 4e-14, NULL, false, false},
     };
     equalities_compared = 0;
     const int count = (int)(sizeof files / sizeof *files), read = compare_files(files, count);

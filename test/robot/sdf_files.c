@@ -126,7 +126,7 @@ KT_TEST(the_newest_version_of_a_model_of_a_server_is_read) {
     }
 }
 
-/* In a merged model, __model__ follows the canonical link of that model. It does not follow that of the model around. */
+/* In a merged model, __model__ follows the canonical link of that model, and not that of the model around. */
 KT_TEST(a_merged_model_follows_its_own_canonical_link) {
     static const struct { const char *canonical, *parent; } rows[] = {{"", "b"}, {" canonical_link='d'", "d"}};
     const char *folder = kt_test_folder();
