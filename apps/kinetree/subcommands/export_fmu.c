@@ -262,6 +262,25 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
     return code;
 }
 
+/* Begins the simulation that the FMU begins when it is instantiated. Returns an exit code after printing an error. */
+static int check_fmu_start(const kt_export_fmu *fmu, const kt_scene *scene, const kt_model *model,
+                           const kt_fmu_inputs *inputs) {
+    kt_error error = {0};
+    kt_simulation *simulation = NULL;
+    bool has_functions = false;
+    const kt_status status = kt_simulation_create(model, &scene->run, NULL, &simulation, &error);
+    kt_simulation_free(simulation);
+    if (status == KT_OK)
+        return KT_EXIT_DONE;
+    for (int k = 0; k < inputs->count; k++)
+        has_functions |= inputs->items[k].key != NULL;
+    return kt_reject(kt_exit_code(status), "%s cannot be exported as an FMU, because the FMU would not start: %s%s%s%s",
+                     fmu->scene, error.where, error.where[0] != '\0' ? ": " : "", error.message,
+                     has_functions ? "; functions that are inputs begin at rest, so give the scene such a start, or "
+                                     "remove them from --input"
+                                   : "");
+}
+
 /* Reads the scene of the resources and compiles it. */
 static int write_resource_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
     kt_error error = {0};
@@ -278,6 +297,8 @@ static int write_resource_scene(const kt_export_fmu *fmu, kt_fmu_parts *parts) {
         kt_say("%s cannot be exported as an FMU: %s", fmu->scene, reason);
     else
         code = kt_compile_scene(&scene, &model);
+    if (code == KT_EXIT_DONE)
+        code = check_fmu_start(fmu, &scene, model, parts->inputs);
     if (code == KT_EXIT_DONE)
         code = write_model(fmu, &scene, model, parts);
     kt_model_free(model);
