@@ -106,6 +106,7 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     fmu->start = from[1]; /* a parameter that is set before the run compiles the scene anew at this time */
     if (take_parameters(fmu, from + 2) || fmu->is_stale) {
         kt_fmu_copy_tunables(fmu, compiled, fmu->tunables.wanted);
+        kt_fmu_reset_signals(fmu); /* the scene may not start with present values */
         status = kt_fmu_compile(fmu, error);
     }
     kt_fmu_copy_tunables(fmu, tuned, fmu->tunables.wanted);
@@ -131,7 +132,6 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
         return status;
     fmu->phase = (kt_fmu_phase)header->phase;
     fmu->is_over = header->is_over != 0;
-    fmu->is_moved = false;
     kt_fmu_change(fmu);
     return kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
 }
@@ -156,7 +156,7 @@ static kt_fmu_kept *take_kept(kt_fmu_kept **kept, size_t size) {
 }
 
 KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE_NO_UPDATE;
     const kt_fmi_status status = kt_fmu_settle(fmu);
     if (status != KT_FMI_OK)
@@ -168,7 +168,7 @@ KT_FMI(kt_fmi_status fmi3GetFMUState(void *instance, void **state)) {
 }
 
 KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     const kt_fmu_kept *kept = state;
     KT_FMU_REQUIRE(kept != NULL, "the state is NULL");
@@ -178,6 +178,8 @@ KT_FMI(kt_fmi_status fmi3SetFMUState(void *instance, void *state)) {
 
 KT_FMI(kt_fmi_status fmi3FreeFMUState(void *instance, void **state)) {
     (void)instance;
+    if (state == NULL)
+        return KT_FMI_OK;
     free(*state);
     *state = NULL;
     return KT_FMI_OK;
@@ -199,7 +201,7 @@ KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned
 }
 
 KT_FMI(kt_fmi_status fmi3DeserializeFMUState(void *instance, const unsigned char *bytes, size_t size, void **state)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, size);
     KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
     memcpy(kept->block, bytes, size);

@@ -95,12 +95,14 @@ KT_FMI(kt_fmi_status fmi2SetDebugLogging(void *instance, int logging, size_t cou
 KT_FMI(kt_fmi_status fmi2SetupExperiment(void *instance, int has_tolerance, double tolerance, double start,
                                          int has_stop, double stop)) {
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    side_of(instance)->start = start;
+    KT_FMU_TAKE(instance);
+    side_of(fmu)->start = start;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi2EnterInitializationMode(void *instance)) {
-    return fmi3EnterInitializationMode(instance, false, 0.0, side_of(instance)->start, false, 0.0);
+    KT_FMU_TAKE(instance);
+    return fmi3EnterInitializationMode(fmu, false, 0.0, side_of(fmu)->start, false, 0.0);
 }
 
 /* Functions that differ by their names alone: with the instance as the only argument, and with further ones. */
@@ -112,13 +114,15 @@ KT_FMI2_CALL(EnterContinuousTimeMode, EnterContinuousTimeMode)
 KT_FMI2_CALL(Terminate, Terminate)
 
 KT_FMI(kt_fmi_status fmi2Reset(void *instance)) {
-    side_of(instance)->start = 0.0;
-    return fmi3Reset(instance);
+    KT_FMU_TAKE(instance);
+    side_of(fmu)->start = 0.0;
+    return fmi3Reset(fmu);
 }
 
 KT_FMI(kt_fmi_status fmi2NewDiscreteStates(void *instance, kt_fmi2_event_info *info)) {
-    bool needs_update, terminate, nominals_changed, values_changed = false, has_next;
-    const kt_fmi_status status = fmi3UpdateDiscreteStates(instance, &needs_update, &terminate, &nominals_changed,
+    KT_FMU_TAKE(instance);
+    bool needs_update, terminate, nominals_changed, values_changed, has_next;
+    const kt_fmi_status status = fmi3UpdateDiscreteStates(fmu, &needs_update, &terminate, &nominals_changed,
                                                           &values_changed, &has_next, &info->next);
     info->needs_update = needs_update;
     info->terminate = terminate;
@@ -129,8 +133,9 @@ KT_FMI(kt_fmi_status fmi2NewDiscreteStates(void *instance, kt_fmi2_event_info *i
 }
 
 KT_FMI(kt_fmi_status fmi2CompletedIntegratorStep(void *instance, int is_final, int *enter_event, int *terminate)) {
+    KT_FMU_TAKE(instance);
     bool enters, terminates;
-    const kt_fmi_status status = fmi3CompletedIntegratorStep(instance, is_final != 0, &enters, &terminates);
+    const kt_fmi_status status = fmi3CompletedIntegratorStep(fmu, is_final != 0, &enters, &terminates);
     *enter_event = enters;
     *terminate = terminates;
     return status;
@@ -201,14 +206,16 @@ KT_FMI(kt_fmi_status fmi2DeSerializeFMUstate(void *instance, const unsigned char
 KT_FMI(kt_fmi_status fmi2GetRealStatus(void *instance, int kind, double *value)) {
     if (kind != KT_FMI2_LAST_TIME)
         return KT_FMI_DISCARD;
-    *value = ((const kt_fmu *)instance)->time;
+    KT_FMU_TAKE(instance);
+    *value = fmu->time;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi2GetBooleanStatus(void *instance, int kind, int *value)) {
     if (kind != KT_FMI2_TERMINATED)
         return KT_FMI_DISCARD;
-    *value = ((const kt_fmu *)instance)->is_over;
+    KT_FMU_TAKE(instance);
+    *value = fmu->is_over;
     return KT_FMI_OK;
 }
 

@@ -19,7 +19,7 @@ kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...) {
     va_start(arguments, format);
     (void)vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    if (fmu->log != NULL)
+    if (fmu != NULL && fmu->log != NULL)
         fmu->log(fmu->environment, KT_FMI_ERROR, "error", text);
     return KT_FMI_ERROR;
 }
@@ -106,7 +106,8 @@ KT_FMI(const char *fmi3GetVersion(void)) { return "3.0"; }
 
 KT_FMI(kt_fmi_status fmi3SetDebugLogging(void *instance, bool logging, size_t count, const char *const *names)) {
     (void)count, (void)names;
-    ((kt_fmu *)instance)->is_logging = logging;
+    KT_FMU_TAKE(instance);
+    fmu->is_logging = logging;
     return KT_FMI_OK;
 }
 
@@ -114,7 +115,6 @@ KT_FMI(kt_fmi_status fmi3SetDebugLogging(void *instance, bool logging, size_t co
 
 kt_fmi_status kt_fmu_settle(kt_fmu *fmu) {
     kt_error error = {0};
-    KT_FMU_REQUIRE(fmu->model != NULL || fmu->is_stale, "the scene could not be compiled; reset or free the instance");
     if (!fmu->is_stale)
         return KT_FMI_OK;
     const double time = fmu->time;
@@ -123,27 +123,33 @@ kt_fmi_status kt_fmu_settle(kt_fmu *fmu) {
     return kt_fmu_report_status(fmu, status, &error);
 }
 
+/* Enters a phase, unless the parameters that were given are wrong. They can be set again then. */
+static kt_fmi_status settle_into(kt_fmu *fmu, kt_fmu_phase phase) {
+    const kt_fmi_status status = kt_fmu_settle(fmu);
+    if (status == KT_FMI_OK)
+        fmu->phase = phase;
+    return status;
+}
+
 KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
                                                  bool has_stop, double stop)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_INSTANTIATED, "fmi3EnterInitializationMode must follow the instantiation");
     KT_FMU_REQUIRE(isfinite(start), "the start time is not finite");
-    fmu->phase = KT_FMU_INITIALIZATION;
     fmu->is_stale |= fmu->start != start;
     fmu->start = fmu->time = start;
-    return kt_fmu_settle(fmu);
+    return settle_into(fmu, KT_FMU_INITIALIZATION);
 }
 
 KT_FMI(kt_fmi_status fmi3ExitInitializationMode(void *instance)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_INITIALIZATION, "the instance is not in initialization mode");
-    fmu->phase = fmu->is_exchange || fmu->has_event_mode ? KT_FMU_EVENT : KT_FMU_STEP;
-    return kt_fmu_settle(fmu);
+    return settle_into(fmu, fmu->is_exchange || fmu->has_event_mode ? KT_FMU_EVENT : KT_FMU_STEP);
 }
 
 KT_FMI(kt_fmi_status fmi3EnterEventMode(void *instance)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS || (fmu->has_event_mode && fmu->phase == KT_FMU_STEP),
                    "event mode follows continuous-time mode, or step mode if the importer uses event mode");
     fmu->phase = KT_FMU_EVENT;
@@ -151,26 +157,27 @@ KT_FMI(kt_fmi_status fmi3EnterEventMode(void *instance)) {
 }
 
 KT_FMI(kt_fmi_status fmi3EnterContinuousTimeMode(void *instance)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE(fmu->is_exchange && fmu->phase == KT_FMU_EVENT, "continuous-time mode follows event mode");
     fmu->phase = KT_FMU_CONTINUOUS;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3EnterStepMode(void *instance)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE(fmu->has_event_mode && fmu->phase == KT_FMU_EVENT, "step mode follows event mode of co-simulation");
     fmu->phase = KT_FMU_STEP;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
-    ((kt_fmu *)instance)->phase = KT_FMU_TERMINATED;
+    KT_FMU_TAKE(instance);
+    fmu->phase = KT_FMU_TERMINATED;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3Reset(void *instance)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     KT_FMU_REQUIRE_NO_UPDATE;
     for (int i = 0; i < fmu->parameter_count; i++)
@@ -228,7 +235,7 @@ static kt_fmi_status get_value(kt_fmu *fmu, kt_fmi_reference reference, double *
 
 KT_FMI(kt_fmi_status fmi3GetFloat64(void *instance, const kt_fmi_reference *references, size_t count, double *values,
                                     size_t value_count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
     kt_fmi_status status = kt_fmu_settle(fmu);
     for (size_t i = 0; i < count && status == KT_FMI_OK; i++)
@@ -291,7 +298,7 @@ static kt_fmi_status set_referenced_value(kt_fmu *fmu, kt_fmi_reference referenc
 
 KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *references, size_t count,
                                     const double *values, size_t value_count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     KT_FMU_REQUIRE(count == value_count, "%zu references go with %zu values", count, value_count);
     kt_fmi_status status = KT_FMI_OK;
@@ -322,7 +329,7 @@ static kt_fmi_status check_requested_step(kt_fmu *fmu, double from, double step)
 
 KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool is_final, bool *needs_event,
                                 bool *terminate, bool *early, double *last)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     (void)is_final;
     *needs_event = *terminate = *early = false;
@@ -343,25 +350,31 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
     KT_FMU_REQUIRE(count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu", kt_fmu_size(fmu),     \
                    count)
 
+/* Rejects a time or states that the importer sets before or after its run. */
+#define KT_FMU_REQUIRE_RUN                                                                                             \
+    KT_FMU_REQUIRE(fmu->is_exchange &&is_in(fmu, KT_FMU_EVENT, KT_FMU_CONTINUOUS),                                     \
+                   "time and states are set in event mode or continuous-time mode of model exchange")
+
 KT_FMI(kt_fmi_status fmi3SetTime(void *instance, double time)) {
-    kt_fmu *fmu = instance;
-    KT_FMU_REQUIRE(fmu->is_exchange && isfinite(time), "the time %g cannot be set", time);
+    KT_FMU_TAKE(instance);
+    KT_FMU_REQUIRE_RUN;
+    KT_FMU_REQUIRE(isfinite(time), "the time %g cannot be set", time);
     fmu->time = time;
     kt_fmu_change(fmu);
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3SetContinuousStates(void *instance, const double *states, size_t count)) {
-    kt_fmu *fmu = instance;
-    KT_FMU_REQUIRE(fmu->is_exchange && count == (size_t)kt_fmu_size(fmu), "there are %d continuous states, not %zu",
-                   kt_fmu_size(fmu), count);
+    KT_FMU_TAKE(instance);
+    KT_FMU_REQUIRE_RUN;
+    KT_FMU_REQUIRE_STATES;
     memcpy(fmu->y, states, count * sizeof *states);
     kt_fmu_change(fmu);
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, size_t count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE_STATES;
     const kt_fmi_status status = kt_fmu_settle(fmu);
     if (status == KT_FMI_OK)
@@ -370,7 +383,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStates(void *instance, double *states, siz
 }
 
 KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *derivatives, size_t count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     KT_FMU_REQUIRE_STATES;
     kt_fmi_status status = kt_fmu_settle(fmu);
@@ -382,7 +395,7 @@ KT_FMI(kt_fmi_status fmi3GetContinuousStateDerivatives(void *instance, double *d
 }
 
 KT_FMI(kt_fmi_status fmi3GetNominalsOfContinuousStates(void *instance, double *nominals, size_t count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     KT_FMU_REQUIRE_STATES;
     for (size_t i = 0; i < count; i++)
         nominals[i] = 1.0;
@@ -390,17 +403,19 @@ KT_FMI(kt_fmi_status fmi3GetNominalsOfContinuousStates(void *instance, double *n
 }
 
 KT_FMI(kt_fmi_status fmi3GetNumberOfContinuousStates(void *instance, size_t *count)) {
-    *count = (size_t)kt_fmu_size(instance);
+    KT_FMU_TAKE(instance);
+    *count = (size_t)kt_fmu_size(fmu);
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3GetNumberOfEventIndicators(void *instance, size_t *count)) {
-    *count = (size_t)((const kt_fmu *)instance)->event_count;
+    KT_FMU_TAKE(instance);
+    *count = (size_t)fmu->event_count;
     return KT_FMI_OK;
 }
 
 KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, double *indicators, size_t count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     KT_FMU_REQUIRE(count == (size_t)fmu->event_count, "there are %d event indicators, not %zu", fmu->event_count,
                    count);
@@ -412,14 +427,12 @@ KT_FMI(kt_fmi_status fmi3GetEventIndicators(void *instance, double *indicators, 
 
 /* Event mode is requested if the state has left the loops. */
 KT_FMI(kt_fmi_status fmi3CompletedIntegratorStep(void *instance, bool is_final, bool *enter_event, bool *terminate)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     (void)is_final;
     *enter_event = *terminate = false;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_CONTINUOUS, "the instance is not in continuous-time mode");
-    const kt_status status = kt_fmu_project(fmu, &error);
-    *enter_event = status == KT_OK && fmu->is_moved;
-    return kt_fmu_report_status(fmu, status, &error);
+    return kt_fmu_report_status(fmu, kt_fmu_project(fmu, enter_event, &error), &error);
 }
 
 /* Events in co-simulation. The next ones are located in steps. */
@@ -438,21 +451,21 @@ static kt_fmi_status update_simulation(kt_fmu *fmu, bool *terminate, bool *value
 KT_FMI(kt_fmi_status fmi3UpdateDiscreteStates(void *instance, bool *need_update, bool *terminate,
                                               bool *nominals_changed, bool *values_changed, bool *has_next,
                                               double *next)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     bool applied = false;
-    *need_update = *terminate = *nominals_changed = *has_next = false;
+    *need_update = *terminate = *nominals_changed = *values_changed = *has_next = false;
     *next = 0.0;
     KT_FMU_REQUIRE(fmu->phase == KT_FMU_EVENT, "the instance is not in event mode");
     if (!fmu->is_exchange)
         return update_simulation(fmu, terminate, values_changed);
-    *values_changed = fmu->is_moved;
-    if (fmu->is_moved) {
+    kt_status status = kt_fmu_project(fmu, values_changed, &error);
+    if (*values_changed) {
         memcpy(fmu->y, fmu->moved, (size_t)kt_fmu_size(fmu) * sizeof *fmu->y);
         kt_fmu_change(fmu);
     }
-    fmu->is_moved = false;
-    const kt_status status = kt_fmu_apply_events(fmu, &applied, terminate, &error);
+    if (status == KT_OK)
+        status = kt_fmu_apply_events(fmu, &applied, terminate, &error);
     *values_changed |= applied;
     fmu->is_over |= *terminate;
     const double jump = fmin(kt_fmu_next_jump(fmu->model, fmu->time), kt_fmu_next_breakpoint(fmu, fmu->time));
@@ -537,7 +550,7 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
                                                   size_t unknown_count, const kt_fmi_reference *knowns,
                                                   size_t known_count, const double *seed, size_t seed_count,
                                                   double *sensitivity, size_t sensitivity_count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     kt_fmu_direction along;
     kt_fmu_results results;
@@ -561,7 +574,7 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
 KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_reference *unknowns, size_t unknown_count,
                                               const kt_fmi_reference *knowns, size_t known_count, const double *seed,
                                               size_t seed_count, double *sensitivity, size_t sensitivity_count)) {
-    kt_fmu *fmu = instance;
+    KT_FMU_TAKE(instance);
     kt_error error = {0};
     kt_fmu_direction along;
     kt_fmu_results results;

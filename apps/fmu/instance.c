@@ -42,6 +42,17 @@ static kt_status read_resource(const char *folder, const char *name, char **text
 
 /* ---- the compiled scene ------------------------------------------------------------------------------------------ */
 
+static void forget_scene(kt_fmu *fmu) {
+    fmu->scene = (kt_scene){0};
+    fmu->columns = (kt_columns){0};
+    fmu->tuning = NULL;
+    fmu->simulation = NULL;
+    fmu->watch = NULL;
+    fmu->data = NULL;
+    fmu->linear = NULL;
+    fmu->model = NULL;
+}
+
 static void release_scene(kt_fmu *fmu) {
     kt_columns_free(&fmu->columns);
     kt_tuning_free(fmu->tuning);
@@ -51,12 +62,6 @@ static void release_scene(kt_fmu *fmu) {
     kt_fmu_linear_free(fmu->linear);
     kt_model_free(fmu->model);
     kt_scene_free(&fmu->scene);
-    fmu->tuning = NULL;
-    fmu->simulation = NULL;
-    fmu->watch = NULL;
-    fmu->data = NULL;
-    fmu->linear = NULL;
-    fmu->model = NULL;
 }
 
 /* Reads the scene with the given parameters. Those that are tunable are variables of the scene. */
@@ -132,25 +137,34 @@ static kt_status shift_start(kt_fmu *fmu, kt_error *error) {
     return status;
 }
 
-kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
-    release_scene(fmu);
-    kt_fmu_change(fmu);
-    fmu->is_stale = false;
+/* Compiles the scene in the place of another one, which is not released. */
+static kt_status compile_anew(kt_fmu *fmu, kt_error *error) {
+    forget_scene(fmu);
     kt_fmu_copy_tunables(fmu, fmu->tunables.wanted, fmu->tunables.compiled);
     kt_fmu_copy_tunables(fmu, fmu->tunables.wanted, fmu->tunables.values);
     kt_status status = parse_scene(fmu, error);
     if (status == KT_OK)
         status = compile_scene(fmu, error);
-    if (status == KT_OK) {
-        fmu->nq = kt_model_nq(fmu->model);
-        fmu->nv = kt_model_nv(fmu->model);
-        fmu->nx = kt_own_state_count(fmu->model);
-        status = shift_start(fmu, error);
-    }
+    if (status != KT_OK)
+        return status;
+    fmu->nq = kt_model_nq(fmu->model);
+    fmu->nv = kt_model_nv(fmu->model);
+    fmu->nx = kt_own_state_count(fmu->model);
+    return shift_start(fmu, error);
+}
+
+kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error) {
+    kt_fmu_change(fmu);
+    fmu->is_stale = true;
+    kt_fmu before = *fmu;
+    const kt_status status = compile_anew(fmu, error);
     if (status != KT_OK) {
         release_scene(fmu);
+        *fmu = before;
         return status;
     }
+    release_scene(&before);
+    fmu->is_stale = false;
     fmu->time = kt_simulation_time(fmu->simulation);
     fmu->is_over = false;
     kt_fmu_forget_events(fmu);
@@ -291,15 +305,15 @@ kt_status kt_fmu_evaluate(kt_fmu *fmu, kt_error *error) {
     return KT_OK;
 }
 
-kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error) {
+kt_status kt_fmu_project(kt_fmu *fmu, bool *moves, kt_error *error) {
     static const double least = 1e-10;
     const int size = kt_fmu_size(fmu);
     memcpy(fmu->moved, fmu->y, (size_t)size * sizeof *fmu->moved);
     kt_status status = kt_fmu_take_signals(fmu, error);
     if (status == KT_OK)
         status = kt_state_project(fmu->model, fmu->data, fmu->time, fmu->moved, fmu->moved + fmu->nq, NULL, error);
-    fmu->is_moved = false;
+    *moves = false;
     for (int i = 0; i < size && status == KT_OK; i++)
-        fmu->is_moved |= fabs(fmu->moved[i] - fmu->y[i]) > least * fmax(1.0, fabs(fmu->y[i]));
+        *moves |= fabs(fmu->moved[i] - fmu->y[i]) > least * fmax(1.0, fabs(fmu->y[i]));
     return status;
 }

@@ -97,7 +97,7 @@ typedef struct kt_fmu {
     double start, time;
     const double *values;  /* of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
-    bool is_exchange, is_stale, has_rates, has_jacobian, is_moved, is_over;
+    bool is_exchange, is_stale, has_rates, has_jacobian, is_over;
     bool has_event_mode, returns_early; /* co-simulation: what the importer uses and allows */
     kt_fmu_phase phase;
 
@@ -116,7 +116,7 @@ void kt_fmu_close(kt_fmu *fmu);
 kt_status kt_fmu_start(kt_fmu *fmu, kt_error *error);
 
 /* Compiles the scene again, with the given parameters, from the state of its start at the time fmu->start. On failure
- * the instance has no model. */
+ * the instance keeps its model, and remains stale. */
 kt_status kt_fmu_compile(kt_fmu *fmu, kt_error *error);
 
 static inline int kt_fmu_size(const kt_fmu *fmu) { return fmu->nq + fmu->nv + fmu->nx; }
@@ -163,9 +163,9 @@ kt_status kt_fmu_apply_events(kt_fmu *fmu, bool *applied, bool *stops, kt_error 
 /* Returns the first breakpoint of an event's value, as a function of time, after t. */
 double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t);
 
-/* Projects the state of the importer onto the loops and quaternions into fmu->moved. Sets fmu->is_moved if a number
+/* Projects the state of the importer onto the loops and quaternions into fmu->moved. Sets *moves if a number
  * changes by more than 1e-10 of its size or of unity. */
-kt_status kt_fmu_project(kt_fmu *fmu, kt_error *error);
+kt_status kt_fmu_project(kt_fmu *fmu, bool *moves, kt_error *error);
 
 /* A direction in (y, u, w) for derivatives, for the caller to fill: y = (q, v, x), u = torque, and w the numbers of the
  * signals. It is zero at first. The first call of kt_fmu_direction_make allocates the memory of derivatives.
@@ -198,7 +198,7 @@ int kt_fmu_tunable_at(const kt_fmu *fmu, int i);
 void kt_fmu_copy_tunables(const kt_fmu *fmu, const double *from, double *to);
 
 /* Gives the tunable parameters the values fmu->tunables.wanted: in a simulation that goes on, or before its state is
- * set. In model exchange the state is then projected onto the loops (kt_fmu_project).
+ * set. In model exchange the next update of discrete states projects the state onto the loops (kt_fmu_project).
  * Errors: those of kt_tuning_set; nothing is changed then. */
 kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error);
 
@@ -237,6 +237,12 @@ kt_status kt_fmu_restore_signals(kt_fmu *fmu, const double *from, kt_error *erro
 /* Sends a message to the importer. Both return a status of FMI. */
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);
 kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error);
+
+/* Begins a function of FMI with its instance. Importers go on with NULL if the instantiation failed. */
+#define KT_FMU_TAKE(instance)                                                                                          \
+    kt_fmu *fmu = instance;                                                                                            \
+    if (fmu == NULL)                                                                                                   \
+    return KT_FMI_ERROR
 
 /* Returns an error of FMI after a message, unless a condition holds. */
 #define KT_FMU_REQUIRE(condition, ...)                                                                                 \

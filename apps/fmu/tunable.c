@@ -64,7 +64,7 @@ kt_status kt_fmu_tune(kt_fmu *fmu, bool jumps, kt_error *error) {
     }
     kt_fmu_copy_tunables(fmu, t->wanted, t->values);
     kt_fmu_change(fmu);
-    return jumps && fmu->is_exchange ? kt_fmu_project(fmu, error) : KT_OK;
+    return KT_OK;
 }
 
 void kt_fmu_free_tunables(kt_fmu *fmu) {

@@ -24,6 +24,7 @@ from events import check_events
 from footholds import check_footholds
 from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_fmusim_inputs, check_library, check_schema
 from instance import REAL, SIZE, Instance, reals
+from recovery import check_recovery
 from signals import check_signals
 from steps import check_steps
 from tunable import check_tunables
@@ -463,6 +464,7 @@ def main():
         check_footholds(folder)
         check_steps(folder)
         check_complaints(folder)
+        check_recovery(folder)
         check_uses(folder)
         check_rejections(folder)
         check_scenes(folder)
