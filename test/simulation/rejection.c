@@ -68,6 +68,7 @@ static void make_stand(stand *s, owner *o, kt_run run, bool own) {
     s->lone.description.effects = &s->effect;
     s->lone.description.effect_count = 1;
     s->model = kt_scene_compile(&s->lone.description);
+    options.events = 1;
     if (own) {
         options.acceleration = stand_still;
         options.projection = leave_it;
@@ -115,6 +116,26 @@ KT_TEST(effect_that_rejects_is_told_and_leaves_the_state) {
     check_step(here, false, KT_RECORD_BALANCE, KT_ERROR_EFFECT, where, small);
     check_step(stop, false, KT_RECORD_BALANCE, KT_ERROR_CALLBACK, where, never);
     check_step(here, true, KT_RECORD_BALANCE, KT_ERROR_EFFECT, where, small);
+}
+
+static int never_happen(const kt_instant *at, double *value, kt_error *error, void *user) {
+    (void)at, (void)error, (void)user;
+    *value = 1.0;
+    return 0;
+}
+
+/* The search of an event evaluates the force at the end of the step, which the step itself does not need. */
+KT_TEST(effect_that_stops_in_the_search_of_an_event_is_named) {
+    const kt_event event = {.name = "never", .function = never_happen};
+    stand s;
+    owner o = {.from = 0.75, .code = -1, .in_effect = true};
+    kt_error error = {KT_OK, "", ""};
+    make_stand(&s, &o, kt_run_fixed("euler", 0.25, 10.0), false);
+    (void)kt_fine("adds an event", kt_simulation_event_add(s.simulation, &event, &error), &error);
+    kt_check_equal_int("status", kt_simulation_advance(s.simulation, 1.0, &error), KT_ERROR_CALLBACK);
+    kt_check_text("where", error.where, "effect 'hand' (custom) on joint 'block', t = 0.75 s");
+    kt_check_text("message", error.message, "its callback stopped (code -1)");
+    kt_check_near("clock", kt_simulation_time(s.simulation), 0.5, 0.0);
 }
 
 /* At 0.5 s, where the step begins: there a smaller one begins, too. */
