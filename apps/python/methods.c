@@ -278,8 +278,20 @@ static PyObject *kt_python_turns_next(PyObject *self) {
     return turns->simulation;
 }
 
+/* For the collector: a program may keep the loop in an object that the simulation owns, such as an action. */
+static int kt_python_turns_traverse(PyObject *self, visitproc visit, void *arg) {
+    Py_VISIT(((kt_python_turns *)self)->simulation);
+    return 0;
+}
+
+static int kt_python_turns_clear(PyObject *self) {
+    Py_CLEAR(((kt_python_turns *)self)->simulation);
+    return 0;
+}
+
 static void kt_python_turns_free(PyObject *self) {
     PyTypeObject *type = Py_TYPE(self);
+    PyObject_GC_UnTrack(self);
     Py_XDECREF(((kt_python_turns *)self)->simulation);
     ((freefunc)PyType_GetSlot(type, Py_tp_free))(self);
     Py_DECREF(type);
@@ -313,13 +325,13 @@ static PyMethodDef kt_python_methods[] = {{"learn", kt_python_learn, METH_VARARG
                                           {"turns", kt_python_turns_new, METH_VARARGS, NULL},
                                           {NULL, NULL, 0, NULL}};
 
-static PyType_Slot kt_python_turns_slots[] = {{Py_tp_dealloc, (void *)kt_python_turns_free},
-                                              {Py_tp_iter, (void *)PyObject_SelfIter},
-                                              {Py_tp_iternext, (void *)kt_python_turns_next},
-                                              {0, NULL}};
+static PyType_Slot kt_python_turns_slots[] = {
+    {Py_tp_dealloc, (void *)kt_python_turns_free},  {Py_tp_traverse, (void *)kt_python_turns_traverse},
+    {Py_tp_clear, (void *)kt_python_turns_clear},   {Py_tp_iter, (void *)PyObject_SelfIter},
+    {Py_tp_iternext, (void *)kt_python_turns_next}, {0, NULL}};
 
-static PyType_Spec kt_python_turns_spec = {"kinetree.Turns", sizeof(kt_python_turns), 0, Py_TPFLAGS_DEFAULT,
-                                           kt_python_turns_slots};
+static PyType_Spec kt_python_turns_spec = {"kinetree.Turns", sizeof(kt_python_turns), 0,
+                                           Py_TPFLAGS_DEFAULT | Py_TPFLAGS_HAVE_GC, kt_python_turns_slots};
 
 /* Adds the functions to the module that cffi made. */
 static PyObject *kt_python_module(PyObject *module) {

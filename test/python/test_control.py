@@ -1,9 +1,12 @@
 """Control loops: torques by a view, laws of Python and of C, events that act, and checkpoints within a loop."""
 import copy
 import ctypes
+import gc
 import pathlib
 import shutil
+import signal
 import subprocess
+import weakref
 
 import numpy as np
 import pytest
@@ -268,3 +271,56 @@ def test_sensors_are_those_of_closed_forms_and_of_the_command(scenes, held):
         held(np.abs(seen["reaction"][i] - wrench).max(), 0.0, f"reaction of {body}, N and N m")
     with pytest.raises(kt.ArgumentError, match="sensors: expected a list of position"):
         bar.simulation(step=1e-3, sensors=["acceleraton"])
+
+
+class Interrupted(Exception):
+    """Raised by the handler of a signal."""
+
+
+def interrupt(*_):
+    raise Interrupted
+
+
+def looped(simulation):
+    for _ in simulation:
+        pass
+
+
+def test_a_signal_ends_each_call_with_its_exception(scenes):
+    """The handler usually runs before the first line of a function that C calls. Its exception was lost: a loop ended in silence."""
+    before = signal.signal(signal.SIGALRM, interrupt)
+    effects = [kt.JointForce("crank", lambda t, q, v: 0.0)]
+    scene = kt.load(scenes / "four-bar.yaml")
+    uses = {"law": lambda s: s.control(lambda t, q, v: np.zeros(3)), "record": lambda s: s.run(), "loop": looped, "force": lambda s: s.advance(900.0),
+            "event": lambda s: (s.on("never", lambda at: 1.0), s.advance(900.0))}
+    ended = {}
+    try:
+        for name, use in uses.items():
+            for _ in range(5):
+                simulation = scene.simulation(step=1e-3, duration=1000.0, effects=effects if name == "force" else ())
+                with pytest.raises(Interrupted):
+                    signal.setitimer(signal.ITIMER_REAL, 0.02)
+                    use(simulation)
+                ended[name] = simulation.time
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert all(0.0 < t < 900.0 for t in ended.values()), ended
+
+
+def test_a_loop_that_an_action_keeps_dies_with_its_simulation(scenes):
+    class Controller:
+        def __init__(self):
+            self.simulation = kt.load(scenes / "four-bar.yaml").simulation(step=1e-3, duration=1.0)
+            self.turns = iter(self.simulation)
+            self.simulation.on("late", lambda at: at.t - 0.5, self.act)
+
+        def act(self, simulation):
+            pass
+
+    controller = Controller()
+    next(controller.turns)
+    simulation = weakref.ref(controller.simulation)
+    del controller
+    gc.collect()
+    assert simulation() is None

@@ -11,12 +11,6 @@ from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, name_of, t
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def _extern(**options: int) -> Callable[[_Function], _Function]:
-    """Makes a function of Python the one of its name in C."""
-    made: Callable[[_Function], _Function] = ffi.def_extern(**options)
-    return made
-
-
 class Calls:
     """What C callbacks of one object need: the functions, and the first exception that one of them raised."""
 
@@ -30,74 +24,56 @@ class Calls:
             raise raised
 
 
+def _keep_raised(_: Any, raised: BaseException, traceback: Any) -> None:
+    """Keep the exception of a callback, since Python cannot unwind through C. A signal may raise one before the first line of the callback."""
+    ffi.from_handle(traceback.tb_frame.f_locals["user"]).calls.raised = raised
+
+
+def _extern(**options: Any) -> Callable[[_Function], _Function]:
+    """Makes a function of Python the one of its name in C."""
+    made: Callable[[_Function], _Function] = ffi.def_extern(**options)
+    return made
+
+
 @_extern()
 def kt_python_report(user: Any, fault: Any) -> None:
     faults: List[Tuple[str, str]] = ffi.from_handle(user)
     faults.append((text(fault.where), text(fault.message)))
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_recorder(record: Any, user: Any) -> int:
-    sink = ffi.from_handle(user)
-    try:
-        return 1 if sink.take(record) else 0
-    except BaseException as raised:  # Python cannot unwind through C
-        sink.calls.raised = raised
-        return 1
+    return 1 if ffi.from_handle(user).take(record) else 0
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)
-    try:
-        value[0] = float(event.function(event.instant(at)))
-        return 0
-    except BaseException as raised:
-        event.calls.raised = raised
-        return -1
+    value[0] = float(event.function(event.instant(at)))
+    return 0
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_event_action(simulation: Any, what: Any, error: Any, user: Any) -> int:
-    event = ffi.from_handle(user)
-    try:
-        return 1 if event.act() else 0
-    except BaseException as raised:
-        event.calls.raised = raised
-        return -1
+    return 1 if ffi.from_handle(user).act() else 0
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, balance: Any) -> int:
-    effect = ffi.from_handle(user)
-    try:
-        force[0] = float(effect.function(t, q, v))
-        return 0
-    except BaseException as raised:
-        effect.calls.raised = raised
-        return -1
+    force[0] = float(ffi.from_handle(user).function(t, q, v))
+    return 0
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_wrench(user: Any, t: float, ends: Any, wrenches: Any, balance: Any) -> int:
-    effect = ffi.from_handle(user)
-    try:
-        rows = effect.wrenches(t, ends)
-        ffi.memmove(wrenches, rows, rows.nbytes)
-        return 0
-    except BaseException as raised:
-        effect.calls.raised = raised
-        return -1
+    rows = ffi.from_handle(user).wrenches(t, ends)
+    ffi.memmove(wrenches, rows, rows.nbytes)
+    return 0
 
 
-@_extern(error=-1)
+@_extern(error=-1, onerror=_keep_raised)
 def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
-    law = ffi.from_handle(user)
-    try:
-        return int(law.turn(t))
-    except BaseException as raised:
-        law.calls.raised = raised
-        return -1
+    return int(ffi.from_handle(user).turn(t))
 
 
 class Compiled:
