@@ -4,6 +4,8 @@
 
 #include "fmu/archive.h"
 
+#include <ctype.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,17 +58,29 @@ static const kt_element *typed_value_of(const kt_element *variable, int version)
     return value;
 }
 
+/* Reads a value reference, a whole number of 32 bits. */
+static bool read_reference(const char *text, uint32_t *reference) {
+    char *end;
+    errno = 0;
+    const unsigned long long number = strtoull(text, &end, 10);
+    *reference = (uint32_t)number;
+    return isdigit((unsigned char)*text) && *end == '\0' && errno == 0 && number <= UINT32_MAX;
+}
+
 static bool read_variable(const kt_element *root, const kt_element *element, int version, kt_fmi_variable *variable) {
     const kt_element *value = typed_value_of(element, version);
     const char *name = kt_xml_attribute(element, "name"), *reference = kt_xml_attribute(element, "valueReference");
     const char *causality = kt_xml_attribute(element, "causality"), *varies = kt_xml_attribute(element, "variability");
+    uint32_t number = 0;
     if (value == NULL || name == NULL || reference == NULL)
         return false;
+    const bool has_reference = read_reference(reference, &number);
     *variable = (kt_fmi_variable){.name = name,
                                   .type_name = value->name,
                                   .causality = causality != NULL ? causality : "local",
                                   .unit = declared_unit_of(root, value),
-                                  .reference = (uint32_t)strtoul(reference, NULL, 10),
+                                  .has_reference = has_reference,
+                                  .reference = number,
                                   .type = fmi_type_of(value->name),
                                   .is_array = kt_xml_child(element, "Dimension") != NULL,
                                   .has_start = kt_xml_attribute(value, "start") != NULL,
@@ -76,16 +90,26 @@ static bool read_variable(const kt_element *root, const kt_element *element, int
     return true;
 }
 
-static bool read_fmi_variables(kt_fmi_description *d) {
+static kt_status read_fmi_variables(const char *path, kt_fmi_description *d, kt_error *error) {
     const kt_element *list = kt_xml_child(d->root, "ModelVariables");
     size_t count = 0;
     for (const kt_element *one = list != NULL ? list->first : NULL; one != NULL; one = one->next)
         count++;
     kt_fmi_variable *variables = kt_pool_take(&d->reader.scratch, count + 1, sizeof *variables);
-    for (const kt_element *one = count > 0 && variables != NULL ? list->first : NULL; one != NULL; one = one->next)
-        d->count += read_variable(d->root, one, d->version, &variables[d->count]);
+    if (variables == NULL)
+        return kt_reject_memory(error);
     d->variables = variables;
-    return variables != NULL;
+    for (const kt_element *one = count > 0 ? list->first : NULL; one != NULL; one = one->next) {
+        if (!read_variable(d->root, one, d->version, &variables[d->count]))
+            continue;
+        if (!variables[d->count].has_reference)
+            return kt_error_set(error, KT_ERROR_SCENE, NULL,
+                                "%.200s: the valueReference '%.40s' of its variable '%.60s' is no whole number of 32 "
+                                "bits; export the FMU again",
+                                path, kt_xml_attribute(one, "valueReference"), variables[d->count].name);
+        d->count++;
+    }
+    return KT_OK;
 }
 
 const kt_fmi_variable *kt_fmi_variable_find(const kt_fmi_description *description, const char *name) {
@@ -141,7 +165,7 @@ static kt_status read_root(const char *path, kt_fmi_description *d, kt_error *er
                             "%.200s: its modelDescription.xml has no modelIdentifier, or no instantiationToken (guid)",
                             path);
     d->can_serialize = is_true(simulates, d->version == 2 ? "canSerializeFMUstate" : "canSerializeFMUState");
-    return read_fmi_variables(d) ? KT_OK : kt_reject_memory(error);
+    return read_fmi_variables(path, d, error);
 }
 
 kt_status kt_fmi_description_read(const char *path, kt_fmi_description *description, kt_error *error) {

@@ -42,7 +42,7 @@ typedef struct kt_fmi_variable {
     const char *unit; /* NULL: none */
     uint32_t reference;
     kt_fmi_type type;
-    bool is_array, has_start, is_constant;
+    bool has_reference, is_array, has_start, is_constant;
 } kt_fmi_variable;
 
 typedef struct kt_fmi_description {

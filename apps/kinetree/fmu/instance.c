@@ -5,9 +5,45 @@
  */
 #include "fmu/instance.h"
 
+#include <ctype.h>
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#ifdef __linux__
+#include <link.h>
+
+/* Whether a file has all bytes that its parts name. The loader ends the program at the first one that is missing. */
+static bool has_all_parts(FILE *file, uint64_t size) {
+    ElfW(Ehdr) head;
+    ElfW(Phdr) part;
+    bool fine = fread(&head, sizeof head, 1, file) == 1;
+    if (!fine || memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_phentsize != sizeof part)
+        return true; /* the loader says what is wrong */
+    fine = head.e_phoff <= size && fseek(file, (long)head.e_phoff, SEEK_SET) == 0;
+    for (int i = 0; i < head.e_phnum && fine; i++)
+        fine = fread(&part, sizeof part, 1, file) == 1 &&
+               (part.p_type != PT_LOAD || (part.p_offset <= size && part.p_filesz <= size - part.p_offset));
+    return fine;
+}
+
+static bool is_whole_binary(const char *path) {
+    struct stat status;
+    FILE *file = fopen(path, "rb");
+    const bool fine =
+        file == NULL || fstat(fileno(file), &status) != 0 || has_all_parts(file, (uint64_t)status.st_size);
+    if (file != NULL)
+        (void)fclose(file);
+    return fine;
+}
+#else
+static bool is_whole_binary(const char *path) {
+    (void)path;
+    return true;
+}
+#endif
 
 static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *error) {
     char binary[KT_FMU_PATH / 4], path[KT_FMU_PATH + KT_FMU_PATH / 4];
@@ -20,6 +56,8 @@ static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *err
     if (status != KT_OK)
         return status;
     (void)snprintf(path, sizeof path, "%s/%s", f->folder, binary);
+    if (!is_whole_binary(path))
+        return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary is cut off; export the FMU again", file);
     f->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (f->library == NULL)
         return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary cannot be loaded: %.300s", file,
@@ -31,13 +69,24 @@ static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *err
                : kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary has no function %s", file, missing);
 }
 
+/* Writes the URI of the resources in a folder, in which other characters than those of names have their number. */
+static void write_resources_uri(const char *folder, char *uri, size_t size) {
+    size_t used = (size_t)snprintf(uri, size, "file://");
+    for (; *folder != '\0'; folder++) {
+        const unsigned char c = (unsigned char)*folder;
+        const bool is_plain = isalnum(c) || strchr("/-._~", c) != NULL;
+        used += (size_t)snprintf(uri + used, size - used, is_plain ? "%c" : "%%%02X", c);
+    }
+    (void)snprintf(uri + used, size - used, "/resources");
+}
+
 static void name_resources(kt_fmi_instance *f, const char *file) {
     if (!kt_fmu_has_entry(file, "resources/", true))
         kt_fmu_remove(f->folder);
     else if (f->description.version == 3)
         (void)snprintf(f->resources, sizeof f->resources, "%s/resources/", f->folder);
     else
-        (void)snprintf(f->resources, sizeof f->resources, "file://%s/resources", f->folder);
+        write_resources_uri(f->folder, f->resources, sizeof f->resources);
 }
 
 kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error) {

@@ -54,9 +54,9 @@ struct kt_fmi_instance {
     const char *name; /* of the FMU in the scene */
     kt_fmi_description description;
     const kt_fmi_interface *calls;
-    char folder[KT_FMU_PATH];         /* of the unpacked archive; empty: it has been removed */
-    char resources[KT_FMU_PATH + 32]; /* its resources, as the version names them; empty: none */
-    void *library, *functions;        /* the binary, and its functions (of the version) */
+    char folder[KT_FMU_PATH];             /* of the unpacked archive; empty: it has been removed */
+    char resources[3 * KT_FMU_PATH + 32]; /* its resources, as the version names them; empty: none */
+    void *library, *functions;            /* the binary, and its functions (of the version) */
     kt_fmi_common common;
     void *instance;            /* NULL: none */
     void *callbacks;           /* of the version; NULL: none */
