@@ -165,10 +165,22 @@ def check_order(folder):
     claim("elements_are_in_the_order_of_the_standard", problems)
 
 
+def check_experiment(folder):
+    """A scene without a duration, such as that of `run --duration 0 --scene`, has no step of 0 s for importers."""
+    scene, found = folder / "timeless.yaml", []
+    for duration in (0, 2):
+        scene.write_text("kinetree: 1\nbodies:\n  - {name: block, mass: 1, joint: {type: prismatic, axis: x}}\n"
+                         f"simulate: {{duration: {duration}}}\n")
+        found.append(Fmu(scene, folder).root.find("DefaultExperiment").attrib)
+    wanted = [{"startTime": "0"}, {"startTime": "0", "stopTime": "2", "stepSize": "0.002"}]
+    claim("experiments_have_times_above_zero_or_none", [] if found == wanted else [str(found)])
+
+
 def check_complaints(folder):
     scene = folder / "located.yaml"
     scene.write_text(SCENE)
     check_order(folder)
+    check_experiment(folder)
     fmu = Fmu(scene, folder)
     check_damage(fmu)
     check_rollback(fmu)

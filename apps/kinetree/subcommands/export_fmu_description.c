@@ -545,8 +545,11 @@ void kt_fmu_describe(const kt_fmu_model *fmu, FILE *stream) {
     fputs("  <LogCategories>\n    <Category name=\"error\" description=\"failures, with the reason\"/>\n"
           "  </LogCategories>\n",
           stream);
-    fprintf(stream, "  <DefaultExperiment startTime=\"0\" stopTime=\"%.17g\" stepSize=\"%.17g\"/>\n", run->duration,
-            run->interval > 0.0 ? run->interval : run->duration / 1000.0);
+    fputs("  <DefaultExperiment startTime=\"0\"", stream);
+    if (run->duration > 0.0)
+        fprintf(stream, " stopTime=\"%.17g\" stepSize=\"%.17g\"", run->duration,
+                run->interval > 0.0 ? run->interval : run->duration / 1000.0);
+    fputs("/>\n", stream);
     write_variables(fmu, stream);
     write_structure(fmu, stream);
     fputs("</fmiModelDescription>\n", stream);
