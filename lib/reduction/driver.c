@@ -45,9 +45,7 @@ static void driver_basis(const kt_model *model, kt_data *data) {
 }
 
 #if KT_HAS_SWITCHES
-static void driver_pose(const kt_model *model, kt_data *data, const double *q) {
-    kt_links_pose(model, data, KT_PLANAR, q);
-}
+static void driver_pose(const kt_model *model, kt_data *data, const double *q) { kt_links_pose(model, data, q); }
 
 static void driver_move(const kt_model *model, kt_data *data, const double *v) {
     KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);

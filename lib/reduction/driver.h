@@ -1,15 +1,129 @@
 /* Dynamics and closure of mechanisms with loops, in space and in the plane. They are the recursion over links
  * (links.h), in which each constraint group is one step (groups.h).
  *
- * This file is compiled twice. With KT_PLANAR it yields the kernels for models with planar links (planar_driver.c).
- * Otherwise it yields those that treat all links as spatial (driver.c). Reactions have components out of the plane;
- * they are left to the spatial kernels (reaction.c). */
+ * This file is compiled three times. With KT_PLANAR it yields the kernels for models with planar links
+ * (planar_driver.c). Otherwise it yields those that treat all links as spatial (driver.c). Reactions have components
+ * out of the plane; they are left to the spatial kernels (reaction.c). In lanes it yields its first part alone, for
+ * models of either kind (lane_groups.c). */
 #ifndef KT_PLANAR
-#error "KT_PLANAR must be true or false"
+#error "KT_PLANAR must be true or false, or in lanes a property of `model`"
 #endif
 
+#include "constraint/planar_rows.h"
+#include "constraint/spatial_rows.h"
+#include "dynamics/aba_planar.h"
+#include "reduction/front.h"
+#include "reduction/links.h"
+
+/* ---- all links, and the equations of a group --------------------------------------------------------------------- */
+
+/* The links 1 to end - 1 are treated as spatial ones. */
+KT_INLINE size_t kt_spatial_end(const kt_model *model) { return KT_PLANAR ? model->n.spatial : model->n.link; }
+
+KT_INLINE void kt_links_pose(const kt_model *model, kt_data *data, const kt_real1 *q) {
+    const size_t end = kt_spatial_end(model);
+    if (KT_PLANAR)
+        KT_KERNEL(kt_planar_links_pose)(model, data, q);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_pose)(model, data, q, end);
+}
+
+KT_INLINE void kt_links_motion(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                               const kt_external *external) {
+    const size_t end = kt_spatial_end(model);
+    if (KT_PLANAR)
+        kt_planar_articulated_motions(model, data, q, v, external);
+    if (end > 1)
+        KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
+}
+
+/* Minimises dv' M dv / 2 - force' dv with A dv = right. These are the equations of motion at rest without gravity, with
+ * dv for the accelerations. Returns false if the inertia is singular. zero: nv zeros. */
+KT_INLINE bool kt_links_step_of_mass(const kt_model *model, kt_data *data, const kt_real1 *zero, const kt_real1 *force,
+                                     kt_real1 *step) {
+    const size_t end = kt_spatial_end(model);
+    if (KT_PLANAR)
+        KT_KERNEL(kt_planar_links_move)(model, data, zero);
+    if (end > 1) {
+        KT_KERNEL(kt_spatial_links_move)(model, data, zero, end);
+        KT_KERNEL(kt_spatial_links_clear)(model, data, end);
+        data->motion[0].linear = kt_zero3();
+        if (KT_KERNEL(kt_spatial_links_accelerate)(model, data, force, end, model->has_delassus, step))
+            return false;
+    }
+    return !KT_PLANAR || KT_KERNEL(kt_planar_links_accelerate)(model, data, NULL, force, true, step) == 0;
+}
+
+KT_INLINE void kt_group_fill(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_real1 *q,
+                             const kt_real1 *v, kt_real1 t) {
+    const kt_group *group = &model->group[g];
+#ifndef KT_LANES
+    if (moving && kt_group_is_locked(model, group) && !model->loop[model->group_loop[group->loop]].form) {
+        kt_rows_fill_one(model, data, g, q, t);
+        return;
+    }
+#endif
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    const bool in_plane = KT_PLANAR && kt_group_is_planar(model, group);
+    if (kt_group_has_fronts(group))
+        KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, q, v, t);
+    else if (in_plane)
+        kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
+    else
+        kt_rows_fill(model, data, g, moving, q, v, t);
+}
+
+/* Adds the violation of a group's velocities, and stores it in `right`. Uses the entries of A or, if fronts reduce the
+ * group, the product with A (front.h). */
+KT_INLINE void kt_group_add_violation(const kt_model *model, kt_data *data, size_t g, const kt_real1 *v,
+                                      kt_violation *violation) {
+    const kt_group *group = &model->group[g];
+    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+    if (!kt_group_has_fronts(group)) {
+        kt_group_velocity_residuals(model, group, &w, v, violation);
+        return;
+    }
+    KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    kt_group_violation(&w, w.multiplier, violation);
+}
+
+#ifndef KT_LANES
+/* From here on, coordinates that are held count as constants. */
+KT_INLINE void hold_coordinates(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
+                                const bool *held) {
+    for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
+        data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
+    for (int i = 0; i < w->m && !kt_group_has_fronts(group); i++)
+        for (int r = 0; r < w->k && held[model->group_v[group->v + i]]; r++)
+            w->a[(size_t)r * (size_t)w->m + (size_t)i] = 0.0;
+}
+#endif
+
+/* Fills the equations of all groups at (t, q), and `right` with -(A v + phi_t) unless v is NULL. Returns whether the
+ * numbers are finite. In lanes no coordinates are held. */
+KT_INLINE kt_condition residuals(const kt_model *model, kt_data *data, kt_real1 t, const kt_real1 *q, const kt_real1 *v,
+                                 const bool *held, kt_violation *violation) {
+    *violation = (kt_violation){.speed = kt_real1_splat(KT_SPEED_LEAST)};
+    kt_links_pose(model, data, q);
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        kt_group_fill(model, data, g, false, q, v, t);
+        kt_group_position_residuals(&w, violation);
+        if (v)
+            kt_group_add_violation(model, data, g, v, violation);
+#ifndef KT_LANES
+        if (held)
+            hold_coordinates(model, data, &model->group[g], &w, held);
+#else
+        (void)held;
+#endif
+    }
+    return kt_is_finite1(violation->position + violation->velocity);
+}
+
+#ifndef KT_LANES
+
 #include "constraint/loop_wrenches.h"
-#include "reduction/driver_parts.h"
 #include "reduction/groups.h"
 #include "reduction/half_columns.h"
 #include "reduction/kernel.h"
@@ -25,16 +139,6 @@ KT_INLINE void complete_motion(const kt_model *model, kt_data *data, const kt_dy
         kt_external_set(model, data, at->external);
 }
 
-KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool moving, const double *q, const double *v,
-                          double t) {
-    if (moving && kt_group_is_locked(model, &model->group[g]) &&
-        !model->loop[model->group_loop[model->group[g].loop]].form) {
-        kt_rows_fill_one(model, data, g, q, t);
-        return;
-    }
-    kt_group_fill(model, data, g, KT_PLANAR, moving, q, v, t);
-}
-
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
 /* With `special`, four kinds of groups have solvers of their own. In the plane, groups of one pin are solved in closed
@@ -42,16 +146,16 @@ KT_INLINE void fill_group(const kt_model *model, kt_data *data, size_t g, bool m
  * contacts and stops are solved by half_columns.h. */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
-    const size_t end = kt_spatial_end(model, KT_PLANAR);
+    const size_t end = kt_spatial_end(model);
     size_t failed = 0;
     if (KT_PLANAR || !data->posed)
-        kt_links_motion(model, data, KT_PLANAR, at->q, at->v, at->external);
+        kt_links_motion(model, data, at->q, at->v, at->external);
     else
         complete_motion(model, data, at);
     for (size_t g = 0; g < model->n.group; g++) {
         if (KT_PLANAR && special && model->group[g].form == KT_FORM_PIN)
             continue;
-        fill_group(model, data, g, true, at->q, at->v, at->t);
+        kt_group_fill(model, data, g, true, at->q, at->v, at->t);
         if (!KT_KERNEL(kt_group_prepare)(model, data, g, KT_ROWS_ALL, regular, special, KT_PLANAR && special, special))
             failed = (size_t)model->group_link[model->group[g].link];
     }
@@ -71,26 +175,15 @@ KT_INLINE size_t forward(const kt_model *model, kt_data *data, const kt_dynamic_
 
 /* ---- closure ----------------------------------------------------------------------------------------------------- */
 
-KT_INLINE bool residuals(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                         const bool *held, kt_violation *violation) {
-    *violation = kt_violation_none;
-    kt_links_pose(model, data, KT_PLANAR, q);
-    for (size_t g = 0; g < model->n.group; g++) {
-        fill_group(model, data, g, false, q, v, t);
-        KT_KERNEL(kt_group_residuals)(model, data, g, v, held, violation);
-    }
-    return isfinite(violation->position + violation->velocity);
-}
-
 KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
     if (KT_PLANAR) {
-        kt_links_motion(model, data, KT_PLANAR, q, v, NULL);
+        kt_links_motion(model, data, q, v, NULL);
     } else {
-        kt_links_pose(model, data, KT_PLANAR, q);
+        kt_links_pose(model, data, q);
         KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
     }
     for (size_t g = 0; g < model->n.group; g++)
-        fill_group(model, data, g, true, q, v, t);
+        kt_group_fill(model, data, g, true, q, v, t);
 }
 
 /* Fronts of four parameters do not support coordinates that count as constants. */
@@ -109,7 +202,7 @@ KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool 
 KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step) {
     if (metric != KT_METRIC_MASS)
         return KT_KERNEL(kt_groups_least_step)(model, data, step);
-    while (!kt_links_step_of_mass(model, data, KT_PLANAR, model->zero, force, step))
+    while (!kt_links_step_of_mass(model, data, model->zero, force, step))
         if (!KT_KERNEL(kt_groups_refactor)(model, data))
             return false;
     return true;
@@ -122,3 +215,5 @@ KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric
     .violate = kt_group_add_violation, .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure),    \
     .damp = KT_KERNEL(kt_damped_solve), .nullspace = KT_KERNEL(kt_front_nullspace),                                    \
     .factor = KT_KERNEL(kt_groups_factor)
+
+#endif

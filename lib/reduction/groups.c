@@ -1,9 +1,9 @@
-/* The groups' equations in their forms (`kt_group_form`): their factors, their least steps, and their residuals. The
+/* The groups' equations in their forms (`kt_group_form`): their factors and their least steps. The
  * functions use equations only, so they serve groups of spatial and of planar links alike. */
 #include "reduction/groups.h"
 
 #include "reduction/delassus.h"
-#include "reduction/driver_parts.h"
+#include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/half_columns.h"
 #include "reduction/spatial_group.h"
@@ -63,20 +63,6 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
             return false;
     }
     return some;
-}
-
-void KT_KERNEL(kt_group_residuals)(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,
-                                   kt_violation *violation) {
-    const kt_group *group = &model->group[g];
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    kt_group_position_residuals(&w, violation);
-    if (v)
-        kt_group_add_violation(model, data, g, v, violation);
-    for (int i = 0; i < w.m && held && kt_group_has_fronts(group); i++)
-        data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
-    for (int i = 0; i < w.m && held && !kt_group_has_fronts(group); i++)
-        for (int r = 0; r < w.k && held[model->group_v[group->v + i]]; r++)
-            w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
 }
 
 /* Closes a group by its own form, if that is `special`; otherwise factors it. */

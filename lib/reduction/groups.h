@@ -1,4 +1,4 @@
-/* The constraint groups of a mechanism, each in its form: their factors, their least steps, and their residuals. */
+/* The constraint groups of a mechanism, each in its form: their factors and their least steps. */
 #ifndef KT_REDUCTION_GROUPS_H
 #define KT_REDUCTION_GROUPS_H
 
@@ -18,9 +18,6 @@
  *
  * kt_groups_factor factors all groups. Returns false if a number is not finite.
  *
- * kt_group_residuals adds the violations of equations that have been filled, and stores -(A v + phi_t) in `right` (v
- * may be NULL). Coordinates to be held (NULL: none) count as constants from then on.
- *
  * kt_damped_measure and kt_damped_solve are `measure` and `damp` of kernel.h.
  *
  * kt_groups_least_step finds the least step in coordinates. Coordinates outside all groups do not change.
@@ -34,8 +31,6 @@
                                 bool delassus, bool front4, bool range);                                               \
     bool kt_groups_refactor_##isa(const kt_model *model, kt_data *data);                                               \
     bool kt_groups_factor_##isa(const kt_model *model, kt_data *data, kt_rows rows, bool regular);                     \
-    void kt_group_residuals_##isa(const kt_model *model, kt_data *data, size_t g, const double *v, const bool *held,   \
-                                  kt_violation *violation);                                                            \
     bool kt_groups_least_step_##isa(const kt_model *model, kt_data *data, double *step);                               \
     void kt_groups_multipliers_of_##isa(const kt_model *model, kt_data *data, const double *force);                    \
     double kt_damped_measure_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);                      \

@@ -3,10 +3,10 @@
 
 #include "base/copy.h"
 #include "reduction/delassus.h"
-#include "reduction/driver_parts.h"
 #include "reduction/method.h"
 
-static bool has_planar(const kt_model *model) { return model->sweep != KT_SWEEP_SPATIAL; }
+#define KT_PLANAR (model->sweep != KT_SWEEP_SPATIAL)
+#include "reduction/driver.h"
 
 /* As kt_group_prepare: near a singular position the last direction is less than usual. */
 static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
@@ -22,32 +22,24 @@ static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g,
 }
 
 void KT_KERNEL(kt_groups_accelerate)(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
-    const size_t end = kt_spatial_end(model, has_planar(model));
+    const size_t end = kt_spatial_end(model);
     data->sound = kt_condition_true();
-    kt_links_motion(model, data, has_planar(model), at->q, at->v, at->external);
+    kt_links_motion(model, data, at->q, at->v, at->external);
     for (size_t g = 0; g < model->n.group; g++) {
         if (model->group[g].form == KT_FORM_PIN)
             continue;
-        kt_group_fill(model, data, g, has_planar(model), true, at->q, at->v, at->t);
+        kt_group_fill(model, data, g, true, at->q, at->v, at->t);
         data->sound &= factor_group(model, data, g, KT_ROWS_ALL);
     }
     if (end > 1)
         (void)KT_KERNEL(kt_spatial_links_accelerate)(model, data, at->tau, end, model->has_delassus, a);
-    if (has_planar(model))
+    if (KT_PLANAR)
         (void)KT_KERNEL(kt_planar_links_accelerate)(model, data, at->v, at->tau, false, a);
 }
 
 kt_condition KT_KERNEL(kt_groups_residuals)(const kt_model *model, kt_data *data, const kt_lanes_at *at,
                                             kt_violation *violation) {
-    *violation = (kt_violation){.speed = kt_real1_splat(KT_SPEED_LEAST)};
-    kt_links_pose(model, data, has_planar(model), at->q);
-    for (size_t g = 0; g < model->n.group; g++) {
-        kt_group_fill(model, data, g, has_planar(model), false, at->q, at->v, at->t);
-        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        kt_group_position_residuals(&w, violation);
-        kt_group_add_violation(model, data, g, at->v, violation);
-    }
-    return kt_is_finite1(violation->position + violation->velocity);
+    return residuals(model, data, at->t, at->q, at->v, NULL, violation);
 }
 
 void KT_KERNEL(kt_groups_velocity_violation)(const kt_model *model, kt_data *data, const kt_real1 *v,
@@ -96,6 +88,6 @@ kt_condition KT_KERNEL(kt_groups_step)(const kt_model *model, kt_data *data, kt_
     if (metric != KT_METRIC_MASS)
         least_in_coordinates(model, data);
     else
-        (void)kt_links_step_of_mass(model, data, has_planar(model), data->rest, data->rest, data->delta);
+        (void)kt_links_step_of_mass(model, data, data->rest, data->rest, data->delta);
     return data->sound;
 }
