@@ -2,7 +2,6 @@
 #include "present.h"
 
 #include "expression/breakpoint.h"
-#include "simulation/renew.h"
 #include "simulation/simulation.h"
 
 #include "kinetree/mechanism.h"

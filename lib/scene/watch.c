@@ -8,9 +8,8 @@
 #include "scene/assignment.h"
 #include "scene/couple.h"
 #include "scene/foothold.h"
-#include "simulation/feature.h"
-#include "simulation/renew.h"
 #include "simulation/response.h"
+#include "simulation/simulation.h"
 
 #include <stdint.h>
 #include <stdio.h>

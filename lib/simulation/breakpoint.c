@@ -23,7 +23,6 @@
 #include "expression/breakpoint.h"
 #include "effect/effect.h"
 #include "integrator/integrator.h"
-#include "simulation/feature.h"
 #include "simulation/simulation.h"
 
 #include <float.h>

@@ -21,7 +21,6 @@
 #include "integrator/integrator.h"
 #include "mechanism/evaluate.h"
 #include "model/switching.h"
-#include "simulation/renew.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
 
@@ -243,19 +242,6 @@ double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
     return c->struck && t >= c->begin && t < c->after ? c->after : t;
 }
 
-void kt_simulation_note_correction(kt_simulation *simulation, double t) {
-    const kt_data *data = simulation->data;
-    kt_corrections *corrections = &simulation->memory.corrections;
-    if (!simulation->closes_loops || simulation->projection != NULL)
-        return;
-    corrections->fastest = fmax(corrections->fastest, data->fastest);
-    if (data->correction > corrections->most) {
-        corrections->most = data->correction;
-        corrections->time = t;
-        corrections->v = data->corrected_v;
-    }
-}
-
 /* Projects the state after a step, and stores the correction. y is finite, since the integrator has checked it. A
  * motion ends at a dead point of its drives: smaller steps would only approach that point and finally leap over it. */
 static int project_state(double t, double *y, bool *changed, void *user) {
@@ -267,9 +253,16 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     simulation->ahead = true;
     if (status != KT_OK)
         return kt_simulation_is_recoverable(status) && !(engine && data->dead) ? 1 : -1;
-    if (simulation->closes_loops && engine)
-        simulation->cached = KT_CACHED_POSES;
-    kt_simulation_note_correction(simulation, t);
+    if (!simulation->closes_loops || !engine)
+        return 0;
+    simulation->cached = KT_CACHED_POSES;
+    kt_corrections *corrections = &simulation->memory.corrections;
+    corrections->fastest = fmax(corrections->fastest, data->fastest);
+    if (data->correction > corrections->most) {
+        corrections->most = data->correction;
+        corrections->time = t;
+        corrections->v = data->corrected_v;
+    }
     return 0;
 }
 

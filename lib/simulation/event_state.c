@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-size_t kt_event_find(const kt_simulation *simulation, const char *name) {
+/* Returns the index of the event of this name; event_count if there is none. */
+static size_t find_event_named(const kt_simulation *simulation, const char *name) {
     size_t k = 0;
     while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
         k++;
@@ -37,7 +38,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             "an event needs a name and a function");
     if ((unsigned)event->direction > KT_DIRECTION_FALLING)
         return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
-    if (kt_event_find(simulation, event->name) < simulation->event_count)
+    if (find_event_named(simulation, event->name) < simulation->event_count)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, kt_where_format("event '%.60s'", event->name).text,
             "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
@@ -57,7 +58,7 @@ kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, b
     if (!KT_HAS_EVENTS)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_arm",
                             "a small library (-Dsmall=enabled) has no events");
-    const size_t k = kt_event_find(simulation, name);
+    const size_t k = find_event_named(simulation, name);
     const kt_where_text where = kt_where_format("event '%.60s'", name);
     if (k == simulation->event_count)
         return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "there is no event of this name");
@@ -80,7 +81,7 @@ const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
 }
 
 uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
-    const size_t k = simulation && name ? kt_event_find(simulation, name) : 0;
+    const size_t k = simulation && name ? find_event_named(simulation, name) : 0;
     return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
 }
 

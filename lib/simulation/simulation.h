@@ -1,11 +1,9 @@
-/* The functions of a simulation, for the files of this folder. */
+/* The functions of a simulation, for the files of this folder and of those above it. */
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
 #include "motion/motion.h"
 
-/* Returns the index of the event of this name; event_count if there is none. */
-size_t kt_event_find(const kt_simulation *simulation, const char *name);
 /* Adds an event whose name is known to be free, and for which there is room. */
 void kt_event_append(kt_simulation *simulation, const kt_event *event);
 /* The handler of events (event.c). */
@@ -134,9 +132,6 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
 /* The time at which the loops of a state at t are closed. If a prescribed position or velocity jumps within rounding of
  * t, this time is on the side of the step. */
 double kt_simulation_closing_time(const kt_simulation *simulation, double t);
-
-/* Stores the correction of the engine's own projection at t. */
-void kt_simulation_note_correction(kt_simulation *simulation, double t);
 
 /* The next four functions serve simulations with a transformation (user_model.c). Only the third one may be called
  * without a transformation.
@@ -328,5 +323,17 @@ double kt_simulation_record_time(const kt_simulation *simulation, int64_t k);
 
 /* The number of records: see kt_simulation_record_count. */
 double kt_record_intervals(double duration, double interval);
+
+/* Returns the first breakpoint after t of formulas of time alone, for kt_event.corner; HUGE_VAL: there is none. The
+ * search shares its operations with all other searches of the run (breakpoint.c). A search that is cut is counted with
+ * the step that it belongs to. Not in a small library. */
+KT_INNER double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count,
+                                           double t);
+
+/* Takes parameters over that kt_parameter_set has set: the model of a set of masked contacts has copies of some numbers
+ * (contact/mask.h). Steps, runs, records and accelerations do so by themselves. Call it before you evaluate the model
+ * in between.
+ * Cost: a comparison of two revisions if nothing has been set. */
+KT_INNER void kt_simulation_renew_model(const kt_simulation *simulation);
 
 #endif

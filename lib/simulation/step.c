@@ -3,7 +3,6 @@
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
-#include "simulation/renew.h"
 #include "simulation/response.h"
 #include "simulation/simulation.h"
 #include "simulation/step_parts.h"
