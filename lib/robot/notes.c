@@ -25,7 +25,8 @@ void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e
     kt_left_count(&unknown->left[i], e);
 }
 
-void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase) {
+/* Adds the names with their numbers: "camera (2), light (1)". */
+static void list_unknown(const kt_unknown *unknown, kt_phrase *phrase) {
     for (int i = 0; i < unknown->count; i++)
         kt_phrase_add(phrase, "%s%s (%d)", i > 0 ? ", " : "", unknown->left[i].what, unknown->left[i].count);
 }
@@ -113,7 +114,7 @@ void kt_note_each(kt_notes *notes, const kt_unknown *items, const char *before, 
 
 static void note_names(kt_notes *notes, kt_note_rank rank, const kt_unknown *names, const char *what) {
     kt_phrase list = {.length = 0};
-    kt_unknown_list(names, &list);
+    list_unknown(names, &list);
     if (names->count > 0)
         kt_note_put(notes, rank, &names->left[0], "%s: %s", what, list.text);
 }

@@ -63,9 +63,6 @@ bool kt_words_have(const char *words, const char *word);
 /* Counts elements and attributes of an element, and in it, that are left out. */
 void kt_strange_search(kt_strange *strange, const kt_known_list *list, const kt_element *e);
 
-/* Adds the names with their numbers: "camera (2), light (1)". */
-void kt_unknown_list(const kt_unknown *unknown, kt_phrase *phrase);
-
 /* The notes of a scene that is being made. */
 enum { KT_NOTES_MOST = 96 };
 typedef struct kt_notes {

@@ -88,17 +88,11 @@ bool kt_urdf_collect(kt_urdf *u);
 /* Reads armatures from transmissions. */
 void kt_urdf_transmissions(kt_urdf *u);
 
-/* Finds the joint that each joint follows, and the start of all of them. */
-void kt_urdf_follow(kt_urdf *u);
-
 /* Whether the root link (-1: none) represents the world. */
 bool kt_urdf_is_world(const kt_urdf *u, int root);
 
 /* The link that no joint carries; -1 after reporting that there is not one. */
 int kt_urdf_root(kt_urdf *u);
-
-/* A link or joint that an attribute of a child element names; -1 after reporting. */
-int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope);
 
 /* Gives each link the name of its body, or NULL if it is the world. */
 void kt_urdf_names(kt_urdf *u, int root);

@@ -68,7 +68,7 @@ static void add_urdf_name(kt_urdf *u, int scope, const kt_element *e, int index)
 }
 
 /* A link or joint that an attribute of a child element names; -1 after reporting. */
-int kt_urdf_find(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope) {
+static int find_urdf_name(kt_urdf *u, const kt_element *joint, const char *child, const char *attribute, int scope) {
     const kt_element *e = kt_xml_child(joint, child);
     const char *name = e != NULL ? kt_xml_attribute(e, attribute) : NULL;
     if (name == NULL) {
@@ -151,8 +151,8 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
 static void read_urdf_joint(kt_urdf *u, int index) {
     kt_urdf_joint *j = &u->joints[index];
     j->kind = find_urdf_kind(u, j->element);
-    j->parent = kt_urdf_find(u, j->element, "parent", "link", LINKS);
-    j->child = kt_urdf_find(u, j->element, "child", "link", LINKS);
+    j->parent = find_urdf_name(u, j->element, "parent", "link", LINKS);
+    j->child = find_urdf_name(u, j->element, "child", "link", LINKS);
     if (j->kind != NULL)
         read_limits(u, j);
     if (j->child < 0)
@@ -177,7 +177,7 @@ static void read_mimic(kt_urdf *u, kt_urdf_joint *j) {
     if (e == NULL || j->kind == NULL)
         return;
     j->multiplier = 1.0;
-    const int other = kt_urdf_find(u, j->element, "mimic", "joint", JOINTS);
+    const int other = find_urdf_name(u, j->element, "mimic", "joint", JOINTS);
     (void)kt_urdf_numbers(u->r, e, "multiplier", 1, &j->multiplier);
     (void)kt_urdf_numbers(u->r, e, "offset", 1, &j->offset);
     const kt_urdf_kind *kind = other >= 0 ? u->joints[other].kind : NULL;
@@ -201,7 +201,8 @@ static void place_follower(kt_urdf *u, kt_urdf_joint *j) {
         kt_left_count(&u->beyond, j->element);
 }
 
-void kt_urdf_follow(kt_urdf *u) {
+/* Finds the joint that each joint follows, and the start of all of them. */
+static void follow_urdf_joints(kt_urdf *u) {
     int *path = kt_reader_take(u->r, &u->r->scratch, (size_t)u->joint_count + 1, sizeof *path);
     if (path == NULL)
         return;
@@ -276,7 +277,7 @@ bool kt_urdf_collect(kt_urdf *u) {
     for (int i = 0; i < u->joint_count; i++)
         read_urdf_joint(u, i);
     kt_urdf_transmissions(u);
-    kt_urdf_follow(u);
+    follow_urdf_joints(u);
     return !u->r->out_of_memory;
 }
 

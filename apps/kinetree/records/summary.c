@@ -23,7 +23,8 @@ static json_t *describe_markers(const kt_model *model, const kt_data *data) {
     return object;
 }
 
-const char *kt_method_reason(const kt_outcome *outcome) {
+/* Returns the reason for the choice of the method; NULL: the scene or the command line names the method. */
+static const char *method_reason(const kt_outcome *outcome) {
     return outcome->scene->contact == KT_CONTACT_STEPS
                ? NULL
                : kt_run_method_reason(&outcome->scene->run, kt_integrated_model(outcome->model, outcome->absolute));
@@ -33,7 +34,7 @@ static json_t *describe_method(const kt_outcome *outcome) {
     const kt_run *run = outcome->run;
     const kt_scene *scene = outcome->scene;
     json_t *method = json_object();
-    const char *reason = kt_method_reason(outcome);
+    const char *reason = method_reason(outcome);
     json_object_set_new(method, "integrator", json_string(run->integrator));
     json_object_set_new(method, "chosen", reason != NULL ? json_string(reason) : json_null());
     kt_method storage;
@@ -347,7 +348,7 @@ void kt_print_steps(const kt_run *run, FILE *to) {
 
 static void say_method(const kt_outcome *outcome) {
     const kt_run *run = outcome->run;
-    const char *reason = kt_method_reason(outcome);
+    const char *reason = method_reason(outcome);
     fprintf(stderr, ", %s", run->integrator);
     kt_print_steps(run, stderr);
     if (reason != NULL)

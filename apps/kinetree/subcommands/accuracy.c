@@ -139,7 +139,8 @@ static int read_lists(kt_accuracy_arguments *a) {
     return a->step_count < 0 || a->tolerance_count < 0 || a->goal_count < 0 ? KT_EXIT_USAGE : -1;
 }
 
-int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments) {
+/* Parses the command line. Returns -1 if the command can continue, else an exit code. */
+static int read_accuracy_arguments(int argc, char **argv, kt_accuracy_arguments *arguments) {
     *arguments = (kt_accuracy_arguments){.duration = (double)NAN, .budget = (double)NAN};
     int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, NULL);
     if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
@@ -314,7 +315,7 @@ static int check_results(const kt_accuracy_arguments *arguments, const char *pat
 
 int kt_command_accuracy(int argc, char **argv) {
     kt_accuracy_arguments arguments;
-    int code = kt_accuracy_arguments_read(argc, argv, &arguments);
+    int code = read_accuracy_arguments(argc, argv, &arguments);
     if (code >= 0)
         return code;
     char *base = kt_base_name(argv[1]);

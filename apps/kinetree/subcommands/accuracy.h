@@ -33,9 +33,6 @@ typedef struct kt_accuracy_arguments {
     int method_count, step_count, tolerance_count, goal_count; /* 0: not given; goals have a default */
 } kt_accuracy_arguments;
 
-/* Parses the command line. Returns -1 if the command can continue, else an exit code. */
-int kt_accuracy_arguments_read(int argc, char **argv, kt_accuracy_arguments *arguments);
-
 /* ---- a reference from a file ------------------------------------------------------------------------------------- */
 
 typedef struct kt_reference_file {

@@ -278,9 +278,6 @@ kt_method_words kt_describe_method(const kt_run *run);
 /* Prints the step or the tolerances: " with steps of 0.01 s", " at tolerance 1e-06". */
 void kt_print_steps(const kt_run *run, FILE *to);
 
-/* Returns the reason for the choice of the method; NULL: the scene or the command line names the method. */
-const char *kt_method_reason(const kt_outcome *outcome);
-
 /* ---- progress ---------------------------------------------------------------------------------------------------- */
 
 /* A progress bar on standard error if that is a terminal, shown after the first second. */
