@@ -318,26 +318,22 @@ static bool is_better(const search *s, double length) {
     return work > 0.0;
 }
 
-/* One step of the search. *length is its length in units, or 0 if no part of the step is an improvement. */
-static kt_status take_equilibrium_step(search *s, double *length, kt_error *error) {
+/* One step of the search. Returns its length in units, or 0 if no part of the step is an improvement. */
+static double take_equilibrium_step(search *s, kt_error *error) {
     kt_linearization *l = s->l;
     const double whole = expand_step(s);
-    kt_status status = KT_OK;
-    *length = 0.0;
     for (int i = 0; i < SHORTER_MOST; i++) {
         const double part = ldexp(1.0, -i);
-        status = try_equilibrium_step(s, part, error);
-        if (status == KT_OK && is_better(s, part * whole)) {
-            *length = part * whole;
+        if (try_equilibrium_step(s, part, error) == KT_OK && is_better(s, part * whole)) {
             s->reach = i ? fmax(part * s->reach, REACH) : 2.0 * s->reach;
             memcpy(l->q0, l->tried_q, l->size.q * sizeof *l->q0);
             memcpy(l->a0, l->tried_a, l->size.v * sizeof *l->a0);
-            return KT_OK;
+            return part * whole;
         }
         if (part * whole < DBL_EPSILON)
             break;
     }
-    return KT_OK;
+    return 0.0;
 }
 
 /* ---- the search -------------------------------------------------------------------------------------------------- */
@@ -424,9 +420,7 @@ static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, 
             return KT_OK;
         if (!solve_equilibrium_step(s, stiffest(s)))
             break;
-        status = take_equilibrium_step(s, &length, error);
-        if (status != KT_OK)
-            return status;
+        length = take_equilibrium_step(s, error);
         path += length;
         if (length == 0.0 && is_at_rest(s))
             return KT_OK;
