@@ -56,27 +56,8 @@ static void pass_on_inertia(const kt_kkt *w, size_t i, int c) {
 /* ---- links outside groups ---------------------------------------------------------------------------------------- */
 
 static int set_axes(const kt_kkt *w, size_t i, int c) {
-    const kt_link *link = &w->model->link[i];
-    double *s = w->axis + KT_FRONT_SPACE * (size_t)link->v;
-    if (c != KT_FRONT_SPACE) {
-        const int32_t k = kt_planar_index_shift(w->model, (int32_t)i);
-        const kt_planar_link *planar = &w->model->planar[k];
-        double u[2] = {0.0, 0.0};
-        if (!planar->revolute)
-            kt_planar_along(planar, &w->data->planar[k], u);
-        s[0] = planar->revolute ? planar->sign : 0.0;
-        s[1] = u[0];
-        s[2] = u[1];
-        return 1;
-    }
-    kt_subspace own;
-    kt_link_subspace(link, &w->data->motion[link->parent], &w->data->motion[i], &own);
-    for (int d = 0; d < own.count; d++)
-        for (int k = 0; k < 3; k++) {
-            s[d * KT_FRONT_SPACE + k] = own.angular[d][k];
-            s[d * KT_FRONT_SPACE + 3 + k] = own.linear[d][k];
-        }
-    return own.count;
+    const kt_front f = {.model = w->model, .data = w->data, .components = c};
+    return kt_front_subspace(&f, (int32_t)i, w->axis + KT_FRONT_SPACE * (size_t)w->model->link[i].v);
 }
 
 static bool eliminate_link(const kt_kkt *w, size_t i, int c, int dofs) {

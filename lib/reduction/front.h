@@ -115,7 +115,7 @@ typedef struct kt_front {
 #ifndef KT_LANES
     kt_front_count *count;          /* how many parameters and equations each step turned out to have */
     const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
-    const bool *fixed;              /* coordinates that count as constants */
+    const bool *fixed;              /* coordinates that count as constants; NULL: none */
     int32_t *live, live_count;      /* holders of slots in use: links', then relations', then delayed equations' */
 #endif
     kt_group_work w;             /* right-hand sides, scales, wrenches and multipliers of the group's equations */
@@ -148,7 +148,7 @@ KT_INLINE bool kt_front_is_planar(const kt_model *model, const kt_data *data, si
 /* Whether a coordinate of the group counts as a constant. */
 KT_INLINE bool kt_front_is_fixed(const kt_front *f, int32_t local) {
 #ifndef KT_LANES
-    return f->fixed[local];
+    return f->fixed && f->fixed[local];
 #else
     (void)f, (void)local;
     return false;
