@@ -1,35 +1,26 @@
 /* Linear systems, modes and equilibria of models with auxiliary states: closed forms, and differences along the
  * manifold. */
-#include "../simulation/scenes.h"
+#include "../simulation/parsed.h"
+
 #include "kinetree/analysis.h"
-#include "kinetree/scene.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 typedef struct made {
-    kt_scene scene;
     kt_model *model;
     kt_linearization *exact, *differences;
 } made;
 
-static bool make(made *m, const char *text) {
-    kt_error error = {0};
+static void make(made *m, const char *text) {
     kt_linearization_options options = kt_linearization_options_default();
-    memset(m, 0, sizeof *m);
-    bool fine = kt_fine("scene", kt_scene_parse("x", text, strlen(text), &m->scene, NULL, NULL, &error), &error) &&
-                kt_fine("model", kt_model_compile(&m->scene.description, NULL, &m->model, &error), &error) &&
-                kt_fine("exact", kt_linearization_create(m->model, &options, &m->exact, &error), &error);
+    kt_scene scene;
+    kt_parsed_scene(text, &scene);
+    m->model = kt_test_model(&scene.description, NULL);
+    m->exact = kt_test_linearization(m->model, &options);
     options.differences = true;
-    return fine && kt_fine("other", kt_linearization_create(m->model, &options, &m->differences, &error), &error);
-}
-
-static void end(made *m) {
-    kt_linearization_free(m->exact);
-    kt_linearization_free(m->differences);
-    kt_model_free(m->model);
-    kt_scene_free(&m->scene);
+    m->differences = kt_test_linearization(m->model, &options);
 }
 
 /* ---- a controller with memory ------------------------------------------------------------------------------------ */
@@ -49,8 +40,7 @@ KT_TEST(equilibrium_of_a_controller_with_memory_is_its_closed_form) {
     kt_error error;
     kt_equilibrium found;
     double q = 1.3;
-    if (!make(&m, CONTROLLED))
-        return;
+    make(&m, CONTROLLED);
     double *x = kt_linearization_own_states(m.exact);
     kt_check_near("initial", x[1], 3.0, 0.0);
     (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
@@ -58,7 +48,6 @@ KT_TEST(equilibrium_of_a_controller_with_memory_is_its_closed_form) {
     kt_check_near("sum", x[0], 2.0 * 9.81 * 0.4 * cos(0.7) / 15.0, 8.0 * DBL_EPSILON);
     kt_check_near("aside", x[1], 0.0, 1e-15);
     kt_check_true("steps", found.steps > 1);
-    end(&m);
 }
 
 KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
@@ -69,8 +58,7 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
                                    {1.0, -2.0 / J, 0.0, 0.0},
                                    {0.0, 15.0 / J, 0.0, 0.0},
                                    {0.0, 0.0, 0.0, -4.0}};
-    if (!make(&m, CONTROLLED))
-        return;
+    make(&m, CONTROLLED);
     kt_linearization *const both[] = {m.exact, m.differences};
     for (int k = 0; k < 2; k++) {
         kt_worst worst = {.what = k ? "differences" : "exact"};
@@ -88,7 +76,6 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
         kt_check_near("rate", s->rate[3], -12.0, 1e-15);
         kt_check_worst(&worst);
     }
-    end(&m);
 }
 
 /* `lambda^3 + D/J lambda^2 + k/J lambda + I/J = 0` at the equilibrium, and -4 for the state that nothing reads. */
@@ -98,8 +85,7 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     kt_modes *modes = NULL;
     double q = 0.7;
     const double J = 0.05 + 2.0 * 0.16, k = 20.0 - 2.0 * 9.81 * 0.4 * sin(0.7);
-    if (!make(&m, CONTROLLED))
-        return;
+    make(&m, CONTROLLED);
     (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), &error);
     (void)kt_fine("evaluated", kt_linearization_evaluate(m.exact, 0.0, &q, NULL, NULL, &error), &error);
     (void)kt_fine("modes", kt_modes_create(m.model, &modes, &error), &error);
@@ -125,7 +111,6 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     kt_check_equal_int("aside", aside, 1);
     kt_check_equal_int("all", count, 4);
     kt_modes_free(modes);
-    end(&m);
 }
 
 /* ---- at limits and where nothing holds a state ------------------------------------------------------------------- */
@@ -165,15 +150,13 @@ KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
         kt_error error;
         kt_equilibrium found;
         double q = 0.0;
-        if (!make(&m, table[k].text))
-            return;
+        make(&m, table[k].text);
         const double *x = kt_linearization_own_states(m.exact);
         (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
         kt_check_true("by the motion", found.followed);
         kt_check_near("position", q, table[k].position, 1e-12);
         kt_check_near("difference", x[0] - x[1], table[k].difference, 1e-11);
         kt_check_below("acceleration", found.acceleration, 1e-11);
-        end(&m);
     }
 }
 
@@ -198,8 +181,7 @@ KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
 static void compare(const char *text) {
     made m;
     kt_error error;
-    if (!make(&m, text))
-        return;
+    make(&m, text);
     double q[5], v[4] = {0.4, -0.3, 0.5, 0.7};
     kt_worst worst = kt_worst_make("differences");
     kt_model_initial(m.model, q, NULL);
@@ -213,7 +195,6 @@ static void compare(const char *text) {
     kt_check_true("it has columns of states", a->states == a->positions + a->velocities + 2);
     kt_check_below("error", b->error, 1e-11);
     kt_check_worst(&worst);
-    end(&m);
 }
 
 KT_TEST(matrices_in_space_are_those_of_differences) { compare(BODIES); }
@@ -225,10 +206,9 @@ KT_TEST(matrices_with_a_loop_are_those_of_differences) { compare(BODIES LOOP); }
 KT_TEST(equilibrium_in_space_with_a_loop_rests) {
     made m;
     kt_error error;
-    kt_data *data = NULL;
     double q[5], v[4] = {0.0}, a[4], rates[2];
-    if (!make(&m, BODIES LOOP) || !kt_fine("data", kt_data_create(m.model, &data, &error), &error))
-        return;
+    make(&m, BODIES LOOP);
+    kt_data *data = kt_test_data(m.model);
     kt_model_initial(m.model, q, NULL);
     (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, q, NULL, NULL, &error), &error);
     memcpy(kt_own_states(m.model, data), kt_linearization_own_states(m.exact), sizeof rates);
@@ -238,8 +218,6 @@ KT_TEST(equilibrium_in_space_with_a_loop_rests) {
         kt_check_near("acceleration", a[i], 0.0, 2e-12);
     for (int i = 0; i < 2; i++)
         kt_check_near("rate", rates[i], 0.0, 1e-13);
-    kt_data_free(data);
-    end(&m);
 }
 
 /* A motor drives a flywheel against friction alone, so that it has no position of rest. The call returns a message and
@@ -248,13 +226,11 @@ KT_TEST(what_has_no_equilibrium_is_rejected_and_keeps_its_states) {
     made m;
     kt_error error;
     double q = 0.25;
-    if (!make(&m, "kinetree: 1\nbodies:\n  - {name: wheel, joint: {type: revolute}, inertia: [1, 1, 1], mass: 1}\n"
-                  "states: {current: {initial: 2, rate: \"12 - current - velocity.wheel\"}}\n"
-                  "effects:\n  - {type: expression, joint: wheel, force: \"current - velocity.wheel\"}\n"))
-        return;
+    make(&m, "kinetree: 1\nbodies:\n  - {name: wheel, joint: {type: revolute}, inertia: [1, 1, 1], mass: 1}\n"
+             "states: {current: {initial: 2, rate: \"12 - current - velocity.wheel\"}}\n"
+             "effects:\n  - {type: expression, joint: wheel, force: \"current - velocity.wheel\"}\n");
     kt_check_equal_int("rejected", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), KT_ERROR_STEP);
     kt_check_contains("which", error.where, "current");
     kt_check_near("position", q, 0.25, 0.0);
     kt_check_near("state", kt_linearization_own_states(m.exact)[0], 2.0, 0.0);
-    end(&m);
 }

@@ -37,7 +37,7 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
     linkage l;
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     kt_worst hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
     double q = 0.0;
     for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
@@ -62,7 +62,7 @@ KT_TEST(motor_torque_lifts_a_pendulum_to_its_angle_or_turns_it_for_ever) {
     linkage l;
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     double q = 0.0, tau = 0.8 * 9.81 / 2.0;
     if (found(&l, false, &q, &tau))
         kt_check_near("angle", q, asin(0.8), 2e-15);
@@ -89,7 +89,7 @@ KT_TEST(search_that_stalls_at_a_stop_has_found_nothing) {
     stop.stiffness = most / 2.943;
     l.description.effects = &stop;
     l.description.effect_count = 1;
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     for (int nearest = 0; nearest < 2; nearest++) {
         kt_error error = {0};
         double q = start, tau = 5.0 * most / 2.943;
@@ -121,7 +121,8 @@ KT_TEST(force_that_saturates_leads_to_rest_from_afar) {
     l.description.effects = &effect;
     l.description.effect_count = 1;
     kt_worst worst = kt_worst_make("position");
-    for (size_t i = 0; linkage_compile(&l) && i < sizeof starts / sizeof starts[0]; i++) {
+    linkage_compile(&l);
+    for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
         double q = starts[i];
         if (found(&l, false, &q, NULL))
             kt_worst_near(&worst, q, 0.0, 4.0 * DBL_EPSILON, "from %g", starts[i]);
@@ -147,7 +148,7 @@ KT_TEST(hanging_chain_straightens_from_anywhere) {
     for (int i = 0; i < N; i++)
         linkage_bar(&l, (const char[2]){(char)('a' + i), 0}, i ? l.body_name[i - 1] : NULL, i ? down : none, down, 0.0,
                     0.0);
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     kt_worst worst = kt_worst_make("angle from straight");
     for (int round = 0; round < 5; round++) {
         double q[N];
@@ -173,7 +174,7 @@ KT_TEST(long_chain_comes_to_hang) {
         (void)snprintf(name, sizeof name, "b%d", i);
         linkage_bar(&l, name, i ? l.body_name[i - 1] : NULL, i ? along : none, along, i ? 0.0 : 0.35, 0.0);
     }
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     kt_worst worst = kt_worst_make("angle from straight");
     memcpy(q, l.q, sizeof q);
     (void)found(&l, false, q, NULL);
@@ -213,7 +214,8 @@ KT_TEST(four_bar_rests_where_its_energy_is_least) {
     const four_bar f = four_bar_default();
     linkage l;
     linkage_four_bar(&l, &f);
-    if (linkage_build(&l, 0.0) && found(&l, false, l.q, NULL)) {
+    linkage_build(&l, 0.0);
+    if (found(&l, false, l.q, NULL)) {
         const double turned = remainder(l.q[0], 2.0 * pi);
         kt_check_near("crank", turned, lowest(&f, turned - 0.5, turned + 0.4), 2e-12);
         kt_check_above("is a minimum, to the left", four_bar_height(&f, turned - 0.1),
@@ -240,7 +242,7 @@ KT_TEST(spring_stretches_and_neutral_freedoms_stay) {
     spring.length = 0.5;
     l.description.effects = &spring;
     l.description.effect_count = 1;
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     kt_error error = {0};
     double q[2] = {l.q[0], l.q[1]}, tau[2] = {0.0, 0.0};
     if (found(&l, false, q, NULL)) {
@@ -260,7 +262,7 @@ KT_TEST(driven_loop_has_no_equilibrium) {
     kt_loop *loop = linkage_close(&l, "drive", KT_LOOP_MOTION, NULL, none, NULL, none);
     loop->joint = "bar";
     loop->function = kt_function_sine(0.3, 1.0, 0.0, 0.0);
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     kt_error error = {0};
     kt_check_equal_int("is rejected", find(&l, false, l.q, NULL, NULL, &error), KT_ERROR_CONSTRAINT);
     kt_check_text("names the loop", error.where, "loop 'drive'");

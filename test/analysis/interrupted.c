@@ -52,7 +52,7 @@ static void open_stand(stand *d) {
     d->marker = (kt_marker){.name = "middle", .at = kt_vec3_make(1.0, 0.0, 0.0)};
     d->l.body[1].markers = &d->marker;
     d->l.body[1].marker_count = 1;
-    kt_need(linkage_build(&d->l, 0.0));
+    linkage_build(&d->l, 0.0);
     const kt_marker_index middle = {kt_body_find(d->l.model, "coupler"), 0};
     const kt_linearization_options options = {.outputs = &middle, .output_count = 1};
     small_open(&d->s, d->l.model, &options, 0.0, d->l.q, d->l.v, NULL);
@@ -163,7 +163,7 @@ KT_TEST(singular_states_of_a_motion_are_left_out) {
     kt_run run = kt_run_default();
     run.duration = 0.2;
     linkage_windows(&l, 2, acos(0.0), 1.0, KT_LOOP_REVOLUTE);
-    kt_need(linkage_compile(&l));
+    linkage_compile(&l);
     kt_spectrum *spectrum = kt_test_spectrum(l.model, 3);
     kt_need_fine("along", kt_spectrum_along(spectrum, &run, &e), &e);
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);

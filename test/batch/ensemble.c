@@ -297,7 +297,7 @@ static void compare(kt_isa isa, const char *name) {
         memset(&g, 0, sizeof g);
         draw(&g, n, &random);
         g.isa = isa;
-        kt_need(kt_tree_compile(&g.tree, &(kt_model_options){.isa = isa}));
+        kt_tree_compile(&g.tree, &(kt_model_options){.isa = isa});
         for (int i = 0; i < MEMBERS; i++)
             kt_tree_state_draw(&g.tree, &random, &g.state[i]);
         fine = fine && run_alone(&g) && run_together(&g, &sum, &share);
@@ -337,7 +337,7 @@ KT_TEST(simulations_of_other_armature_run_alone) {
     memset(&g, 0, sizeof g);
     draw(&g, 0, &random);
     g.own_models = g.varies_more = g.varies = true;
-    kt_need(kt_tree_compile(&g.tree, NULL));
+    kt_tree_compile(&g.tree, NULL);
     for (int i = 0; i < MEMBERS; i++)
         kt_tree_state_draw(&g.tree, &random, &g.state[i]);
     kt_check_true("simulations run", run_alone(&g) && run_together(&g, &sum, &share));
@@ -352,7 +352,7 @@ KT_TEST(an_ensemble_works_in_the_memory_of_the_caller) {
     kt_error error;
     kt_ensemble *ensemble = NULL;
     kt_tree_plan plan = kt_tree_plan_default();
-    kt_need(kt_tree_grow(&tree, &plan, &random));
+    kt_tree_grow(&tree, &plan, &random);
     const size_t size = kt_ensemble_size(tree.model);
     memset(memory, 0xFF, sizeof memory);
     kt_need(kt_check_below("bytes of an ensemble", (double)size, (double)sizeof memory));
@@ -484,7 +484,7 @@ KT_TEST(gradients_and_derivatives_by_several_threads_have_the_bits_of_single_one
     kt_tree_describe(&tree, &plan, &random);
     tree.description.states = auxiliary_state;
     tree.description.state_count = OWN;
-    kt_need(kt_tree_compile(&tree, NULL));
+    kt_tree_compile(&tree, NULL);
     for (int i = 0; i < MOTIONS; i++)
         kt_tree_state_draw(&tree, &random, &motion_state[i]);
     motion_state[2].v[0] = (double)NAN;

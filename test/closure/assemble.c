@@ -108,7 +108,7 @@ static void assemble_one(tangle *g, const tangle_plan *plan, kt_random *random, 
     memcpy(g->q, q, sizeof q);
     memcpy(g->v, v, sizeof v);
     kt_residual r = {(double)NAN, (double)NAN};
-    (void)kt_tree_fine("residual", kt_loop_residual(g->tree.model, g->tree.data, g->t, q, v, &r, &e), &e);
+    (void)kt_fine("residual", kt_loop_residual(g->tree.model, g->tree.data, g->t, q, v, &r, &e), &e);
     /* a search for positions is done where the squares of the residuals, over the mechanism's length, are 1e-28 a
      * row */
     const double settled = 1e-14 * sqrt(g->rows) * fmax(1.0, g->tree.model->length);
@@ -279,7 +279,8 @@ KT_TEST(loop_given_twice_is_accepted) {
     memcpy(q, l.q, sizeof q);
     memcpy(v, l.v, sizeof v);
     linkage_four_bar(&l, &f);
-    for (int k = 0; linkage_build(&l, 0.0) && k < 3; k++) {
+    linkage_build(&l, 0.0);
+    for (int k = 0; k < 3; k++) {
         kt_check_near(l.body_name[k], q[k], l.q[k], 1e-9);
         kt_check_near("its rate", v[k], l.v[k], 1e-9);
     }

@@ -10,16 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Moves a closed state off by steps of this size in all coordinates, and velocities too. */
-static void disturb(const tangle *g, kt_random *random, double size, double *q, double *v) {
-    double step[KT_TREE_NV];
-    for (int i = 0; i < g->tree.nv; i++) {
-        step[i] = kt_random_uniform(random, -size, size);
-        v[i] = g->v[i] + kt_random_uniform(random, -size, size);
-    }
-    kt_position_add(g->tree.model, g->q, step, q);
-}
-
 static void project(const tangle *g, double *q, double *v, bool *changed) {
     kt_error e = {0};
     kt_need_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, changed, &e), &e);
@@ -44,7 +34,7 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ], w[KT_TREE_NV];
         bool changed = false;
         tangle_grow(&g, plan, random);
-        disturb(&g, random, 1e-3, q, v);
+        tangle_disturb(&g, random, 1e-3, q, v);
         project(&g, q, v, &changed);
         kt_worst_below(&again, changed ? 0.0 : 1.0, 0.5, "off the manifold, and not changed");
         check_closed(&g, q, v, &position, &velocity);
@@ -98,7 +88,7 @@ KT_TEST(frames_at_rest_stay_so_beside_joints_that_turn) {
         memcpy(q, g.q, sizeof q);
         memcpy(v, g.v, sizeof v);
         rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
-        disturb(&g, &random, i % 2 ? 1e-4 : 1e-6, q, v);
+        tangle_disturb(&g, &random, i % 2 ? 1e-4 : 1e-6, q, v);
         rejected += kt_state_project(g.tree.model, g.tree.data, g.t, q, v, NULL, &e) != KT_OK;
         for (size_t k = 0; k < g.tree.model->n.group_v; k++)
             slowest = fmin(slowest, fabs(v[g.tree.model->group_v[k]]));
@@ -148,7 +138,7 @@ static void check_least(const tangle_plan *plan, kt_random *random, bool mass, k
     for (int i = 0; i < 40; i++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ], w[KT_TREE_NV], step[KT_TREE_NV];
         tangle_grow(&g, plan, random);
-        disturb(&g, random, off, q, v);
+        tangle_disturb(&g, random, off, q, v);
         memcpy(r, q, sizeof r);
         memcpy(w, v, sizeof w);
         kt_position_subtract(g.tree.model, r, q, step);
@@ -196,7 +186,7 @@ KT_TEST(positions_outside_loops_are_left_alone) {
         bool inside[KT_TREE_NV] = {false};
         for (size_t k = 0; k < g.tree.model->n.group_v; k++)
             inside[g.tree.model->group_v[k]] = true;
-        disturb(&g, &random, 1e-3, q, v);
+        tangle_disturb(&g, &random, 1e-3, q, v);
         memcpy(r, q, sizeof r);
         project(&g, r, v, NULL);
         for (int b = 1; b < g.tree.count; b++) {
@@ -226,7 +216,7 @@ KT_TEST(state_without_loops_keeps_its_bits) {
     memcpy(v, s.v, sizeof v);
     for (int i = 0; i < 3; i++) {
         changed = true;
-        (void)kt_tree_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
+        (void)kt_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
         kt_check_true("changed", !changed);
         kt_check_equal_bits("positions", q, s.q, (size_t)tree.nq);
         kt_check_equal_bits("velocities", v, s.v, (size_t)tree.nv);
@@ -236,7 +226,7 @@ KT_TEST(state_without_loops_keeps_its_bits) {
         for (int k = c.q + c.nq - 4; k < c.q + c.nq && c.nq != c.nv; k++)
             q[k] *= 1.0 + 1e-9;
     }
-    (void)kt_tree_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
+    (void)kt_fine("projects", kt_state_project(tree.model, tree.data, 0.0, q, v, &changed, &e), &e);
     kt_check_true("changed", changed);
     for (int k = 0; k < tree.nq; k++)
         if (fabs(q[k] - s.q[k]) > 4.0 * DBL_EPSILON)

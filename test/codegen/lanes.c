@@ -194,8 +194,7 @@ static void compare_function(lanes_pair *p, const kt_model *model, const char *n
     bool fails = false, is_known = false;
     snprintf(symbol, sizeof symbol, "mech_%s", name);
     void *const single = dlsym(p->one.library, symbol), *const several = dlsym(p->many.library, symbol);
-    if (!kt_check_true(symbol, single != NULL && several != NULL))
-        return;
+    kt_need(kt_check_true(symbol, single != NULL && several != NULL));
     const int code = call_lanes(p, &p->many, several, head, model, 0, p->lanes, &together);
     for (int l = 0; l < p->lanes; l++) {
         const int own = call_lanes(p, &p->one, single, head, model, l, 1, &alone);

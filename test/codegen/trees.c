@@ -78,8 +78,7 @@ static void compare_forces(kt_generated *g, const kt_tree *tree, const kt_tree_s
     kt_oracle_inverse(tree, s, zero, slow, size);
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(&c->bias, tau[i], (double)slow[i], 40.0 * EPS * (double)size[i], "tree %d coordinate %d", n, i);
-    if (!kt_check_true("regular", kt_oracle_forward(tree, s, slow, sensitivity)))
-        return;
+    kt_need(kt_check_true("regular", kt_oracle_forward(tree, s, slow, sensitivity)));
     kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, a), 0);
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(&c->forward, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n, i);
@@ -272,8 +271,7 @@ static void compare_loaded(kt_generated *g, const kt_tree *tree, const kt_tree_s
     kt_need_fine("effects", kt_effect_forces(tree->model, tree->data, 0.0, s->q, s->v, effect, &error), &error);
     for (int i = 0; i < tree->nv; i++)
         loaded.tau[i] += effect[i];
-    if (!kt_check_true("regular", kt_oracle_forward(tree, &loaded, slow, sensitivity)))
-        return;
+    kt_need(kt_check_true("regular", kt_oracle_forward(tree, &loaded, slow, sensitivity)));
     kt_check_equal_int("acceleration", g->acceleration(g->model, 0.0, s->q, s->v, NULL, s->tau, a), 0);
     for (int i = 0; i < tree->nv; i++)
         kt_worst_near(&c->loaded, a[i], (double)slow[i], 20.0 * EPS * sensitivity[i], "tree %d coordinate %d", n, i);
@@ -288,8 +286,7 @@ static void compare_steps(kt_generated *g, const kt_tree *tree, const kt_tree_st
     const double h = 1e-3;
     double sensitivity[KT_TREE_NV], most = 1.0;
     static long double slow[KT_TREE_NV];
-    if (!kt_check_true("regular", kt_oracle_forward(tree, s, slow, sensitivity)))
-        return;
+    kt_need(kt_check_true("regular", kt_oracle_forward(tree, s, slow, sensitivity)));
     for (int i = 0; i < tree->nv; i++)
         most = fmax(most, fabs(s->v[i]) + h * sensitivity[i]);
     for (int k = 0; k < 3; k++) {

@@ -39,8 +39,7 @@ KT_TEST(accuracy_writes_every_run) {
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_text("quiet", ran.out, "");
     const char *csv = kt_read_file("a.csv");
-    if (!kt_check_equal_int("lines", kt_count_lines(csv), 7))
-        return;
+    kt_need(kt_check_equal_int("lines", kt_count_lines(csv), 7));
     const int position = kt_csv_column(csv, "error.position"), cpu = kt_csv_column(csv, "cpu");
     const int coarse = find_row(csv, "rk4", 0.01), fine = find_row(csv, "rk4", 0.005);
     const int adaptive = find_row(csv, "dopri5", 1e-9);
@@ -82,8 +81,7 @@ KT_TEST(recommended_setting_reaches_the_goal_when_it_is_run) {
     static const char start[] = "for 1e-06 rad use dopri5 with tolerance ";
     const char *sentence = strstr(ran.out, start);
     kt_check_equal_int("exit code", ran.code, 0);
-    if (!kt_check_true("the sentence", sentence != NULL))
-        return;
+    kt_need(kt_check_true("the sentence", sentence != NULL));
     const double tolerance = strtod(sentence + strlen(start), NULL);
     kt_check_true("its setting", tolerance > 0.0);
     kt_check_contains("its cost", sentence, " per simulated second\n");
@@ -145,11 +143,10 @@ KT_TEST(accuracy_tells_stability_from_accuracy) {
     kt_ran ran = kt_shell("$K accuracy s.yaml --integrators rk4 --budget 4");
     const char *row = strstr(ran.out, "\n  rk4                4  ");
     kt_check_equal_int("exit code", ran.code, 0);
-    if (kt_check_true("row", row != NULL)) {
-        row += strlen("\n  rk4                4  ");
-        row += strcspn(row, " ");
-        kt_check_near("stable to", strtod(row, NULL), 2.785e-3, 0.02 * 2.785e-3);
-    }
+    kt_need(kt_check_true("row", row != NULL));
+    row += strlen("\n  rk4                4  ");
+    row += strcspn(row, " ");
+    kt_check_near("stable to", strtod(row, NULL), 2.785e-3, 0.02 * 2.785e-3);
     kt_check_contains("unit", ran.out, "records, in m\n");
     kt_check_contains("said", ran.out, "steps longer than 'stable to' are unstable");
     ran = kt_shell("$K accuracy p.yaml --integrators rk4 --budget 1");

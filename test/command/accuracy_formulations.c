@@ -93,8 +93,7 @@ KT_TEST(baselines_print_orders_in_tree_and_absolute_coordinates) {
                                 "--steps 0.00625,0.003125");
     kt_check_equal_int("exit code", ran.code, 0);
     const char *tree = strstr(ran.out, "in tree coordinates"), *absolute = strstr(ran.out, "in absolute coordinates");
-    if (!kt_check_true("both", tree != NULL && absolute != NULL))
-        return;
+    kt_need(kt_check_true("both", tree != NULL && absolute != NULL));
     for (int i = 0; i < 2; i++) {
         const char *at = strstr(i ? absolute : tree, "  ggl, radau5\n");
         double x[7], orders[3] = {0.0};

@@ -28,8 +28,7 @@ static const char *find(void) {
 /* Nothing lies next to this program; its source tree is ./source, and its scenes are installed in ./installed. */
 KT_TEST(scenes_are_found_in_the_source_tree_where_they_were_installed_or_where_told) {
     char directory[] = "/tmp/kinetree-bundled-XXXXXX";
-    if (!kt_check_true("a folder of its own", mkdtemp(directory) != NULL && chdir(directory) == 0))
-        return;
+    kt_need(kt_check_true("a folder of its own", mkdtemp(directory) != NULL && chdir(directory) == 0));
     unsetenv("KINETREE_SCENES");
     kt_check_text("nowhere", find(), "none");
     kt_check_contains("where they could be", said, "in installed; set KINETREE_SCENES=FOLDER");

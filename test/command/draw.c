@@ -33,8 +33,7 @@ static int count_of(const char *text, const char *part) {
 /* An SVG: whole, small, its words as text, on a light or a dark page. */
 static void expect_picture(const char *name, bool is_dark) {
     const char *svg = kt_read_file(name);
-    if (!kt_check_true(name, svg != NULL))
-        return;
+    kt_need(kt_check_true(name, svg != NULL));
     kt_check_contains("is whole", svg, "</svg>");
     kt_check_above("shapes", count_of(svg, "<path"), 5.0);
     kt_check_below("bytes", (double)strlen(svg), 60000.0);

@@ -19,8 +19,7 @@
 /* Whether the text ends in a newline, and every line of it has as many commas as the first. */
 static void check_whole(const char *text) {
     int commas = 0, first = -1, ragged = 0;
-    if (!kt_check_true("there is a file, and something in it", text != NULL && *text != '\0'))
-        return;
+    kt_need(kt_check_true("there is a file, and something in it", text != NULL && *text != '\0'));
     kt_check_true("it ends in a newline", text[strlen(text) - 1] == '\n');
     for (const char *c = text; *c != '\0'; c++) {
         commas += *c == ',';

@@ -90,8 +90,7 @@ KT_TEST(half_turns_are_initial_positions) {
         describe(&s, KT_LOOP_SPHERICAL, NULL, NULL);
         s.description.loop_count = 0;
         s.body[ARM].joint.position[k] = expected[k] = 1.0;
-        if (!kt_check_equal_int("status", kt_model_compile(&s.description, NULL, &model, &error), KT_OK))
-            return;
+        kt_need(kt_check_equal_int("status", kt_model_compile(&s.description, NULL, &model, &error), KT_OK));
         kt_model_initial(model, q, v);
         kt_check_equal_bits("position", q, expected, 4);
         kt_model_free(model);

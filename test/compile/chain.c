@@ -57,8 +57,8 @@ static bool compile(large *x) {
     d.bodies = x->bodies;
     d.body_count = x->count;
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    return kt_tree_fine("compiles", kt_model_compile(&d, NULL, &x->model, &e), &e) &&
-           kt_tree_fine("has data", kt_data_create(x->model, &x->data, &e), &e);
+    return kt_fine("compiles", kt_model_compile(&d, NULL, &x->model, &e), &e) &&
+           kt_fine("has data", kt_data_create(x->model, &x->data, &e), &e);
 }
 
 static void release(large *x) {
@@ -83,9 +83,9 @@ static double residual(large *x) {
     x->tau = x->a + n;
     kt_model_initial(x->model, x->q, x->v);
     const bool fine =
-        kt_tree_fine("forward", kt_dynamics_forward(x->model, x->data, x->q, x->v, NULL, NULL, x->a, &e), &e) &&
-        kt_tree_fine("inverse", kt_dynamics_inverse(x->model, x->data, x->q, x->v, x->a, NULL, x->tau, &e), &e) &&
-        kt_tree_fine("kinematics", kt_kinematics_update(x->model, x->data, x->q, x->v, x->a, &e), &e);
+        kt_fine("forward", kt_dynamics_forward(x->model, x->data, x->q, x->v, NULL, NULL, x->a, &e), &e) &&
+        kt_fine("inverse", kt_dynamics_inverse(x->model, x->data, x->q, x->v, x->a, NULL, x->tau, &e), &e) &&
+        kt_fine("kinematics", kt_kinematics_update(x->model, x->data, x->q, x->v, x->a, &e), &e);
     kt_joint_reactions(x->model, x->data, NULL, w);
     free(w);
     return fine ? kt_tree_largest(x->tau, x->count) : (double)NAN;

@@ -296,12 +296,12 @@ KT_TEST(a_model_outlives_its_description) {
     const kt_tree_plan plan = kt_tree_plan_default();
     double a[KT_TREE_NV], b[KT_TREE_NV];
     kt_tree_sample(&tree, &plan, &random, &s);
-    kt_check_true("before", kt_tree_forward(&tree, &s, a));
+    kt_tree_forward(&tree, &s, a);
     memset(&tree.description, 0xFF, sizeof tree.description);
     memset(tree.body, 0xFF, sizeof tree.body);
     memset(tree.name, 0xFF, sizeof tree.name);
     memset(tree.marker, 0xFF, sizeof tree.marker);
-    kt_check_true("after", kt_tree_forward(&tree, &s, b));
+    kt_tree_forward(&tree, &s, b);
     kt_check_equal_bits("accelerations", b, a, (size_t)tree.nv);
     kt_check_text("name", kt_body_name(tree.model, 3), "b2");
     kt_check_text("marker", kt_marker_name(tree.model, 3, 0), "tip");

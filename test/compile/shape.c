@@ -91,8 +91,7 @@ static void compare(const char *what, const kt_body *body, sums s, double size) 
     kt_vec3 com;
     kt_sym3 inertia;
     kt_error error;
-    if (!kt_check_equal_int(what, kt_body_inertia(body, &com, &inertia, &error), KT_OK))
-        return;
+    kt_need(kt_check_equal_int(what, kt_body_inertia(body, &com, &inertia, &error), KT_OK));
     const double rho = body->mass / s.volume;
     const kt_vec3 c = kt_vec3_scale(1.0 / s.volume, s.first);
     const kt_sym3 p = s.second; /* int r r' - V c c' */

@@ -55,21 +55,19 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
     return loop;
 }
 
-bool linkage_compile(linkage *l) {
+void linkage_compile(linkage *l) {
     l->model = kt_test_model(&l->description, &l->options);
     l->data = kt_test_data(l->model);
     l->nq = kt_model_nq(l->model);
     l->nv = kt_model_nv(l->model);
     l->rows = kt_model_mobility(l->model).equations;
     kt_model_initial(l->model, l->q, l->v);
-    return true;
 }
 
-bool linkage_build(linkage *l, double t) {
+void linkage_build(linkage *l, double t) {
     kt_error error = {0};
     linkage_compile(l);
     kt_need_fine("assembles", kt_state_assemble(l->model, l->data, t, l->q, l->v, &error), &error);
-    return true;
 }
 
 /* ---- mechanisms -------------------------------------------------------------------------------------------------- */
@@ -155,22 +153,29 @@ static int project(double t, double *y, bool *changed, void *user) {
     return kt_state_project(r->l->model, r->l->data, t, y, y + r->l->nq, changed, &error) == KT_OK ? 0 : 1;
 }
 
-void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
-                       double t) {
+void linkage_run_begin(linkage_run *r, const char *method, double step, double tolerance, double t,
+                       const kt_integrator_callbacks *callbacks) {
+    linkage *l = r->l;
     kt_integrator_options options = kt_integrator_options_default();
     const kt_method *m = kt_method_find(method);
     const size_t n = (size_t)l->nq + (size_t)l->nv, size = kt_integrator_size(m, n);
     double y[2 * LINKAGE_NQ];
     kt_error error = {0};
-    *r = (linkage_run){.l = l, .loose = loose, .memory = malloc(size)};
+    r->memory = malloc(size);
     options.step = step;
     options.relative_tolerance = options.absolute_tolerance = tolerance;
     memcpy(y, l->q, (size_t)l->nq * sizeof *y);
     memcpy(y + l->nq, l->v, (size_t)l->nv * sizeof *y);
-    const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
     kt_test_own(r->memory, free);
     kt_need_fine("places", kt_integrator_init(r->memory, size, m, n, &options, &r->integrator, &error), &error);
-    kt_need_fine("starts", kt_integrator_start(r->integrator, t, y, &callbacks, &error), &error);
+    kt_need_fine("starts", kt_integrator_start(r->integrator, t, y, callbacks, &error), &error);
+}
+
+void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
+                       double t) {
+    const kt_integrator_callbacks callbacks = {slope, loose ? NULL : project, r};
+    *r = (linkage_run){.l = l};
+    linkage_run_begin(r, method, step, tolerance, t, &callbacks);
 }
 
 void linkage_run_to(linkage_run *r, double t) {
@@ -183,11 +188,10 @@ void linkage_run_to(linkage_run *r, double t) {
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
 
-bool linkage_accelerate(const linkage *l, double t, double *a) {
+void linkage_accelerate(const linkage *l, double t, double *a) {
     kt_error error = {0};
     kt_need_fine("accelerates", kt_acceleration_evaluate(l->model, l->data, t, l->q, l->v, NULL, NULL, a, &error),
                  &error);
-    return true;
 }
 
 kt_residual linkage_residual(const linkage *l, double t) {

@@ -35,10 +35,10 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
                        const char *second, kt_vec3 there);
 
 /* The model, its data, and the initial state, which the running test owns. A failure ends the test. */
-bool linkage_compile(linkage *l);
+void linkage_compile(linkage *l);
 
 /* compiles, and assembles at time t */
-bool linkage_build(linkage *l, double t);
+void linkage_build(linkage *l, double t);
 
 /* Projects the state moved by 1e-4 in alternating directions, on two models of the same mechanism: the largest
  * difference of their positions and velocities. NaN where one cannot be projected. */
@@ -81,19 +81,22 @@ typedef struct linkage_run {
     linkage *l;
     void *memory;
     kt_integrator *integrator;
-    bool loose; /* no projection */
     long evaluations;
 } linkage_run;
 
-/* A failure of these ends the test. step > 0: fixed; else `tolerance` is the relative and the absolute one. */
+/* A failure of these ends the test. step > 0: fixed; else `tolerance` is the relative and the absolute one. Begins at
+ * l->q, l->v. `loose`: without projection. */
 void linkage_run_start(linkage_run *r, linkage *l, const char *method, double step, double tolerance, bool loose,
                        double t);
+/* The same with other equations of motion than those of r->l. */
+void linkage_run_begin(linkage_run *r, const char *method, double step, double tolerance, double t,
+                       const kt_integrator_callbacks *callbacks);
 /* On to this time; the state is then l's. */
 void linkage_run_to(linkage_run *r, double t);
 
 /* ---- calls that must succeed, or the test ends ------------------------------------------------------------------ */
 
-bool linkage_accelerate(const linkage *l, double t, double *a);
+void linkage_accelerate(const linkage *l, double t, double *a);
 kt_residual linkage_residual(const linkage *l, double t);
 
 #endif

@@ -146,8 +146,7 @@ static bool run_for_a_second(const scene *s, const kt_model_options *options, tr
     *t = (trace){.model = NULL};
     t->model = model;
     kt_simulation *simulation = kt_test_simulation(model, &run, &more);
-    if (simulation)
-        (void)kt_fine("run", kt_simulation_run(simulation, keep, t, &error), &error);
+    (void)kt_fine("run", kt_simulation_run(simulation, keep, t, &error), &error);
     return t->count == RECORDS;
 }
 
@@ -181,8 +180,7 @@ static void follow(const pair *p) {
     scene tree, loop;
     trace motion;
     make_tree(p, &tree);
-    if (!kt_check_true("tree", run_for_a_second(&tree, &options, &motion)))
-        return;
+    kt_need(kt_check_true("tree", run_for_a_second(&tree, &options, &motion)));
     make_loop(p, &tree, motion.pose[0][1], motion.twist[0][1], &loop);
     for (int r = 0; r < 3; r++) {
         options.reduction = kt_reduction_method_of((kt_reduction)r);

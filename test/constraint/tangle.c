@@ -321,10 +321,10 @@ static bool try_to_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
     return kt_state_assemble(g->tree.model, g->tree.data, g->t, g->q, g->v, &error) == KT_OK;
 }
 
-bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
+void tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random) {
     for (int tries = 0; tries < 40; tries++)
         if (try_to_grow(g, plan, random))
-            return true;
+            return;
     kt_check_true("a closed mechanism can be had", false);
     kt_end_test();
 }
@@ -413,6 +413,15 @@ bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_o
     for (int i = 0; i < g->tree.nv; i++)
         g->tau[i] = kt_random_uniform(random, -1.0, 1.0);
     return true;
+}
+
+void tangle_disturb(const tangle *g, kt_random *random, double size, double *q, double *v) {
+    double step[KT_TREE_NV];
+    for (int i = 0; i < g->tree.nv; i++) {
+        step[i] = kt_random_uniform(random, -size, size);
+        v[i] = g->v[i] + kt_random_uniform(random, -size, size);
+    }
+    kt_position_add(g->tree.model, g->q, step, q);
 }
 
 bool tangle_was_near_singular(const kt_model *model, const kt_data *data) {

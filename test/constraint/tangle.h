@@ -42,7 +42,7 @@ typedef struct tangle {
 
 /* Grows, compiles and assembles one, away from the initial state. Draws until one can be had that has a freedom left; a
  * failure ends the test. */
-bool tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
+void tangle_grow(tangle *g, const tangle_plan *plan, kt_random *random);
 
 /* Adds a body next to one on a revolute joint in a loop, and a rod between equal arms of both. No loop may drive the
  * mechanism. In its present state, the rod is `off` (radians) from its dead centre. With `braced`, a second rod is at
@@ -56,7 +56,7 @@ typedef struct tangle_system {
     double mass[KT_TREE_NV * KT_TREE_NV], force[KT_TREE_NV];
     double jacobian[TANGLE_ROWS * KT_TREE_NV], drift[TANGLE_ROWS];
 } tangle_system;
-bool tangle_system_of(const tangle *g, tangle_system *s);
+void tangle_system_of(const tangle *g, tangle_system *s);
 
 /* How the accelerations are computed that are to be compared. */
 typedef struct tangle_way {
@@ -73,6 +73,9 @@ int tangle_solve(const tangle *g, const tangle_system *s, tangle_way way, double
  *     |W^-1 A' (A W^-1 A')^-1|.
  * That of ones measures how near the state is to a singular position: 1 to 100 mostly. */
 double tangle_reach(const tangle *g, bool mass);
+
+/* Moves its closed state off by up to `size` in all coordinates, and its velocities too. */
+void tangle_disturb(const tangle *g, kt_random *random, double size, double *q, double *v);
 
 /* Whether the last requested accelerations came from neighbouring states, because the state is so near to a singular
  * position. They are then accurate to h^6 and not to rounding, which another test covers. */

@@ -6,16 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool tangle_system_of(const tangle *g, tangle_system *s) {
+void tangle_system_of(const tangle *g, tangle_system *s) {
     const kt_tree *tree = &g->tree;
     kt_error e = {0};
     kt_need_fine("mass matrix", kt_dynamics_mass(tree->model, tree->data, g->q, s->mass, &e), &e);
     kt_need_fine("bias", kt_dynamics_inverse(tree->model, tree->data, g->q, g->v, NULL, g->external, s->force, &e), &e);
     for (int i = 0; i < tree->nv; i++)
         s->force[i] = g->tau[i] - s->force[i];
-    return kt_tree_fine(
-        "equations",
-        kt_loop_equations(tree->model, tree->data, g->t, g->q, g->v, s->jacobian, NULL, NULL, s->drift, &e), &e);
+    kt_need_fine("equations",
+                 kt_loop_equations(tree->model, tree->data, g->t, g->q, g->v, s->jacobian, NULL, NULL, s->drift, &e),
+                 &e);
 }
 
 /* Independent rows of A, by Gram-Schmidt with pivots; returns their number. */

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state) {
+void along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state) {
     kt_tree_plan plan = n % 3 == 0 ? kt_tree_plan_planar() : kt_tree_plan_default();
     plan.planar = n % 3 == 0 ? 1 + n % 2 : 0;
     plan.bodies = n % 3 == 0 ? kt_random_int(random, 1, 10) : KT_JOINT_TYPE_COUNT + kt_random_int(random, 0, 3);
@@ -12,9 +12,8 @@ bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state) {
     for (int i = 0; i < plan.bodies && n % 4 == 1; i++) /* every fourth tree has armature */
         for (int k = 0; k < KT_JOINT_NV_MAX; k++)
             tree->body[i].joint.armature[k] = 0.1 * ((i + k) % 4);
-    kt_need(kt_tree_compile(tree, NULL));
+    kt_tree_compile(tree, NULL);
     kt_tree_state_draw(tree, random, state);
-    return true;
 }
 
 bool along_differentiate(const kt_tree *tree, const kt_tree_state *s, along_function *f, int count, double *rate) {

@@ -9,7 +9,7 @@
 #include "kinetree/control.h"
 
 /* A tree of every joint type; every third one planar, in part or as a whole. */
-bool along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state);
+void along_grow(kt_tree *tree, int n, kt_random *random, kt_tree_state *state);
 
 /* Some numbers (count) at positions q; false fails the test. */
 typedef bool along_function(const kt_tree *tree, const double *q, const double *v, double *out);

@@ -64,7 +64,9 @@ KT_TEST(inverse_of_mass_matrix_times_columns_agrees_with_elimination) {
         kt_tree tree;
         kt_tree_state s;
         kt_error e;
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_mass(&tree, &s, mass) || !invert(&tree, s.q, inverse))
+        along_grow(&tree, n, &random, &s);
+        kt_tree_mass(&tree, &s, mass);
+        if (!invert(&tree, s.q, inverse))
             return;
         kt_mass_inverse *w = make(&tree, s.q, 0);
         memcpy(x, s.tau, sizeof s.tau);
@@ -102,7 +104,9 @@ KT_TEST(operational_inertia_is_the_inverse_of_what_a_task_feels) {
         kt_tree tree;
         kt_tree_state s;
         kt_error e;
-        if (!along_grow(&tree, n, &random, &s) || !kt_tree_kinematics(&tree, &s) || !invert(&tree, s.q, inverse))
+        along_grow(&tree, n, &random, &s);
+        kt_tree_kinematics(&tree, &s);
+        if (!invert(&tree, s.q, inverse))
             return;
         kt_frame_jacobian(tree.model, tree.data, tree.count - 1, kt_vec3_make(0.1, 0.2, -0.3), KT_TWIST_ALIGNED,
                           jacobian);
@@ -147,7 +151,7 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
         kt_tree_state s;
         kt_error e;
         kt_model_options options = kt_model_options_default();
-        kt_need(along_grow(&tree, n, &random, &s));
+        along_grow(&tree, n, &random, &s);
         for (int l = -1; l < 2; l++) {
             kt_tree_free(&tree);
             options.isa = l < 0 ? KT_ISA_BASE : levels[l];

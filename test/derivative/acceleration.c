@@ -204,10 +204,9 @@ static bool accelerate_along(const tangle *g, const double *a, double s, bool *n
     }
     kt_position_add(g->tree.model, g->q, step, q);
     const bool fine =
-        kt_tree_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, NULL, &e), &e) &&
-        kt_tree_fine("acceleration",
-                     kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, g->tau, g->external, out, &e),
-                     &e);
+        kt_fine("projects", kt_state_project(g->tree.model, g->tree.data, g->t, q, v, NULL, &e), &e) &&
+        kt_fine("acceleration",
+                kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, q, v, g->tau, g->external, out, &e), &e);
     *near |= tangle_was_near_singular(g->tree.model, g->tree.data);
     return fine;
 }
@@ -464,9 +463,9 @@ static void check_basis(const tangle *g, const matrices *m, int f, kt_worst wors
     static double jacobian[TANGLE_ROWS * KT_TREE_NV], open[TANGLE_ROWS * KT_TREE_NV], mass[MOST], product[MOST];
     const int nv = g->tree.nv;
     kt_error e = {0};
-    kt_tree_fine("mass", kt_dynamics_mass(g->tree.model, g->tree.data, g->q, mass, &e), &e);
-    kt_tree_fine("equations",
-                 kt_loop_equations(g->tree.model, g->tree.data, g->t, g->q, NULL, jacobian, NULL, NULL, NULL, &e), &e);
+    kt_fine("mass", kt_dynamics_mass(g->tree.model, g->tree.data, g->q, mass, &e), &e);
+    kt_fine("equations",
+            kt_loop_equations(g->tree.model, g->tree.data, g->t, g->q, NULL, jacobian, NULL, NULL, NULL, &e), &e);
     apply_to_basis(jacobian, g->rows, m->basis, nv, f, open);
     kt_worst_below(&worst[0], kt_tree_largest(open, g->rows * f), nv * EPS * kt_tree_largest(jacobian, g->rows * nv),
                    "mechanism %d", n);

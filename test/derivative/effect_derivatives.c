@@ -264,7 +264,8 @@ static bool is_smooth_in_loop(const stage *s) {
 /* No bushing is next to half a turn, where its moment jumps. */
 static bool is_smooth(const stage *s) {
     const kt_tree *tree = &s->tree;
-    bool smooth = kt_tree_kinematics(tree, &s->state);
+    bool smooth = true;
+    kt_tree_kinematics(tree, &s->state);
     for (int i = 0; i < tree->description.effect_count; i++) {
         const kt_effect *e = &s->effect[i];
         kt_mat3 r[2] = {kt_mat3_identity(), kt_mat3_identity()};
@@ -353,11 +354,10 @@ static bool differentiate(const stage *s, double *d_q, double *d_v) {
     const size_t bytes = (size_t)(tree->nv * tree->nv) * sizeof *d_q;
     memset(terms.dq, 0, bytes);
     memset(terms.dv, 0, bytes);
-    const bool differentiated =
-        kt_tree_fine("effects",
-                     kt_effects_differentiate(tree->model, tree->data, &at, &terms, path,
-                                              &(kt_state_derivatives){NULL, NULL, NULL, NULL}, &e),
-                     &e);
+    const bool differentiated = kt_fine("effects",
+                                        kt_effects_differentiate(tree->model, tree->data, &at, &terms, path,
+                                                                 &(kt_state_derivatives){NULL, NULL, NULL, NULL}, &e),
+                                        &e);
     memcpy(d_q, terms.dq, bytes);
     memcpy(d_v, terms.dv, bytes);
     free(memory);

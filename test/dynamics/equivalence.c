@@ -78,9 +78,10 @@ static void compare(kt_worst *error, const kt_tree *tree, const kt_tree *other, 
     kt_tree_state t;
     const int nv = tree->nv;
     kt_rewrite_state(tree, s, other, &t);
-    if (!kt_oracle_forward(tree, s, slow, sensitivity) || !kt_tree_forward(tree, s, a) ||
-        !kt_tree_forward(other, &t, b))
+    if (!kt_oracle_forward(tree, s, slow, sensitivity))
         return;
+    kt_tree_forward(tree, s, a);
+    kt_tree_forward(other, &t, b);
     for (int i = 0; i < nv; i++)
         kt_worst_near(error, b[i], a[i], 20.0 * EPS * sensitivity[i], "tree %d acceleration %d", n, i);
     kt_oracle_inverse(tree, s, s->a, slow, size);

@@ -308,12 +308,12 @@ KT_TEST(accelerations_may_be_written_over_forces) {
     double a[KT_TREE_NV], x[KT_TREE_NV];
     kt_tree_sample(&tree, &plan, &random, &s);
     const size_t nv = (size_t)tree.nv;
-    kt_check_true("apart", kt_tree_forward(&tree, &s, a));
+    kt_tree_forward(&tree, &s, a);
     memcpy(x, s.tau, sizeof x);
-    kt_check_true("in place", kt_tree_forward(&tree, &s, s.tau));
+    kt_tree_forward(&tree, &s, s.tau);
     kt_check_equal_bits("accelerations", s.tau, a, nv);
     memcpy(s.tau, x, sizeof x);
-    kt_check_true("apart", kt_tree_inverse(&tree, &s, x));
-    kt_check_true("in place", kt_tree_inverse(&tree, &s, s.a));
+    kt_tree_inverse(&tree, &s, x);
+    kt_tree_inverse(&tree, &s, s.a);
     kt_check_equal_bits("forces", s.a, x, nv);
 }

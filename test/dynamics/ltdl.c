@@ -203,7 +203,7 @@ KT_TEST(column_that_is_not_finite_is_rejected_and_leaves_all_alone) {
         if (!kt_check_equal_int("NaN", kt_mass_factor_solve(f.factor, 1, bad, &e),
                                 nv > 0 ? KT_ERROR_NOT_FINITE : KT_OK) ||
             !kt_check_equal_int("-1 columns", kt_mass_factor_solve(f.factor, -1, bad, &e), KT_ERROR_ARGUMENT) ||
-            !kt_tree_fine("solves again", kt_mass_factor_solve(f.factor, 1, x[1], &e), &e))
+            !kt_fine("solves again", kt_mass_factor_solve(f.factor, 1, x[1], &e), &e))
             return;
         same += memcmp(x[0], x[1], nv * sizeof **x) == 0 && memcmp(bad, kept, nv * sizeof *bad) == 0;
         release(&f);

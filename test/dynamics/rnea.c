@@ -43,10 +43,10 @@ KT_TEST(null_stands_for_zeros) {
     const kt_model *m = tree.model;
     const size_t nv = (size_t)tree.nv;
     kt_check_equal_int("gravity force", kt_dynamics_inverse(m, tree.data, s.q, NULL, NULL, NULL, x, &e), KT_OK);
-    kt_check_true("same with zeros", kt_tree_inverse(&tree, &zero, y));
+    kt_tree_inverse(&tree, &zero, y);
     kt_check_equal_bits("gravity force", x, y, nv);
     kt_check_equal_int("fall", kt_dynamics_forward(m, tree.data, s.q, NULL, NULL, NULL, x, &e), KT_OK);
-    kt_check_true("same with zeros", kt_tree_forward(&tree, &zero, y));
+    kt_tree_forward(&tree, &zero, y);
     kt_check_equal_bits("fall", x, y, nv);
     kt_check_equal_int("pose", kt_kinematics_update(m, tree.data, s.q, NULL, NULL, &e), KT_OK);
     kt_vec3 at = kt_body_acceleration(m, tree.data, tree.count - 1).linear;

@@ -243,18 +243,17 @@ void kt_tree_own(const kt_tree *tree) {
     kt_test_own(tree->data, release_tree_data);
 }
 
-bool kt_tree_compile(kt_tree *tree, const kt_model_options *options) {
+void kt_tree_compile(kt_tree *tree, const kt_model_options *options) {
     tree->model = kt_test_model(&tree->description, options);
     tree->data = kt_test_data(tree->model);
     tree->count = kt_model_body_count(tree->model);
     tree->nq = kt_model_nq(tree->model);
     tree->nv = kt_model_nv(tree->model);
-    return true;
 }
 
-bool kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random) {
+void kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random) {
     kt_tree_describe(tree, plan, random);
-    return kt_tree_compile(tree, NULL);
+    kt_tree_compile(tree, NULL);
 }
 
 void kt_tree_free(kt_tree *tree) {
@@ -286,42 +285,31 @@ void kt_tree_state_draw(const kt_tree *tree, kt_random *random, kt_tree_state *s
     }
 }
 
-bool kt_tree_fine(const char *what, kt_status status, const kt_error *error) {
-    if (status == KT_OK)
-        return true;
-    kt_note("%s: %s: %s", kt_status_text(status), error->where, error->message);
-    return kt_check_true(what, false);
-}
-
 void kt_tree_sample(kt_tree *tree, const kt_tree_plan *plan, kt_random *random, kt_tree_state *state) {
     kt_tree_grow(tree, plan, random);
     kt_tree_state_draw(tree, random, state);
 }
 
-bool kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a) {
+void kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a) {
     kt_error e = {0};
     kt_need_fine("forward dynamics",
                  kt_dynamics_forward(tree->model, tree->data, s->q, s->v, s->tau, s->external, a, &e), &e);
-    return true;
 }
 
-bool kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau) {
+void kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau) {
     kt_error e = {0};
     kt_need_fine("inverse dynamics",
                  kt_dynamics_inverse(tree->model, tree->data, s->q, s->v, s->a, s->external, tau, &e), &e);
-    return true;
 }
 
-bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass) {
+void kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass) {
     kt_error e = {0};
     kt_need_fine("mass matrix", kt_dynamics_mass(tree->model, tree->data, s->q, mass, &e), &e);
-    return true;
 }
 
-bool kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s) {
+void kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s) {
     kt_error e = {0};
     kt_need_fine("kinematics", kt_kinematics_update(tree->model, tree->data, s->q, s->v, s->a, &e), &e);
-    return true;
 }
 
 double kt_tree_largest(const double *x, int n) {

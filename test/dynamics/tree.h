@@ -53,10 +53,10 @@ typedef struct kt_tree {
 void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
 
 /* Compiles tree->description. A failure ends the test, which owns the model and its data. */
-bool kt_tree_compile(kt_tree *tree, const kt_model_options *options);
+void kt_tree_compile(kt_tree *tree, const kt_model_options *options);
 
 /* Both. */
-bool kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
+void kt_tree_grow(kt_tree *tree, const kt_tree_plan *plan, kt_random *random);
 
 /* Gives a model and data to the running test that kt_tree_compile has not made. */
 void kt_tree_own(const kt_tree *tree);
@@ -77,11 +77,10 @@ void kt_tree_state_draw(const kt_tree *tree, kt_random *random, kt_tree_state *s
 void kt_tree_sample(kt_tree *tree, const kt_tree_plan *plan, kt_random *random, kt_tree_state *state);
 
 /* Calls that must succeed: a failure ends the test. */
-bool kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a);
-bool kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau);
-bool kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass);
-bool kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s);
-bool kt_tree_fine(const char *what, kt_status status, const kt_error *error);
+void kt_tree_forward(const kt_tree *tree, const kt_tree_state *s, double *a);
+void kt_tree_inverse(const kt_tree *tree, const kt_tree_state *s, double *tau);
+void kt_tree_mass(const kt_tree *tree, const kt_tree_state *s, double *mass);
+void kt_tree_kinematics(const kt_tree *tree, const kt_tree_state *s);
 
 /* A spring, drag and a bushing on bodies b1 to b6. */
 enum { KT_TREE_BURDENS = 3 };

@@ -29,15 +29,14 @@ static void rig_make(rig *r, kt_joint_type type, double mass) {
     r->effects[0].joint = r->effects[1].joint = r->lone.body.name;
 }
 
-static bool rig_start(rig *r, double tolerance) {
+static void rig_start(rig *r, double tolerance) {
     kt_run run = kt_run_default();
     run.integrator = "dop853";
     run.relative = tolerance;
     run.absolute = 1e-3 * tolerance;
     r->lone.description.bodies = &r->lone.body;
     r->model = kt_scene_compile(&r->lone.description);
-    r->simulation = r->model ? kt_test_simulation(r->model, &run, NULL) : NULL;
-    return r->simulation != NULL;
+    r->simulation = kt_test_simulation(r->model, &run, NULL);
 }
 
 static double rig_at(rig *r, double t, double *velocity) {
@@ -59,7 +58,7 @@ static double oscillator(double m, double c, double k, double x0, double t) {
 static void follow_oscillator(const char *what, rig *r, double middle, double m, double c, double k, double bound) {
     const double x0 = r->lone.body.joint.position[0] - middle;
     kt_worst worst = kt_worst_make(what);
-    kt_need(rig_start(r, 1e-12));
+    rig_start(r, 1e-12);
     for (int i = 1; i <= 40; i++)
         kt_worst_near(&worst, rig_at(r, 0.25 * i, NULL) - middle, oscillator(m, c, k, x0, 0.25 * i), bound, "t = %g",
                       0.25 * i);
@@ -114,7 +113,7 @@ static void follow_target(const char *what, bool servo) {
     r.effects[0].rest = r.effects[0].target = target;
     r.effects[0].stiffness = k;
     r.effects[0].damping = c;
-    kt_need(rig_start(&r, 1e-12));
+    rig_start(&r, 1e-12);
     for (int i = 1; i <= 40; i++)
         kt_worst_near(&worst, rig_at(&r, 0.25 * i, NULL), amplitude * (re * sin(w * 0.25 * i) + im * cos(w * 0.25 * i)),
                       3e-13, "t = %g", 0.25 * i);
@@ -134,7 +133,7 @@ KT_TEST(servo_pulls_with_its_limit_from_afar) {
     r.effects[0].target = kt_function_constant(-100.0);
     r.effects[0].stiffness = 50.0;
     r.effects[0].limit = 6.0;
-    kt_need(rig_start(&r, 1e-12));
+    rig_start(&r, 1e-12);
     kt_check_near("L t^2 / 2 m", rig_at(&r, 2.0, NULL), -6.0, 1e-13);
 }
 
@@ -159,7 +158,7 @@ KT_TEST(bushings_are_six_oscillators) {
             r.lone.body.joint.position[3] = cos(0.35);
             r.lone.body.joint.position[1 + axis] = sin(0.35);
         }
-        kt_need(rig_start(&r, 1e-12));
+        rig_start(&r, 1e-12);
         for (int i = 1; i <= 20; i++) {
             (void)rig_at(&r, 0.25 * i, NULL);
             const double *q = kt_simulation_positions(r.simulation);
@@ -182,7 +181,7 @@ KT_TEST(viscous_pendulum_dies_away_as_it_should) {
     r.effects[0].type = KT_EFFECT_JOINT_DAMPER;
     r.effects[0].joint = r.lone.body.name;
     r.effects[0].damping = 0.5;
-    kt_need(rig_start(&r, 1e-13));
+    rig_start(&r, 1e-13);
     for (int i = 1; i <= 40; i++)
         kt_worst_near(&worst, rig_at(&r, 0.25 * i, NULL) / 1e-5, oscillator(1.0, 0.5, 9.81, 1.0, 0.25 * i), 5e-11,
                       "t = %g", 0.25 * i);
@@ -218,7 +217,7 @@ KT_TEST(hertz_contact_lasts_as_long_as_it_should) {
         double speed = 0.0;
         ball_make(&r, k, exponents[i], 0.0);
         r.lone.body.joint.velocity[0] = -v;
-        kt_need(rig_start(&r, 1e-12));
+        rig_start(&r, 1e-12);
         const double z = rig_at(&r, 0.5, &speed);
         const double lasted = 0.5 - 0.2 / v - (z - 0.1) / v;
         kt_note("exponent %g: %g m deep", exponents[i], d);
@@ -249,7 +248,7 @@ KT_TEST(dissipating_impacts_come_back_as_slow_as_they_should) {
             double speed = 0.0;
             ball_make(&r, 1e5, exponents[j], c);
             r.lone.body.joint.velocity[0] = -speeds[i];
-            kt_need(rig_start(&r, 1e-12));
+            rig_start(&r, 1e-12);
             (void)rig_at(&r, 0.4 / speeds[i] + 0.5, &speed);
             kt_check_near("speed afterwards / before", speed / speeds[i], rebound(1.5 * c, speeds[i]) / speeds[i],
                           2e-9);
@@ -268,7 +267,7 @@ static void bounce(rig *r, double stiffness, double dissipation, double bound, i
     kt_worst apex = kt_worst_make(dissipation > 0.0 ? "apex, with dissipation" : "apex");
     ball_make(r, stiffness, 1.5, dissipation);
     r->lone.description.gravity = kt_vec3_make(0.0, 0.0, -g);
-    kt_need(rig_start(r, 1e-12));
+    rig_start(r, 1e-12);
     for (int i = 1; i <= 400; i++) {
         const double z = rig_at(r, 0.005 * i, &speed) - 0.1;
         if (z > 0.0 && speed > 0.0 && before <= 0.0) {
@@ -314,7 +313,7 @@ KT_TEST(braked_wheel_stops_where_dry_friction_stops_it) {
         r.effects[0].type = KT_EFFECT_JOINT_FRICTION;
         r.effects[0].coulomb = 6.0;
         r.effects[0].smoothing = v0;
-        kt_need(rig_start(&r, 1e-12));
+        rig_start(&r, 1e-12);
         for (int k = 1; k <= 25; k++) {
             (void)rig_at(&r, 0.1 * k, &speed);
             kt_worst_near(&rate, speed, braked(5.0, v0, 2.0, 0.1 * k), 1e-13, "t = %g", 0.1 * k);
@@ -342,7 +341,7 @@ KT_TEST(friction_has_its_stribeck_curve) {
         r.effects[0].breakaway = 5.0;
         r.effects[0].viscous = 0.25;
         r.effects[0].stribeck = 0.05;
-        kt_need(rig_start(&r, 1e-9));
+        rig_start(&r, 1e-9);
         (void)kt_fine("acceleration", kt_simulation_acceleration(r.simulation, &a, &error), &error);
         const double by_hand = v == 3.0    ? 3.75
                                : v == 0.05 ? 3.0 + 2.0 * 0.36787944117144233 + 0.0125
@@ -365,7 +364,7 @@ KT_TEST(stop_returns_a_slide_after_half_a_period) {
         r.effects[0].lower = -0.6;
         r.effects[0].upper = 0.6;
         r.effects[0].stiffness = 5000.0;
-        kt_need(rig_start(&r, 1e-12));
+        rig_start(&r, 1e-12);
         const double x = rig_at(&r, 0.3, &speed);
         kt_check_near("speed", speed, -side * 3.0, 1e-10);
         kt_check_near("position", side * x, 0.6 - 3.0 * (0.3 - 0.2 - pi * sqrt(2.0 / 5000.0)), 1e-10);
@@ -404,11 +403,10 @@ KT_TEST(attracting_bodies_keep_kepler_s_period) {
     run.relative = run.absolute = 1e-14;
     kt_error error;
     kt_model *model = kt_scene_compile(&one.description);
-    kt_simulation *simulation = model ? kt_test_simulation(model, &run, NULL) : NULL;
-    if (simulation && kt_fine("orbits", kt_simulation_advance(simulation, 10.0 * period, &error), &error)) {
-        const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
-        const double x = q[7] - q[0], y = q[8] - q[1], late = -y / (v[7] - v[1]);
-        kt_check_below("period's relative error", fabs(late) / (10.0 * period), 1e-12);
-        kt_check_near("pericentre", x, 0.4, 3e-13);
-    }
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
+    kt_need_fine("orbits", kt_simulation_advance(simulation, 10.0 * period, &error), &error);
+    const double *q = kt_simulation_positions(simulation), *v = kt_simulation_velocities(simulation);
+    const double x = q[7] - q[0], y = q[8] - q[1], late = -y / (v[7] - v[1]);
+    kt_check_below("period's relative error", fabs(late) / (10.0 * period), 1e-12);
+    kt_check_near("pericentre", x, 0.4, 3e-13);
 }

@@ -94,19 +94,15 @@ static void describe(stage *s) {
     s->description.effect_count = EFFECTS;
 }
 
-static bool build(stage *s) {
-    kt_error error;
+static void build(stage *s) {
     describe(s);
     s->model = kt_scene_compile(&s->description);
-    if (s->model == NULL || !kt_fine("data", kt_data_create(s->model, &s->data, &error), &error))
-        return false;
+    s->data = kt_test_data(s->model);
     s->first[0] = 0;
     for (int i = 0; i < EFFECTS; i++)
         s->first[i + 1] = s->first[i] + kt_effect_quantity_count(s->model, i);
-    return kt_check_true("room", s->first[EFFECTS] <= QUANTITIES);
+    kt_need(s->first[EFFECTS] <= QUANTITIES);
 }
-
-static void destroy(stage *s) { kt_data_free(s->data); }
 
 static void random_state(kt_random *random, stage *s) {
     for (int k = 0; k < kt_model_nq(s->model); k++)
@@ -139,8 +135,7 @@ KT_TEST(powers_of_effects_are_those_of_their_generalised_forces) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("power");
     kt_error error;
-    if (!build(&s))
-        return;
+    build(&s);
     for (int n = 0; n < STATES; n++) {
         random_state(&random, &s);
         if (!evaluate(&s, s.value) ||
@@ -158,7 +153,6 @@ KT_TEST(powers_of_effects_are_those_of_their_generalised_forces) {
         kt_worst_near(&worst, power, expected, 8.0 * DBL_EPSILON * size, "state %d", n);
     }
     kt_check_worst(&worst);
-    destroy(&s);
 }
 
 /* Central differences along the motion. Their error is h^2 / 6 of the third derivative, which is below 1e3 here. */
@@ -168,8 +162,7 @@ KT_TEST(rates_of_effects_are_those_of_their_lengths) {
     const double h = 1e-5;
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("rate");
-    if (!build(&s))
-        return;
+    build(&s);
     for (int n = 0; n < STATES; n++) {
         random_state(&random, &s);
         double q[NUMBERS], *to[2] = {before, after};
@@ -194,7 +187,6 @@ KT_TEST(rates_of_effects_are_those_of_their_lengths) {
             }
     }
     kt_check_worst(&worst);
-    destroy(&s);
 }
 
 /* The formulas of the types' page. */
@@ -203,8 +195,7 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
     kt_random random = kt_random_of_test();
     kt_worst worst = kt_worst_make("force");
     int touching = 0;
-    if (!build(&s))
-        return;
+    build(&s);
     for (int n = 0; n < STATES; n++) {
         random_state(&random, &s);
         if (!evaluate(&s, s.value))
@@ -253,14 +244,12 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
     }
     kt_check_worst(&worst);
     kt_check_above("states in contact", touching, 5.0);
-    destroy(&s);
 }
 
 /* A block moves and turns; its axes are those of the world. Each component of force and moment is -(b + q |s|) s. */
 KT_TEST(drag_records_its_moments) {
     kt_lone lone;
     kt_error error;
-    kt_data *data = NULL;
     kt_effect drag = kt_effect_default();
     const double q[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, v[6] = {2.0, -1.0, 0.5, 3.0, -4.0, 0.25};
     const double damping[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, quadratic[6] = {0.7, 0.6, 0.5, 0.4, 0.3, 0.2};
@@ -274,18 +263,16 @@ KT_TEST(drag_records_its_moments) {
     lone.description.effects = &drag;
     lone.description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone.description);
-    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error) &&
-        kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
-        kt_check_equal_int("quantities", kt_effect_quantity_count(model, 0), 7) &&
-        kt_fine("quantities", kt_effect_quantities_evaluate(model, data, 0.0, q, v, x, &error), &error)) {
-        for (int k = 0; k < 6; k++) {
-            const double by_hand = -(damping[k] + quadratic[k] * fabs(v[k])) * v[k];
-            power += by_hand * v[k];
-            kt_check_near(kt_quantity_name(kt_effect_quantity_at(model, 0, k), false), x[k], by_hand, 1e-14);
-        }
-        kt_check_near("power", x[6], power, 1e-13);
+    kt_data *data = kt_test_data(model);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+    kt_need(kt_check_equal_int("quantities", kt_effect_quantity_count(model, 0), 7));
+    kt_need_fine("quantities", kt_effect_quantities_evaluate(model, data, 0.0, q, v, x, &error), &error);
+    for (int k = 0; k < 6; k++) {
+        const double by_hand = -(damping[k] + quadratic[k] * fabs(v[k])) * v[k];
+        power += by_hand * v[k];
+        kt_check_near(kt_quantity_name(kt_effect_quantity_at(model, 0, k), false), x[k], by_hand, 1e-14);
     }
-    kt_data_free(data);
+    kt_check_near("power", x[6], power, 1e-13);
 }
 
 /* A sphere of radius 0.3 slides along x at 2 m/s, with its centre 0.2 above a plane. The expected values are computed
@@ -293,7 +280,6 @@ KT_TEST(drag_records_its_moments) {
 KT_TEST(contact_says_where_it_is_and_how_deep) {
     kt_lone lone;
     kt_error error;
-    kt_data *data = NULL;
     kt_effect contact = kt_effect_default();
     const double q[7] = {1.0, 2.0, 0.2, 1.0, 0.0, 0.0, 0.0}, v[6] = {2.0, 0.0, 0.0, 0.0, 4.0, 0.0};
     double x[16];
@@ -309,24 +295,21 @@ KT_TEST(contact_says_where_it_is_and_how_deep) {
     lone.description.effects = &contact;
     lone.description.effect_count = 1;
     kt_model *model = kt_scene_compile(&lone.description);
-    if (model != NULL && kt_fine("data", kt_data_create(model, &data, &error), &error) &&
-        kt_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error) &&
-        kt_fine("quantities", kt_effect_quantities_evaluate(model, data, 0.0, q, v, x, &error), &error)) {
-        /* N = 1000 0.1^2 = 10; the lowest point slides at 2 - 4 0.3 = 0.8 m/s */
-        const double rub = 5.0 * tanh(0.8);
-        const double by_hand[] = {10.0, rub, -rub, 0.0, 10.0, -0.8 * rub, 0.1, 0.8, 1.0, 2.0, -0.1};
-        kt_check_equal_int("quantities", kt_effect_quantity_count(model, 0), (int)(sizeof by_hand / sizeof *by_hand));
-        for (int k = 0; k < kt_effect_quantity_count(model, 0); k++) {
-            kt_check_near(kt_quantity_name(kt_effect_quantity_at(model, 0, k), false), x[k], by_hand[k], 1e-14);
-        }
+    kt_data *data = kt_test_data(model);
+    kt_need_fine("kinematics", kt_kinematics_update(model, data, q, v, NULL, &error), &error);
+    kt_need_fine("quantities", kt_effect_quantities_evaluate(model, data, 0.0, q, v, x, &error), &error);
+    /* N = 1000 0.1^2 = 10; the lowest point slides at 2 - 4 0.3 = 0.8 m/s */
+    const double rub = 5.0 * tanh(0.8);
+    const double by_hand[] = {10.0, rub, -rub, 0.0, 10.0, -0.8 * rub, 0.1, 0.8, 1.0, 2.0, -0.1};
+    kt_check_equal_int("quantities", kt_effect_quantity_count(model, 0), (int)(sizeof by_hand / sizeof *by_hand));
+    for (int k = 0; k < kt_effect_quantity_count(model, 0); k++) {
+        kt_check_near(kt_quantity_name(kt_effect_quantity_at(model, 0, k), false), x[k], by_hand[k], 1e-14);
     }
-    kt_data_free(data);
 }
 
 KT_TEST(names_and_units_of_quantities_tell_turning_from_sliding) {
     static stage s;
-    if (!build(&s))
-        return;
+    build(&s);
     kt_check_equal_int("found", kt_effect_find(s.model, "strut"), KT_EFFECT_SPRING);
     kt_check_equal_int("not found", kt_effect_find(s.model, "stru"), -1);
     kt_check_text("name", kt_effect_name(s.model, KT_EFFECT_SPRING), "strut");
@@ -341,5 +324,4 @@ KT_TEST(names_and_units_of_quantities_tell_turning_from_sliding) {
             kt_check_text("unit", kt_quantity_unit(KT_QUANTITY_JOINT_FORCE, kt_effect_is_sliding(s.model, i)),
                           i % 2 == 0 ? "N m" : "N");
         }
-    destroy(&s);
 }

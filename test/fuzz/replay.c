@@ -111,8 +111,7 @@ static void run_apart(const char *what, void (*work)(void)) {
     struct rusage usage = {0};
     if (now == NULL)
         now = mmap(NULL, sizeof *now, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (!kt_check_true("memory to share", now != MAP_FAILED))
-        return;
+    kt_need(kt_check_true("memory to share", now != MAP_FAILED));
     now->runs = 0;
     (void)fflush(NULL);
     const pid_t child = fork();
@@ -120,8 +119,7 @@ static void run_apart(const char *what, void (*work)(void)) {
         work();
         exit(0); /* not _exit: leaks are looked for */
     }
-    if (!kt_check_true("a process of its own", child > 0 && wait4(child, &status, 0, &usage) == child))
-        return;
+    kt_need(kt_check_true("a process of its own", child > 0 && wait4(child, &status, 0, &usage) == child));
     kt_note("%s: %llu runs, %ld MB", what, (unsigned long long)now->runs, usage.ru_maxrss / 1024);
     if (!kt_check_equal_int(what, status, 0))
         keep_input(status);

@@ -123,9 +123,8 @@ KT_TEST(a_robot_is_read) {
     const kt_urdf_options options = {.floating = true, .inertia = KT_URDF_INERTIA_STRICT};
     kt_scene scene = kt_scene_default();
     kt_error error;
-    if (!kt_check_equal_int("parse", kt_urdf_parse("r", text, sizeof text - 1, &options, &scene, NULL, NULL, &error),
-                            KT_OK))
-        return;
+    kt_need(kt_check_equal_int("parse", kt_urdf_parse("r", text, sizeof text - 1, &options, &scene, NULL, NULL, &error),
+                               KT_OK));
     kt_check_equal_int("bodies", scene.description.body_count, 1);
     kt_check_near("mass", scene.description.bodies[0].mass, 2.0, 0.0);
     kt_scene_free(&scene);

@@ -1,7 +1,5 @@
 #include "problems.h"
 
-#include "check.h"
-
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -77,13 +75,6 @@ int forced(double t, const double *y, double *dydt, void *user) {
     return 0;
 }
 
-bool is_ok(const char *what, kt_status status, const kt_error *error) {
-    if (status == KT_OK)
-        return true;
-    kt_note("%s: %s: %s", what, error->where, error->message);
-    return kt_check_equal_int(what, status, KT_OK);
-}
-
 /* On a cache line, where the integrator then begins: so that its address is the block's. */
 kt_integrator *integrator_make(const kt_method *method, size_t n, kt_integrator_options options) {
     kt_error error;
@@ -91,7 +82,7 @@ kt_integrator *integrator_make(const kt_method *method, size_t n, kt_integrator_
     const size_t size = (kt_integrator_size(method, n) + 63) / 64 * 64;
     void *memory = aligned_alloc(64, size);
     kt_test_own(memory, free);
-    kt_need(is_ok("placed", kt_integrator_init(memory, size, method, n, &options, &integrator, &error), &error));
+    kt_need_fine("placed", kt_integrator_init(memory, size, method, n, &options, &integrator, &error), &error);
     return integrator;
 }
 
@@ -101,7 +92,7 @@ kt_integrator *integrator_start(const kt_method *method, size_t n, kt_integrator
     kt_error error;
     const kt_integrator_callbacks callbacks = {rhs, NULL, user};
     kt_integrator *integrator = integrator_make(method, n, options);
-    is_ok("started", kt_integrator_start(integrator, t, y, &callbacks, &error), &error);
+    kt_fine("started", kt_integrator_start(integrator, t, y, &callbacks, &error), &error);
     return integrator;
 }
 
@@ -113,12 +104,12 @@ kt_integrator *integrator_begin(const kt_method *method, const problem *p, kt_in
 
 bool integrator_step(kt_integrator *integrator, double limit) {
     kt_error error;
-    return is_ok("step", kt_integrator_step(integrator, limit, &error), &error);
+    return kt_fine("step", kt_integrator_step(integrator, limit, &error), &error);
 }
 
 bool integrator_value(kt_integrator *integrator, double t, double *y) {
     kt_error error;
-    return is_ok("value", kt_integrator_interpolate(integrator, t, y, &error), &error);
+    return kt_fine("value", kt_integrator_interpolate(integrator, t, y, &error), &error);
 }
 
 kt_integrator_options fixed_step(double step) {

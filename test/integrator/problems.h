@@ -2,6 +2,8 @@
 #ifndef KT_TEST_PROBLEMS_H
 #define KT_TEST_PROBLEMS_H
 
+#include "fixture.h"
+
 #include "kinetree/integrator.h"
 
 typedef struct problem {
@@ -33,9 +35,6 @@ extern const problem problem_kepler;
  * lambda in *user (Prothero and Robinson). Both stiff. */
 int van_der_pol(double t, const double *y, double *dydt, void *user);
 int forced(double t, const double *y, double *dydt, void *user);
-
-/* Silent if the status is KT_OK, as it is thousands of times; otherwise prints the message and fails the test. */
-bool is_ok(const char *what, kt_status status, const kt_error *error);
 
 /* An integrator in allocated memory, which the running test owns. A rejected one ends the test. */
 kt_integrator *integrator_make(const kt_method *method, size_t n, kt_integrator_options options);

@@ -54,7 +54,7 @@ static kt_integrator *rotation_begin(const kt_method *m, kt_integrator_options o
     rotation(0.0, q);
     const kt_integrator_callbacks callbacks = {turn, project, NULL};
     kt_integrator *it = integrator_make(m, 4, options);
-    is_ok("start", kt_integrator_start(it, 0.0, q, &callbacks, &error), &error);
+    kt_fine("start", kt_integrator_start(it, 0.0, q, &callbacks, &error), &error);
     return it;
 }
 
@@ -170,7 +170,7 @@ KT_TEST(steps_after_a_projection_begin_at_the_projected_state) {
             integrator_step(by_hand, HUGE_VAL);
             memcpy(q, kt_integrator_state(by_hand), sizeof q);
             renormalise(0.0, q, &changed, NULL);
-            is_ok("start", kt_integrator_start(by_hand, kt_integrator_time(by_hand), q, &callbacks, &error), &error);
+            kt_fine("start", kt_integrator_start(by_hand, kt_integrator_time(by_hand), q, &callbacks, &error), &error);
         }
         kt_check_equal_bits(m->name, kt_integrator_state(it), kt_integrator_state(by_hand), 4);
     }

@@ -57,7 +57,7 @@ KT_TEST(errors_of_a_published_stiff_problem_stay_at_a_few_tolerances) {
         double worst = 0.0;
         kt_error error;
         kt_integrator *it = integrator_make(radau(), 8, tolerance(tol, 1e-4 * tol));
-        is_ok("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
+        kt_fine("start", kt_integrator_start(it, 0.0, start, &callbacks, &error), &error);
         integrate_to(it, 321.8122);
         for (int i = 0; i < 8; i++)
             worst = fmax(worst, fabs(kt_integrator_state(it)[i] - exact[i]) / (1e-4 + exact[i]));

@@ -87,7 +87,7 @@ KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps) {
 KT_TEST(the_stability_function_is_that_of_an_l_stable_method) {
     kt_stability s = {0};
     kt_error error;
-    is_ok("made", kt_stability_make(rodas(), 0, &s, &error), &error);
+    kt_fine("made", kt_stability_make(rodas(), 0, &s, &error), &error);
     kt_check_equal_int("degree", s.degree, 7);
     kt_check_equal_int("poles", s.poles, 8);
     kt_worst axis = kt_worst_make("imaginary axis");

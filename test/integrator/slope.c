@@ -27,7 +27,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
     for (int k = 0; k < STEPS; k++) {
         double expected[PROBLEM_MAX];
         const double *slope = NULL;
-        if (look.slope && is_ok("slope", kt_integrator_derivative(it, &slope, &error), &error)) {
+        if (look.slope && kt_fine("slope", kt_integrator_derivative(it, &slope, &error), &error)) {
             (void)p->rhs(kt_integrator_time(it), kt_integrator_state(it), expected, NULL);
             out.wrong += !same_bits(slope, expected, p->n);
         }
@@ -35,7 +35,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
             break;
         const double mid = 0.5 * (kt_integrator_previous_time(it) + kt_integrator_time(it));
         if (look.slope && k % 2 == 1) /* before the values, too */
-            out.wrong += !is_ok("slope", kt_integrator_derivative(it, &slope, &error), &error);
+            out.wrong += !kt_fine("slope", kt_integrator_derivative(it, &slope, &error), &error);
         if (look.within)
             (void)integrator_value(it, mid, out.within[k]);
     }
@@ -86,7 +86,7 @@ KT_TEST(slope_that_cannot_be_had_leaves_the_integrator_as_it_was) {
     const kt_integrator_callbacks callbacks = {reject, NULL, &answer};
     kt_integrator *it = integrator_make(kt_method_find("rk4"), 1, fixed_step(0.1));
     kt_check_equal_int("not started", kt_integrator_derivative(it, &slope, &error), KT_ERROR_ARGUMENT);
-    (void)is_ok("start", kt_integrator_start(it, 0.0, &start, &callbacks, &error), &error);
+    (void)kt_fine("start", kt_integrator_start(it, 0.0, &start, &callbacks, &error), &error);
     kt_check_equal_int("rejected", kt_integrator_derivative(it, &slope, &error), KT_ERROR_CALLBACK);
     kt_check_contains("code", error.message, "-3");
     kt_check_true("untouched", slope == NULL);

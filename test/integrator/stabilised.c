@@ -322,7 +322,7 @@ KT_TEST(the_radius_is_found_at_zero_and_where_there_is_none) {
     const kt_integrator_callbacks callbacks[2] = {{lag, NULL, NULL}, {constant, NULL, NULL}};
     for (int i = 0; i < 2; i++) {
         kt_integrator *it = integrator_make(kt_method_find("rkc2"), 1, tolerance(1e-4, 1e-4));
-        is_ok("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks[i], &error), &error);
+        kt_fine("start", kt_integrator_start(it, 0.0, (double[]){0.0}, &callbacks[i], &error), &error);
         integrator_step(it, 1.0);
         kt_check_near("radius", kt_stabilised_radius(it), i ? 0.0 : 1.2 * 1000.0, i ? 0.0 : 1e-4);
         integrate_to(it, 1.0);

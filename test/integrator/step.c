@@ -26,7 +26,7 @@ static const kt_integrator_callbacks oscillation = {oscillator, NULL, NULL};
 static kt_integrator *oscillator_begin(const char *method, double t, kt_integrator_options options) {
     kt_error error;
     kt_integrator *it = integrator_make(kt_method_find(method), 2, options);
-    is_ok("start", kt_integrator_start(it, t, (double[]){1.0, 0.0}, &oscillation, &error), &error);
+    kt_fine("start", kt_integrator_start(it, t, (double[]){1.0, 0.0}, &oscillation, &error), &error);
     return it;
 }
 
@@ -293,7 +293,7 @@ KT_TEST(quadratures_leave_the_other_equations_to_the_bit) {
         kt_integrator *it = integrator_make(kt_method_find(adaptive[i]), 4, more);
         const double start[4] = {1.0, 0.0, 0.0, 0.0};
         double inside[2], inside_alone[2], all[4];
-        is_ok("start", kt_integrator_start(it, 0.0, start, &with, &error), &error);
+        kt_fine("start", kt_integrator_start(it, 0.0, start, &with, &error), &error);
         int different = 0;
         while (kt_integrator_time(alone) < 5.0 && integrator_step(alone, 5.0) && integrator_step(it, 5.0)) {
             const double t = 0.3 * kt_integrator_previous_time(it) + 0.7 * kt_integrator_time(it);

@@ -244,7 +244,7 @@ static void compare(const subject *s, const contact_state *state, const kt_tree_
     const bool touches = has_open(state) && status == KT_ERROR_UNSUPPORTED; /* an open contact touches in this state */
     t->touching += touches;
     if (touches || status == KT_ERROR_SINGULAR || f.near_singular || !(condition < 1e8) ||
-        !kt_tree_fine("acceleration", status, &e))
+        !kt_fine("acceleration", status, &e))
         return;
     const double rounding = condition * DBL_EPSILON;
     long double size = 0.0L, force = 0.0L;

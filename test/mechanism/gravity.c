@@ -119,14 +119,14 @@ KT_TEST(gravity_forces_are_the_slopes_of_the_potential_energy) {
                      kt_acceleration_evaluate(tree.model, tree.data, 0.0, s.q, s.v, NULL, NULL, a, &error), &error);
         double value[READ];
         memcpy(value, r.value, sizeof value);
-        (void)kt_tree_fine("at rest", kt_dynamics_inverse(tree.model, tree.data, s.q, NULL, NULL, NULL, tau, &error),
-                           &error);
+        (void)kt_fine("at rest", kt_dynamics_inverse(tree.model, tree.data, s.q, NULL, NULL, NULL, tau, &error),
+                      &error);
         for (int v = 0; v < tree.nv; v++)
             scale = fmax(scale, fabs(tau[v]));
         for (int i = 0; i < tree.description.body_count; i++) /* possible cancellation: weights on arms of 1 m */
             scale += 9.81 * tree.body[i].mass;
-        (void)kt_tree_fine("kinematics", kt_kinematics_update(tree.model, tree.data, s.q, s.v, NULL, &error), &error);
-        (void)kt_tree_fine("query", kt_effect_evaluate(tree.model, tree.data, 0.0, s.q, s.v, 0, &load, &error), &error);
+        (void)kt_fine("kinematics", kt_kinematics_update(tree.model, tree.data, s.q, s.v, NULL, &error), &error);
+        (void)kt_fine("query", kt_effect_evaluate(tree.model, tree.data, 0.0, s.q, s.v, 0, &load, &error), &error);
         for (int k = 0; k < r.count; k++) {
             kt_worst_near(&rest, value[k], tau[r.at[k]], 2e-14 * scale, "tree %d %s", n, r.names[k]);
             kt_worst_near(&query, r.value[k], tau[r.at[k]], 2e-14 * scale, "tree %d %s", n, r.names[k]);
@@ -230,10 +230,10 @@ KT_TEST(derivatives_with_gravity_forces_are_exact) {
         const size_t size = (kt_acceleration_work_size(tree.model) + KT_ALIGNMENT) / KT_ALIGNMENT * KT_ALIGNMENT;
         void *work = aligned_alloc(KT_ALIGNMENT, size);
         const int nv = tree.nv;
-        (void)kt_tree_fine("derivatives",
-                           kt_acceleration_derivatives(tree.model, tree.data, work, size, 0.3, s.q, s.v, NULL, NULL, d,
-                                                       d + nv * nv, d + 2 * nv * nv, &error),
-                           &error);
+        (void)kt_fine("derivatives",
+                      kt_acceleration_derivatives(tree.model, tree.data, work, size, 0.3, s.q, s.v, NULL, NULL, d,
+                                                  d + nv * nv, d + 2 * nv * nv, &error),
+                      &error);
         free(work);
         double scale = 0.0;
         for (int i = 0; i < nv * nv; i++)
@@ -339,9 +339,9 @@ KT_TEST(gravity_forces_of_all_tree_joints_hold_a_loop) {
     for (int k = 0; k < 20; k++) {
         double q[3] = {0.1 + 0.05 * k, -0.5, 1.4}, v[3] = {0.0, 0.0, 0.0}, a[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
         kt_error error = {0};
-        (void)kt_tree_fine("closes", kt_state_assemble(m.model, m.data, 0.0, q, v, &error), &error);
-        (void)kt_tree_fine("accelerates", kt_acceleration_evaluate(m.model, m.data, 0.0, q, v, NULL, NULL, a, &error),
-                           &error);
+        (void)kt_fine("closes", kt_state_assemble(m.model, m.data, 0.0, q, v, &error), &error);
+        (void)kt_fine("accelerates", kt_acceleration_evaluate(m.model, m.data, 0.0, q, v, NULL, NULL, a, &error),
+                      &error);
         for (int i = 0; i < 3; i++)
             kt_worst_near(&worst, a[i], 0.0, 1e-12, "position %d a[%d]", k, i);
     }
@@ -364,30 +364,30 @@ KT_TEST(derivatives_by_masses_include_gravity_forces) {
         aligned_alloc(KT_ALIGNMENT, (kt_model_size(m.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     kt_model *own = NULL;
     kt_error error = {0};
-    (void)kt_tree_fine("copy", kt_model_copy(m.model, memory, kt_model_size(m.model), &own, &error), &error);
+    (void)kt_fine("copy", kt_model_copy(m.model, memory, kt_model_size(m.model), &own, &error), &error);
     kt_worst worst = kt_worst_make("C");
     for (int n = 0; n < 3 && own != NULL; n++) {
         kt_parameter p;
         double C[8 * KT_PARAMETER_MAX], now[KT_PARAMETER_MAX], end_q[2][4], end_v[2][4];
-        (void)kt_tree_fine("found", kt_parameter_find(m.model, names[n], &p, &error), &error);
-        (void)kt_tree_fine("read", kt_parameter_get(m.model, &p, now, &error), &error);
-        (void)kt_tree_fine("derivatives",
-                           kt_step_parameter_derivatives(m.model, m.data, work, size / KT_ALIGNMENT * KT_ALIGNMENT,
-                                                         &step, &p, q, v, C, &error),
-                           &error);
+        (void)kt_fine("found", kt_parameter_find(m.model, names[n], &p, &error), &error);
+        (void)kt_fine("read", kt_parameter_get(m.model, &p, now, &error), &error);
+        (void)kt_fine("derivatives",
+                      kt_step_parameter_derivatives(m.model, m.data, work, size / KT_ALIGNMENT * KT_ALIGNMENT, &step,
+                                                    &p, q, v, C, &error),
+                      &error);
         for (int k = 0; k < p.count; k++) {
             const double h = 1e-5;
             for (int side = 0; side < 2; side++) {
                 double moved[KT_PARAMETER_MAX];
                 memcpy(moved, now, sizeof moved);
                 moved[k] += side ? h : -h;
-                (void)kt_tree_fine("set", kt_parameter_set(own, &p, moved, &error), &error);
-                (void)kt_tree_fine("step",
-                                   kt_step_evaluate(own, m.data, work, size / KT_ALIGNMENT * KT_ALIGNMENT, &step, q, v,
-                                                    end_q[side], end_v[side], &error),
-                                   &error);
+                (void)kt_fine("set", kt_parameter_set(own, &p, moved, &error), &error);
+                (void)kt_fine("step",
+                              kt_step_evaluate(own, m.data, work, size / KT_ALIGNMENT * KT_ALIGNMENT, &step, q, v,
+                                               end_q[side], end_v[side], &error),
+                              &error);
             }
-            (void)kt_tree_fine("set", kt_parameter_set(own, &p, now, &error), &error);
+            (void)kt_fine("set", kt_parameter_set(own, &p, now, &error), &error);
             for (int i = 0; i < 4; i++) {
                 kt_worst_near(&worst, C[8 * k + i], (end_q[1][i] - end_q[0][i]) / (2.0 * h), 1e-9, "%s[%d] q[%d]",
                               names[n], k, i);

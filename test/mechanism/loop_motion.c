@@ -14,7 +14,7 @@ static kt_pose pose_of(const tangle *g, int i, int k, int *body) {
     kt_error e = {0};
     *body = end->body ? kt_body_find(g->tree.model, end->body) : 0;
     pose.position = end->at;
-    (void)kt_tree_fine("rotation", kt_rotation_evaluate(&end->rotation, &pose.rotation, &e), &e);
+    (void)kt_fine("rotation", kt_rotation_evaluate(&end->rotation, &pose.rotation, &e), &e);
     return kt_pose_compose(kt_body_pose(g->tree.model, g->tree.data, *body), pose);
 }
 

@@ -51,9 +51,9 @@ static void check_balance(bool planar) {
         kt_need_fine("acceleration",
                      kt_acceleration_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, a, &e), &e);
         if (!tangle_was_near_singular(g.tree.model, g.tree.data) &&
-            kt_tree_fine(
-                "multipliers",
-                kt_multiplier_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, lambda, &e), &e)) {
+            kt_fine("multipliers",
+                    kt_multiplier_evaluate(g.tree.model, g.tree.data, g.t, g.q, g.v, g.tau, g.external, lambda, &e),
+                    &e)) {
             taken++;
             kt_worst_below(&worst, imbalance(&g, a, lambda, &s), 20.0 * EPS, /* measured: 10.5 of twelve seeds */
                            "mechanism %d, nv %d", n, g.tree.nv);

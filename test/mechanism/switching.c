@@ -149,14 +149,13 @@ static int count_unequal(switched *s, kt_random *random, int *sets) {
         kt_data *data = NULL;
         for (int k = 0; k < switches; k++)
             if ((kt_switch_set(model) ^ gray) >> k & 1)
-                (void)kt_tree_fine("switch",
-                                   k < s->g.loops
-                                       ? kt_loop_enable(&model, s->data, k, gray >> k & 1, &e)
-                                       : kt_effect_enable(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
-                                   &e);
+                (void)kt_fine("switch",
+                              k < s->g.loops ? kt_loop_enable(&model, s->data, k, gray >> k & 1, &e)
+                                             : kt_effect_enable(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
+                              &e);
         kt_model *alone = compile_alone(s, gray, index, &data);
         void *work = aligned_alloc(KT_ALIGNMENT, kt_acceleration_work_size(s->model) * 4 + (1 << 20));
-        if (alone && work) {
+        if (work) {
             memset(work, 0, kt_acceleration_work_size(s->model) * 4);
             answer(model, s->data, &s->g, wrong_v, work, &mine);
             answer(alone, data, &s->g, wrong_v, work, &theirs);
@@ -206,11 +205,10 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
             before[i] = after[i] = kt_random_uniform(&random, -1.0, 1.0);
         kt_data *data = kt_test_data(model);
         if (tangle_reach(&s.g, false) < 1e3 &&
-            kt_tree_fine("impact", kt_velocity_impact(model, data, s.g.t, s.g.q, after, &impact, &e), &e) &&
-            kt_tree_fine("mass", kt_dynamics_mass(model, data, s.g.q, mass, &e), &e) &&
-            kt_tree_fine("rows", kt_loop_equations(model, data, s.g.t, s.g.q, NULL, jacobian, NULL, rate, NULL, &e),
-                         &e) &&
-            kt_tree_fine("basis", kt_loop_nullspace(model, data, s.g.t, s.g.q, basis, &columns, &e), &e)) {
+            kt_fine("impact", kt_velocity_impact(model, data, s.g.t, s.g.q, after, &impact, &e), &e) &&
+            kt_fine("mass", kt_dynamics_mass(model, data, s.g.q, mass, &e), &e) &&
+            kt_fine("rows", kt_loop_equations(model, data, s.g.t, s.g.q, NULL, jacobian, NULL, rate, NULL, &e), &e) &&
+            kt_fine("basis", kt_loop_nullspace(model, data, s.g.t, s.g.q, basis, &columns, &e), &e)) {
             double twice = 0.0, kinetic = 0.0, size = 0.0;
             for (int i = 0; i < nv; i++) {
                 md[i] = 0.0;
@@ -352,7 +350,7 @@ KT_TEST(a_parameter_is_set_in_every_set) {
     const char *const names[3] = {"effect coil.stiffness", "effect air.linear", name};
     const double values[3][4] = {{17.0}, {0.9}, {3.25, 0.0, 0.0, 0.0}};
     int wrong = 0;
-    if (memory && kt_tree_fine("copy", kt_model_copy(s.model, memory, size, &copy, &e), &e))
+    if (memory && kt_fine("copy", kt_model_copy(s.model, memory, size, &copy, &e), &e))
         for (int k = 0; k < 3; k++) {
             kt_check_true("found", kt_parameter_find(copy, names[k], &p, &e) == KT_OK);
             kt_check_true("set", kt_parameter_set(copy, &p, values[k], &e) == KT_OK);

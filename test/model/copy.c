@@ -33,8 +33,7 @@ static void move(const kt_model *model, motion *m) {
     double q[MOST], v[MOST];
     kt_data *data = NULL;
     kt_error e;
-    if (!kt_check_true("small enough", kt_model_nq(model) <= MOST && kt_model_body_count(model) <= MOST))
-        return;
+    kt_need(kt_check_true("small enough", kt_model_nq(model) <= MOST && kt_model_body_count(model) <= MOST));
     memset(m, 0, sizeof *m);
     kt_model_initial(model, q, v);
     kt_status status = kt_data_create(model, &data, &e);

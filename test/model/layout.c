@@ -57,16 +57,16 @@ KT_TEST(data_in_memory_of_the_caller_are_as_good_and_stay_within_it) {
     kt_error e;
     make(&tree);
     kt_tree_state_draw(&tree, &random, &s);
-    kt_check_true("in memory of its own", kt_tree_forward(&tree, &s, a));
+    kt_tree_forward(&tree, &s, a);
     kt_test_release(tree.data);
     const size_t size = kt_data_size(tree.model);
     unsigned char *memory = take(size + 2 * GUARD);
     memset(memory, 0xAB, size + 2 * GUARD);
-    if (!kt_check_equal_int("placed", kt_data_init(tree.model, memory + GUARD, size, &tree.data, &e), KT_OK))
-        return;
+    kt_need(kt_check_equal_int("placed", kt_data_init(tree.model, memory + GUARD, size, &tree.data, &e), KT_OK));
     kt_check_true("it begins there", (unsigned char *)tree.data == memory + GUARD);
-    kt_check_true("in the caller's",
-                  kt_tree_forward(&tree, &s, b) && kt_tree_inverse(&tree, &s, s.tau) && kt_tree_kinematics(&tree, &s));
+    kt_tree_forward(&tree, &s, b);
+    kt_tree_inverse(&tree, &s, s.tau);
+    kt_tree_kinematics(&tree, &s);
     kt_check_equal_bits("accelerations", b, a, (size_t)tree.nv);
     int touched = 0;
     for (int i = 0; i < GUARD; i++)

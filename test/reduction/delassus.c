@@ -303,13 +303,12 @@ static bool evaluate(const tangle *g, kt_structure structure, few_results *r) {
     options.plan = g->tree.model->n.planar ? KT_PLAN_AUTO : KT_PLAN_SPATIAL;
     options.structure = structure;
     const bool fine =
-        kt_tree_fine("compiles", kt_model_compile(&g->tree.description, &options, &model, &e), &e) &&
-        kt_tree_fine("data", kt_data_create(model, &data, &e), &e) &&
-        kt_tree_fine("acceleration",
-                     kt_acceleration_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->a, &e), &e) &&
-        kt_tree_fine("reactions",
-                     kt_reaction_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->joint, r->loop, &e),
-                     &e);
+        kt_fine("compiles", kt_model_compile(&g->tree.description, &options, &model, &e), &e) &&
+        kt_fine("data", kt_data_create(model, &data, &e), &e) &&
+        kt_fine("acceleration", kt_acceleration_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->a, &e),
+                &e) &&
+        kt_fine("reactions",
+                kt_reaction_evaluate(model, data, g->t, g->q, g->v, g->tau, g->external, r->joint, r->loop, &e), &e);
     r->solved = r->redundant = false;
     for (size_t i = 0; fine && i < model->n.group; i++) {
         r->solved |= data->special_form[i];
@@ -448,9 +447,10 @@ static void compare(const tangle_plan *plan, int mechanisms, bool effects, int *
         if (effects)
             add_effects(&g, acting);
         if (evaluate(&g, KT_STRUCTURE_FRONTS, &few) && few.solved && evaluate(&g, KT_STRUCTURE_DENSE, &dense) &&
-            !dense.near && tangle_system_of(&g, &s)) {
+            !dense.near) {
             const double reach = tangle_reach(&g, true);
             double scale = 0.0;
+            tangle_system_of(&g, &s);
             (void)tangle_solve(&g, &s, (tangle_way){.mixes = true}, expected, moved);
             for (int i = 0; i < g.tree.nv; i++)
                 scale = fmax(scale, fmax(fabs(expected[i]), fabs(dense.a[i])));

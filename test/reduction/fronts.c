@@ -399,8 +399,8 @@ static double lever_error(kt_structure structure) {
         linkage_close(&l, name, KT_LOOP_DISTANCE, l.body[i].name, out, l.body[i + 1].name, in)->function =
             kt_function_constant(hypot(5.0, 2.0));
     }
-    if (!linkage_compile(&l) ||
-        !kt_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, NULL, a, &e), &e))
+    linkage_compile(&l);
+    if (!kt_fine("moves", kt_acceleration_evaluate(l.model, l.data, 0.0, l.q, l.v, tau, NULL, a, &e), &e))
         error = (double)NAN;
     for (int i = 0; i < LEVERS && error == error; i++) /* of the fastest */
         error = fmax(error, fabs(a[i] - pow(3.0, i - LEVERS) * pull / whole));

@@ -50,16 +50,6 @@ static bool is_plain(const kt_model *model) {
     return rows == kt_model_mobility(model).rank;
 }
 
-/* Off the manifold by up to `size`. */
-static void disturb(const tangle *g, kt_random *random, double size, double *q, double *v) {
-    double step[KT_TREE_NV];
-    for (int i = 0; i < g->tree.nv; i++) {
-        step[i] = kt_random_uniform(random, -size, size);
-        v[i] = g->v[i] + kt_random_uniform(random, -size, size);
-    }
-    kt_position_add(g->tree.model, g->q, step, q);
-}
-
 /* ---- what a model tells of its loops -----------------------------------------------------------------------------
  */
 
@@ -122,7 +112,7 @@ KT_TEST(equations_in_a_plane_are_those_of_space_row_by_row) {
         const tangle_plan plan = draw_plan(i);
         pair_grow(&p, &plan, &random);
         double q[KT_TREE_NQ], v[KT_TREE_NV];
-        disturb(&p.g, &random, 0.1, q, v);
+        tangle_disturb(&p.g, &random, 0.1, q, v);
         const int n = p.g.rows * p.g.tree.nv;
         ask(p.g.tree.model, p.g.tree.data, p.g.t, q, v, &flat);
         ask(p.space, p.data, p.g.t, q, v, &space);
@@ -183,7 +173,7 @@ KT_TEST(projection_in_a_plane_is_that_of_space) {
             kt_residual r[2];
             const bool mass = plan.options.metric == KT_METRIC_MASS;
             double moved_q[KT_TREE_NV], moved_v[KT_TREE_NV];
-            disturb(&p.g, &random, off, q[0], v[0]);
+            tangle_disturb(&p.g, &random, off, q[0], v[0]);
             memcpy(q[1], q[0], sizeof q[0]);
             memcpy(v[1], v[0], sizeof v[0]);
             memcpy(p.g.q, q[0], sizeof q[0]);
@@ -229,7 +219,7 @@ KT_TEST(assembly_in_a_plane_is_that_of_space) {
         pair_grow(&p, &plan, &random);
         double q[2][KT_TREE_NQ], v[2][KT_TREE_NV];
         kt_error e = {0};
-        disturb(&p.g, &random, 0.02, q[0], v[0]);
+        tangle_disturb(&p.g, &random, 0.02, q[0], v[0]);
         memcpy(q[1], q[0], sizeof q[0]);
         memcpy(v[1], v[0], sizeof v[0]);
         const int k0 = kt_random_int(&random, 0, p.g.tree.nv - 1); /* a joint that is held */

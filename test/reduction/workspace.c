@@ -211,7 +211,7 @@ static void accelerate_with(int threads, int windows, double theta, double *a) {
     openblas_set_num_threads(threads);
     linkage_windows(&l, windows, theta, 1.0, KT_LOOP_REVOLUTE);
     linkage_build(&l, 0.0);
-    (void)linkage_accelerate(&l, 0.0, a);
+    linkage_accelerate(&l, 0.0, a);
     memcpy(a + LINKAGE_NQ, l.q, (size_t)l.nq * sizeof *a);
     memcpy(a + 2 * LINKAGE_NQ, l.v, (size_t)l.nv * sizeof *a);
     openblas_set_num_threads(before);

@@ -155,11 +155,10 @@ KT_TEST(bodies_with_the_instance_of_a_plugin_are_a_cable) {
 #undef LINK
     kt_scene *scene = test_robot(text, NULL);
     const kt_effect *effect = scene->description.effects;
-    if (kt_check_equal_int("effects", scene->description.effect_count, 1)) {
-        kt_check_equal_int("a bushing", effect->type, KT_EFFECT_BUSHING);
-        kt_check_text("from", effect->between[0].body, "a");
-        kt_check_text("to", effect->between[1].body, "b");
-    }
+    kt_need(kt_check_equal_int("effects", scene->description.effect_count, 1));
+    kt_check_equal_int("a bushing", effect->type, KT_EFFECT_BUSHING);
+    kt_check_text("from", effect->between[0].body, "a");
+    kt_check_text("to", effect->between[1].body, "b");
 }
 
 KT_TEST(default_classes_do_not_apply_to_cables_and_prefixes_do) {

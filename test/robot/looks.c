@@ -241,12 +241,10 @@ KT_TEST(meshes_that_mujoco_has_built_in_are_those_of_the_scene) {
     const kt_scene *scene = test_robot(text, NULL);
     kt_check_equal_int("one without a surface is left out", count_notes(scene, "a scene cannot place: 1"), 1);
     const kt_scene *again = kt_test_scene(kt_test_written(scene));
-    if (kt_check_equal_int("meshes", again->mesh_count, 1)) {
-        kt_check_text("builtin", again->meshes[0].builtin, "cone 20 0.5");
-        kt_check_true("no file", again->meshes[0].file == NULL);
-        kt_check_equal_bits("scale, place", &again->meshes[0].scale.x, (const double[]){1.0, 1.0, 0.5, 4.0, 5.0, 6.0},
-                            6);
-    }
+    kt_need(kt_check_equal_int("meshes", again->mesh_count, 1));
+    kt_check_text("builtin", again->meshes[0].builtin, "cone 20 0.5");
+    kt_check_true("no file", again->meshes[0].file == NULL);
+    kt_check_equal_bits("scale, place", &again->meshes[0].scale.x, (const double[]){1.0, 1.0, 0.5, 4.0, 5.0, 6.0}, 6);
 }
 
 /* The prism of a cone of four corners with equal ends: a base of 2 x 2 / 2, a height of 2. */

@@ -118,14 +118,13 @@ KT_TEST(mimic_joint_is_a_coupling) {
                             "<child link='c'/><mimic joint='j' multiplier='-2' offset='0.25'/></joint>"),
                    NULL);
     const kt_loop *loop = &scene->description.loops[0];
-    if (kt_check_equal_int("loops", scene->description.loop_count, 1)) {
-        kt_check_text("name", loop->name, "mimic_k");
-        kt_check_text("joint", loop->terms[0].joint, "k");
-        kt_check_text("the other", loop->terms[1].joint, "j");
-        kt_check_equal_bits("q - multiplier q' = offset",
-                            (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
-                            (const double[]){1.0, 2.0, 0.25}, 3);
-    }
+    kt_need(kt_check_equal_int("loops", scene->description.loop_count, 1));
+    kt_check_text("name", loop->name, "mimic_k");
+    kt_check_text("joint", loop->terms[0].joint, "k");
+    kt_check_text("the other", loop->terms[1].joint, "j");
+    kt_check_equal_bits("q - multiplier q' = offset",
+                        (const double[]){loop->terms[0].coefficient, loop->terms[1].coefficient, loop->offset},
+                        (const double[]){1.0, 2.0, 0.25}, 3);
 }
 
 KT_TEST(joints_keep_their_names_and_limits) {
@@ -218,14 +217,13 @@ KT_TEST(springs_and_weights_of_simulators_act) {
     const kt_effect *force = find_urdf_effect(scene, KT_EFFECT_FORCE);
     kt_check_equal_int("effects", scene->description.effect_count, 2);
     kt_check_equal_bits("gravity", &scene->description.gravity.x, (const double[]){1.0, 2.0, -3.0}, 3);
-    if (kt_check_true("both act", spring != NULL && force != NULL)) {
-        kt_check_text("joint", spring->joint, "j");
-        kt_check_equal_bits("stiffness", &spring->stiffness, &(double){5.0}, 1);
-        kt_check_equal_bits("rest", &spring->rest.value, &(double){0.1}, 1);
-        kt_check_text("link", force->between[0].body, "b");
-        for (int i = 0; i < 3; i++)
-            kt_check_equal_bits("against a weight", &force->value[i].value, &(double[]){-1.0, -2.0, 3.0}[i], 1);
-    }
+    kt_need(kt_check_true("both act", spring != NULL && force != NULL));
+    kt_check_text("joint", spring->joint, "j");
+    kt_check_equal_bits("stiffness", &spring->stiffness, &(double){5.0}, 1);
+    kt_check_equal_bits("rest", &spring->rest.value, &(double){0.1}, 1);
+    kt_check_text("link", force->between[0].body, "b");
+    for (int i = 0; i < 3; i++)
+        kt_check_equal_bits("against a weight", &force->value[i].value, &(double[]){-1.0, -2.0, 3.0}[i], 1);
     kt_check_true("all are read", !has_note(scene, "not known") && !has_ranked_note(scene, KT_NOTE_RANK_MOTION, "'"));
 }
 
@@ -332,8 +330,8 @@ KT_TEST(notes_have_the_whole_path) {
     (void)snprintf(path + 300, sizeof path - 300, "/r.urdf");
     (void)snprintf(where, sizeof where, "%.390s:1:17", path);
     static const char text[] = "<robot name='r'><link name='a'/></robot>";
-    if (!kt_check_equal_int("status", kt_robot_parse(path, text, strlen(text), NULL, scene, NULL, NULL, &error), KT_OK))
-        return;
+    kt_need(
+        kt_check_equal_int("status", kt_robot_parse(path, text, strlen(text), NULL, scene, NULL, NULL, &error), KT_OK));
     kt_check_text("where", scene->notes[0].where, where);
 }
 

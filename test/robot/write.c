@@ -318,8 +318,7 @@ KT_TEST(random_trees_read_back_with_the_same_masses_places_and_accelerations) {
             kt_description d = kt_description_default();
             d.bodies = bodies;
             d.body_count = BODIES;
-            if (!kt_check_true("it is written", check_back(&d, (kt_robot_format)format, &random, &f)))
-                return;
+            kt_need(kt_check_true("it is written", check_back(&d, (kt_robot_format)format, &random, &f)));
         }
         check_findings(&f);
     }
@@ -343,8 +342,7 @@ KT_TEST(trees_under_any_gravity_are_turned_upright_in_urdf) {
         d.bodies = bodies;
         d.body_count = BODIES;
         d.gravity = kt_vec3_scale(9.81, kt_vec3_normalize(n < SPECIAL ? special[n] : random_vector(&random)));
-        if (!kt_check_true("it is written", check_back(&d, KT_ROBOT_URDF, &random, &f)))
-            return;
+        kt_need(kt_check_true("it is written", check_back(&d, KT_ROBOT_URDF, &random, &f)));
     }
     check_findings(&f);
 }
@@ -468,18 +466,16 @@ KT_TEST(meshes_are_referred_to_from_the_folder_of_the_robot) {
     kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
+    kt_need(kt_check_true("there is a folder", mkdtemp(folder) != NULL));
     (void)snprintf(out, sizeof out, "%s/robots", folder);
     (void)snprintf(file, sizeof file, "%s/part.obj", folder);
     (void)snprintf(other, sizeof other, "%s/part.dae", folder);
     kt_check_equal_int("folder", mkdir(out, 0700), 0);
     for (int i = 0; i < 2; i++) {
         FILE *f = fopen(i == 0 ? file : other, "w");
-        if (kt_check_true("a file", f != NULL)) {
-            (void)fputs(tetrahedron, f);
-            (void)fclose(f);
-        }
+        kt_need(kt_check_true("a file", f != NULL));
+        (void)fputs(tetrahedron, f);
+        (void)fclose(f);
     }
     const kt_scene_mesh meshes[] = {{.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}},
                                     {.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}, .at = {0.0, 0.0, 2.0}},
@@ -529,8 +525,7 @@ KT_TEST(meshes_that_mujoco_rejects_are_left_out_of_mjcf) {
     char folder[] = "/tmp/kinetree-export-XXXXXX", file[200];
     kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
     kt_error error = {0};
-    if (!kt_check_true("there is a folder", mkdtemp(folder) != NULL))
-        return;
+    kt_need(kt_check_true("there is a folder", mkdtemp(folder) != NULL));
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         const kt_scene_mesh mesh = {.body = "a", .file = file, .scale = {1.0, 1.0, 1.0}};
         kt_scene scene = kt_scene_default();

@@ -168,20 +168,18 @@ KT_TEST(checkpoints_in_records_of_events_hold_their_sides) {
     const running a = running_start(charged, NULL);
     const running b = running_start(charged, NULL);
     saves s = {.of = a.simulation, .blocks = running_room(&a, SAVES_MOST)};
-    if (kt_check_equal_int("runs", kt_simulation_run(a.simulation, save_at_events, &s, &error), KT_OK)) {
-        const double end = kt_simulation_positions(a.simulation)[0];
-        for (int i = 0; i < s.count; i++) {
-            const char *block = s.blocks + (size_t)i * kt_simulation_state_size(a.simulation);
-            const bool fine = kt_simulation_restore(b.simulation, block, &error) == KT_OK &&
-                              kt_scene_watch_sync(b.watch, b.simulation, &error) == KT_OK &&
-                              kt_simulation_run(b.simulation, ignore, NULL, &error) == KT_OK;
-            differ +=
-                !fine || kt_simulation_positions(b.simulation)[0] != end ||
-                kt_simulation_event_count(b.simulation, "full") != kt_simulation_event_count(a.simulation, "full");
-        }
-        kt_check_above("checkpoints", s.count, 5);
-        kt_check_equal_int("ends of other bits", differ, 0);
+    kt_need(kt_check_equal_int("runs", kt_simulation_run(a.simulation, save_at_events, &s, &error), KT_OK));
+    const double end = kt_simulation_positions(a.simulation)[0];
+    for (int i = 0; i < s.count; i++) {
+        const char *block = s.blocks + (size_t)i * kt_simulation_state_size(a.simulation);
+        const bool fine = kt_simulation_restore(b.simulation, block, &error) == KT_OK &&
+                          kt_scene_watch_sync(b.watch, b.simulation, &error) == KT_OK &&
+                          kt_simulation_run(b.simulation, ignore, NULL, &error) == KT_OK;
+        differ += !fine || kt_simulation_positions(b.simulation)[0] != end ||
+                  kt_simulation_event_count(b.simulation, "full") != kt_simulation_event_count(a.simulation, "full");
     }
+    kt_check_above("checkpoints", s.count, 5);
+    kt_check_equal_int("ends of other bits", differ, 0);
 }
 
 /* Breakpoints of formulas of time are roots, whose last bits depend on where the search began: steps behind a
@@ -199,8 +197,7 @@ KT_TEST(checkpoints_keep_the_breakpoints_of_formulas_of_time) {
     int steps = 0, differ = 0;
     const running a = running_start(driven, NULL);
     const running b = running_start(driven, NULL);
-    if (!kt_check_equal_int("to the end", kt_simulation_advance(b.simulation, 3.0, &error), KT_OK))
-        return;
+    kt_need(kt_check_equal_int("to the end", kt_simulation_advance(b.simulation, 3.0, &error), KT_OK));
     const double end = kt_simulation_positions(b.simulation)[0];
     void *block = running_room(&a, 1);
     for (bool fine = true; fine && kt_simulation_time(a.simulation) < 3.0; steps++) {

@@ -370,8 +370,7 @@ static void check_fault(const char *keys, const char *words) {
              "kinetree: 1\nbeams:\n  - {name: b, %s}\n"
              "bodies: [{name: crank, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n",
              keys);
-    if (!kt_check_true(words, kt_collect_parse(&faults, text, &s) != KT_OK))
-        return;
+    kt_need(kt_check_true(words, kt_collect_parse(&faults, text, &s) != KT_OK));
     kt_check_contains("fault", faults.text, words);
     kt_check_contains("where", faults.text, "3:");
 }

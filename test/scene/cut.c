@@ -181,11 +181,10 @@ static void cut_file(cutting *c, const char *name) {
     c->file = name;
     if (file != NULL)
         (void)fclose(file);
-    if (kt_check_true(name, size > 0 && kt_node_parse(&reader, text, size, &root) && root->kind == KT_NODE_MAP)) {
-        c->root = root;
-        cut_all(c, root);
-        cut_sections(c);
-    }
+    kt_need(kt_check_true(name, size > 0 && kt_node_parse(&reader, text, size, &root) && root->kind == KT_NODE_MAP));
+    c->root = root;
+    cut_all(c, root);
+    cut_sections(c);
     kt_pool_free(reader.scratch.chunks);
     kt_pool_free(reader.keep.chunks);
     free(text);

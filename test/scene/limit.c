@@ -72,8 +72,7 @@ static void check_unreadable(const char *path, const char *message) {
 
 KT_TEST(what_is_no_file_is_said_in_words) {
     char directory[] = "/tmp/kinetree-limit-XXXXXX", path[64];
-    if (!kt_check_true("a directory of its own", mkdtemp(directory) != NULL))
-        return;
+    kt_need(kt_check_true("a directory of its own", mkdtemp(directory) != NULL));
     check_unreadable(directory, "this is a directory; name a scene file");
     snprintf(path, sizeof path, "%s/missing.yaml", directory);
     check_unreadable(path, "cannot be read: No such file or directory");
@@ -107,13 +106,11 @@ KT_TEST(file_is_read_as_its_text_is) {
     int file = mkstemp(path);
     kt_scene scene;
     static const char text[] = "kinetree: 1\nname: from a file\n";
-    if (!kt_check_true("a file", file >= 0 && write(file, text, sizeof text - 1) == sizeof text - 1))
-        return;
+    kt_need(kt_check_true("a file", file >= 0 && write(file, text, sizeof text - 1) == sizeof text - 1));
     (void)close(file);
-    if (kt_check_equal_int("status", kt_scene_read(path, &scene, NULL, NULL, NULL), KT_OK)) {
-        kt_check_text("name", scene.description.name, "from a file");
-        kt_scene_free(&scene);
-    }
+    kt_need(kt_check_equal_int("status", kt_scene_read(path, &scene, NULL, NULL, NULL), KT_OK));
+    kt_check_text("name", scene.description.name, "from a file");
+    kt_scene_free(&scene);
     (void)unlink(path);
     /* A file of a size that is not available beforehand, and that is no scene. */
     kt_error error;
@@ -291,8 +288,7 @@ KT_TEST(chain_of_many_bodies_is_read) {
     }
     kt_status status = kt_collect_parse(&faults, g.text, &scene);
     free(g.text);
-    if (!kt_check_equal_int("status", status, KT_OK))
-        return;
+    kt_need(kt_check_equal_int("status", status, KT_OK));
     kt_check_equal_int("bodies", scene.description.body_count, COUNT);
     char first[16], parent[16];
     (void)snprintf(first, sizeof first, "link%d", COUNT - 1);

@@ -192,8 +192,7 @@ static kt_status read_file(void *user) {
 KT_TEST(each_failing_allocation_is_an_error_of_reading_a_file) {
     char path[] = "/tmp/kinetree-memory-XXXXXX";
     FILE *file = fdopen(mkstemp(path), "w");
-    if (!kt_check_true("a file", file != NULL))
-        return;
+    kt_need(kt_check_true("a file", file != NULL));
     for (int i = 0; i < 4000; i++) /* more than the first piece, 64 KB */
         fputs("# a line of a comment\n", file);
     fputs("kinetree: 1\n", file);
@@ -214,8 +213,7 @@ static kt_status write_scene(void *user) {
 
 KT_TEST(each_failing_allocation_is_an_error_of_writing) {
     writing job = {kt_test_scene(right), fopen("/dev/null", "w")};
-    if (!kt_check_true("a stream", job.stream != NULL))
-        return;
+    kt_need(kt_check_true("a stream", job.stream != NULL));
     kt_check_equal_int("once, for the stream's buffer", write_scene(&job), KT_OK);
     check_calls("writing", write_scene, &job, KT_OK, 1.0);
     (void)fclose(job.stream);

@@ -252,9 +252,8 @@ KT_TEST(files_that_a_scene_names_are_listed) {
                                "initial: {from: none.json}\n";
     kt_scene scene;
     kt_error error = {0};
-    if (!kt_check_equal_int("status", kt_scene_parse("folder/a.yaml", text, strlen(text), &scene, NULL, NULL, &error),
-                            KT_OK))
-        return;
+    kt_need(kt_check_equal_int("status",
+                               kt_scene_parse("folder/a.yaml", text, strlen(text), &scene, NULL, NULL, &error), KT_OK));
     kt_check_text("in the folder of the scene", kt_scene_file(&scene, 1), "folder/none/one.stl");
     kt_check_text("absolute", kt_scene_file(&scene, 0), "/none/two.stl");
     kt_check_true("no more", kt_scene_file(&scene, 2) == NULL && kt_scene_file(NULL, 0) == NULL);

@@ -55,8 +55,7 @@ running running_start(const char *text, const kt_scene_options *options) {
 }
 
 void running_check_fault(const char *what, const char *text, const char *place, const char *words) {
-    if (!kt_check_true(what, !running_parse(text, NULL, kt_test_scene_place())))
-        return;
+    kt_need(kt_check_true(what, !running_parse(text, NULL, kt_test_scene_place())));
     kt_check_equal_int("faults", (long long)running_faults.count, 1);
     if (place != NULL)
         kt_check_text("place", running_faults.first.where, place);

@@ -149,8 +149,7 @@ KT_TEST(parameters_change_in_the_order_of_their_uses) {
     const char *const length = "L";
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
-    if (!kt_check_true("read", read_chain(&length, 1, &scene, &error) == KT_OK))
-        return;
+    kt_need(kt_check_true("read", read_chain(&length, 1, &scene, &error) == KT_OK));
     kt_check_true("3 m", kt_scene_vary(&scene, (double[]){3.0}, &error) == KT_OK);
     kt_check_near("area, before which L stands", scene.parameters[0].value, 1.5, 0.0);
     kt_check_near("mass, of the area", scene.description.bodies[0].mass, 1.5, 0.0);
@@ -182,14 +181,12 @@ KT_TEST(what_is_no_number_is_told) {
     const char *const both[] = {"L", "w"};
     kt_scene scene = kt_scene_default();
     kt_error error = {0};
-    if (!kt_check_true("read", read_chain(both, 2, &scene, &error) == KT_OK))
-        return;
+    kt_need(kt_check_true("read", read_chain(both, 2, &scene, &error) == KT_OK));
     kt_check_equal_int("a formula of time", kt_scene_vary(&scene, (double[]){3.0, 1.0}, &error), KT_ERROR_UNSUPPORTED);
     kt_check_text("its place", error.where, "chain:4:45");
     kt_check_near("mass as before", scene.description.bodies[0].mass, 1.0, 0.0);
     kt_scene_free(&scene);
-    if (!kt_check_true("read without", read_chain(NULL, 0, &scene, &error) == KT_OK))
-        return;
+    kt_need(kt_check_true("read without", read_chain(NULL, 0, &scene, &error) == KT_OK));
     kt_check_equal_int("no variables", kt_scene_vary(&scene, (double[]){1.0}, &error), KT_ERROR_ARGUMENT);
     kt_scene_free(&scene);
 }

@@ -366,16 +366,14 @@ KT_TEST(full_disk_is_an_error) {
     const kt_scene scene = kt_scene_default();
     kt_error error;
     FILE *full = fopen("/dev/full", "w");
-    if (!kt_check_true("/dev/full", full != NULL))
-        return;
+    kt_need(kt_check_true("/dev/full", full != NULL));
     kt_check_equal_int("status", kt_scene_write(&scene, full, &error), KT_ERROR_FILE);
     (void)fclose(full);
     FILE *closed = fopen("/dev/null", "r");
-    if (kt_check_true("/dev/null", closed != NULL)) {
-        kt_check_equal_int("a stream for reading", kt_scene_write(&scene, closed, &error), KT_ERROR_FILE);
-        kt_check_text("message", error.message, "the stream cannot be written to; is the disk full?");
-        (void)fclose(closed);
-    }
+    kt_need(kt_check_true("/dev/null", closed != NULL));
+    kt_check_equal_int("a stream for reading", kt_scene_write(&scene, closed, &error), KT_ERROR_FILE);
+    kt_check_text("message", error.message, "the stream cannot be written to; is the disk full?");
+    (void)fclose(closed);
     kt_check_equal_int("no stream", kt_scene_write(&scene, NULL, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("no scene", kt_scene_write(NULL, stdout, &error), KT_ERROR_ARGUMENT);
 }

@@ -26,7 +26,7 @@ static void add_effects(grown *s, kt_random *random) {
     d->effect_count = 4;
 }
 
-bool grown_make(grown *s, int n, kt_random *random) {
+void grown_make(grown *s, int n, kt_random *random) {
     kt_tree_plan plan = n % 4 == 3 ? kt_tree_plan_planar() : kt_tree_plan_default();
     plan.bodies = 5 + n % 3;
     plan.massless = false;
@@ -34,8 +34,6 @@ bool grown_make(grown *s, int n, kt_random *random) {
     kt_tree_describe(&s->tree, &plan, random);
     if (n % 2)
         add_effects(s, random);
-    const bool fine = kt_tree_compile(&s->tree, NULL);
-    if (fine)
-        kt_tree_state_draw(&s->tree, random, &s->state);
-    return fine;
+    kt_tree_compile(&s->tree, NULL);
+    kt_tree_state_draw(&s->tree, random, &s->state);
 }

@@ -13,6 +13,6 @@ typedef struct grown {
 
 /* The n-th: every second one has effects between bodies, every third floats, every fourth moves in a plane. A failure
  * ends the test. */
-bool grown_make(grown *g, int n, kt_random *random);
+void grown_make(grown *g, int n, kt_random *random);
 
 #endif

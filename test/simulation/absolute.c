@@ -25,7 +25,7 @@ static void set_stage(stage *s, int bodies) {
     plan.bodies = bodies;
     plan.is_shuffled = true;
     kt_tree_describe(&s->tree, &plan, &random);
-    kt_need(kt_tree_compile(&s->tree, NULL));
+    kt_tree_compile(&s->tree, NULL);
     s->absolute = kt_formulate(&s->tree.description, NULL, s->tree.model, KT_FORMULATION_ABSOLUTE);
     kt_tree_state_draw(&s->tree, &random, &s->state);
 }

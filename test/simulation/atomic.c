@@ -194,10 +194,10 @@ static void compare(scene which, const char *method, double step, bool balanced,
     options.record = balanced ? KT_RECORD_BALANCE : 0;
     options.watch_works = !balanced && call % 2 == 0;
     kt_model *model = kt_scene_compile(r.description), *other = kt_scene_compile(r.description);
-    kt_simulation *a = model ? kt_test_simulation(model, &run, &options) : NULL;
-    kt_simulation *b = other ? kt_test_simulation(other, &run, &options) : NULL;
+    kt_simulation *a = kt_test_simulation(model, &run, &options);
+    kt_simulation *b = kt_test_simulation(other, &run, &options);
     kt_error error = {0};
-    for (int k = 0; a != NULL && b != NULL && k < TICKS; k++) {
+    for (int k = 0; k < TICKS; k++) {
         const double tau[6] = {which == BALL || which == LIFT ? 0.0 : 4.0 * sin(0.05 * k)};
         bool fine = kt_simulation_set_torque(a, tau, NULL) == KT_OK && kt_simulation_set_torque(b, tau, NULL) == KT_OK;
         f->taken += rejected_call(a, model, which, call, &error) == KT_OK;

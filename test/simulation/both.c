@@ -48,12 +48,10 @@ bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run,
         return kt_check_true("room", false);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
     kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
-    bool fine = simulation != NULL;
-    if (fine && torque)
-        fine = kt_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
-    fine = fine && kt_fine(absolute != NULL ? "absolute" : "tree",
+    if (torque)
+        kt_need_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
+    return kt_fine(absolute != NULL ? "absolute" : "tree",
                            kt_simulation_run(simulation, kt_both_keep, t, &error), &error);
-    return fine;
 }
 
 /* ---- what differs ------------------------------------------------------------------------------------------------ */

@@ -160,10 +160,9 @@ static bool run_scene(const kt_description *description, const char *method, boo
     if (joins)
         join_all_islands(model);
     kt_simulation *simulation = masks_start(model, method, 0.0);
-    bool fine = simulation != NULL, ends = false;
+    bool fine = true, ends = false;
     to->parts = to->linked = 0;
-    if (fine)
-        simulation->steps_per_call = LONGEST;
+    simulation->steps_per_call = LONGEST;
     for (int part = 0; part < PARTS && fine && !ends; part++) {
         fine = switch_loops(simulation, part, to);
         const kt_status status = fine ? kt_simulation_advance(simulation, 0.02 * (part + 1), &error) : KT_OK;

@@ -231,7 +231,7 @@ static void limit_calls(const kt_model *model, const char *method, double step, 
     options.steps_per_call = most;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_error error = {0};
-    int used_up = 0, named = 0, others = simulation == NULL;
+    int used_up = 0, named = 0, others = 0;
     uint64_t worst = 0, steps = 0, calls = 0;
     for (int tick = 1; others == 0 && tick <= 40 && calls < 10000; calls++) {
         const kt_status status = kt_simulation_advance(simulation, 0.01 * tick, &error);

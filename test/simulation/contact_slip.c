@@ -30,15 +30,12 @@ static void rk4(const double *k, double mu, double h, double *y) {
         y[i] += h / 6.0 * (a[0][i] + 2.0 * a[1][i] + 2.0 * a[2][i] + a[3][i]);
 }
 
-/* A point on a plane, held by springs: its slip turns, and it rests where |k x| < mu g. */
-KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
-    static const char *const joints[3] = {"a", "b", "body"};
-    const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4, rest[3] = {0.0};
-    double y[4] = {0.5, 0.3, 0.4, -0.9};
-    touch_scene s;
-    touch_scene_make(&s, KT_JOINT_PRISMATIC);
+/* A point slides along x, y and z, at the place y[0], y[1] and the velocity y[2], y[3]. */
+static const char *const joints[3] = {"a", "b", "body"};
+static void place_point(touch_scene *s, const double y[4]) {
+    touch_scene_make(s, KT_JOINT_PRISMATIC);
     for (int i = 0; i < 3; i++) {
-        kt_body *body = &s.body[i < 2 ? i + 1 : 0];
+        kt_body *body = &s->body[i < 2 ? i + 1 : 0];
         body->name = joints[i];
         body->parent = i > 0 ? joints[i - 1] : NULL;
         body->joint.type = KT_JOINT_PRISMATIC;
@@ -46,7 +43,15 @@ KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
         body->joint.position[0] = i < 2 ? y[i] : 0.0;
         body->joint.velocity[0] = i < 2 ? y[2 + i] : 0.0;
     }
-    s.description.body_count = 3;
+    s->description.body_count = 3;
+}
+
+/* A point on a plane, held by springs: its slip turns, and it rests where |k x| < mu g. */
+KT_TEST(slip_that_turns_agrees_with_an_integration_of_its_own) {
+    const double k[2] = {3.0, 7.0}, mu = 0.05, T = 0.7, h = 1e-4, rest[3] = {0.0};
+    double y[4] = {0.5, 0.3, 0.4, -0.9};
+    touch_scene s;
+    place_point(&s, y);
     (void)touch_scene_add(&s, kt_vec3_make(0.0, 0.0, 0.0), 0.0, mu, 0.0);
     for (int i = 0; i < 2; i++) {
         kt_effect *spring = &s.effect[s.description.effect_count++];
@@ -104,19 +109,11 @@ static void ride(double mu, double m, double torque, double I, double T, int ste
  * turns, at first at an unbounded rate. */
 KT_TEST(slip_begins_on_a_turntable_in_a_direction_that_turns) {
     enum { STEPS = 100000 };
-    static const char *const joints[3] = {"a", "b", "body"}, *const methods[] = {"dopri5", "radau5"};
+    static const char *const methods[] = {"dopri5", "radau5"};
     const double mu = 0.1, T = 1.6, I = 1e6;
     double coarse[4], y[4];
     touch_scene s;
-    touch_scene_make(&s, KT_JOINT_PRISMATIC);
-    for (int i = 0; i < 3; i++) {
-        kt_body *body = &s.body[i < 2 ? i + 1 : 0];
-        body->name = joints[i];
-        body->parent = i > 0 ? joints[i - 1] : NULL;
-        body->joint.type = KT_JOINT_PRISMATIC;
-        body->joint.axis = kt_vec3_make(i == 0, i == 1, i == 2);
-        body->joint.position[0] = i == 0 ? 0.5 : 0.0;
-    }
+    place_point(&s, (const double[4]){0.5});
     s.body[3].name = "table";
     s.body[3].joint.type = KT_JOINT_REVOLUTE;
     s.body[3].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);

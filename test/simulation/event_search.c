@@ -140,7 +140,7 @@ static outcome try_many(const kind *what) {
         const double t = 1e-3 * kt_random_int(&random, 1, 20);
         search s = choose(&random, what, t);
         kt_simulation *simulation = prepare(model, what, t, &s);
-        const int most = simulation != NULL ? run_to(simulation, t, &s) : INT_MAX;
+        const int most = run_to(simulation, t, &s);
         o.most = most < 0 || most > o.most ? most : o.most;
         judge(simulation, what, t, &s, &o);
     }

@@ -79,7 +79,7 @@ KT_TEST(solutions_of_trees_are_those_of_the_matrix_of_differences) {
         kt_tree_plan plan = kt_tree_plan_default();
         plan.bodies = 1 + k % 6;
         kt_error error;
-        kt_need(kt_tree_grow(&tree, &plan, &random));
+        kt_tree_grow(&tree, &plan, &random);
         kt_tree_state_draw(&tree, &random, &state);
         kt_simulation *s = kt_test_simulation(tree.model, &run, NULL);
         const size_t n = (size_t)(tree.nq + tree.nv);
@@ -285,7 +285,7 @@ KT_TEST(the_slope_in_time_is_that_of_all_functions_of_time) {
     kt_model *model = driven_model(drives, &loop);
     const kt_run run = kt_run_fixed("rodas5p", 0.01, 1.0);
     kt_simulation *s = kt_test_simulation(model, &run, NULL);
-    for (int k = 0; k < 40 && s != NULL; k++) {
+    for (int k = 0; k < 40; k++) {
         static const double step[] = {-2.0, -1.0, 1.0, 2.0};
         static const double weight[] = {1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0};
         const size_t n = s->size.n;

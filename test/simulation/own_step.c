@@ -48,14 +48,12 @@ typedef struct machine {
     bool stops; /* its cost, at step 2 */
 } machine;
 
-static bool make_of(machine *m, const char *text, const char *method) {
+static void make_of(machine *m, const char *text, const char *method) {
     kt_error error = {0};
     memset(m, 0, sizeof *m);
     kt_parsed_scene(text, &m->scene);
     m->model = kt_scene_compile(&m->scene.description);
     m->data = kt_test_data(m->model);
-    if (m->data == NULL)
-        return false;
     kt_model_initial(m->model, m->q, m->v);
     m->step = (kt_step){.method = kt_method_find(method), .t = 0.3, .h = 0.02, .tau = m->tau};
     m->size = kt_step_work_size(m->model, m->step.method);
@@ -64,10 +62,10 @@ static bool make_of(machine *m, const char *text, const char *method) {
     for (int i = 0; i < NV; i++)
         m->tau[i] = 0.1 * i;
     kt_own_states_initial(m->model, m->x);
-    return kt_fine("closed", kt_state_assemble(m->model, m->data, 0.3, m->q, m->v, &error), &error);
+    kt_need_fine("closed", kt_state_assemble(m->model, m->data, 0.3, m->q, m->v, &error), &error);
 }
 
-static bool make(machine *m, const char *method) { return make_of(m, MACHINE, method); }
+static void make(machine *m, const char *method) { make_of(m, MACHINE, method); }
 
 static void end(machine *m) { free(m->work); }
 
@@ -80,8 +78,7 @@ KT_TEST(step_is_that_of_a_simulation) {
         static machine m;
         kt_error error;
         double q[NQ], v[NV];
-        if (!make(&m, methods[k]))
-            return;
+        make(&m, methods[k]);
         kt_run run = kt_run_default();
         run.integrator = methods[k];
         run.step = m.step.h;
@@ -163,8 +160,7 @@ KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
         kt_error error;
         double q[NQ], v[NV];
         kt_worst worst = {.what = k < METHODS ? method : "of a tree"};
-        if (!make_of(&m, k < METHODS ? MACHINE : BODIES STATES, method))
-            return;
+        make_of(&m, k < METHODS ? MACHINE : BODIES STATES, method);
         double *x = kt_own_states(m.model, m.data);
         memcpy(x, m.x, sizeof m.x);
         kt_need_fine(
@@ -216,8 +212,7 @@ KT_TEST(derivatives_by_parameters_are_those_of_differences) {
         kt_worst worst = {.what = methods[k]};
         double q[NQ], v[NV], C[ALL * KT_PARAMETER_MAX], far[2][ALL], near[2][ALL];
         kt_model *copy = NULL;
-        if (!make(&m, methods[k]))
-            return;
+        make(&m, methods[k]);
         void *room = aligned_alloc(KT_ALIGNMENT, kt_model_size(m.model));
         const size_t size = kt_step_parameter_work_size(m.model, m.step.method);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
@@ -305,8 +300,7 @@ KT_TEST(gradient_of_many_steps_is_that_of_its_differences) {
         kt_error error;
         kt_worst worst = {.what = by[k]};
         double value, other;
-        if (!make(&m, by[k]))
-            return;
+        make(&m, by[k]);
         for (int i = 0; i < STEPS * NV; i++)
             inputs[i] = 0.1 * (i % 7) - 0.2;
         kt_rollout rollout = {.method = m.step.method, .t = 0.3, .h = 0.02, .steps = STEPS, .inputs = inputs};
@@ -355,8 +349,7 @@ KT_TEST(failed_gradient_leaves_the_auxiliary_states) {
     static machine m;
     kt_error error;
     double value;
-    if (!make(&m, "rk4"))
-        return;
+    make(&m, "rk4");
     const kt_rollout rollout = {.method = m.step.method, .h = 0.02, .steps = STEPS};
     const size_t size = kt_rollout_work_size(m.model, &rollout);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
@@ -393,8 +386,7 @@ KT_TEST(two_motions_from_given_auxiliary_states_have_equal_bits) {
         static double inputs[STEPS * NV], by[2][ALL + STEPS * NV];
         kt_error error;
         double motion[3][NQ + NV + COUNT], value[2], other[COUNT];
-        if (!make(&m, methods[k]))
-            return;
+        make(&m, methods[k]);
         kt_note("%s", methods[k]);
         for (int i = 0; i < COUNT; i++)
             other[i] = m.x[i] + 1.0;
@@ -427,8 +419,7 @@ KT_TEST(steps_that_fail_leave_the_auxiliary_states_of_the_data) {
     kt_error error;
     double q[NQ], v[NV], by[ALL] = {1.0}, A[ALL * ALL];
     const double wrong[COUNT] = {0.0, (double)NAN}, before[COUNT] = {7.0, -3.0}, far[NQ] = {(double)INFINITY};
-    if (!make(&m, "rk4"))
-        return;
+    make(&m, "rk4");
     double *x = kt_own_states(m.model, m.data);
     memcpy(x, before, sizeof before);
     for (int i = 0; i < 2; i++) { /* a start that is not finite, and a step that fails on its way */
@@ -457,8 +448,7 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
         kt_error error;
         kt_worst worst = {.what = methods[k]};
         double by[ALL], out[ALL + NV];
-        if (!make(&m, methods[k]))
-            return;
+        make(&m, methods[k]);
         double *x = kt_own_states(m.model, m.data);
         for (int i = 0; i < ALL; i++)
             by[i] = cos(3.0 * i);
@@ -523,8 +513,7 @@ static void compare_batch(const char *text, bool semi_implicit) {
     kt_error error;
     int different = 0;
     double q[NQ], v[NV], x[COUNT], got_q[NQ], got_v[NV], got_x[COUNT], t;
-    if (!make_of(&m, text, "rk4"))
-        return;
+    make_of(&m, text, "rk4");
     options.states = MANY;
     options.method = m.step.method;
     kt_need_fine("batch", kt_batch_create(m.model, &options, &batch, &error), &error);
@@ -575,8 +564,7 @@ KT_TEST(failed_step_leaves_the_auxiliary_states) {
     static machine m;
     kt_error error;
     double q[NQ], v[NV];
-    if (!make(&m, "rk4"))
-        return;
+    make(&m, "rk4");
     double *x = kt_own_states(m.model, m.data), before[COUNT] = {0.25, (double)NAN};
     memcpy(x, before, sizeof before);
     kt_check_true("it fails", kt_step_derivatives(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, NULL, NULL,

@@ -66,7 +66,7 @@ static double run(const kt_model *model, const char *method, double h, bool smoo
                   const double expected[2], double *evaluations) {
     const int ticks = (int)lround(DURATION / h);
     kt_simulation *simulation = open_simulation(model, method, h, smooth);
-    bool fine = simulation != NULL;
+    bool fine = true;
     for (int k = 0; k < ticks && fine; k++)
         fine = tick(simulation, changes ? k : 0, h);
     kt_check_true("runs", fine);
@@ -77,15 +77,11 @@ static double run(const kt_model *model, const char *method, double h, bool smoo
 }
 
 /* The motion under the signal itself. */
-static bool find_reference(double expected[2]) {
+static void find_reference(double expected[2]) {
     kt_model *model = make_arm(true);
     kt_simulation *simulation = open_simulation(model, "dop853", 0.0, false);
-    kt_error e = {0};
-    const bool fine = simulation && kt_simulation_advance(simulation, DURATION, &e) == KT_OK;
-    if (fine)
-        memcpy(expected, kt_simulation_positions(simulation), 2 * sizeof *expected);
-    kt_check_true("reference", fine);
-    return fine;
+    kt_test_advance(simulation, DURATION);
+    memcpy(expected, kt_simulation_positions(simulation), 2 * sizeof *expected);
 }
 
 /* Samples that are held for a tick lag behind the signal by half a tick: an error of order 1 that all methods have.
@@ -100,8 +96,7 @@ KT_TEST(methods_with_a_past_keep_it_under_smooth_inputs) {
         {"ab2", 2.0, 2.0, 1.03}, {"ab4", 4.0, 2.0, 0.75}, {"bdf2", 5.8, 5.8, 1.0}, {"two-step", 5.8, 3.9, 0.78}};
     double expected[2];
     kt_model *model = make_arm(false);
-    if (!find_reference(expected))
-        return;
+    find_reference(expected);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
         double anew[2], kept[2], many, few;
         for (int k = 0; k < 2; k++) {
@@ -125,8 +120,7 @@ KT_TEST(stabilised_methods_keep_their_spectral_radius) {
     static const char *const methods[] = {"rkc2", "rkc4"};
     double expected[2];
     kt_model *model = make_arm(false);
-    if (!find_reference(expected))
-        return;
+    find_reference(expected);
     for (int m = 0; m < 2; m++) {
         double changing, constant;
         const double error[2] = {run(model, methods[m], 0.01, false, true, expected, &changing),

@@ -154,14 +154,13 @@ bool kt_scene_hand_over(const kt_simulation *from, kt_simulation *to) {
 kt_simulation *kt_resumption_start(const kt_resumption *r) {
     kt_error error = {0};
     kt_simulation *simulation = kt_test_simulation(r->model, r->run, r->options);
-    bool fine = simulation != NULL;
-    if (fine && r->q != NULL)
-        fine = kt_fine("state", kt_simulation_set_state(simulation, 0.0, r->q, r->v, &error), &error);
-    if (fine && r->torque != NULL)
-        fine = kt_fine("torque", kt_simulation_set_torque(simulation, r->torque, &error), &error);
-    if (fine && r->external != NULL)
-        fine = kt_fine("wrenches", kt_simulation_set_wrenches(simulation, r->external, &error), &error);
-    return fine ? simulation : NULL;
+    if (r->q != NULL)
+        kt_need_fine("state", kt_simulation_set_state(simulation, 0.0, r->q, r->v, &error), &error);
+    if (r->torque != NULL)
+        kt_need_fine("torque", kt_simulation_set_torque(simulation, r->torque, &error), &error);
+    if (r->external != NULL)
+        kt_need_fine("wrenches", kt_simulation_set_wrenches(simulation, r->external, &error), &error);
+    return simulation;
 }
 
 int kt_resumption_check(const kt_resumption *r, int stop) {
@@ -169,8 +168,6 @@ int kt_resumption_check(const kt_resumption *r, int stop) {
     kt_error error = {0};
     kt_simulation *alone = kt_resumption_start(r), *first = kt_resumption_start(r);
     kt_simulation *second = kt_test_simulation(r->model, r->run, r->options);
-    if (alone == NULL)
-        return 0;
     kt_kept *kept = kt_kept_empty(r->model);
     kt_test_run(alone, kt_keep, kept);
     whole = *kept;

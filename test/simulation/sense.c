@@ -146,7 +146,7 @@ static void compare(const char *name, const kt_model *model, const kt_absolute *
     kt_record record;
     kt_error error;
     bool fine =
-        recorded != NULL && sensed != NULL && kt_fine(name, kt_simulation_run(recorded, keep, &a, &error), &error);
+        kt_fine(name, kt_simulation_run(recorded, keep, &a, &error), &error);
     for (int k = 0; k <= STEPS && fine; k++) {
         fine = kt_fine(name, kt_simulation_sense(sensed, &record, &error), &error);
         if (!fine)
@@ -290,7 +290,7 @@ static void count(const char *name, const kt_model *model, const kt_absolute *ab
     run.interval = 0.0;
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
     kt_simulation *plain = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
-    if (plain != NULL && sensed != NULL && go(name, plain, nv, false, p->order) &&
+    if (go(name, plain, nv, false, p->order) &&
         go(name, sensed, nv, true, p->order)) {
         const kt_simulation_counts a = kt_simulation_counts_get(plain), b = kt_simulation_counts_get(sensed);
         const double *q[2] = {kt_simulation_positions(plain), kt_simulation_positions(sensed)};

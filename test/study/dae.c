@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* A point mass of 2 kg on two sliders, 1 m from the origin. Source: [MSD 7.13]. */
-static bool make_pendulum(linkage *l, double angle, double rate) {
+static void make_pendulum(linkage *l, double angle, double rate) {
     linkage_begin(l);
     kt_body *x = linkage_bar(l, "x", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
     x->joint.type = KT_JOINT_PRISMATIC;
@@ -30,7 +30,7 @@ static bool make_pendulum(linkage *l, double angle, double rate) {
     kt_loop *loop =
         linkage_close(l, "rod", KT_LOOP_DISTANCE, NULL, kt_vec3_make(0.0, 0.0, 0.0), "z", kt_vec3_make(0.0, 0.0, 0.0));
     loop->function = kt_function_constant(1.0);
-    return linkage_build(l, 0.0);
+    linkage_build(l, 0.0);
 }
 
 /* A model, its state at the start, and the right one at the end: by the reduction and dop853 at the tolerance 1e-13. */
@@ -193,7 +193,7 @@ KT_TEST(orders_of_positions_velocities_and_multipliers_are_those_of_the_index) {
                         kt_worst_make("order of slip"),
                         kt_worst_make("positions on the loop, m"),
                         kt_worst_make("velocities on the loop, m/s")};
-    kt_need(make_pendulum(&l, 1.0, 0.5));
+    make_pendulum(&l, 1.0, 0.5);
     motion m = motion_of(&l, 1.0);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_dae_options options = kt_dae_options_default(table[i].type);
@@ -218,7 +218,7 @@ KT_TEST(condition_of_newtons_matrix_grows_with_the_index) {
         double power;
     } rows[] = {{KT_DAE_INDEX3, 3.0}, {KT_DAE_INDEX2, 2.0}, {KT_DAE_INDEX1, 1.0}, {KT_DAE_GGL, 2.0}};
     linkage l;
-    kt_need(make_pendulum(&l, 1.0, 0.5));
+    make_pendulum(&l, 1.0, 0.5);
     motion m = motion_of(&l, 0.1);
     for (int i = 0; i < 4; i++) {
         kt_dae_options options = kt_dae_options_default(rows[i].type);
@@ -239,7 +239,8 @@ static bool follow(const kt_method *method, double *lambda, int steps) {
     kt_error e = {0};
     kt_dae_options options = kt_dae_options_default(KT_DAE_INDEX3);
     options.method = method;
-    bool fine = make_pendulum(&l, 0.7, 0.0) && kt_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
+    make_pendulum(&l, 0.7, 0.0);
+    bool fine = kt_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
     if (fine) {
         l.v[1] -= 1e-3 * cos(0.7);
         l.v[0] += 1e-3 * sin(0.7);
@@ -316,7 +317,7 @@ KT_TEST(four_bars_of_redundant_equations_keep_the_orders) {
     linkage l;
     f.rate = 2.0;
     linkage_four_bar(&l, &f);
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     motion m = motion_of(&l, 0.5);
     check_linkage(&m, KT_DAE_INDEX3, 12, index3);
     check_linkage(&m, KT_DAE_INDEX2, 12, index2);
@@ -331,7 +332,7 @@ KT_TEST(absolute_coordinates_keep_the_orders) {
     linkage_four_bar(&l, &f);
     for (int i = 0; i < l.description.body_count; i++) /* slender bars have none about themselves */
         l.body[i].inertia.xx = 0.1;
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     kt_absolute *absolute = NULL;
     kt_error e = {0};
     kt_need_fine("absolute", kt_absolute_create(&l.description, &l.options, l.model, &absolute, &e), &e);
@@ -359,7 +360,7 @@ KT_TEST(tumbling_bodies_keep_the_orders) {
     kt_loop *rod = linkage_close(&l, "rod", KT_LOOP_DISTANCE, NULL, kt_vec3_make(0.5, 2.0, 0.5), "bar",
                                  kt_vec3_make(1.0, 0.3, 0.0));
     rod->function = kt_function_constant(sqrt(0.25 + 1.7 * 1.7 + 0.25));
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     motion m = motion_of(&l, 0.3);
     check_linkage(&m, KT_DAE_INDEX3, 8, index3);
     check_linkage(&m, KT_DAE_INDEX1, 8, index1);
@@ -375,14 +376,14 @@ KT_TEST(tumbling_bodies_keep_the_orders) {
 KT_TEST(an_n_four_bar_is_followed_to_its_singular_position) {
     linkage l;
     linkage_windows(&l, 2, 0.3, 1.0, KT_LOOP_REVOLUTE);
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     motion m = motion_of(&l, 0.2);
     check_linkage(&m, KT_DAE_GGL, 4, index2);
     linkage_windows(&l, 2, 1.57079632679489662, 0.0, KT_LOOP_REVOLUTE);
     kt_dae *dae = NULL;
     kt_error e = {0};
     const kt_dae_options options = kt_dae_options_default(KT_DAE_GGL);
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     kt_need_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
     kt_check_equal_int("at the position itself", kt_dae_start(dae, 0.0, l.q, l.v, &e), KT_ERROR_SINGULAR);
     kt_check_contains("message", e.message, "singular position");
@@ -403,7 +404,7 @@ static void check_rejection(const kt_model *model, kt_dae_options options, const
 
 KT_TEST(baselines_say_what_is_wrong_with_their_options) {
     linkage l;
-    kt_need(make_pendulum(&l, 1.0, 0.5));
+    make_pendulum(&l, 1.0, 0.5);
     kt_dae_options o = kt_dae_options_default(KT_DAE_STABILISED);
     o.alpha = -1.0;
     check_rejection(l.model, o, "alpha, beta", "zero or more");
@@ -424,7 +425,7 @@ KT_TEST(a_step_that_fails_leaves_the_state) {
     kt_dae *dae = NULL;
     kt_error e = {0};
     const kt_dae_options options = kt_dae_options_default(KT_DAE_INDEX3);
-    kt_need(make_pendulum(&l, 1.0, 9.0));
+    make_pendulum(&l, 1.0, 9.0);
     kt_need_fine("baseline", kt_dae_create(l.model, &options, &dae, &e), &e);
     kt_need_fine("start", kt_dae_start(dae, 0.0, l.q, l.v, &e), &e);
     kt_check_true("fails", kt_dae_step(dae, 40.0, &e) != KT_OK);

@@ -37,21 +37,19 @@ static bool compare(tangle *g, kt_constraint_formulation_type type, double times
     kt_error e = {0};
     kt_constraint_formulation *set = closure_set(g->tree.model, &options);
     bool compared = false;
-    if (!set)
-        return false;
     if (kt_fine("acceleration",
                 kt_acceleration_evaluate(g->tree.model, g->tree.data, g->t, g->q, g->v, g->tau, g->external, a, &e),
                 &e) &&
-        !tangle_was_near_singular(g->tree.model, g->tree.data) && tangle_system_of(g, &s) &&
+        !tangle_was_near_singular(g->tree.model, g->tree.data) &&
         kt_fine("without loops",
                 kt_dynamics_forward(g->tree.model, g->tree.data, g->q, g->v, g->tau, g->external, loose, &e), &e)) {
+        tangle_system_of(g, &s);
         (void)kt_fine(
             "set",
             kt_constraint_formulation_evaluate(set, g->tree.data, g->t, g->q, g->v, g->tau, g->external, rate, a, &e),
             &e);
         memcpy(given, g->v, sizeof given);
         memcpy(g->v, rate, (size_t)g->tree.nv * sizeof *rate);
-        (void)tangle_system_of(g, &s);
         (void)tangle_solve(g, &s, (tangle_way){.mixes = true, .by = loose}, expected, moved);
         memcpy(g->v, given, sizeof given);
         const double least = 16.0 * DBL_EPSILON * kt_tree_largest(expected, g->tree.nv);
@@ -62,7 +60,6 @@ static bool compare(tangle *g, kt_constraint_formulation_type type, double times
         }
         compared = true;
     }
-    kt_constraint_formulation_free(set);
     return compared;
 }
 
@@ -75,7 +72,7 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms, cons
         worst[type] = kt_worst_make(kt_constraint_formulation_name((kt_constraint_formulation_type)type));
     int compared = 0;
     for (int i = 0; i < mechanisms; i++) {
-        kt_need(tangle_grow(&g, plan, random));
+        tangle_grow(&g, plan, random);
         for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++)
             compared += compare(&g, (kt_constraint_formulation_type)type, times[type], &worst[type], &rates);
     }
@@ -115,12 +112,10 @@ static double gain_of(const tangle *g, const kt_constraint_formulation *set) {
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 1.0);
     kt_error e = {0};
     kt_constraint_formulation *gauss = closure_set(g->tree.model, &options);
-    if (gauss &&
-        kt_fine("gauss",
-                kt_constraint_formulation_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e), &e))
-        gain += set->penalty * gauss->factor[0] * gauss->factor[0] * g->rows;
-    kt_constraint_formulation_free(gauss);
-    return gain;
+    kt_need_fine("gauss",
+                 kt_constraint_formulation_evaluate(gauss, g->tree.data, g->t, g->q, g->v, NULL, NULL, NULL, a, &e),
+                 &e);
+    return gain + set->penalty * gauss->factor[0] * gauss->factor[0] * g->rows;
 }
 
 /* Checks the following recursion, from matrices that were computed apart:
@@ -131,8 +126,7 @@ static void check_contraction(const tangle *g, kt_constraint_formulation *set, d
     double a[KT_TREE_NV], pushed[KT_TREE_NV], felt[KT_TREE_NV];
     kt_error error = {0};
     set->options.tolerance = 0.0;
-    if (!tangle_system_of(g, &s))
-        return;
+    tangle_system_of(g, &s);
     double terms = 0.0;
     for (int k = 0; k < 3; k++) {
         set->options.iterations = k + 1;
@@ -181,22 +175,20 @@ KT_TEST(augmented_iterates_close_the_equations_by_the_factor_of_the_penalty) {
     plan.loops = 2;
     plan.tree.bodies = 8;
     for (int i = 0; i < 30; i++) {
-        kt_need(tangle_grow(&g, &plan, &random));
+        tangle_grow(&g, &plan, &random);
         kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 1.0);
         options.penalty = 3.0;
         kt_constraint_formulation *set = closure_set(g.tree.model, &options);
-        if (set)
-            check_contraction(&g, set, gain_of(&g, set), &worst);
-        kt_constraint_formulation_free(set);
+        check_contraction(&g, set, gain_of(&g, set), &worst);
     }
     kt_check_worst(&worst);
 }
 
-static bool make_four_bar(linkage *l) {
+static void make_four_bar(linkage *l) {
     const four_bar f = four_bar_default();
     linkage_four_bar(l, &f);
-    return linkage_build(l, 0.0);
+    linkage_build(l, 0.0);
 }
 
 /* The largest |A a - c| of the four-bar after so many iterations; it was placed in this very state. */
@@ -215,7 +207,7 @@ static double left_after(const linkage *l, kt_constraint_formulation *set, int i
  * few times larger than that. */
 KT_TEST(penalty_is_what_an_iteration_divides_by) {
     linkage l;
-    kt_need(make_four_bar(&l));
+    make_four_bar(&l);
     /* NOLINTNEXTLINE(cert-flp30-c,clang-analyzer-security.FloatLoopCounter): each number is meant */
     for (double penalty = 10.0; penalty < 2000.0; penalty *= 10.0) {
         kt_constraint_formulation_options options =
@@ -225,7 +217,6 @@ KT_TEST(penalty_is_what_an_iteration_divides_by) {
         const double by = left_after(&l, set, 3) / left_after(&l, set, 4);
         kt_check_below("divided by", by, 1.0 + penalty);
         kt_check_above("divided by", by, 0.5 * (1.0 + penalty));
-        kt_constraint_formulation_free(set);
     }
 }
 
@@ -235,7 +226,7 @@ KT_TEST(sets_allocate_nothing_after_setting_up) {
     linkage l;
     double a[8], rate[8];
     kt_error e = {0};
-    kt_need(make_four_bar(&l));
+    make_four_bar(&l);
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
@@ -263,7 +254,7 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
     linkage l;
     double first[8], other[8], again[8];
     kt_error e = {0};
-    kt_need(make_four_bar(&l));
+    make_four_bar(&l);
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.01);
@@ -282,7 +273,6 @@ KT_TEST(sets_have_no_memory_of_what_they_evaluated) {
         kt_check_equal_bits(kt_constraint_formulation_name((kt_constraint_formulation_type)type), again, first,
                             (size_t)l.nv);
         kt_check_true("elsewhere it is another", memcmp(other, first, (size_t)l.nv * sizeof *other) != 0);
-        kt_constraint_formulation_free(set);
     }
 }
 
@@ -304,7 +294,7 @@ KT_TEST(sets_say_what_is_wrong_with_options_and_memory) {
     const kt_constraint_formulation_options fine =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
     kt_constraint_formulation_options o = fine;
-    kt_need(make_four_bar(&l));
+    make_four_bar(&l);
     const size_t size = kt_constraint_formulation_size(l.model);
     o.type = KT_CONSTRAINT_FORMULATION_COUNT;
     check_rejection(&l, &o, size, 0, KT_ERROR_ARGUMENT, "type", "no constraint formulation");
@@ -336,11 +326,11 @@ KT_TEST(sets_say_that_they_need_inertia_along_every_joint) {
     linkage_four_bar(&l, &f);
     l.body[l.description.body_count - 1].mass = 0.0;
     l.body[l.description.body_count - 1].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    kt_need(linkage_build(&l, 0.0));
+    linkage_build(&l, 0.0);
     double a[8];
     kt_constraint_formulation *set = NULL;
     kt_error e = {0};
-    (void)linkage_accelerate(&l, 0.0, a);
+    linkage_accelerate(&l, 0.0, a);
     kt_check_equal_int("gauss", kt_constraint_formulation_create(l.model, &o, &set, &e), KT_ERROR_SINGULAR);
     kt_check_contains("message", e.message, "inertia along every joint");
 }
@@ -350,8 +340,8 @@ KT_TEST(a_simulation_rejects_the_set_of_another_model) {
     linkage l, other;
     const kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
-    kt_need(make_four_bar(&l));
-    kt_need(make_four_bar(&other));
+    make_four_bar(&l);
+    make_four_bar(&other);
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
     kt_error e = {0};
@@ -361,5 +351,4 @@ KT_TEST(a_simulation_rejects_the_set_of_another_model) {
     kt_check_true("a step fails", kt_simulation_step(simulation, 1.0, &e) != KT_OK);
     kt_check_contains("message", e.message, "another model");
     kt_simulation_free(simulation);
-    kt_constraint_formulation_free(set);
 }

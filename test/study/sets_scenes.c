@@ -3,8 +3,7 @@
  * published motions. */
 #include "../formulation.h"
 #include "../reference/scene.h"
-
-#include "kinetree/study.h"
+#include "closure.h"
 
 #include <math.h>
 #include <string.h>
@@ -17,17 +16,6 @@ static const char *const loop_scenes[] = {
     "stephenson",    "stewart",     "watt"};
 
 enum { NUMBERS = 600, RECORDS = 20 };
-
-static void release_set(void *set) { kt_constraint_formulation_free(set); }
-
-static kt_constraint_formulation *make_set(const kt_model *model, const kt_constraint_formulation_options *options) {
-    kt_error e = {0};
-    kt_constraint_formulation *set = NULL;
-    kt_need_fine(kt_constraint_formulation_name(options->type),
-                 kt_constraint_formulation_create(model, options, &set, &e), &e);
-    kt_test_own(set, release_set);
-    return set;
-}
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
@@ -44,8 +32,8 @@ static void compare_at(const kt_model *model, const char *scene, const double *q
     for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
         const kt_constraint_formulation_options options =
             kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 0.1);
-        kt_constraint_formulation *set = make_set(model, &options);
-        if (set && kt_fine(scene, kt_constraint_formulation_evaluate(set, data, t, q, v, NULL, NULL, NULL, a, &e), &e))
+        kt_constraint_formulation *set = closure_set(model, &options);
+        if (kt_fine(scene, kt_constraint_formulation_evaluate(set, data, t, q, v, NULL, NULL, NULL, a, &e), &e))
             for (int i = 0; i < kt_model_nv(model); i++)
                 kt_worst_near(&worst[type], a[i], expected[i],
                               (type == KT_CONSTRAINT_FORMULATION_AUGMENTED ? 1e-9 : 1e-12) * size, "%s, %d", scene, i);
@@ -165,7 +153,7 @@ KT_TEST(rk4_keeps_its_order_with_every_set) {
         for (int k = 0; k < 2; k++) {
             const kt_constraint_formulation_options options =
                 kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 4e-3);
-            kt_constraint_formulation *set = make_set(c.model, &options);
+            kt_constraint_formulation *set = closure_set(c.model, &options);
             go(&c, &m, "rk4", 1e-3 / (1 << k), 0.0, set);
             error[k] = m.error;
             energy[k] = m.energy;
@@ -185,10 +173,10 @@ KT_TEST(force_projection_stays_closed_where_gauss_drifts) {
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_GAUSS, 0.01);
     const kt_constraint_formulation_options projection =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
-    kt_constraint_formulation *set = make_set(c.model, &gauss);
+    kt_constraint_formulation *set = closure_set(c.model, &gauss);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     const double drift = m.open;
-    set = make_set(c.model, &projection);
+    set = closure_set(c.model, &projection);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     kt_check_below("open", m.open, 1e-13);
     kt_check_above("times that of gauss", drift / m.open, 1e9);
@@ -201,7 +189,7 @@ KT_TEST(a_set_whose_loops_came_apart_says_so) {
     const kt_case c = open_scene(&m, "four-bar", 2.0);
     const kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.1 * 0.01 / 5.0);
-    kt_constraint_formulation *set = make_set(c.model, &o);
+    kt_constraint_formulation *set = closure_set(c.model, &o);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     check_verdict(set, KT_ERROR_CONSTRAINT, "came apart by");
 }
@@ -215,7 +203,7 @@ KT_TEST(every_set_runs_the_absolute_formulation) {
         for (int type = 0; type < KT_CONSTRAINT_FORMULATION_COUNT; type++) {
             const kt_constraint_formulation_options o =
                 kt_constraint_formulation_options_default((kt_constraint_formulation_type)type, 1e-3);
-            kt_constraint_formulation *set = make_set(kt_absolute_model(absolute), &o);
+            kt_constraint_formulation *set = closure_set(kt_absolute_model(absolute), &o);
             go_as(&c, absolute, &m, "rk4", 1e-3, 0.0, set);
             kt_check_equal_int(kt_constraint_formulation_name((kt_constraint_formulation_type)type), m.status, KT_OK);
             kt_check_below("error", m.error, 1.3e-5); /* 6.2e-6 was measured, by gauss */
@@ -232,14 +220,14 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     const kt_case c = open_scene(&m, "bricard", 2.0);
     kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_BAUMGARTE, 0.01);
-    kt_constraint_formulation *set = make_set(c.model, &o);
+    kt_constraint_formulation *set = closure_set(c.model, &o);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     const double right = m.error;
     kt_check_equal_int("run", m.status, KT_OK);
     kt_check_below("error", right, 1e-6);
     check_verdict(set, KT_OK, NULL);
     o.uncapped = true;
-    set = make_set(c.model, &o);
+    set = closure_set(c.model, &o);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
     kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_get(set).trusted, 1.0);
@@ -256,7 +244,7 @@ static int lost_ways(const kt_case *c, motion *m, const kt_constraint_formulatio
     for (double tolerance = 1e-5; tolerance > 5e-10; tolerance *= 0.1) {
         go(c, m, "dopri5", 0.0, tolerance, NULL);
         const double right = m->error;
-        kt_constraint_formulation *set = make_set(c->model, o);
+        kt_constraint_formulation *set = closure_set(c->model, o);
         go(c, m, "dopri5", 0.0, tolerance, set);
         if (m->status != KT_OK || m->error > 0.3) {
             check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
@@ -295,12 +283,12 @@ KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digi
     const kt_case c = open_scene(&m, "n-four-bar-2", 10.0);
     kt_constraint_formulation_options o =
         kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_PROJECTION, 0.01);
-    kt_constraint_formulation *set = make_set(c.model, &o);
+    kt_constraint_formulation *set = closure_set(c.model, &o);
     go(&c, &m, "dopri5", 0.0, 1e-8, set);
     kt_check_below("projection: error", m.error, 5e-5);
     check_verdict(set, KT_ERROR_SINGULAR, "of a singular position");
     o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
-    set = make_set(c.model, &o);
+    set = closure_set(c.model, &o);
     go(&c, &m, "dopri5", 0.0, 1e-8, set);
     kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_get(set).residual, 0.5);
     check_verdict(set, KT_ERROR_SINGULAR, "still off by");
