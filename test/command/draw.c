@@ -484,6 +484,30 @@ KT_TEST(names_of_contacts_are_at_their_wheels) {
     kt_check_above("wheels are apart by", fabs(x_of_text(svg, "far") - x_of_text(svg, "near")), 200.0);
 }
 
+/* A name has a gap to the next one in its row, and those without room are counted. */
+KT_TEST(names_without_room_are_counted) {
+    const kt_ran ran = kt_shell("$K make chain --links 200 >names.yaml && $K draw names.yaml --names");
+    const char *lacks = strstr(ran.err, "names.svg lacks "), *svg = kt_read_file("names.svg");
+    int left_out = 0, shown = 0;
+    double row[200] = {0.0}, end[200] = {0.0}, least = 1e9;
+    kt_check_true("names are left out",
+                  lacks != NULL && sscanf(lacks, "names.svg lacks %d names, for", &left_out) == 1);
+    for (const char *at = svg; (at = strstr(at, "<text x=\"")) != NULL; at++) {
+        double x, y;
+        if (sscanf(at, "<text x=\"%lf\" y=\"%lf\"", &x, &y) != 2 || strncmp(strchr(at, '>'), ">link", 5) != 0 ||
+            strspn(strchr(at, '>') + 5, "0123456789") != 3)
+            continue;
+        for (int k = 0; k < shown; k++)
+            least = fabs(row[k] - y) < 1.0 ? fmin(least, fabs(end[k] - x)) : least;
+        row[shown] = y;
+        end[shown++] = x;
+    }
+    kt_check_above("pitch of names of three digits, page units", least, 45.0);
+    kt_check_equal_int("names of links", kt_count_of(svg, ">link") + left_out, 200);
+    kt_expect(0, "picture: andrews.svg\n", "$K draw " KT_SCENES "/andrews.yaml --names");
+    kt_check_equal_int("one name for four markers at a place", kt_count_of(kt_read_file("andrews.svg"), ">E<"), 1);
+}
+
 enum { TRIANGLES_MOST = 8 };
 
 /* The triangles of mounts in an SVG: the y of the tip, and how far the side is below it. Page units. */

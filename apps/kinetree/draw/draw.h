@@ -33,6 +33,7 @@ typedef struct kt_drawing {
     const kt_drawn_path *paths;
     int path_count;
     bool shows_axes, shows_names;
+    int *nameless;   /* kt_drawing_write counts the names that have no room; NULL: it does not */
     bool shows_gaps; /* of loops that are open: a red line from end to end */
     bool is_dark;
     const char *title, *subtitle;

@@ -372,6 +372,8 @@ double kt_drawing_grain(const kt_drawing *drawing) { return lay_out_page(drawing
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;
     const page p = {drawing, -1, KT_PATHS_BEHIND, lay_out_page(drawing), &fine};
+    if (drawing->nameless != NULL)
+        *drawing->nameless = 0;
     const int code = kt_paper_write(path, WIDTH, p.layout.height, paint_page, &p);
     if (!fine)
         kt_say("there is not enough memory for the picture");

@@ -3,6 +3,7 @@
 #include "picture/solid.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -43,22 +44,36 @@ static bool is_occupied(const kt_sheet *sheet, kt_spot at) {
     return found;
 }
 
-enum { LABELS_MOST = 400 };
+enum { LABELS_MOST = 4000 };
 
-/* The areas that labels already cover. */
+/* The areas that labels may not cover: the middles of bodies, and other labels. */
 typedef struct labels {
-    int count;
+    int count, left_out;
     struct label {
         double left, right, top, bottom;
+        const char *text; /* NULL: a middle */
+        kt_spot at;
     } items[LABELS_MOST];
 } labels;
 
 static bool label_is_clear(const labels *l, struct label one) {
-    for (int i = 0; i < l->count; i++)
-        if (one.left < l->items[i].right && l->items[i].left < one.right && one.top < l->items[i].bottom &&
-            l->items[i].top < one.bottom)
+    static const double gap = 5.0; /* between names, which would read as one name */
+    for (int i = 0; i < l->count; i++) {
+        const double apart = l->items[i].text != NULL ? gap : 0.0;
+        if (one.left - apart < l->items[i].right && l->items[i].left - apart < one.right &&
+            one.top < l->items[i].bottom && l->items[i].top < one.bottom)
             return false;
+    }
     return true;
+}
+
+/* Whether a spot has the same name already: several bodies may have a marker there. */
+static bool label_is_there(const labels *l, kt_spot at, const char *text) {
+    for (int i = 0; i < l->count; i++)
+        if (l->items[i].text != NULL && strcmp(l->items[i].text, text) == 0 &&
+            kt_spot_distance(l->items[i].at, at) < 2.0)
+            return true;
+    return false;
 }
 
 /* Writes a name next to a spot, on the first of eight sides where no other name is. */
@@ -67,16 +82,20 @@ static void paint_label(const kt_sheet *sheet, labels *l, kt_spot at, const char
                                     {10.0, 4.0}, {-10.0, 4.0}, {8.0, -20.0}, {8.0, 28.0}};
     cairo_set_font_size(sheet->c, kt_small_size);
     const double width = kt_paper_width(sheet->c, text);
+    if (label_is_there(l, at, text))
+        return;
     struct label one = {0};
     int side = 0;
     for (; side < 8; side++) {
         const double left = sides[side].x < 0.0 ? at.x + sides[side].x - width : at.x + sides[side].x;
-        one = (struct label){left, left + width, at.y + sides[side].y - 9.5, at.y + sides[side].y + 2.5};
+        one = (struct label){left, left + width, at.y + sides[side].y - 9.5, at.y + sides[side].y + 2.5, text, at};
         if (label_is_clear(l, one))
             break;
     }
-    if (side == 8 || l->count == LABELS_MOST)
+    if (side == 8 || l->count == LABELS_MOST) {
+        l->left_out++;
         return;
+    }
     l->items[l->count++] = one;
     const kt_colour paper = sheet->palette->paper;
     cairo_set_source_rgba(sheet->c, paper.red, paper.green, paper.blue, 0.72);
@@ -123,17 +142,28 @@ static void paint_markers(const kt_sheet *sheet, labels *l) {
         }
 }
 
-/* The names that have room. Those of bodies are next to the middle of the first solid, and those of loops at the second
- * end. That of a wheel that rolls would be the origin of the plane: its name is at the wheel. */
+/* The middle of the first solid of a body, on the page. Returns false if the body has none. */
+static bool find_middle(const kt_sheet *sheet, int body, kt_spot *at) {
+    const kt_picture *p = sheet->drawing->picture;
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->solids[i].body == body) {
+            *at = kt_sheet_place(sheet, kt_pose_apply(sheet->poses[body], p->solids[i].pose.position));
+            return true;
+        }
+    return false;
+}
+
+/* The names that have room. Those of bodies are next to their middles, and those of loops at the second end. That of a
+ * wheel that rolls would be the origin of the plane: its name is at the wheel. */
 static void paint_names(const kt_sheet *sheet, labels *l) {
     const kt_picture *p = sheet->drawing->picture;
+    kt_spot at;
     for (int body = 1; body < p->body_count; body++)
-        for (int i = 0; i < p->solid_count; i++)
-            if (p->solids[i].body == body) {
-                const kt_vec3 at = kt_pose_apply(sheet->poses[body], p->solids[i].pose.position);
-                paint_label(sheet, l, kt_sheet_place(sheet, at), kt_body_name(p->model, body), sheet->palette->ink);
-                break;
-            }
+        if (l->count < LABELS_MOST / 2 && find_middle(sheet, body, &at))
+            l->items[l->count++] = (struct label){at.x, at.x, at.y, at.y, NULL, at};
+    for (int body = 1; body < p->body_count; body++)
+        if (find_middle(sheet, body, &at))
+            paint_label(sheet, l, at, kt_body_name(p->model, body), sheet->palette->ink);
     for (int i = 0; i < p->loop_count; i++) {
         const kt_body_frame *end = &p->loops[i].ends[p->loops[i].type == KT_LOOP_ROLLING ? 0 : 1];
         paint_label(sheet, l, kt_sheet_frame(sheet, end), p->loops[i].name, sheet->palette->ink);
@@ -153,9 +183,12 @@ void kt_paint_symbols(const kt_sheet *sheet) {
         kt_paint_pivots(sheet);
     for (int i = 0; i < p->joint_count && sheet->drawing->shows_axes; i++)
         paint_axis(sheet, &p->joints[i]);
-    labels l = {.count = 0};
+    labels l;
+    l.count = l.left_out = 0;
     if (sheet->drawing->shows_names && sheet->fade == 0.0)
         paint_names(sheet, &l);
     if (sheet->fade == 0.0)
         paint_markers(sheet, &l);
+    if (sheet->drawing->nameless != NULL)
+        *sheet->drawing->nameless += l.left_out;
 }

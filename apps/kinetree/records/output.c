@@ -277,8 +277,8 @@ const char *kt_temporary_folder(void) {
     return folder != NULL && folder[0] == '/' ? folder : "/tmp";
 }
 
-void kt_say_picture(const char *path, const char *remark, const char *replaced) {
-    fprintf(stderr, "picture: %s%s\n", kt_show(path).text, remark);
+void kt_say_written(const char *what, const char *path, const char *remark, const char *replaced) {
+    fprintf(stderr, "%s: %s%s\n", what, kt_show_result(path).text, remark);
     if (replaced[0] != '\0')
         fprintf(stderr, "  replaces an older %s\n", replaced);
 }
@@ -320,6 +320,12 @@ int kt_check_records(const char *path) {
                                          {".glb", "--glb"},    {".json", "--summary"},
                                          {".yaml", "--scene"}, {".gz", "--out - | gzip"}};
     return check_other_endings("--out writes records as CSV", path, other, sizeof other / sizeof other[0]);
+}
+
+int kt_check_lines(const char *path) {
+    static const other_ending other[] = {
+        {".h5|.hdf5", "--keep"}, {".svg|.png|.pdf", "'kinetree plot' afterwards"}, {".gz", "--out - | gzip"}};
+    return check_other_endings("sweep: --out writes lines as CSV", path, other, sizeof other / sizeof other[0]);
 }
 
 int kt_check_summary(const char *path) {

@@ -81,9 +81,9 @@ void kt_note_replaced(const char *path, char *text, size_t size);
 /* Returns the folder of temporary files: TMPDIR if it is an absolute path, else /tmp. */
 const char *kt_temporary_folder(void);
 
-/* Prints the name of a picture that has been written, with a remark or "", and the file that it replaces unless
- * `replaced` is empty (kt_note_replaced). */
-void kt_say_picture(const char *path, const char *remark, const char *replaced);
+/* Prints the name of a result that has been written ("picture"), with a remark or "", and the file that it replaces
+ * unless `replaced` is empty (kt_note_replaced). */
+void kt_say_written(const char *what, const char *path, const char *remark, const char *replaced);
 
 /* Returns the length of a file's name before its ending, one of those in `endings` (".svg|.png"), in letters of any
  * case; -1 if it has none of them, or is NULL. */
@@ -96,6 +96,9 @@ int kt_check_ending(const char *option, const char *path, const char *ending);
 /* Does the same for records. Their names may have any ending except those of pages, pictures, glTF files, summaries and
  * scenes. */
 int kt_check_records(const char *path);
+
+/* Does the same for the lines of a sweep. */
+int kt_check_lines(const char *path);
 
 /* Does the same for summaries. Their names may have any ending except those of records and scenes. */
 int kt_check_summary(const char *path);

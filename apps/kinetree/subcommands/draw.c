@@ -293,8 +293,9 @@ static int write_small(motion *m, const kt_draw_arguments *arguments, const char
                        const char *path) {
     const int states = m->state_count;
     char subtitle[200];
-    int code = KT_EXIT_DONE;
+    int code = KT_EXIT_DONE, nameless = 0;
     drawing->subtitle = subtitle;
+    drawing->nameless = &nameless;
     for (bool is_small = false; !is_small && code == KT_EXIT_DONE;) {
         drawing->state_count = m->state_count;
         name_states(m, arguments, drawing->shows_gaps, view, subtitle, sizeof subtitle);
@@ -306,8 +307,11 @@ static int write_small(motion *m, const kt_draw_arguments *arguments, const char
         drawing->is_plain = drawing->is_plain || !is_small;
     }
     drawing->subtitle = NULL; /* its memory ends here */
+    drawing->nameless = NULL;
     if (code != KT_EXIT_DONE)
         return code;
+    if (nameless > 0)
+        kt_say("%s lacks %d name%s, for which there is no room", path, nameless, nameless > 1 ? "s" : "");
     if (kt_drawing_grain(drawing) > 0.0)
         kt_say(
             "%s shows nothing finer than %.2g m, to which positions are rounded so far from the origin; describe the "
@@ -502,7 +506,7 @@ int kt_command_draw(int argc, char **argv) {
         release_motion(&m);
     }
     if (code == KT_EXIT_DONE)
-        kt_say_picture(path, bodies == 1 ? ", which is empty: the scene has no bodies" : "", replaced);
+        kt_say_written("picture", path, bodies == 1 ? ", which is empty: the scene has no bodies" : "", replaced);
     free(base);
     return code;
 }

@@ -170,7 +170,7 @@ int kt_command_plot(int argc, char **argv) {
         code = draw_table(&arguments, &table, argv[1], base != NULL ? base : "result", out);
         kt_table_free(&table);
         if (code == KT_EXIT_DONE)
-            kt_say_picture(out, "", replaced);
+            kt_say_written("picture", out, "", replaced);
     }
     free(base);
     return code;
