@@ -148,6 +148,7 @@ typedef struct kt_reading {
     int type;                          /* -1: it could not be read */
     bool type_is_known;                /* it could be read, or there are none to choose from */
     bool is_missing_reported;          /* which keys are missing has been reported */
+    bool are_keys_listed;              /* which keys there are has been reported */
 } kt_reading;
 
 /* The key that a comma in an unquoted formula leaves: "x)" of =atan2(y, x). */
@@ -205,18 +206,18 @@ static void report_misspelt(kt_reading *reading, kt_node *key) {
 static void report_unknown_key(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
     kt_phrase what = {.length = 0};
-    kt_phrase_add(&what, "unknown key %s; ", kt_name_quote(key->of.text).text);
+    kt_phrase_add(&what, "unknown key %s", kt_name_quote(key->of.text).text);
     if (is_of_formula(key)) {
-        kt_phrase_add(&what, "if it is part of a formula, put that in quotes: in { } and [ ] a comma ends it");
+        kt_phrase_add(&what, "; if it is part of a formula, put that in quotes: in { } and [ ] a comma ends it");
         kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s", what.text);
         return;
     }
-    kt_phrase_add(&what, "it can be");
-    for (int i = 0; i < fields->count; i++) {
-        kt_phrase_add(&what, "%s %s", i > 0 ? "," : "", fields->field[i].key);
+    for (int i = 0; i < fields->count && !reading->are_keys_listed; i++) {
+        kt_phrase_add(&what, "%s %s", i > 0 ? "," : "; it can be", fields->field[i].key);
         if (fields->field[i].also != NULL)
             kt_phrase_add(&what, ", %s", fields->field[i].also);
     }
+    reading->are_keys_listed = true;
     report_key(reading, key, what.text);
 }
 

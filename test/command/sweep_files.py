@@ -248,7 +248,8 @@ def inputs_stay():
         told = run(*words, "--quiet", code=1).stderr
         same(f"{file}: bytes, and the message", (pathlib.Path(file).read_bytes() == before, "itself; give the results another file" in told), (True, True))
     same("FILE.shard of a part", pathlib.Path("part2.csv.shard").exists(), True)
-    run("--merge", "part1.csv", "part2.csv", "--out", "parts.csv")
+    same("the joined file", run("--merge", "part1.csv", "part2.csv", "--out", "parts.csv").stderr, "joined: parts.csv, 4 runs of 2 parts\n")
+    same("quietly", run("--merge", "part1.csv", "part2.csv", "--quiet", "--out", "parts.csv").stderr, "")
 
 
 def named():

@@ -276,6 +276,13 @@ KT_TEST(options_without_an_effect_are_rejected) {
         {"--count takes a whole number above zero, not '0'", "modes p.yaml --count 0"},
         {"--steps takes a whole number above zero, not '0'", "modes p.yaml --period 1 --steps 0"},
         {"--jobs takes a whole number above zero, not '0'", "sweep p.yaml --vary gravity[1]=-9,-10 --jobs 0"},
+        {"--repeats has nothing to act on: --random", "sweep p.yaml --vary gravity[1]=-9,-10 --repeats 2"},
+        {"--seed has nothing to act on: --random", "sweep p.yaml --vary gravity[1]=-9,-10 --seed 2"},
+        {"--out writes lines as CSV, not 'l.csv.gz'", "sweep p.yaml --vary gravity[1]=-9,-10 --out l.csv.gz"},
+        {"--out writes lines as CSV, not 'l.svg'", "sweep p.yaml --vary gravity[1]=-9,-10 --out l.svg"},
+        {"sweep: SCENE, or with --merge PART... is missing", "sweep --merge --out l.csv"},
+        {"--quiet and --verbose exclude each other", "run p.yaml --quiet --verbose"},
+        {"--quiet and --verbose exclude each other", "info p.yaml --verbose --quiet"},
     };
     kt_write_file("p.yaml", pendulum);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)

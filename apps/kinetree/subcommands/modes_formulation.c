@@ -22,8 +22,8 @@ static bool is_mechanisms(const kt_small_motion *motion, double real, double ima
 static int print_formulation_table(const kt_small_motion *motion, const char *name, const double *real,
                                    const double *imaginary, int count) {
     const double scale = fmax(1.0, hypot(real[count - 1], imaginary[count - 1]));
-    printf("%s: eigenvalues of the formulation '%s' in all %d tree coordinates\n", kt_show(motion->name).text, name,
-           count / 2);
+    printf("%s: eigenvalues of the formulation '%s' in %s%d tree coordinate%s\n", kt_show(motion->name).text, name,
+           count > 2 ? "all " : "", count / 2, count > 2 ? "s" : "");
     printf("  %14s  %14s\n", "real, 1/s", "imaginary");
     for (int i = 0; i < count; i++) {
         if (imaginary[i] < 0.0)

@@ -156,9 +156,11 @@ int kt_run_view_modes(const kt_run_arguments *arguments, const char *path) {
         return code;
     kt_settings settings = arguments->settings;
     settings.is_quiet = arguments->quiet;
+    char replaced[400] = "";
+    kt_note_replaced(page, replaced, sizeof replaced);
     code = kt_view_modes(path, page, &settings, arguments->boxes);
     if (code == KT_EXIT_DONE && !arguments->quiet)
-        kt_say("%s", page);
+        kt_say_written("view", page, "", replaced);
     return code;
 }
 

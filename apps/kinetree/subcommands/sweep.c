@@ -55,7 +55,10 @@ static const kt_option_group groups[] = {{"Input", "vary"},     {"Output", "colu
                                          {"Recovery", "merge"}, {"Messages", "quiet"}, {NULL, NULL}};
 
 static const kt_option_rule rules[] = {
-    {"from", false, "vary,sample", "--from gives the values of all runs; leave --vary and --sample out"}};
+    {"from", false, "vary,sample", "--from gives the values of all runs; leave --vary and --sample out"},
+    {"repeats", true, "random", NULL},
+    {"seed", true, "random,sample", NULL},
+};
 
 const kt_usage kt_usage_sweep = {
     .command = "sweep",
@@ -66,8 +69,7 @@ const kt_usage kt_usage_sweep = {
                 "  kinetree sweep arm.yaml --from cases.csv --resume\n"
                 "  kinetree sweep arm.yaml --vary L=1:2:900 --shard 3/9 --out 3.csv\n"
                 "  kinetree sweep --merge 1.csv 2.csv 3.csv --out all.csv\n",
-    .operands = "SCENE",
-    .takes_any = true,
+    .operands = "SCENE, or with --merge PART...",
     .about = "Runs a scene many times with other values, as --set gives them, and writes one line for each run.\n"
              "A line has the values, the end of the run (done, scene, assembly, integration) and its reason, its cost, "
              "and the error of its energy.\n"
@@ -390,9 +392,8 @@ static int check_sweep_files(const kt_sweep_arguments *arguments, const char *pa
                                 {"--keep", arguments->keep, true}};
     if (arguments->keep != NULL && !kt_keep_is_meant(arguments->keep))
         return kt_misuse("sweep: --keep writes HDF5 and takes FILE.h5, not '%s'", arguments->keep);
-    if (arguments->out != NULL && kt_keep_is_meant(arguments->out))
-        return kt_misuse("sweep: --out writes lines as CSV; --keep %s keeps all records", arguments->out);
-    const int code = arguments->keep != NULL ? kt_keep_check(arguments->keep) : -1;
+    int code = kt_check_lines(arguments->out);
+    code = code < 0 && arguments->keep != NULL ? kt_keep_check(arguments->keep) : code;
     return code < 0 ? kt_check_files("sweep", uses, sizeof uses / sizeof uses[0]) : code;
 }
 

@@ -203,8 +203,9 @@ static int say_missing(const char *out, long long missing, long long first, long
                      missing == 1 && runs < 0 ? "" : "s", missing == 1 ? "is" : "are", first, kt_show_result(out).text);
 }
 
-/* Writes the lines of all parts in the order of their runs. *is_written: the file has all lines of the parts. */
-static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const char *out, bool *is_written) {
+/* Writes the lines of all parts in the order of their runs. *written: the number of these runs, if the file has all
+ * lines of the parts. */
+static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const char *out, long long *written) {
     long long expected = 0, missing = 0, repeated = 0, first = -1;
     int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
     for (int i = 0; code < 0 && i < count; i++)
@@ -224,7 +225,7 @@ static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const c
         kt_say("sweep: the runs cannot be written: %s", strerror(errno));
     if (code >= 0)
         return code;
-    *is_written = true;
+    *written = expected - missing;
     first = first < 0 && expected < runs ? expected : first;
     missing += expected < runs ? runs - expected : 0;
     return say_missing(out, missing, first, repeated, runs);
@@ -238,6 +239,13 @@ static int write_merged_shard(const part *parts, int count, const char *out) {
         all.end = parts[i].shard.end > all.end ? parts[i].shard.end : all.end;
     }
     return kt_sweep_shard_write(out, &all);
+}
+
+static void report_merged(const char *out, long long runs, int parts, const char *replaced) {
+    char remark[80];
+    snprintf(remark, sizeof remark, ", %lld run%s of %d part%s", runs, runs == 1 ? "" : "s", parts,
+             parts == 1 ? "" : "s");
+    kt_say_written("joined", out, remark, replaced);
 }
 
 /* The joined file must be none of the parts. */
@@ -264,8 +272,9 @@ int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count)
         return code;
     }
     const bool to_file = strcmp(out, "-") != 0;
-    bool is_written = false;
+    long long written = -1;
     int64_t runs = -1;
+    char replaced[400] = "";
     code = check_merged_file(out, names, count);
     code = code < 0 ? open_parts(parts, count, names) : code;
     code = code < 0 ? read_shards(parts, count, &runs) : code;
@@ -275,18 +284,21 @@ int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count)
     if (code < 0 && file == NULL)
         code = say_sweep_part(&(part){.name = out}, strerror(errno));
     if (code < 0) {
-        code = merge_lines(parts, count, file, runs, out, &is_written);
+        code = merge_lines(parts, count, file, runs, out, &written);
         if (to_file && fclose(file) != 0) {
-            is_written = false;
+            written = -1;
             code = KT_EXIT_INTEGRATION;
         }
     }
-    if (to_file && kt_output_end(&output, is_written ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
+    kt_note_replaced(out, replaced, sizeof replaced);
+    if (to_file && kt_output_end(&output, written >= 0 ? KT_OUTPUT_WHOLE : KT_OUTPUT_NOTHING) != 0)
         code = KT_EXIT_INTEGRATION;
-    if (is_written)
+    if (written >= 0)
         kt_sweep_shard_remove(out);
-    if (is_written && runs >= 0 && code == KT_EXIT_INTEGRATION)
+    if (written >= 0 && runs >= 0 && code == KT_EXIT_INTEGRATION)
         (void)write_merged_shard(parts, count, out);
+    if (code == KT_EXIT_DONE && !arguments->quiet)
+        report_merged(out, written, count, replaced);
     for (int i = 0; i < count; i++) {
         if (parts[i].file != NULL)
             (void)fclose(parts[i].file);

@@ -261,6 +261,9 @@ static bool is_help(const char *argument) { return strcmp(argument, "--help") ==
 
 enum { OPTIONS_MAX = 64 };
 
+/* Of every subcommand that has both options. */
+static const kt_option_rule quiet_or_verbose = {"quiet", false, "verbose", NULL};
+
 /* Checks one rule for the options that are given, in the order of the usage. */
 static int check_rule(const kt_usage *usage, const kt_option_rule *rule, const bool given[OPTIONS_MAX]) {
     const kt_option *found = NULL;
@@ -334,7 +337,7 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
         }
     }
     const size_t length = strlen(usage->operands);
-    const bool takes_any = usage->takes_any || (length > 3 && strcmp(usage->operands + length - 3, "...") == 0);
+    const bool takes_any = length > 3 && strcmp(usage->operands + length - 3, "...") == 0;
     const int least = length > 0 && usage->operands[0] != '[', most = takes_any ? count : length > 0;
     if (count < least || count > most) {
         if (count < least)
@@ -345,11 +348,12 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
                    usage->command);
         return KT_EXIT_USAGE;
     }
-    for (size_t i = 0; i < usage->rule_count; i++) {
-        const int code = check_rule(usage, &usage->rules[i], given);
-        if (code >= 0)
-            return code;
-    }
+    int code =
+        find_option(usage, "verbose", strlen("verbose")) != NULL ? check_rule(usage, &quiet_or_verbose, given) : -1;
+    for (size_t i = 0; i < usage->rule_count && code < 0; i++)
+        code = check_rule(usage, &usage->rules[i], given);
+    if (code >= 0)
+        return code;
     if (operand_count != NULL)
         *operand_count = count;
     return -1;

@@ -97,7 +97,6 @@ typedef struct kt_usage {
     const char *command;  /* "run" */
     const char *examples; /* lines, shown first in the help */
     const char *operands; /* "SCENE": one, "SCENE...": one or more, "[NAME]": one or none, "": none */
-    bool takes_any;       /* any number of operands, however they are written */
     const char *about;    /* shown after the examples: paragraphs that are wrapped, and indented lines that are not */
     const kt_option *options;
     size_t option_count;
