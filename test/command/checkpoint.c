@@ -410,6 +410,9 @@ KT_TEST(first_checkpoint_is_written_after_its_new_file_was_deleted) {
 
 KT_TEST(checkpoint_that_cannot_be_written_ends_the_run_at_its_start) {
     kt_expect(0, NULL, "$K make chain --links 20 >chain.yaml");
+    kt_expect(4, "checkpoint pipe cannot be written: it is not a file",
+              "mkfifo pipe && $K run chain.yaml --quiet --out o.csv --checkpoint-interval 1e-9 --checkpoint pipe");
+    kt_check_equal_int("the pipe is not replaced", kt_shell("test -p pipe").code, 0);
     kt_expect(4, "none/x cannot be written: No such file",
               "$K run chain.yaml --quiet --out o.csv --checkpoint none/x --checkpoint-interval 1e-9");
     kt_expect(1, "is the scene itself", "$K run chain.yaml --quiet --out o.csv --checkpoint chain.yaml");

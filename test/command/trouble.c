@@ -48,6 +48,8 @@ KT_TEST(write_errors_are_said_and_end_in_four) {
               "ln -sf /dev/full full.html && $K view p.yaml --view full.html");
     kt_expect(4, "full.svg cannot be written: No space left on device",
               "ln -sf /dev/full full.svg && $K draw p.yaml --animate --out full.svg");
+    kt_expect(4, "full.pdf cannot be written: No space left on device",
+              "ln -sf /dev/full full.pdf && $K draw p.yaml --out full.pdf");
     kt_expect(4, "none/o.csv cannot be written: No such file or directory; create the folder none first",
               "$K run p.yaml --quiet --out none/o.csv");
     kt_expect(4, "none/o.json cannot be written: No such file",

@@ -262,12 +262,6 @@ static cairo_status_t end_surface(cairo_surface_t *surface, cairo_status_t statu
     return status;
 }
 
-/* A page of a PDF, whose units are points. */
-static cairo_status_t write_pdf(const job *j) {
-    cairo_surface_t *surface = cairo_pdf_surface_create(j->path, j->width, j->height);
-    return end_surface(surface, draw_on(surface, j, 1.0, NULL));
-}
-
 /* PNG pictures have two pixels per unit, for screens of high resolution. */
 static cairo_status_t write_png(const job *j) {
     cairo_surface_t *surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, 2 * j->width, 2 * j->height);
@@ -281,10 +275,28 @@ static cairo_status_t append_to_file(void *file, const unsigned char *data, unsi
     return fwrite(data, 1, length, file) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-/* Draws the picture; cairo's output goes to `shapes`, the text elements to `elements`. */
-static cairo_status_t draw_svg(FILE *shapes, FILE *elements, const job *j) {
-    cairo_surface_t *surface = cairo_svg_surface_create_for_stream(append_to_file, shapes, j->width, j->height);
+/* Draws a page of an SVG or a PDF, whose units are points. Cairo's output goes to `shapes`, and the text elements of an
+ * SVG go to `elements`. */
+static cairo_status_t draw_vectors(FILE *shapes, FILE *elements, const job *j) {
+    cairo_surface_t *(*const create)(cairo_write_func_t, void *, double, double) =
+        j->is_pdf ? cairo_pdf_surface_create_for_stream : cairo_svg_surface_create_for_stream;
+    cairo_surface_t *surface = create(append_to_file, shapes, j->width, j->height);
     return end_surface(surface, draw_on(surface, j, 1.0, elements));
+}
+
+/* Cairo does not report that a disk is full: not if it closes the file, and not always if a write fails. */
+static cairo_status_t write_pdf(const job *j) {
+    FILE *file = fopen(j->path, "wb");
+    if (file == NULL)
+        return CAIRO_STATUS_WRITE_ERROR;
+    cairo_status_t status = draw_vectors(file, NULL, j);
+    if (ferror(file) != 0)
+        status = CAIRO_STATUS_WRITE_ERROR;
+    const int reason = errno;
+    if (fclose(file) != 0)
+        return CAIRO_STATUS_WRITE_ERROR;
+    errno = reason;
+    return status;
 }
 
 /* Skips a redundant move after 'Z' (close path) and returns the remaining text. After each closed shape cairo writes a
@@ -400,7 +412,7 @@ static cairo_status_t write_svg(job *j) {
     FILE *one = open_memstream(&shapes, &shapes_size), *other = open_memstream(&elements, &elements_size);
     cairo_status_t status = CAIRO_STATUS_NO_MEMORY;
     if (one != NULL && other != NULL)
-        status = draw_svg(one, other, j);
+        status = draw_vectors(one, other, j);
     const bool one_lost = one != NULL && fclose(one) != 0;
     const bool other_lost = other != NULL && fclose(other) != 0;
     const bool lost = one_lost || other_lost;

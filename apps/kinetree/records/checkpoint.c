@@ -108,7 +108,9 @@ static int lock_name(kt_checkpoint *checkpoint) {
     }
 }
 
+/* A device or a pipe would be replaced by a file. */
 static bool take_lock(kt_checkpoint *checkpoint) {
+    struct stat status;
     if (checkpoint->path == NULL)
         return true;
     checkpoint->file = kt_follow_links(checkpoint->path);
@@ -119,10 +121,13 @@ static bool take_lock(kt_checkpoint *checkpoint) {
     checkpoint->new_path = kt_join_texts(checkpoint->file, ".new", "");
     if (checkpoint->new_path == NULL)
         return say_no_memory();
-    checkpoint->lock = lock_name(checkpoint);
+    const bool is_other = stat(checkpoint->file, &status) == 0 && !S_ISREG(status.st_mode);
+    checkpoint->lock = is_other ? -1 : lock_name(checkpoint);
     if (checkpoint->lock < 0)
         kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,
-               errno == EBUSY ? "another run writes its checkpoints there" : strerror(errno));
+               is_other         ? "it is not a file"
+               : errno == EBUSY ? "another run writes its checkpoints there"
+                                : strerror(errno));
     return checkpoint->lock >= 0;
 }
 
