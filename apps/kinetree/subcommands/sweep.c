@@ -155,13 +155,25 @@ static size_t compared_bytes(const kt_sweep *sweep, const char *line) {
     return strlen(line) + 1;
 }
 
-/* Returns -1 if a line of an earlier sweep equals the line that this sweep computes. Otherwise prints the error and
- * returns an exit code. */
-static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line) {
+/* The start of the line of a run, which the caller frees; NULL: not enough memory. */
+static char *start_of_line(const kt_sweep *sweep, int64_t run) {
+    double values[KT_SWEEP_AXES_MAX];
+    kt_bytes start = {0};
+    kt_sweep_plan_values(&sweep->plan, run, values);
+    kt_sweep_plan_start(&sweep->plan, run, values, &start);
+    return start.text;
+}
+
+/* Returns -1 if a line of an earlier sweep has the number and the values of this run, and with `whole` also the results
+ * that the scene gives now. Otherwise prints the error and returns an exit code. */
+static int check_line(const kt_sweep *sweep, const char *name, int64_t run, const char *line, bool whole) {
     kt_sweep_worker worker = {.has_scene = false};
-    kt_sweep_result own = kt_sweep_one(sweep, &worker, run);
+    kt_sweep_result own = {.line = whole ? NULL : start_of_line(sweep, run)};
+    if (whole)
+        own = kt_sweep_one(sweep, &worker, run);
     kt_sweep_worker_free(&worker);
-    const bool same = own.line != NULL && strncmp(own.line, line, compared_bytes(sweep, own.line)) == 0;
+    const bool same =
+        own.line != NULL && strncmp(own.line, line, whole ? compared_bytes(sweep, own.line) : strlen(own.line)) == 0;
     if (own.line == NULL)
         kt_say("sweep: there is not enough memory");
     else if (!same)
@@ -188,11 +200,8 @@ static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int
         if (lines == 0 && strcmp(line, header) != 0) {
             kt_sweep_say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
-        } else if (lines > 0 && strtoll(line, NULL, 10) != *next) {
-            code = kt_misuse("sweep: %s has run %s where run %lld belongs; it is of another sweep", name,
-                             strtok(line, ","), (long long)*next);
         } else {
-            code = lines == 1 ? check_line(sweep, name, *next, line) : -1;
+            code = lines > 0 ? check_line(sweep, name, *next, line, lines == 1) : -1;
             *next += lines > 0;
             whole += length;
         }

@@ -294,11 +294,9 @@ static void add_events(kt_bytes *line, const kt_sweep *sweep, const made *m) {
 static char *write_run_line(const made *m, kt_status status, const kt_error *error) {
     const kt_sweep *sweep = m->sweep;
     kt_bytes line = {0};
-    kt_bytes_print(&line, "%lld", (long long)m->number);
-    for (int i = 0; i < sweep->plan.count; i++)
-        kt_sweep_put_cell(&line, m->values[i]);
+    kt_sweep_plan_start(&sweep->plan, m->number, m->values, &line);
     const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
-    kt_bytes_print(&line, ",%s", kt_exit_name(kt_exit_code(status)));
+    kt_bytes_print(&line, "%s", kt_exit_name(kt_exit_code(status)));
     kt_sweep_put_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     kt_sweep_put_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);

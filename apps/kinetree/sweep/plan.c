@@ -105,6 +105,13 @@ void kt_sweep_plan_head(const kt_sweep_plan *plan, int count, kt_bytes *line) {
         kt_bytes_print(line, ",%s", plan->columns[i]);
 }
 
+void kt_sweep_plan_start(const kt_sweep_plan *plan, int64_t run, const double *values, kt_bytes *line) {
+    kt_bytes_print(line, "%lld", (long long)run);
+    for (int i = 0; i < plan->count; i++)
+        kt_sweep_put_cell(line, values[i]);
+    kt_bytes_print(line, ",");
+}
+
 void kt_sweep_put_cell(kt_bytes *line, double value) {
     if (isnan(value))
         kt_bytes_print(line, ",");

@@ -80,6 +80,9 @@ int64_t kt_sweep_plan_largest(const kt_sweep_plan *plan, int axis);
 /* Begins the first line of a file of lines: the first `count` columns, and the values. */
 void kt_sweep_plan_head(const kt_sweep_plan *plan, int count, kt_bytes *line);
 
+/* Begins the line of a run: its number and its values, with a comma behind each. */
+void kt_sweep_plan_start(const kt_sweep_plan *plan, int64_t run, const double *values, kt_bytes *line);
+
 /* Adds a cell after others: a number with 17 digits. A number that has none is an empty cell. */
 void kt_sweep_put_cell(kt_bytes *line, double value);
 
