@@ -387,6 +387,7 @@ KT_TEST(plot_takes_what_moves_and_leaves_out_noise) {
         kt_check_true(hidden[i], strstr(svg, hidden[i]) == NULL);
     ran = kt_shell("$K plot many.csv --columns position,reaction --log --out log.svg");
     kt_check_contains("noise on logarithmic axes", ran.err, "position.j11, reaction.pin.fz\n");
+    kt_check_contains("signs are not drawn", kt_read_file("log.svg"), "; magnitudes</text>");
     kt_write_file("small.csv", "time,position.a,constraint.position\n0,1,1e-222\n1,2,3e-222\n");
     ran = kt_shell("$K plot small.csv --columns position,constraint --out small.svg");
     kt_check_contains("a residual that is none", ran.err, "rounding noise: constraint.position\n");

@@ -55,6 +55,7 @@ KT_TEST(near_misses_are_told_what_would_do) {
     kt_expect(2, "did you mean the bundled scene 'double-pendulum.yaml'? 'kinetree demo double-pendulum' runs it",
               "$K run double-pendulm.yaml");
     kt_expect(2, "did you mean the bundled scene 'trebuchet.yaml'?", "$K run no/trebuchett");
+    kt_check_true("no scene for a robot", strstr(kt_shell("$K import nope.urdf").err, "did you mean") == NULL);
     kt_check_true("no name is near", strstr(kt_shell("$K run nothing.yaml").err, "did you mean") == NULL);
     kt_expect(2, "did you mean 'p.yaml'?", "$K run p.urdf");
     kt_expect(2, "'kinetree demo pendulum' runs the bundled scene of this name; its file is /", "$K run pendulum.yaml");

@@ -345,8 +345,8 @@ static int draw_sweep_plot(picture *p, const char *out) {
         (void)snprintf(more, sizeof more, "; %d more columns: --columns chooses", chart->column_count - count);
     if (p->shared > 1)
         (void)snprintf(means, sizeof means, "; means of up to %zu runs at one place", p->shared);
-    (void)snprintf(subtitle, sizeof subtitle, "%zu run%s, %zu without a value%s%s", p->rows,
-                   kt_plural((long long)p->rows), count_failed(p), means, more);
+    (void)snprintf(subtitle, sizeof subtitle, "%zu run%s, %zu without a value%s%s%s", p->rows,
+                   kt_plural((long long)p->rows), count_failed(p), means, more, chart->is_log ? "; magnitudes" : "");
     const kt_plot plot = {.title = chart->title,
                           .subtitle = subtitle,
                           .x_title = chart->table->names[chart->x],

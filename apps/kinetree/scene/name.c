@@ -103,6 +103,6 @@ void kt_missing_suggest(const char *path) {
         return;
     if (find_file(file, "", path, ".yaml"))
         kt_say("did you mean '%s'?", file);
-    else if (!suggest_bundled(path) && !suggest_nearest(path))
+    else if (!suggest_bundled(path) && !suggest_nearest(path) && !kt_is_robot_name(path))
         suggest_near_bundled(path);
 }

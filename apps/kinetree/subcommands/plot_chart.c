@@ -422,8 +422,8 @@ static void write_subtitle(const kt_chart *chart, char *subtitle, size_t size) {
     else if (has_parts)
         snprintf(parts, sizeof parts, " of %zu results", table->part_count);
     const size_t records = table->rows - (has_parts ? table->part_count - 1 : 0);
-    snprintf(subtitle, size, "%zu record%s%s%s%s", records, kt_plural((long long)records), parts, noise.text,
-             kt_marks_note(&chart->marks));
+    snprintf(subtitle, size, "%zu record%s%s%s%s%s", records, kt_plural((long long)records), parts, noise.text,
+             kt_marks_note(&chart->marks), chart->arguments->log ? "; magnitudes" : "");
 }
 
 /* Chooses the panels that the arguments request. Returns -1, or an exit code after printing the error. */
