@@ -178,3 +178,15 @@ KT_TEST(unit_of_a_copied_column_is_compared) {
         kt_expect(0, cases[i].own != NULL ? words : NULL, "$K check unit.yaml >/dev/null");
     }
 }
+
+KT_TEST(quantities_without_columns_are_named) {
+    kt_write_file("block.yaml", BLOCK);
+    const kt_ran ran = kt_shell("$K run block.yaml --duration 0.1 --out o.csv --record position,effect,state,closure,"
+                                "multiplier,'marker velocity'");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("no loops", ran.err, "run: --record: the scene has no multiplier to record\n");
+    kt_check_contains("no loops", ran.err, "run: --record: the scene has no closure to record\n");
+    kt_check_contains("no --markers", ran.err, "run: --record: the scene has no marker velocity to record\n");
+    kt_check_equal_int("nothing else", kt_count_of(ran.err, "to record"), 3);
+    kt_expect(0, NULL, "$K run block.yaml --duration 0.1 --out o.csv --record multiplier --quiet");
+}

@@ -209,11 +209,14 @@ static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const k
     bool fine = true;
     for (size_t i = 0; i < sizeof quantities / sizeof *quantities && fine; i++) {
         const recorded *quantity = &quantities[i];
+        const size_t before = columns->count;
         if (quantity->source == KT_COLUMN_MARKER)
             fine = add_markers(columns, run);
         else if (quantity->add != NULL && (quantity->record == 0 || (record & quantity->record) != 0))
             fine = quantity->add(columns, quantity);
+        columns->empty |= columns->count == before ? record & quantity->record : 0;
     }
+    columns->empty |= run->marker_count == 0 ? record & (KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION) : 0;
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
     return columns->values != NULL;
 }

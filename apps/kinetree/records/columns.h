@@ -52,6 +52,7 @@ typedef struct kt_columns {
     const kt_model *model;
     const kt_description *description; /* of the model: which effects are hard */
     unsigned record;                   /* KT_RECORD_ bits */
+    unsigned empty;                    /* those of them that the scene has no columns for */
     kt_column *columns;
     size_t count, room;
     double *values;                  /* [count], of the record that was evaluated last */

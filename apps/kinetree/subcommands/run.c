@@ -263,6 +263,13 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
            (results->motion != NULL || (names->view == NULL && names->glb == NULL));
 }
 
+/* Reports the quantities of --record that give no columns: multipliers without loops, for example. */
+static void note_empty(const char *command, unsigned empty) {
+    for (unsigned bit = 1; empty != 0; empty &= ~bit, bit *= 2)
+        if ((empty & bit) != 0)
+            kt_say("%s: --record: the scene has no %s to record", command, kt_record_name(bit));
+}
+
 /* Runs a simulation that has been created. names: the final names of all files. record: all quantities of the
  * records. */
 static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome, const kt_result_names *names,
@@ -275,6 +282,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         results.motion->boxes = arguments->boxes;
         results.motion->simulation = outcome->simulation;
     }
+    if (code < 0 && arguments->record != NULL && !arguments->quiet)
+        note_empty(arguments->command, results.columns.empty);
     if (code < 0)
         code = open_records(arguments, outcome, checkpoint, names->out, &results);
     if (code < 0) {
