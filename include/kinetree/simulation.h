@@ -545,7 +545,7 @@ KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simula
  * a file may store it. It is valid for the same model, run and options, on the same version and machine. */
 KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 
-/* Writes a checkpoint into `block`, which has the alignment of a double. Equal states give equal bytes. */
+/* Writes a checkpoint into `block`, which has the alignment of a double. Equal runs give equal bytes. */
 KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
 
 /* Restores a checkpoint. All subsequent results have the same bits as without the interruption. The call therefore
