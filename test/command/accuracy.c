@@ -194,6 +194,8 @@ KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_rejected) {
     kt_write_file("stop.yaml", text);
     kt_expect(2, "accuracy: 'stop.upper': a study does not compare methods for hard stops", "$K accuracy stop.yaml %s",
               quick);
+    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/bouncing-ball.yaml");
+    kt_check_true("the reason alone", strncmp(ran.err, "kinetree: accuracy: 'floor' and others: a study", 47) == 0);
 }
 
 KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
