@@ -286,8 +286,8 @@ static void set_units(const struct kt_contacts *c, const kt_model *model, double
     }
 }
 
-/* Takes the longest column of J (rows x columns, by rows) from column k on out of J, and column k replaces it. Scaled
- * to length 1 it is c->direction, which is removed from the remaining columns. Returns the square of its length. */
+/* Exchanges the longest column of J (rows x columns, by rows) from column k on with column k. Scaled to length 1 it is
+ * c->direction, which is removed from the columns behind it. Returns the square of its length. */
 static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t columns, size_t k, double least) {
     double *u = c->direction, most = 0.0;
     size_t pivot = k;
@@ -301,6 +301,7 @@ static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t
     for (size_t i = 0; most > least && i < rows; i++) {
         u[i] = J[i * columns + pivot] / sqrt(most);
         J[i * columns + pivot] = J[i * columns + k];
+        J[i * columns + k] = u[i];
     }
     for (size_t j = k + 1; most > least && j < columns; j++) {
         double dot = 0.0;
@@ -313,12 +314,13 @@ static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t
 }
 
 /* Writes the part of the multipliers c->drift of a group that is in the range of its J to c->least. The equations are
- * those from group->row on. */
-static void find_least_of_group(struct kt_contacts *c, const kt_group *group) {
+ * those from group->row on. The first columns of J become an orthonormal basis of this range. Returns their number. */
+static size_t find_least_of_group(struct kt_contacts *c, const kt_group *group) {
     const size_t rows = (size_t)group->row_count, columns = (size_t)group->v_count;
     double *J = c->jacobian + group->entry, *least = c->least + group->row, longest = 0.0;
+    size_t k = 0;
     kt_clear(least, rows * sizeof *least);
-    for (size_t k = 0; k < columns && k < rows; k++) {
+    for (; k < columns && k < rows; k++) {
         const double square = take_longest(c, J, rows, columns, k, 1e-18 * longest);
         longest = k == 0 ? square : longest;
         if (!(square > 1e-18 * longest))
@@ -327,6 +329,7 @@ static void find_least_of_group(struct kt_contacts *c, const kt_group *group) {
         for (size_t i = 0; i < rows; i++)
             least[i] += dot * c->direction[i];
     }
+    return k;
 }
 
 /* Measures J and multipliers of a group in `unit`: both become scaled, the latter in c->drift. */
@@ -354,18 +357,95 @@ static void take_least(struct kt_contacts *c, const kt_model *model, const kt_gr
     }
 }
 
+/* The rows of contacts of a group that share their load. */
+typedef struct loads {
+    int n;
+    const int *item; /* contacts */
+} loads;
+
+static size_t load_row(const kt_model *model, const kt_contact *contact) {
+    return (size_t)model->loop[contact->loop].row;
+}
+
+/* Lists loads of a group, and by how much each exceeds its bound, as in linear/coulomb_shares.c. Returns whether one is
+ * below. */
+static bool list_loads_below(struct kt_contacts *c, const kt_model *model, const kt_group *group, loads *to) {
+    double sum = 0.0;
+    bool any = false;
+    *to = (loads){.item = c->active};
+    for (int i = 0; i < c->sides; i++) {
+        const kt_contact *contact = &c->item[i];
+        if (!kt_contact_shares_load(model, contact) || &model->group[model->loop[contact->loop].group] != group)
+            continue;
+        sum += contact->sign * c->reaction[kt_contact_row(model, contact)];
+        c->active[to->n++] = i;
+    }
+    for (int i = 0; i < to->n; i++) {
+        const kt_contact *contact = &c->item[c->active[i]], *friction = &c->item[contact->of];
+        const bool sticks = contact->of >= 0 && kt_contact_is_closed(model, friction);
+        const double *across = sticks ? c->reaction + kt_contact_row(model, friction) : NULL;
+        c->q[i] = contact->sign * c->reaction[kt_contact_row(model, contact)] -
+                  kt_coulomb_least_load(sticks ? kt_hypot(across[0], across[1]) : 0.0,
+                                        sticks ? kt_contact_coefficient(model, friction) : 1.0, sum / to->n);
+        any = any || c->q[i] < 0.0;
+    }
+    return any;
+}
+
+/* P = 1 - Q Q' in rows i and j of a group, of `columns`, of which the first `rank` are Q. */
+static double projector_entry(const double *Q, size_t columns, size_t rank, size_t i, size_t j) {
+    return (i == j ? 1.0 : 0.0) - kt_dense_dot(Q + i * columns, Q + j * columns, (int)rank);
+}
+
+/* Raises loads of a group to their bounds by the least change of c->least, as in linear/coulomb_shares.c. */
+static void raise_loads_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, size_t rank) {
+    const double *Q = c->jacobian + group->entry;
+    const size_t columns = (size_t)group->v_count;
+    uint64_t pivots = 0;
+    loads to;
+    if (!list_loads_below(c, model, group, &to))
+        return;
+    for (int i = 0; i < to.n; i++)
+        for (int j = 0; j < to.n; j++) {
+            const kt_contact *one = &c->item[to.item[i]], *other = &c->item[to.item[j]];
+            c->M[i * to.n + j] = one->sign * other->sign *
+                                 projector_entry(Q, columns, rank, load_row(model, one), load_row(model, other));
+        }
+    if (!kt_lemke_solve(to.n, c->M, c->q, c->lemke, c->z, &pivots))
+        return;
+    for (int i = 0; i < to.n; i++) {
+        const kt_contact *contact = &c->item[to.item[i]];
+        for (size_t r = 0; c->z[i] > 0.0 && r < (size_t)group->row_count; r++)
+            c->least[(size_t)group->row + r] +=
+                contact->sign * c->z[i] * projector_entry(Q, columns, rank, r, load_row(model, contact));
+    }
+}
+
 /* Writes the least multipliers, measured in `unit`, among those with equal forces. They are the part of the multipliers
- * in the range of J, whose columns become an orthonormal basis of that range. Groups have no coordinate in common. */
-static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, kt_error *error) {
+ * in the range of J, whose columns become an orthonormal basis of that range. Groups have no coordinate in common.
+ * raise: those of contacts that share their load are at least their bounds, if possible. */
+static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, bool raise,
+                            kt_error *error) {
     const kt_model *model = at->model;
     const kt_dynamic_state state = {.t = at->t, .q = at->q, .v = at->v};
     const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
     for (size_t g = 0; status == KT_OK && g < model->n.group; g++) {
         scale_group(c, model, &model->group[g], unit);
-        find_least_of_group(c, &model->group[g]);
+        const size_t rank = find_least_of_group(c, &model->group[g]);
+        take_least(c, model, &model->group[g], unit);
+        if (!raise)
+            continue;
+        raise_loads_of_group(c, model, &model->group[g], rank);
         take_least(c, model, &model->group[g], unit);
     }
     return status;
+}
+
+bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
+    bool any = false;
+    for (int k = 0; k < c->sides; k++)
+        any = any || kt_contact_shares_load(model, &c->item[k]);
+    return any;
 }
 
 /* The part of its friction that contact friction k uses; -1: it does not stick, or the contact does not press. */
@@ -380,9 +460,12 @@ static double part_in_use(const struct kt_contacts *c, const kt_model *model, in
 
 /* Changes the units of tangential forces to those of other shares, as in linear/coulomb.h. Returns the largest part of
  * friction in use. A load far beyond all friction would shrink all units together, until its directions seem dependent,
- * and vanish. Parts then count relative to the largest one. */
+ * and vanish. Parts then count relative to the largest one. If loads are shared, too, forces may have only one share:
+ * that of a driven wheel. Their units would grow or shrink without end. They stay within a range about the root of the
+ * normal force. */
 static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
     static const double far = 1.5;
+    const double range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;
     double largest = 0.0;
     for (int k = c->sides; k < c->n; k++)
         largest = fmax(largest, part_in_use(c, model, k));
@@ -392,26 +475,46 @@ static double change_units(const struct kt_contacts *c, const kt_model *model, d
         if (part < 0.0)
             continue;
         const int row = kt_contact_row(model, &c->item[k]);
+        const double normal = sqrt(c->reaction[kt_contact_row(model, &c->item[c->item[k].of])]);
         unit[row] *= kt_coulomb_unit_factor(part / whole);
+        unit[row] = fmin(fmax(unit[row], normal / range), normal * range);
         unit[row + 1] = unit[row];
     }
     return largest;
 }
 
 /* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. If they
- * exceed friction, they are shared in other ways, unless the largest part does not change. */
-kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+ * exceed friction, they are shared in other ways, unless the largest part does not change. *most: this part. */
+static kt_status find_shares(struct kt_contacts *c, const kt_instant *at, bool raise, double *most, kt_error *error) {
     for (size_t i = 0; i < at->model->n.row; i++)
         c->rate[i] = 1.0;
-    kt_status status = find_least(c, at, c->rate, error);
+    kt_status status = find_least(c, at, c->rate, raise, error);
     set_units(c, at->model, c->rate);
     if (status == KT_OK)
-        status = find_least(c, at, c->rate, error);
+        status = find_least(c, at, c->rate, raise, error);
     double before = HUGE_VAL, part = change_units(c, at->model, c->rate);
     for (int i = 0; status == KT_OK && i < KT_COULOMB_SHARINGS && part > 1.0 && fabs(before - part) > 1e-14; i++) {
         before = part;
-        status = find_least(c, at, c->rate, error);
+        status = find_least(c, at, c->rate, raise, error);
         part = change_units(c, at->model, c->rate);
     }
+    *most = part;
+    return status;
+}
+
+/* Whether a contact that shares its load pulls. */
+static bool any_load_pulls(const struct kt_contacts *c, const kt_model *model) {
+    bool pulls = false;
+    for (int k = 0; k < c->sides; k++)
+        pulls = pulls || (kt_contact_shares_load(model, &c->item[k]) &&
+                          c->item[k].sign * c->reaction[kt_contact_row(model, &c->item[k])] < 0.0);
+    return pulls;
+}
+
+kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
+    double most = 0.0;
+    kt_status status = find_shares(c, at, false, &most, error);
+    if (status == KT_OK && kt_contacts_share_any(c, at->model) && (most > 1.0 || any_load_pulls(c, at->model)))
+        status = find_shares(c, at, true, &most, error);
     return status;
 }

@@ -226,8 +226,8 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
     return false;
 }
 
-/* Whether all contacts that press stick, also with the least forces, which are written. Their shares of the load then
- * have no influence on the motion. */
+/* Whether all contacts that press stick, also with the least forces that press, which are written. Their shares of the
+ * load then have no influence on the motion. */
 static bool all_stick_by_least(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type == KT_COULOMB_SLIPS
@@ -238,10 +238,14 @@ static bool all_stick_by_least(const kt_coulomb *c, kt_coulomb_solver *solver, k
         return false;
     kt_coulomb_copy(c, to, solver->next);
     kt_coulomb_linear(c, solver->next);
-    if (!kt_coulomb_holds(c, solver->next))
-        return false;
-    kt_coulomb_copy(c, solver->next, to);
-    return true;
+    bool holds = kt_coulomb_holds(c, solver->next);
+    if (!holds && solver->next->shares) {
+        kt_coulomb_raise(c, solver->next);
+        holds = kt_coulomb_holds(c, solver->next);
+    }
+    if (holds)
+        kt_coulomb_copy(c, solver->next, to);
+    return holds;
 }
 
 /* Opens contacts until the normal rows of those that press are independent. An open contact holds nothing across its
@@ -263,25 +267,42 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     return found;
 }
 
-/* Counts a second solution if a contact touches that could press, since its normal row depends on those of others, and
- * that would then hold more: a wheel that is open spins freely. */
-static void count_loose_contact(const kt_coulomb *c, kt_coulomb_solution *to) {
-    for (int i = 0; i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
-            !(fabs(to->u[item->row]) <= 1e-9 * c->size))
-            continue;
-        to->mode[i] = KT_COULOMB_STICK;
-        const bool spins =
-            kt_coulomb_fits(c, to) && kt_coulomb_is_held(c, to, i, 1, true) && !kt_coulomb_is_held(c, to, i, 3, true);
-        to->mode[i] = KT_COULOMB_OPEN;
-        if (!spins)
-            continue;
-        to->count = 2;
-        to->redundant = true;
-        to->differs = i;
+/* Whether contact i touches that could press, since its normal row depends on those of others, and that would then hold
+ * more: a wheel that is open spins freely. */
+static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
+    const kt_coulomb_item *item = &c->item[i];
+    if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
+        !(fabs(to->u[item->row]) <= 1e-9 * c->size))
+        return false;
+    to->mode[i] = KT_COULOMB_STICK;
+    const bool spins =
+        kt_coulomb_fits(c, to) && kt_coulomb_is_held(c, to, i, 1, true) && !kt_coulomb_is_held(c, to, i, 3, true);
+    to->mode[i] = KT_COULOMB_OPEN;
+    return spins;
+}
+
+/* Closes contacts that are loose, if all can stick. Otherwise counts a second solution. */
+static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    kt_coulomb_solution *closed = solver->other;
+    bool may_stick = true;
+    int first = -1;
+    kt_coulomb_copy(c, to, closed);
+    for (int i = 0; i < c->n; i++)
+        if (is_loose(c, closed, i)) {
+            closed->mode[i] = KT_COULOMB_STICK;
+            may_stick = may_stick && (c->item[i].rejected & 1U << KT_COULOMB_STICK) == 0;
+            first = first < 0 ? i : first;
+        }
+    if (first < 0)
+        return;
+    if (may_stick && all_stick_by_least(c, solver, closed)) {
+        kt_coulomb_copy(c, closed, to);
+        to->count = 1;
         return;
     }
+    to->count = 2;
+    to->redundant = true;
+    to->differs = first;
 }
 
 /* All items stick, or are closed; those that cannot are left as they were. Impulses are zero if there is no room. */
@@ -352,7 +373,7 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
         solution->count = 1;
         found = again && make_independent(c, solver, solution, steps);
     }
-    count_loose_contact(c, solution);
+    close_loose(c, solver, solution);
     return found;
 }
 

@@ -16,6 +16,7 @@
  * It never opens then: while p = l it sticks or slips, too, and there are 6 modes of it.
  *
  * If normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
+ * If a contact would then hold less, and all can stick, it stays closed, with the least normal forces that press.
  * Tangential forces may not be unique, as of a block on two feet. Then p is the least solution of all, each tangential
  * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
  * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others
@@ -36,6 +37,7 @@
 #define KT_LINEAR_COULOMB_H
 
 #include "base/arena.h"
+#include "linear/lemke.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -113,6 +115,19 @@ typedef struct kt_coulomb_solution {
     X(double, dp, rows, "change of p with a direction")                                                                \
     X(int, order, rows, "of the columns")
 
+/* Room for the complementarity problem of normal forces (coulomb_shares.c), for `most` of them. */
+#define KT_COULOMB_LOADS_FIELDS(X)                                                                                     \
+    X(int, row, most, "their unknowns")                                                                                \
+    X(double, q, most, "by how much they exceed their bounds")                                                         \
+    X(double, raise, most, "multipliers of the bounds")                                                                \
+    X(double, M, most *most, "the projector onto null vectors, in their rows")                                         \
+    X(double, lemke, kt_lemke_count(most), "of the solver")
+
+typedef struct kt_coulomb_loads {
+    int n;
+    KT_ARENA_DECLARE(KT_COULOMB_LOADS_FIELDS)
+} kt_coulomb_loads;
+
 /* With room for `most` items, and for `unknowns`. */
 #define KT_COULOMB_SYSTEM_MATRICES(X)                                                                                  \
     X(double, A, unknowns *(unknowns + 1 + most), "equations, and their right-hand sides behind them")                 \
@@ -122,6 +137,8 @@ typedef struct kt_coulomb_system {
     int most, width; /* unknowns that have room; numbers of a row of A */
     int n, columns;  /* unknowns; right-hand sides: of x, and of its derivatives by the directions */
     bool shares;     /* normal forces are not unique */
+    bool raises;     /* they are raised to their bounds (kt_coulomb_least_load) */
+    kt_coulomb_loads loads;
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_FIELDS)
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_MATRICES)
 } kt_coulomb_system;
@@ -196,6 +213,9 @@ int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
+/* Likewise. If normal forces are not unique, those that would pull, or would be too small for friction that sticks, are
+ * raised to their bounds if possible (kt_coulomb_least_load). */
+void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Whether forces and rates agree with the modes. */
 bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Iterates by Newton's method for the directions of one combination of modes, from those in `to`. Its steps are halved
@@ -212,6 +232,21 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
  * sqrt(D) multiplied by the following factor. */
 enum { KT_COULOMB_SHARINGS = 64 };
 static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
+
+/* The bound of a normal force that is shared in several ways: it holds a tangential force. A small part of it, and of
+ * the mean normal force, is left in reserve, so that rounding does not decide when the contact parts or slips. */
+static inline double kt_coulomb_least_load(double force, double friction, double mean) {
+    static const double reserve = 1e-6;
+    return (force > 0.0 ? (1.0 + reserve) * force / friction : 0.0) + reserve * fmax(mean, 0.0);
+}
+
+/* Row k of a matrix with so many columns. */
+static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) {
+    return matrix + (ptrdiff_t)k * columns;
+}
+
+/* Reduces x of a system, whose A is solved, to the least solution (coulomb_shares.c). */
+void kt_coulomb_reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank);
 
 /* ---- a solution (coulomb.c) -------------------------------------------------------------------------------------- */
 

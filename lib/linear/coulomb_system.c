@@ -1,5 +1,5 @@
-/* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses,
- * their least solution, and Newton's iteration for the directions of slip. */
+/* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses, and
+ * Newton's iteration for the directions of slip. Their least solution is in coulomb_shares.c. */
 #include "linear/coulomb.h"
 
 #include "kinetree/algebra.h"
@@ -12,6 +12,7 @@ enum { ITERATIONS = 40 };
 
 KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t rows)
 KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t unknowns, size_t most)
+KT_ARENA_ARRAYS(lay_out_loads, kt_coulomb_loads, KT_COULOMB_LOADS_FIELDS, size_t most)
 KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
 KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
 
@@ -30,7 +31,8 @@ static kt_coulomb_system *init_system(size_t rows, size_t unknowns, size_t direc
 static size_t unknowns_of_items(size_t rows, size_t most) { return rows < 3 * most ? rows : 3 * most; }
 
 size_t kt_coulomb_matrices_size(size_t rows, size_t most) {
-    const size_t system = lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most);
+    const size_t system =
+        lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most) + lay_out_loads(NULL, NULL, most);
     const size_t cone = kt_cone_matrices_size((int)most);
     return system > cone ? system : cone;
 }
@@ -49,7 +51,8 @@ kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory
     c->W = NULL;
     c->system = init_system(rows, unknowns_of_items(rows, most), most, behind);
     c->turns = init_system(items, most, 0, behind + lay_out_system(NULL, rows));
-    (void)lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
+    const size_t used = lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
+    (void)lay_out_loads(&c->system->loads, (char *)matrices + used, most);
     c->turns->A = c->system->A;
     c->turns->x = c->turn;
     return c;
@@ -77,9 +80,6 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 }
 
 /* ---- unknowns ---------------------------------------------------------------------------------------------------- */
-
-/* Row k of a matrix with so many columns. */
-static double *row_of(double *matrix, int k, int columns) { return matrix + (ptrdiff_t)k * columns; }
 
 static void add_unknown(kt_coulomb_system *s, int item, int row, int normal) {
     s->item[s->n] = item;
@@ -189,7 +189,7 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
     for (int k = 0; k < s->n; k++) {
         const int row = s->equation[k];
         const double *W = kt_coulomb_row(c, row);
-        double *A = row_of(s->A, k, s->width);
+        double *A = kt_coulomb_matrix_row(s->A, k, s->width);
         for (int j = 0; j < s->n; j++)
             A[j] = along_unknown(c, s, W, row, j);
         A[s->n] = -c->b[row] - sum_along(c, row, s->fixed);
@@ -201,7 +201,7 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
         const int t = c->item[i].across;
         for (int k = 0; k < s->n; k++) { /* p_t = -mu p e, and de = (-e2, e1) */
             const int row = s->equation[k];
-            row_of(s->A, k, s->width)[s->n + s->columns] =
+            kt_coulomb_matrix_row(s->A, k, s->width)[s->n + s->columns] =
                 mu * (-kt_coulomb_entry(c, row, t) * to->e[i][1] + kt_coulomb_entry(c, row, t + 1) * to->e[i][0]);
         }
         s->columns++;
@@ -212,21 +212,21 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
 static void swap_pivot(kt_coulomb_system *s, int r) {
     int row = r, column = r;
     for (int i = r; i < s->n; i++) {
-        const double *A = row_of(s->A, i, s->width);
+        const double *A = kt_coulomb_matrix_row(s->A, i, s->width);
         for (int j = r; j < s->n; j++)
-            if (fabs(A[j]) > fabs(row_of(s->A, row, s->width)[column])) {
+            if (fabs(A[j]) > fabs(kt_coulomb_matrix_row(s->A, row, s->width)[column])) {
                 row = i;
                 column = j;
             }
     }
-    double *to = row_of(s->A, r, s->width), *from = row_of(s->A, row, s->width);
+    double *to = kt_coulomb_matrix_row(s->A, r, s->width), *from = kt_coulomb_matrix_row(s->A, row, s->width);
     for (int j = 0; j < s->n + s->columns; j++) {
         const double a = to[j];
         to[j] = from[j];
         from[j] = a;
     }
     for (int i = 0; i < s->n; i++) {
-        double *A = row_of(s->A, i, s->width);
+        double *A = kt_coulomb_matrix_row(s->A, i, s->width);
         const double a = A[r];
         A[r] = A[column];
         A[column] = a;
@@ -234,98 +234,6 @@ static void swap_pivot(kt_coulomb_system *s, int r) {
     const int other = s->order[r];
     s->order[r] = s->order[column];
     s->order[column] = other;
-}
-
-/* The units of x_k. Tangential forces that stick have the root of their normal force as unit. With it, the least sum of
- * squares T_i^2 / N_i has T_i in proportion to N_i. */
-static void set_units_of_system(kt_coulomb_system *s) {
-    double normal = 0.0;
-    for (int k = 0; k < s->n; k++) {
-        normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
-        s->unit[k] = s->is_tangential[k] && normal > 0.0 ? sqrt(normal) : 1.0;
-    }
-}
-
-/* The k-th null vector of A, in these units. */
-static void find_null_vector(const kt_coulomb_system *s, int rank, int k, double *z) {
-    memset(z, 0, (size_t)s->most * sizeof *z);
-    z[s->order[k]] = 1.0;
-    for (int i = 0; i < rank; i++)
-        z[s->order[i]] = -row_of(s->A, i, s->width)[k];
-    for (int i = 0; i < s->n; i++)
-        z[i] /= s->unit[i];
-}
-
-/* Takes the part along the null vectors in rows of A from `rank` on from the one in row k; its length becomes 1. */
-static void make_orthonormal(kt_coulomb_system *s, int rank, int k) {
-    double *z = row_of(s->A, k, s->width), norm = 0.0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int j = rank; j < k; j++) {
-            const double *other = row_of(s->A, j, s->width);
-            double dot = 0.0;
-            for (int i = 0; i < s->n; i++)
-                dot += z[i] * other[i];
-            for (int i = 0; i < s->n; i++)
-                z[i] -= dot * other[i];
-        }
-    for (int i = 0; i < s->n; i++)
-        norm += z[i] * z[i];
-    for (int i = 0; i < s->n; i++)
-        z[i] /= sqrt(norm);
-}
-
-/* Removes the part of all columns of x along a null vector. */
-static void remove_along(kt_coulomb_system *s, const double *z) {
-    for (int m = 0; m < s->columns; m++) {
-        double *x = row_of(s->x, m, s->most), dot = 0.0;
-        for (int i = 0; i < s->n; i++)
-            dot += z[i] * x[i] / s->unit[i];
-        for (int i = 0; i < s->n; i++)
-            x[i] -= dot * z[i] * s->unit[i];
-    }
-}
-
-/* Changes the units of tangential forces that stick to those of other shares (coulomb.h). Returns false if no contact
- * exceeds its friction. */
-static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
-    bool exceeds = false;
-    double normal = 0.0;
-    for (int k = 0; k < s->n; k++) {
-        normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
-        const double most = c->item[s->item[k]].friction * normal;
-        if (!s->is_tangential[k] || !(most > 0.0))
-            continue;
-        const double part = kt_hypot(s->x[k], s->x[k + 1]) / most;
-        s->unit[k] *= kt_coulomb_unit_factor(part);
-        s->unit[k + 1] = s->unit[k];
-        exceeds = exceeds || part > 1.0;
-        k++;
-    }
-    return exceeds;
-}
-
-/* Removes the part of x along the null vectors of A, which are behind the first `rank` pivots. */
-static void remove_null_vectors(kt_coulomb_system *s, int rank) {
-    for (int k = rank; k < s->n; k++) {
-        double *z = row_of(s->A, k, s->width);
-        find_null_vector(s, rank, k, z);
-        make_orthonormal(s, rank, k);
-        for (int i = 0; i < s->n; i++)
-            s->shares = s->shares || (s->is_normal[i] && fabs(z[i]) > 1e-8);
-        remove_along(s, z);
-    }
-}
-
-/* Reduces x to the least solution. In the first pass all entries have the same unit; it finds normal forces that are
- * not unique. The second pass uses the units of set_units_of_system, and further ones those of other shares. */
-static void reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank) {
-    for (int i = 0; i < s->n; i++)
-        s->unit[i] = 1.0;
-    remove_null_vectors(s, rank);
-    set_units_of_system(s);
-    remove_null_vectors(s, rank);
-    for (int k = 0; k < KT_COULOMB_SHARINGS && change_shares(c, s); k++)
-        remove_null_vectors(s, rank);
 }
 
 /* Solves for x by elimination with complete pivoting. */
@@ -336,7 +244,7 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     for (int i = 0; i < s->n; i++)
         s->order[i] = i;
     for (; rank < s->n; rank++) {
-        double *top = row_of(s->A, rank, s->width);
+        double *top = kt_coulomb_matrix_row(s->A, rank, s->width);
         swap_pivot(s, rank);
         const double pivot = top[rank];
         first = rank == 0 ? fabs(pivot) : first;
@@ -345,7 +253,7 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
         for (int j = rank; j < width; j++)
             top[j] /= pivot;
         for (int i = 0; i < s->n; i++) {
-            double *A = row_of(s->A, i, s->width);
+            double *A = kt_coulomb_matrix_row(s->A, i, s->width);
             const double factor = A[rank];
             for (int j = rank; i != rank && factor != 0.0 && j < width; j++)
                 A[j] -= factor * top[j];
@@ -354,9 +262,9 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     memset(s->x, 0, (size_t)(s->columns * s->most) * sizeof *s->x);
     for (int m = 0; m < s->columns; m++)
         for (int i = 0; i < rank; i++)
-            row_of(s->x, m, s->most)[s->order[i]] = row_of(s->A, i, s->width)[s->n + m];
+            kt_coulomb_matrix_row(s->x, m, s->most)[s->order[i]] = kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
     if (rank < s->n)
-        reduce_to_least(c, s, rank);
+        kt_coulomb_reduce_to_least(c, s, rank);
 }
 
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
@@ -369,12 +277,12 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
             c->active[n++] = c->item[i].row;
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
-            double *L = row_of(factor, i, n), sum = kt_coulomb_entry(c, c->active[i], c->active[j]);
+            double *L = kt_coulomb_matrix_row(factor, i, n), sum = kt_coulomb_entry(c, c->active[i], c->active[j]);
             for (int k = 0; k < j; k++)
-                sum -= L[k] * row_of(factor, j, n)[k];
+                sum -= L[k] * kt_coulomb_matrix_row(factor, j, n)[k];
             if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->active[i], c->active[i])))
                 return false;
-            L[j] = i == j ? sqrt(sum) : sum / row_of(factor, j, n)[j];
+            L[j] = i == j ? sqrt(sum) : sum / kt_coulomb_matrix_row(factor, j, n)[j];
         }
     return true;
 }
@@ -383,10 +291,10 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
  * relative to that of the row. A: the rows of their Cholesky factor, to which the row is added. */
 static double add_row(const kt_coulomb *c, int n, int row) {
     const int width = c->system->width;
-    double *L = row_of(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
+    double *L = kt_coulomb_matrix_row(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
     const double square = left;
     for (int j = 0; j < n; j++) {
-        const double *other = row_of(c->system->A, j, width);
+        const double *other = kt_coulomb_matrix_row(c->system->A, j, width);
         double sum = kt_coulomb_entry(c, row, c->nonzero[j]);
         for (int k = 0; k < j; k++)
             sum -= L[k] * other[k];
@@ -420,9 +328,10 @@ bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return true;
 }
 
-void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
+static void solve_linear(const kt_coulomb *c, bool raises, kt_coulomb_solution *to) {
     kt_coulomb_system *s = c->system;
     begin_system(c, to, s);
+    s->raises = raises;
     fill_system(c, to, s);
     solve_system(c, s);
     to->shares = s->shares;
@@ -434,11 +343,15 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
         to->u[j] += c->b[j];
 }
 
+void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, false, to); }
+
+void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, true, to); }
+
 /* dp/de of the m-th direction, through x and by itself. */
 static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int m) {
     const kt_coulomb_system *s = c->system;
     const int i = c->turns->item[m], across = c->item[i].across;
-    const double N = to->p[c->item[i].row], *x = row_of(s->x, 1 + m, s->most);
+    const double N = to->p[c->item[i].row], *x = kt_coulomb_matrix_row(s->x, 1 + m, s->most);
     memset(s->dp, 0, (size_t)c->rows * sizeof *s->dp);
     for (int j = 0; j < s->n; j++)
         add_unit_impulses(s, j, x[j], N, s->dp);
@@ -451,7 +364,7 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
     kt_coulomb_system *t = c->turns;
     t->n = 0;
     t->columns = 1;
-    t->shares = false;
+    t->shares = t->raises = false;
     *residual = 0.0;
     for (int i = 0; i < c->n; i++)
         if (kt_coulomb_slips(c, to, i)) {
@@ -464,14 +377,15 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
         for (int k = 0; k < t->n; k++) {
             const double *e = to->e[t->item[k]], *dp = c->system->dp;
             const int row = c->item[t->item[k]].across;
-            row_of(t->A, k, t->width)[m] = e[0] * sum_along(c, row + 1, dp) - e[1] * sum_along(c, row, dp) -
-                                           (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
+            kt_coulomb_matrix_row(t->A, k, t->width)[m] = e[0] * sum_along(c, row + 1, dp) -
+                                                          e[1] * sum_along(c, row, dp) -
+                                                          (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
         }
     }
     for (int k = 0; k < t->n; k++) {
         const double *e = to->e[t->item[k]];
         const int row = c->item[t->item[k]].across;
-        double *right = &row_of(t->A, k, t->width)[t->n];
+        double *right = &kt_coulomb_matrix_row(t->A, k, t->width)[t->n];
         *right = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
         *residual = fmax(*residual, fabs(*right));
     }

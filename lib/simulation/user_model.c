@@ -79,11 +79,8 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
     kt_data *data = simulation->data;
     const kt_instant instant = {
         .model = simulation->model, .data = data, .t = at->t, .q = at->q, .v = at->v, .tau = at->tau};
-    bool shares = false;
     kt_contacts_share_load(c, simulation->model, simulation->multiplier);
-    for (int k = 0; k < c->sides; k++)
-        shares = shares || kt_contact_shares_load(simulation->model, &c->item[k]);
-    if (!shares)
+    if (!kt_contacts_share_any(c, simulation->model))
         return KT_OK;
     const size_t bytes = simulation->model->n.row * sizeof *c->row;
     memcpy(c->row, simulation->multiplier, bytes);

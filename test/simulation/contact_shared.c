@@ -185,36 +185,56 @@ static void check_loads(kt_simulation *simulation) {
     kt_check_near("weight, N", sum, 5.0 * 9.81, 1e-9);
 }
 
+/* The car moves as its closed form, and all of its wheels roll. */
+static void check_drive(const car *c) {
+    static const double radius = 0.2;
+    double sum = 0.0;
+    kt_error error = {0};
+    for (int i = 0; i < 4; i++)
+        sum += c->torque[i];
+    /* the inertia of a wheel is half of that of its mass at the rim */
+    const double a = sum / radius / (3.0 + 4.0 * 1.5 * 0.5), v = c->late ? 0.55 * a : a;
+    kt_simulation *simulation = start_car(c);
+    kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
+    if (!c->late)
+        kt_check_near("place, m", kt_simulation_positions(simulation)[0], 0.5 * a, 1e-10);
+    for (int i = 6; i < 10; i++)
+        kt_check_near("wheel, rad/s", kt_simulation_velocities(simulation)[i], v / radius, 1e-9);
+    kt_check_equal_int("contacts", (long long)kt_simulation_contacts(simulation).closings, 4);
+    kt_check_equal_int("openings", (long long)kt_simulation_contacts(simulation).openings, 0);
+    kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
+    check_loads(simulation);
+}
+
 KT_TEST(all_wheels_of_a_car_drive_it) {
     static const car cars[] = {{.torque = {0.5, 0.5, 0.5, 0.5}},
                                {.torque = {0.5, 0.0, 0.0, 0.0}},
                                {.torque = {0.0, 0.0, 0.3, 0.4}, .com = {0.19, 0.03}},
                                {.torque = {0.1, 0.1, 0.1, 0.1}, .late = true}};
     for (int k = 0; k < 4; k++) {
-        static const double radius = 0.2;
-        double sum = 0.0;
-        kt_error error = {0};
-        for (int i = 0; i < 4; i++)
-            sum += cars[k].torque[i];
-        /* the inertia of a wheel is half of that of its mass at the rim */
-        const double a = sum / radius / (3.0 + 4.0 * 1.5 * 0.5), v = cars[k].late ? 0.55 * a : a;
-        kt_simulation *simulation = start_car(&cars[k]);
         kt_note("case %d", k);
-        kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
-        if (!cars[k].late)
-            kt_check_near("place, m", kt_simulation_positions(simulation)[0], 0.5 * a, 1e-10);
-        for (int i = 6; i < 10; i++)
-            kt_check_near("wheel, rad/s", kt_simulation_velocities(simulation)[i], v / radius, 1e-9);
-        kt_check_equal_int("contacts", (long long)kt_simulation_contacts(simulation).closings, 4);
-        kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
-        check_loads(simulation);
+        check_drive(&cars[k]);
     }
 }
 
-/* The least loads of four wheels would have one that pulls. Three wheels carry the car, and the fourth spins. */
+/* The least loads of four wheels would have one that pulls, or one that is too small for its torque. */
+KT_TEST(all_wheels_of_a_car_with_its_load_near_a_corner_drive_it) {
+    static const car cars[] = {{.torque = {0.1, 0.1, 0.1, 0.1}, .com = {0.28, 0.15}},
+                               {.torque = {0.0, 0.0, 0.1, 0.1}, .com = {-0.28, 0.15}},
+                               {.torque = {0.1, 0.1, 0.1, 0.1}, .com = {0.28, -0.15}, .late = true},
+                               {.torque = {0.4, 0.4, 0.4, 0.4}, .com = {0.28, 0.15}, .late = true},
+                               {.torque = {0.0, 0.0, 0.0, 0.0}, .com = {0.28, 0.15}},
+                               {.torque = {0.5, 0.5, 0.5, 0.5}, .com = {0.27, 0.14}}};
+    for (int k = 0; k < 6; k++) {
+        kt_note("case %d", k);
+        check_drive(&cars[k]);
+    }
+}
+
+/* Its torque is beyond all friction of the wheel that carries least. */
 KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
     kt_error error = {0};
-    kt_simulation *simulation = start_car(&(car){.torque = {0.1, 0.1, 0.1, 0.1}, .com = {0.28, 0.15}});
+    kt_simulation *simulation = start_car(&(car){.torque = {0.0, 0.0, 4.0, 4.0}, .com = {0.28, 0.15}});
     kt_need_fine("drives", kt_simulation_advance(simulation, 0.5, &error), &error);
     kt_check_above("undecided", (double)kt_simulation_contacts(simulation).undecided, 0.5);
 }
