@@ -35,7 +35,8 @@ static int add_independent(struct kt_contacts *c, const double *W, int n, int i)
 
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
- * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. */
+ * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. Friction
+ * that is spared has no lever at all: loops alone hold its joint. */
 static uint64_t find_held_in_island(const kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const double *W = c->W;
@@ -60,6 +61,8 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
         (void)kt_contacts_select(c, i);
         held |= find_held_in_island(simulation);
     }
+    for (int k = c->sides; k < c->n; k++)
+        held |= c->item[k].spared ? c->item[k].bit : 0;
     return held;
 }
 

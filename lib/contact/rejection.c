@@ -127,9 +127,10 @@ bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double
 static bool spare_held_of_island(struct kt_contacts *c, double square) {
     bool any = false;
     double size;
-    for (int i = 0; i < c->meeting; i++) {
-        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) ||
-            kt_contact_rate(c, c->W, i, &size) < -kt_contact_resting)
+    for (int i = 0; i < c->resting; i++) {
+        const double rate = kt_contact_rate(c, c->W, i, &size);
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) || rate < -kt_contact_resting ||
+            (i >= c->meeting && rate > kt_contact_resting))
             continue;
         c->item[c->list[i]].spared = true;
         any = true;
@@ -143,7 +144,7 @@ kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open
     double square;
     bool any = false;
     for (int k = 0; k < c->islands; k++)
-        any = any || c->island[k].meeting > 0;
+        any = any || c->island[k].resting > 0;
     if (open->n.group == 0 || !any)
         return KT_OK;
     const kt_status status = kt_contacts_find_unit(simulation, open, q, &square, error);

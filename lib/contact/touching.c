@@ -24,7 +24,7 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
     for (int i = 0; i < c->islands; i++)
         c->island[i].meeting = c->island[i].touching;
     for (int k = c->sides; k < c->n; k++)
-        if (!kt_contact_rubs(c, k) && !kt_contact_is_released(&c->item[k]))
+        if (!kt_contact_rubs(c, k) && !c->item[k].spared && !kt_contact_is_released(&c->item[k]))
             (void)kt_contacts_add_row(c, k, 0);
     for (int i = 0; i < c->islands; i++) {
         kt_contact_island *at = &c->island[i];
@@ -39,8 +39,9 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
 kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double scale = fmax(1.0, c->all->length);
-    for (int k = 0; k < c->sides; k++) {
+    for (int k = 0; k < c->n; k++)
         c->item[k].spared = false;
+    for (int k = 0; k < c->sides; k++) {
         if (kt_contact_is_released(&c->item[k]))
             continue;
         simulation->memory.beyond = c->gap[k] < -deep * scale;

@@ -215,9 +215,10 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     for (int i = 0; status == KT_OK && i < c->islands; i++)
         if (kt_contacts_select(c, i))
             watch_open_of_island(simulation);
-    for (int k = 0; status == KT_OK && k < c->sides; k++)
+    for (int k = 0; status == KT_OK && k < c->n; k++)
         if (c->item[k].spared) {
-            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
+            if (k < c->sides)
+                simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
             simulation->event_memory[k].side = -1;
         }
     for (int k = c->sides; k < c->n; k++)

@@ -238,3 +238,52 @@ KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
     kt_need_fine("drives", kt_simulation_advance(simulation, 0.5, &error), &error);
     kt_check_above("undecided", (double)kt_simulation_contacts(simulation).undecided, 0.5);
 }
+
+/* J0, J1 and L1 are a rigid triangle. The other loops repeat four of its equations, and two freedoms are left. */
+static kt_simulation *start_rigid_triangle(const char *friction) {
+    char text[2048];
+    kt_parsed m;
+    (void)snprintf(text, sizeof text,
+                   "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n"
+                   "  - {name: B1, joint: {type: revolute, name: J0, at: [0.8488, -0.5983, 0], axis: z}, "
+                   "mass: 0.8174, com: [-1.131, -0.3047, 0], inertia: [0.2538, 0.3405, 0.3195, -0.09111, 0, 0]}\n"
+                   "  - {name: B0, parent: B1, joint: {type: revolute, name: J1, at: [0.06543, 1.367, 0], axis: z}, "
+                   "mass: 1.751, com: [-0.22, 0.04781, 0], inertia: [0.2604, 0.3512, 0.4034, 0.04416, 0, 0]}\n"
+                   "  - {name: B2, parent: B0, joint: {type: planar, name: J2, at: [-0.5358, -1.068, 0], axis: z}, "
+                   "mass: 2.423, com: [-0.1743, 1.134, 0], inertia: [0.4469, 0.1455, 0.4742, 0.1094, 0, 0]}\n"
+                   "  - {name: B3, parent: B0, joint: {type: revolute, name: J3, at: [-1.354, -1.461, 0], axis: z}, "
+                   "mass: 0.9448, com: [1.006, 0.35, 0], inertia: [0.3178, 0.5503, 0.5647, 0.07558, 0, 0]}\n"
+                   "  - {name: B4, parent: B3, joint: {type: revolute, name: J4, at: [-0.07154, 0.2531, 0], axis: z}, "
+                   "mass: 2.436, com: [0.02179, -0.2391, 0], inertia: [0.3948, 0.3407, 0.4342, -0.01496, 0, 0]}\n"
+                   "loops:\n"
+                   "  - {name: J5, type: revolute, axis: z, "
+                   "between: [{body: B1, at: [0.02513, 0.1746, 0]}, {body: B4, at: [1.385, 0.01511, 0]}]}\n"
+                   "  - {name: L0, type: distance, "
+                   "between: [{body: B2, at: [-0.06653, -0.6118, 0]}, {body: B3, at: [1.021, 0.6344, 0]}]}\n"
+                   "  - {name: L1, type: spherical, "
+                   "between: [{body: world, at: [-0.8674, -0.7037, 0]}, {body: B0, at: [-1.782, -1.473, 0]}]}\n"
+                   "%s",
+                   friction);
+    kt_parsed_make(&m, text);
+    return start_block(&m, "dopri5");
+}
+
+/* The motion is that without friction. */
+KT_TEST(friction_of_a_joint_that_loops_hold_rests) {
+    kt_simulation *rubs = start_rigid_triangle("effects: [{type: joint_friction, joint: J0, coulomb: 7.373, "
+                                               "static: 9.585, viscous: 0.1, stick: true}]\n"),
+                  *free = start_rigid_triangle("");
+    kt_error error = {0};
+    double off = 0.0, fastest = 0.0;
+    for (int n = 1; n <= 20; n++) {
+        kt_need_fine("moves", kt_simulation_advance(rubs, 0.03 * n, &error), &error);
+        kt_test_advance(free, 0.03 * n);
+        for (int i = 0; i < 7; i++)
+            off = fmax(off, fabs(kt_simulation_positions(rubs)[i] - kt_simulation_positions(free)[i]));
+        fastest = fmax(fastest, fabs(kt_simulation_velocities(rubs)[0]));
+    }
+    kt_check_below("difference, m or rad", off, 1e-8);
+    kt_check_below("rate of the joint, rad/s", fastest, 1e-12);
+    kt_check_below("steps", (double)kt_simulation_counts_get(rubs).steps,
+                   1.5 * (double)kt_simulation_counts_get(free).steps + 10.0);
+}
