@@ -27,13 +27,19 @@
 
 #include <string.h>
 
-/* Equations that are being solved. */
-typedef struct code_solve {
+/* The unknown x of a function. */
+typedef enum code_unknown { OF_ACCELERATIONS, OF_VELOCITIES, OF_POSITIONS } code_unknown;
+
+/* The equations of a function, and their solution. */
+typedef struct code_closed {
     kt_code_tree *tree;
-    const kt_code_loop_rows *rows;
-    const kt_op *m, *inverse; /* L and 1 / D; NULL: the identity */
+    code_unknown unknown;
+    kt_code_loop_rows rows;
+    const kt_op *m, *inverse; /* L and 1 / D of W; NULL: W = 1 */
     kt_op *y, *scaled, *s;    /* Y and Y' D^-1, row by row; S and then L_s below its diagonal */
-} code_solve;
+    kt_op *value;             /* x, and lambda behind it */
+    int guard_count;
+} code_closed;
 
 static kt_op dot_rows(kt_graph *g, const kt_op *x, const kt_op *y, size_t count) {
     kt_op sum = kt_op_number(g, 0.0);
@@ -43,10 +49,10 @@ static kt_op dot_rows(kt_graph *g, const kt_op *x, const kt_op *y, size_t count)
 }
 
 /* Y, Y' D^-1 and S */
-static void make_loop_matrix(code_solve *c) {
+static void make_loop_matrix(code_closed *c) {
     kt_graph *g = c->tree->graph;
-    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count;
-    memcpy(c->y, c->rows->a, count * nv * sizeof *c->y);
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows.count;
+    memcpy(c->y, c->rows.a, count * nv * sizeof *c->y);
     for (size_t r = 0; r < count; r++) {
         kt_op *y = c->y + r * nv;
         kt_graph_section(g, "equation %d: %s", (int)r, c->m != NULL ? "Y = L'^-1 A',  S = Y' D^-1 Y" : "S = A A'");
@@ -60,34 +66,34 @@ static void make_loop_matrix(code_solve *c) {
 }
 
 /* The square of the size that row r can have. S must not be factored yet. */
-static kt_op size_of_row(const code_solve *c, size_t r) {
+static kt_op size_of_row(const code_closed *c, size_t r) {
     kt_graph *g = c->tree->graph;
-    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count, first = (size_t)c->rows->block[r];
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows.count, first = (size_t)c->rows.block[r];
     size_t last = first;
     kt_op sum = kt_op_number(g, 0.0);
-    for (; last < count && (size_t)c->rows->block[last] == first; last++)
+    for (; last < count && (size_t)c->rows.block[last] == first; last++)
         sum = kt_op_add(g, sum, c->s[last * (count + 1)]);
     if (last - first > 1)
         return sum;
     kt_op size = kt_op_number(g, 0.0);
     for (size_t v = 0; v < nv; v++) {
-        const kt_op square = c->rows->size[r * nv + v];
+        const kt_op square = c->rows.size[r * nv + v];
         size = kt_op_add(g, size, c->m != NULL ? kt_op_multiply(g, square, c->inverse[v]) : square);
     }
     return kt_op_is(g, size, 0.0) ? sum : size;
 }
 
 /* S = L_s D_s L_s' in place, with 1 / D_s on the diagonal. */
-static void factor_loop_matrix(code_solve *c, kt_code_guard *guard) {
+static void factor_loop_matrix(code_closed *c, kt_code_guard *guard) {
     kt_graph *g = c->tree->graph;
-    const size_t count = (size_t)c->rows->count;
+    const size_t count = (size_t)c->rows.count;
     kt_op *s = c->s;
     for (size_t r = 0; r < count; r++)
-        guard[r] = (kt_code_guard){.limit = size_of_row(c, r), .loop = c->rows->loop[r] + 1};
+        guard[r] = (kt_code_guard){.limit = size_of_row(c, r), .loop = c->rows.loop[r] + 1};
     for (size_t r = 0; r < count; r++) {
         kt_op *pivot = &s[r * count + r];
         kt_graph_section(g, "equation %d: S = L D L',  pivot of %s", (int)r,
-                         kt_loop_name(c->tree->model, c->rows->loop[r]));
+                         kt_loop_name(c->tree->model, c->rows.loop[r]));
         for (size_t k = 0; k < r; k++) { /* row r: first D L, then L */
             for (size_t j = 0; j < k; j++)
                 s[r * count + k] =
@@ -105,9 +111,9 @@ static void factor_loop_matrix(code_solve *c, kt_code_guard *guard) {
 }
 
 /* b holds what is given, x holds y. b := lambda, and x becomes the solution. */
-static void solve_loop_matrix(const code_solve *c, kt_op *b, kt_op *x) {
+static void solve_loop_matrix(const code_closed *c, kt_op *b, kt_op *x) {
     kt_graph *g = c->tree->graph;
-    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows->count;
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows.count;
     const kt_op *s = c->s;
     if (c->m != NULL)
         kt_code_solve_transposed(c->tree, c->m, x);
@@ -130,28 +136,16 @@ static void solve_loop_matrix(const code_solve *c, kt_op *b, kt_op *x) {
 }
 
 /* Factors all matrices. Returns false if memory is insufficient. */
-static bool factor_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *m,
-                                  const kt_op *inverse, code_solve *c, kt_code_guard *guard) {
-    const size_t nv = tree->model->n.v, count = (size_t)rows->count;
-    kt_op *memory = kt_graph_take(tree->graph, 2 * count * nv + count * count + 1, sizeof *memory);
-    *c = (code_solve){.tree = tree, .rows = rows, .m = m, .inverse = inverse, .y = memory};
-    if (memory == NULL)
+static bool factor_loop_equations(code_closed *c, kt_code_guard *guard) {
+    const size_t nv = c->tree->model->n.v, count = (size_t)c->rows.count;
+    c->y = kt_graph_take(c->tree->graph, 2 * count * nv + count * count + 1, sizeof *c->y);
+    if (c->y == NULL)
         return false;
-    c->scaled = memory + count * nv;
-    c->s = memory + 2 * count * nv;
+    c->scaled = c->y + count * nv;
+    c->s = c->y + 2 * count * nv;
     make_loop_matrix(c);
     factor_loop_matrix(c, guard);
     return true;
-}
-
-/* x holds y, and becomes the solution. m: L below the diagonal and 1 / D behind, or NULL. b is overwritten. */
-static void solve_loop_equations(kt_code_tree *tree, const kt_code_loop_rows *rows, kt_op *m, kt_op *inverse, kt_op *b,
-                                 kt_op *x, kt_code_guard *guard) {
-    code_solve c;
-    const bool fine = factor_loop_equations(tree, rows, m, inverse, &c, guard);
-    kt_graph_section(tree->graph, "lambda, and what the forces of the loops add");
-    if (fine)
-        solve_loop_matrix(&c, b, x);
 }
 
 /* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. It
@@ -184,117 +178,7 @@ static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *g
     return inverse;
 }
 
-/* Results of forward dynamics that their derivatives use. */
-typedef struct code_closed {
-    kt_code_loop_rows rows;
-    kt_op *inverse;
-    code_solve solve;
-} code_closed;
-
-/* a, then lambda behind it: room for both. */
-static void solve_closed_tree(kt_code_tree *tree, kt_op *work, kt_op *a, code_closed *c, kt_code_guard *guard) {
-    kt_graph *g = tree->graph;
-    const int nv = (int)tree->model->n.v;
-    *c = (code_closed){.inverse = NULL};
-    kt_code_inverse(tree, false, a);
-    c->inverse = factor_loop_mass(tree, work, guard);
-    kt_code_make_loop_rows(tree, true, &c->rows);
-    if (g->failed || !factor_loop_equations(tree, &c->rows, work, c->inverse, &c->solve, guard + nv))
-        return;
-    kt_graph_section(g, "tau - h, then lambda and what the forces of the loops add");
-    for (int k = 0; k < nv; k++)
-        a[k] = kt_op_subtract(g, kt_code_given_force(tree, k), a[k]);
-    memcpy(a + nv, c->rows.right, (size_t)c->rows.count * sizeof *a);
-    solve_loop_matrix(&c->solve, a + nv, a);
-}
-
-void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
-    code_closed c;
-    solve_closed_tree(tree, work, a, &c, guard);
-}
-
-/* ---- derivatives ------------------------------------------------------------------------------------------------- */
-
-/* f = (- A' lambda, A a - right) with held a and lambda. */
-static void make_held_residuals(kt_graph *g, size_t nv, const kt_code_loop_rows *rows, const kt_op *held, kt_op *f) {
-    for (size_t k = 0; k < nv; k++)
-        f[k] = kt_op_number(g, 0.0);
-    for (size_t r = 0; r < (size_t)rows->count && !g->failed; r++) {
-        const kt_op *a = rows->a + r * nv, lambda = held[nv + r];
-        for (size_t k = 0; k < nv; k++)
-            f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, a[k], lambda));
-        f[nv + r] = kt_op_subtract(g, dot_rows(g, a, held, nv), rows->right[r]);
-    }
-}
-
-/* The derivatives of (M a + h - A' lambda, A a - right) by q and v, for a and lambda in `value`. */
-static void differentiate_closed(kt_code_tree *tree, const kt_code_loop_rows *rows, const kt_op *value, kt_op *change) {
-    kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v, all = nv + (size_t)rows->count;
-    kt_op *held = kt_graph_take(g, 2 * all + 2 * nv * nv + 1, sizeof *held);
-    if (held == NULL)
-        return;
-    kt_op *const f = held + all, *const own = held + 2 * all;
-    for (size_t k = 0; k < all && !g->failed; k++)
-        held[k] = kt_op_input(g, KT_OP_HELD, (int)k);
-    tree->acceleration = held;
-    g->is_nameless = true;
-    if (!g->failed) {
-        make_held_residuals(g, nv, rows, held, f);
-        kt_code_inverse_derivatives(tree, 0, own);
-        kt_code_differentiate(tree, f, (int)all, change);
-    }
-    g->is_nameless = false;
-    tree->acceleration = NULL;
-    for (size_t c = 0; c < 2 * nv && !g->failed; c++)
-        for (size_t k = 0; k < nv; k++)
-            change[c * all + k] = kt_op_add(g, own[c * nv + k], change[c * all + k]);
-    if (!g->failed)
-        kt_graph_replace(g, change, (int)(2 * nv * all), value);
-}
-
-/* One column of da/dq, da/dv or da/dtau; k counts those of all three. change: df/dq and df/dv. */
-static void solve_loop_derivative(const code_solve *c, int k, const kt_op *change, kt_op *b, kt_op *column) {
-    kt_graph *g = c->tree->graph;
-    const int nv = (int)c->tree->model->n.v, count = c->rows->count;
-    const kt_op *f = change + (size_t)k * (size_t)(nv + count);
-    kt_graph_section(g, "column %d of da/d%s: M x - A' z = - change of the forces,  A x = - change of the equations",
-                     k % nv,
-                     k < nv       ? "q"
-                     : k < 2 * nv ? "v"
-                                  : "tau");
-    for (int i = 0; i < nv; i++)
-        column[i] = k < 2 * nv ? kt_op_negate(g, f[i]) : kt_op_number(g, i == k % nv ? 1.0 : 0.0);
-    for (int r = 0; r < count; r++)
-        b[r] = k < 2 * nv ? kt_op_negate(g, f[nv + r]) : kt_op_number(g, 0.0);
-    g->is_nameless = true;
-    solve_loop_matrix(c, b, column);
-    g->is_nameless = false;
-}
-
-void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
-    kt_graph *g = tree->graph;
-    const size_t nv = tree->model->n.v, all = nv + (size_t)kt_code_count_loop_rows(tree->model);
-    code_closed c = {.inverse = NULL};
-    kt_op *value = kt_graph_take(g, 3 * all + 2 * nv * all + 1, sizeof *value); /* a and lambda, and room */
-    if (value == NULL)
-        return;
-    kt_op *b = value + 2 * all, *change = value + 3 * all;
-    solve_closed_tree(tree, work, value, &c, guard);
-    if (!g->failed)
-        differentiate_closed(tree, &c.rows, value, change);
-    for (int k = 0; k < 3 * (int)nv && !g->failed; k++)
-        solve_loop_derivative(&c.solve, k, change, b, out + (size_t)k * nv);
-}
-
-/* ---- projections ------------------------------------------------------------------------------------------------- */
-
-/* Writes the scaled residuals of equations that have one. */
-static void list_gaps(const kt_code_loop_rows *rows, kt_op *gap) {
-    for (int r = 0, at = 0; r < rows->count; r++)
-        if (rows->is_closed[r])
-            gap[at++] = rows->scaled[r];
-}
+/* ---- solutions --------------------------------------------------------------------------------------------------- */
 
 /* Leaves out the equations without a residual. Those of one block are all of one kind. */
 static void keep_closed_rows(kt_code_loop_rows *rows, size_t nv) {
@@ -315,59 +199,91 @@ static void keep_closed_rows(kt_code_loop_rows *rows, size_t nv) {
     rows->count = at;
 }
 
-int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
-    kt_graph *g = tree->graph;
-    const int nv = (int)tree->model->n.v, before = tree->model->metric == KT_METRIC_MASS ? nv : 0;
-    kt_code_loop_rows rows;
-    kt_op *inverse = before > 0 ? factor_loop_mass(tree, work, guard) : NULL;
-    kt_code_make_loop_rows(tree, false, &rows);
-    if (!g->failed) {
-        keep_closed_rows(&rows, (size_t)nv);
-        list_gaps(&rows, out + nv);
-        for (int k = 0; k < nv; k++)
-            out[k] = kt_op_number(g, 0.0);
-        for (int r = 0; r < rows.count; r++)
-            rows.phi[r] = kt_op_negate(g, rows.phi[r]);
-        solve_loop_equations(tree, &rows, inverse != NULL ? work : NULL, inverse, rows.phi, out, guard + before);
+/* Row r of A x - b. x: NULL: 0. */
+static kt_op residual_of_closed_row(const code_closed *c, size_t r, const kt_op *x) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v;
+    kt_op sum = c->unknown == OF_POSITIONS ? c->rows.phi[r] : kt_op_number(g, 0.0);
+    for (size_t k = 0; k < nv; k++) {
+        kt_op moved = x != NULL ? x[k] : kt_op_number(g, 0.0);
+        if (c->unknown == OF_VELOCITIES)
+            moved = kt_op_add(g, moved, kt_op_input(g, KT_OP_RATE, (int)k));
+        sum = kt_op_add(g, sum, kt_op_multiply(g, c->rows.a[r * nv + k], moved));
     }
-    return before + kt_code_count_closed_rows(tree->model);
+    if (c->unknown == OF_POSITIONS)
+        return sum;
+    return kt_op_subtract(g, sum, c->unknown == OF_ACCELERATIONS ? c->rows.right[r] : c->rows.rate[r]);
+}
+
+/* y and b, and then x and lambda. The value of accelerations is h before. */
+static void solve_closed_rows(code_closed *c) {
+    kt_graph *g = c->tree->graph;
+    const size_t nv = c->tree->model->n.v;
+    const bool accelerates = c->unknown == OF_ACCELERATIONS;
+    kt_graph_section(g, "%s what the forces of the loops add",
+                     accelerates ? "tau - h, then lambda and" : "lambda, and");
+    for (size_t k = 0; k < nv; k++)
+        c->value[k] =
+            accelerates ? kt_op_subtract(g, kt_code_given_force(c->tree, (int)k), c->value[k]) : kt_op_number(g, 0.0);
+    for (size_t r = 0; r < (size_t)c->rows.count; r++)
+        c->value[nv + r] = kt_op_negate(g, residual_of_closed_row(c, r, NULL));
+    solve_loop_matrix(c, c->value + nv, c->value);
+}
+
+/* Makes the equations, and solves them. Returns false if memory is insufficient. */
+static bool solve_closed_tree(kt_code_tree *tree, code_unknown unknown, kt_op *work, kt_code_guard *guard,
+                              code_closed *c) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v, most = nv + (size_t)kt_code_count_loop_rows(tree->model);
+    const bool has_mass = unknown != OF_POSITIONS || tree->model->metric == KT_METRIC_MASS;
+    *c = (code_closed){.tree = tree, .unknown = unknown, .value = kt_graph_take(g, most + 1, sizeof *c->value)};
+    if (unknown == OF_ACCELERATIONS && !g->failed)
+        kt_code_inverse(tree, false, c->value);
+    if (has_mass) {
+        c->m = work;
+        c->inverse = factor_loop_mass(tree, work, guard);
+    }
+    kt_code_make_loop_rows(tree, unknown == OF_ACCELERATIONS, &c->rows);
+    if (unknown == OF_POSITIONS && !g->failed)
+        keep_closed_rows(&c->rows, nv);
+    c->guard_count = c->rows.count + (has_mass ? (int)nv : 0);
+    if (!g->failed && factor_loop_equations(c, guard + (has_mass ? nv : 0)))
+        solve_closed_rows(c);
+    return !g->failed;
+}
+
+/* Writes the scaled residuals of equations that have one. */
+static void list_gaps(const kt_code_loop_rows *rows, kt_op *gap) {
+    for (int r = 0, at = 0; r < rows->count; r++)
+        if (rows->is_closed[r])
+            gap[at++] = rows->scaled[r];
+}
+
+void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard) {
+    code_closed c;
+    if (solve_closed_tree(tree, OF_ACCELERATIONS, work, guard, &c))
+        memcpy(a, c.value, tree->model->n.v * sizeof *a);
+}
+
+int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    code_closed c;
+    if (solve_closed_tree(tree, OF_POSITIONS, work, guard, &c)) {
+        memcpy(out, c.value, tree->model->n.v * sizeof *out);
+        list_gaps(&c.rows, out + tree->model->n.v);
+    }
+    return c.guard_count;
 }
 
 void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
-    kt_graph *g = tree->graph;
-    const int nv = (int)tree->model->n.v;
-    kt_code_loop_rows rows;
-    kt_op *inverse = factor_loop_mass(tree, work, guard);
-    kt_code_make_loop_rows(tree, false, &rows);
-    if (!g->failed) {
-        list_gaps(&rows, out + nv);
-        for (int k = 0; k < nv; k++)
-            out[k] = kt_op_number(g, 0.0);
-        for (int r = 0; r < rows.count; r++) {
-            kt_op sum = kt_op_number(g, 0.0);
-            for (int k = 0; k < nv; k++) {
-                const kt_op v = kt_op_input(g, KT_OP_RATE, k);
-                sum = kt_op_add(g, sum, kt_op_multiply(g, rows.a[(size_t)r * (size_t)nv + (size_t)k], v));
-            }
-            rows.right[r] = kt_op_subtract(g, rows.rate[r], sum);
-        }
-        solve_loop_equations(tree, &rows, work, inverse, rows.right, out, guard + nv);
-        for (int k = 0; k < nv; k++)
-            out[k] = kt_op_add(g, kt_op_input(g, KT_OP_RATE, k), out[k]);
-    }
+    code_closed c;
+    if (!solve_closed_tree(tree, OF_VELOCITIES, work, guard, &c))
+        return;
+    for (int k = 0; k < (int)tree->model->n.v; k++)
+        out[k] = kt_op_add(tree->graph, kt_op_input(tree->graph, KT_OP_RATE, k), c.value[k]);
+    list_gaps(&c.rows, out + tree->model->n.v);
 }
 
-/* ---- changes of projections -------------------------------------------------------------------------------------- */
-
-/* A projection, with its solution x and lambda behind it. */
-typedef struct code_projecting {
-    kt_code_tree *tree;
-    kt_code_loop_rows rows;
-    kt_op *inverse; /* NULL: x is least in the metric 1 */
-    bool moves;     /* x is a change of velocities, A x = rate - A v; else of positions, A x = -phi */
-    kt_op *value;
-    code_solve solve;
-} code_projecting;
+/* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
 /* M x with held x: the forces of these accelerations at rest, without those of gravity. */
 static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) {
@@ -386,89 +302,102 @@ static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) 
         f[k] = kt_op_subtract(g, f[k], weight[k]);
 }
 
-/* f = (W x - A' lambda, A x - b) with held x and lambda. */
-static void make_projected_residuals(const code_projecting *p, const kt_op *held, kt_op *f) {
-    kt_code_tree *tree = p->tree;
+/* f = (W x - A' lambda, A x - b) with held x and lambda. Accelerations leave out W x. */
+static void make_held_residuals(const code_closed *c, const kt_op *held, kt_op *f) {
+    kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
-    if (p->inverse != NULL)
+    if (c->unknown != OF_ACCELERATIONS && c->inverse != NULL)
         make_held_momentum(tree, held, f);
     else
-        memcpy(f, held, nv * sizeof *f);
-    for (size_t r = 0; r < (size_t)p->rows.count && !g->failed; r++) {
-        const kt_op *a = p->rows.a + r * nv, lambda = kt_op_input(g, KT_OP_HELD, (int)(nv + r));
-        kt_op sum = p->moves ? kt_op_negate(g, p->rows.rate[r]) : p->rows.phi[r];
-        for (size_t k = 0; k < nv; k++) {
-            f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, a[k], lambda));
-            const kt_op x = p->moves ? kt_op_add(g, held[k], kt_op_input(g, KT_OP_RATE, (int)k)) : held[k];
-            sum = kt_op_add(g, sum, kt_op_multiply(g, a[k], x));
-        }
-        f[nv + r] = sum;
+        for (size_t k = 0; k < nv; k++)
+            f[k] = c->unknown == OF_ACCELERATIONS ? kt_op_number(g, 0.0) : held[k];
+    for (size_t r = 0; r < (size_t)c->rows.count && !g->failed; r++) {
+        for (size_t k = 0; k < nv; k++)
+            f[k] = kt_op_subtract(g, f[k], kt_op_multiply(g, c->rows.a[r * nv + k], held[nv + r]));
+        f[nv + r] = residual_of_closed_row(c, r, held);
     }
 }
 
-/* b, and then x and lambda in p->value. */
-static void solve_projection(code_projecting *p) {
-    kt_graph *g = p->tree->graph;
-    const size_t nv = p->tree->model->n.v;
-    for (size_t k = 0; k < nv; k++)
-        p->value[k] = kt_op_number(g, 0.0);
-    for (size_t r = 0; r < (size_t)p->rows.count; r++) {
-        kt_op sum = p->moves ? p->rows.rate[r] : kt_op_negate(g, p->rows.phi[r]);
-        for (size_t k = 0; k < nv && p->moves; k++)
-            sum = kt_op_subtract(g, sum, kt_op_multiply(g, p->rows.a[r * nv + k], kt_op_input(g, KT_OP_RATE, (int)k)));
-        p->value[nv + r] = sum;
-    }
-    solve_loop_matrix(&p->solve, p->value + nv, p->value);
+/* The derivatives of M a + h by q and v, for held a. Returns NULL if memory is insufficient. */
+static kt_op *derive_held_forces(kt_code_tree *tree, const kt_op *held) {
+    kt_graph *g = tree->graph;
+    const size_t nv = tree->model->n.v;
+    kt_op *forces = kt_graph_take(g, 2 * nv * nv + 1, sizeof *forces);
+    tree->acceleration = held;
+    g->is_nameless = true;
+    if (forces != NULL)
+        kt_code_inverse_derivatives(tree, 0, forces);
+    g->is_nameless = false;
+    tree->acceleration = NULL;
+    return forces;
 }
 
-/* The derivatives of x by the first `columns` of q and v, plus 1 for the projected numbers. */
-static void differentiate_projection(code_projecting *p, int columns, kt_op *out) {
-    kt_graph *g = p->tree->graph;
-    const int nv = (int)p->tree->model->n.v, all = nv + p->rows.count, first = p->moves ? nv : 0;
-    kt_op *memory = kt_graph_take(g, (size_t)(3 * all + 2 * nv * all) + 1, sizeof *memory);
-    if (memory == NULL)
+/* One column of da/dq, da/dv or da/dtau; k counts those of all three. change: df/dq and df/dv. */
+static void solve_loop_derivative(const code_closed *c, int k, const kt_op *change, kt_op *b, kt_op *column) {
+    kt_graph *g = c->tree->graph;
+    const int nv = (int)c->tree->model->n.v, count = c->rows.count;
+    const kt_op *f = change + (size_t)k * (size_t)(nv + count);
+    kt_graph_section(g, "column %d of da/d%s: M x - A' z = - change of the forces,  A x = - change of the equations",
+                     k % nv,
+                     k < nv       ? "q"
+                     : k < 2 * nv ? "v"
+                                  : "tau");
+    for (int i = 0; i < nv; i++)
+        column[i] = k < 2 * nv ? kt_op_negate(g, f[i]) : kt_op_number(g, i == k % nv ? 1.0 : 0.0);
+    for (int r = 0; r < count; r++)
+        b[r] = k < 2 * nv ? kt_op_negate(g, f[nv + r]) : kt_op_number(g, 0.0);
+    g->is_nameless = true;
+    solve_loop_matrix(c, b, column);
+    g->is_nameless = false;
+}
+
+/* The derivatives of x by the first `columns` of q, v and tau; those of a projected state, which x changes, plus 1. */
+static void differentiate_closed(const code_closed *c, int columns, kt_op *out) {
+    kt_graph *g = c->tree->graph;
+    const int nv = (int)c->tree->model->n.v, all = nv + c->rows.count, first = c->unknown == OF_VELOCITIES ? nv : 0;
+    kt_op *held = kt_graph_take(g, (size_t)(3 * all + 2 * nv * all) + 1, sizeof *held);
+    if (held == NULL)
         return;
-    kt_op *held = memory, *f = memory + all, *b = memory + 2 * all, *change = memory + 3 * all;
-    for (int k = 0; k < nv; k++)
+    kt_op *f = held + all, *b = held + 2 * all, *change = held + 3 * all;
+    for (int k = 0; k < all; k++)
         held[k] = kt_op_input(g, KT_OP_HELD, k);
-    make_projected_residuals(p, held, f);
-    kt_code_differentiate(p->tree, f, all, change);
-    kt_graph_replace(g, change, 2 * nv * all, p->value);
+    make_held_residuals(c, held, f);
+    const kt_op *forces = c->unknown == OF_ACCELERATIONS ? derive_held_forces(c->tree, held) : NULL;
+    kt_code_differentiate(c->tree, f, all, change);
+    for (int k = 0; k < 2 * nv * nv && forces != NULL && !g->failed; k++) {
+        kt_op *entry = &change[k / nv * all + k % nv];
+        *entry = kt_op_add(g, forces[k], *entry);
+    }
+    kt_graph_replace(g, change, 2 * nv * all, c->value);
     for (int k = 0; k < columns && !g->failed; k++) {
         kt_op *column = out + (size_t)k * (size_t)nv;
-        solve_loop_derivative(&p->solve, k, change, b, column);
-        if (k >= first)
+        solve_loop_derivative(c, k, change, b, column);
+        if (k >= first && c->unknown != OF_ACCELERATIONS)
             column[k - first] = kt_op_add(g, column[k - first], kt_op_number(g, 1.0));
     }
 }
 
-/* Makes the changes of a projection. Returns the number of guards. */
-static int make_projection_changes(kt_code_tree *tree, bool moves, bool has_mass, kt_op *work, kt_op *out,
-                                   kt_code_guard *guard) {
-    const int nv = (int)tree->model->n.v, before = has_mass ? nv : 0;
-    code_projecting p = {.tree = tree, .moves = moves};
-    p.inverse = has_mass ? factor_loop_mass(tree, work, guard) : NULL;
-    kt_code_make_loop_rows(tree, false, &p.rows);
-    if (!moves && !tree->graph->failed)
-        keep_closed_rows(&p.rows, (size_t)nv);
-    const int count = p.rows.count;
-    p.value = kt_graph_take(tree->graph, (size_t)(nv + count) + 1, sizeof *p.value);
-    if (!tree->graph->failed &&
-        factor_loop_equations(tree, &p.rows, has_mass ? work : NULL, p.inverse, &p.solve, guard + before)) {
-        solve_projection(&p);
-        differentiate_projection(&p, moves ? 2 * nv : nv, out);
-    }
-    return before + count;
+void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
+    code_closed c;
+    if (solve_closed_tree(tree, OF_ACCELERATIONS, work, guard, &c))
+        differentiate_closed(&c, 3 * (int)tree->model->n.v, out);
 }
 
 int kt_code_close_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
-    return make_projection_changes(tree, false, tree->model->metric == KT_METRIC_MASS, work, out, guard);
+    code_closed c;
+    if (solve_closed_tree(tree, OF_POSITIONS, work, guard, &c))
+        differentiate_closed(&c, (int)tree->model->n.v, out);
+    return c.guard_count;
 }
 
 void kt_code_settle_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard) {
-    (void)make_projection_changes(tree, true, true, work, out, guard);
+    code_closed c;
+    if (solve_closed_tree(tree, OF_VELOCITIES, work, guard, &c))
+        differentiate_closed(&c, 2 * (int)tree->model->n.v, out);
 }
+
+/* ---- equations alone --------------------------------------------------------------------------------------------- */
 
 void kt_code_loop_equations(kt_code_tree *tree, kt_op *out) {
     const size_t nv = tree->model->n.v;
