@@ -66,13 +66,15 @@ bool kt_check_contains(const char *what, const char *observed, const char *part)
 
 /* Many comparisons, one line. The worst ratio is kept with the name of its place:
  *
- *     kt_worst error = kt_worst_make("acceleration");
+ *     KT_WORST error = kt_worst_make("acceleration");
  *     for (...)
  *         kt_worst_near(&error, a, b, bound, "tree %d joint %d", tree, joint);
- *     kt_check_worst(&error);
  *
- * The check fails if any comparison did, or if there was none.
+ * It is checked at the end of its block, unless the test ends before. The check fails if any comparison did, or if
+ * there was none. A kt_worst that outlives its block, or is a part of something, is checked by a call.
  */
+#define KT_WORST __attribute__((cleanup(kt_check_worst))) kt_worst
+
 typedef struct kt_worst {
     const char *what;
     double ratio, observed, bound;

@@ -57,6 +57,17 @@ KT_TEST(worst_one_negative) {
     kt_worst_below(&worst, -0.5e-3, 1e-3, "second");
     kt_check_worst(&worst);
 }
+KT_TEST(worst_of_none_in_a_block) {
+    KT_WORST worst = kt_worst_make("x");
+    (void)&worst;
+}
+KT_TEST(worst_one_beyond_in_a_block_that_is_left) {
+    for (int i = 0; i < 2; i++) {
+        KT_WORST worst = kt_worst_make("x");
+        kt_worst_near(&worst, 1.0, 1.0 + i, 1e-3, "round %d", i);
+        continue;
+    }
+}
 KT_TEST(failure_beside_slack) {
     kt_check_below("failures: slack", 0.0, 3.0);
     kt_check_below("failures: tight", 0.0, 2.0);
