@@ -45,7 +45,7 @@ static void scale_rows(kt_random *random, double *re, double *im, size_t n) {
 
 KT_TEST(solutions_have_residuals_of_rounding) {
     kt_random random = kt_random_of_test();
-    kt_worst real = kt_worst_make("real"), complex = kt_worst_make("complex");
+    KT_WORST real = kt_worst_make("real"), complex = kt_worst_make("complex");
     for (size_t n = 1; n <= MOST; n++) {
         double a[2][MOST * MOST], f[2][MOST * MOST], b[2][MOST], x[2][MOST];
         const double zero[MOST * MOST] = {0.0};
@@ -69,13 +69,11 @@ KT_TEST(solutions_have_residuals_of_rounding) {
         kt_lu_solve_complex(f[0], f[1], n, pivot, x[0], x[1]);
         kt_worst_below(&complex, backward_error(a[0], a[1], n, x[0], x[1], b[0], b[1]), 4.0, "n = %zu", n);
     }
-    kt_check_worst(&real);
-    kt_check_worst(&complex);
 }
 
 KT_TEST(transposed_solutions_have_residuals_of_rounding) {
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("transposed");
+    KT_WORST worst = kt_worst_make("transposed");
     for (size_t n = 1; n <= MOST; n++) {
         double a[MOST * MOST], t[MOST * MOST], f[MOST * MOST], b[MOST], x[MOST];
         const double zero[MOST * MOST] = {0.0};
@@ -92,7 +90,6 @@ KT_TEST(transposed_solutions_have_residuals_of_rounding) {
         kt_lu_solve_transposed(f, n, pivot, x);
         kt_worst_below(&worst, backward_error(t, zero, n, x, zero, b, zero), 4.0, "n = %zu", n);
     }
-    kt_check_worst(&worst);
 }
 
 KT_TEST(singular_matrices_are_told) {

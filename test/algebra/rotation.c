@@ -89,7 +89,7 @@ KT_TEST(descriptions_mean_what_the_scene_page_says) {
 /* Written with six decimals each entry is off by up to 0.5e-6; the nearest rotation is within that of the true one. */
 KT_TEST(matrices_of_six_decimals_are_accepted_and_made_orthonormal) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("R"), skewness = kt_worst_make("R'R - I");
+    KT_WORST error = kt_worst_make("R"), skewness = kt_worst_make("R'R - I");
     for (int n = 0; n < 1000; n++) {
         const kt_mat3 r = kt_reference_random(&random);
         kt_rotation written = kt_rotation_matrix(r);
@@ -99,8 +99,6 @@ KT_TEST(matrices_of_six_decimals_are_accepted_and_made_orthonormal) {
         kt_worst_below(&error, kt_reference_distance(observed, r), 1e-6, "%d", n);
         kt_worst_below(&skewness, kt_reference_skewness(observed), 4.0 * EPS, "%d", n);
     }
-    kt_check_worst(&error);
-    kt_check_worst(&skewness);
 }
 
 KT_TEST(permutations_and_planar_matrices_keep_their_zeros_and_ones) {

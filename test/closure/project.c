@@ -28,8 +28,8 @@ static void check_closed(const tangle *g, const double *q, const double *v, kt_w
  * because A changes with the positions. */
 static void run(const tangle_plan *plan, kt_random *random, int mechanisms) {
     static tangle g;
-    kt_worst position = kt_worst_make("positions are closed"), velocity = kt_worst_make("velocities are closed");
-    kt_worst again = kt_worst_make("a second time moves nothing");
+    KT_WORST position = kt_worst_make("positions are closed"), velocity = kt_worst_make("velocities are closed");
+    KT_WORST again = kt_worst_make("a second time moves nothing");
     for (int i = 0; i < mechanisms; i++) {
         double q[KT_TREE_NQ], v[KT_TREE_NV], r[KT_TREE_NQ], w[KT_TREE_NV];
         bool changed = false;
@@ -52,9 +52,6 @@ static void run(const tangle_plan *plan, kt_random *random, int mechanisms) {
         for (int k = 0; k < g.tree.nv; k++)
             kt_worst_near(&again, w[k], v[k], open * swift * most, "nv %d, v %d", g.tree.nv, k);
     }
-    kt_check_worst(&position);
-    kt_check_worst(&velocity);
-    kt_check_worst(&again);
 }
 
 KT_TEST(projection_closes_to_rounding) {
@@ -161,14 +158,12 @@ KT_TEST(projection_moves_least_in_its_metric) {
     tangle_plan plan = tangle_plan_default();
     static const char *const names[4] = {"qr", "partition", "svd", "mass"};
     for (int way = 0; way < 4; way++) {
-        kt_worst position = kt_worst_make("step in positions, along what loops allow");
-        kt_worst velocity = kt_worst_make("step in velocities, along what loops allow");
+        KT_WORST position = kt_worst_make("step in positions, along what loops allow");
+        KT_WORST velocity = kt_worst_make("step in velocities, along what loops allow");
         plan.options.reduction = kt_reduction_method_of((kt_reduction)(way % 3));
         plan.options.metric = way == 3 ? KT_METRIC_MASS : KT_METRIC_IDENTITY;
         kt_note("%s", names[way]);
         check_least(&plan, &random, way == 3, &position, &velocity);
-        kt_check_worst(&position);
-        kt_check_worst(&velocity);
     }
 }
 

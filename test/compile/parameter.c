@@ -272,10 +272,9 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
                        KT_ERROR_ARGUMENT);
     kt_fine("advance", kt_simulation_advance(one, 0.2, &e), &e);
     kt_fine("advance", kt_simulation_advance(two, 0.2, &e), &e);
-    kt_worst error = kt_worst_make("positions");
+    KT_WORST error = kt_worst_make("positions");
     for (int i = 0; i < kt_model_nq(model); i++)
         kt_worst_near(&error, kt_simulation_positions(one)[i], kt_simulation_positions(two)[i], 1e-12, "%d", i);
-    kt_check_worst(&error);
 }
 
 /* Numbers that a description must contain may be set to no effect: a servo without gains, stops at infinity. */

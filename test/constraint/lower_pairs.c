@@ -166,12 +166,11 @@ static void compare(const pair *p, const trace *tree, const scene *s, const kt_m
     char text[80];
     trace loop;
     snprintf(text, sizeof text, "%s, %s", kt_loop_type_name(p->loop), what);
-    kt_worst error = kt_worst_make(text);
+    KT_WORST error = kt_worst_make(text);
     if (run_for_a_second(s, options, &loop))
         for (int i = 0; i < RECORDS; i++)
             for (int k = 0; k < 2; k++)
                 kt_worst_below(&error, difference(tree, &loop, i, k), bound, "record %d, body %d", i, k);
-    kt_check_worst(&error);
 }
 
 static void follow(const pair *p) {

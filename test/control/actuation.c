@@ -339,7 +339,7 @@ static void check_least(subject *s, kt_coordinate_list first, kt_coordinate_list
     void *work = work_of(s->model, &size);
     kt_error e = {0};
     double largest = 0.0;
-    kt_worst worst = kt_worst_make("weighted forces that are rates");
+    KT_WORST worst = kt_worst_make("weighted forces that are rates");
     for (int i = 0; i < all.count; i++)
         largest = fmax(largest, fabs(weights[i] * forces[i]));
     kt_need_fine("basis", kt_independent_basis(s->model, s->data, work, size, 0.0, s->m.q, first, basis, NULL, &e), &e);
@@ -349,7 +349,6 @@ static void check_least(subject *s, kt_coordinate_list first, kt_coordinate_list
             rate += basis[c * nv + all.index[i]] * weights[c] * forces[c];
         kt_worst_near(&worst, weights[i] * forces[i], rate, 2e-15 * largest, "actuator %d", i);
     }
-    kt_check_worst(&worst);
     free(work);
 }
 

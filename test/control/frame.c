@@ -48,7 +48,7 @@ static void compare(kt_worst *error, const double *x, const double *y, double si
 /* Bounds of this file: measured over 20 seeds, the worst of which is about half of the bound. */
 KT_TEST(jacobians_times_velocities_are_twists_in_each_frame) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("J v against the twist");
+    KT_WORST error = kt_worst_make("J v against the twist");
     for (int n = 0; n < TREES; n++) {
         static double jacobian[ROWS * KT_TREE_NV];
         kt_tree tree;
@@ -67,13 +67,12 @@ KT_TEST(jacobians_times_velocities_are_twists_in_each_frame) {
                 compare(&error, twist, (const double *)&expected, 4e-14, n, b, f);
             }
     }
-    kt_check_worst(&error);
 }
 
 /* The state's own accelerations are in the data, and must not enter. */
 KT_TEST(bias_is_the_acceleration_that_velocities_alone_give) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("J' v against the acceleration at rest of all rates");
+    KT_WORST error = kt_worst_make("J' v against the acceleration at rest of all rates");
     for (int n = 0; n < TREES; n++) {
         kt_tree tree;
         kt_tree_state s;
@@ -92,7 +91,6 @@ KT_TEST(bias_is_the_acceleration_that_velocities_alone_give) {
             compare(&error, (const double *)&bias, (const double *)&expected, 5e-14, n, b, 0);
         }
     }
-    kt_check_worst(&error);
 }
 
 /* J v of all bodies in all frames. */
@@ -110,7 +108,7 @@ static bool all_twists(const kt_tree *tree, const double *q, const double *v, do
 
 KT_TEST(bias_is_the_derivative_of_the_jacobian_times_velocities_in_each_frame) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("J' v against differences");
+    KT_WORST error = kt_worst_make("J' v against differences");
     for (int n = 0; n < TREES; n++) {
         static double rate[ALONG_MOST];
         kt_tree tree;
@@ -125,7 +123,6 @@ KT_TEST(bias_is_the_derivative_of_the_jacobian_times_velocities_in_each_frame) {
                 compare(&error, (const double *)&bias, rate + ROWS * (3 * (b - 1) + f), 4e-12, n, b, f);
             }
     }
-    kt_check_worst(&error);
 }
 
 /* ---- their derivatives ------------------------------------------------------------------------------------------- */
@@ -143,7 +140,7 @@ static bool all_jacobians(const kt_tree *tree, const double *q, const double *v,
 
 KT_TEST(jacobian_derivative_is_that_of_differences_in_time) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("dJ/dt against differences");
+    KT_WORST error = kt_worst_make("dJ/dt against differences");
     for (int n = 0; n < TREES; n++) {
         static double rate[ALONG_MOST], derivative[ROWS * KT_TREE_NV];
         kt_tree tree;
@@ -158,7 +155,6 @@ KT_TEST(jacobian_derivative_is_that_of_differences_in_time) {
                               n, f, i);
         }
     }
-    kt_check_worst(&error);
 }
 
 /* Central differences of order eight of J v along q (+) e_j. */
@@ -186,7 +182,7 @@ static void difference_twist(const kt_tree *tree, const kt_tree_state *s, int j,
 /* Both matrices times v are the bias acceleration, which is computed otherwise. */
 KT_TEST(twist_derivative_is_that_of_differences_and_both_give_the_bias) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("d(J v)/dq against differences"), bias = kt_worst_make("times v");
+    KT_WORST error = kt_worst_make("d(J v)/dq against differences"), bias = kt_worst_make("times v");
     for (int n = 0; n < TREES; n++) {
         static double matrix[2][ROWS * KT_TREE_NV];
         kt_tree tree;
@@ -208,8 +204,6 @@ KT_TEST(twist_derivative_is_that_of_differences_and_both_give_the_bias) {
             compare(&error, matrix[1] + ROWS * j, column, 4e-12, n, j, (int)frame);
         }
     }
-    kt_check_worst(&error);
-    kt_check_worst(&bias);
 }
 
 /* Into the axes S of a marker, of a twist in those of its body. */

@@ -115,7 +115,7 @@ KT_TEST(twelve_motors_move_a_floating_base_on_its_feet) {
     kt_random random = kt_random_of_test();
     static quadruped r;
     static double jacobian[ROWS * NV];
-    kt_worst motors = kt_worst_make("motor torques"), feet = kt_worst_make("foot forces");
+    KT_WORST motors = kt_worst_make("motor torques"), feet = kt_worst_make("foot forces");
     int index[MOTORS], stances = 0;
     for (int i = 0; i < MOTORS; i++)
         index[i] = 6 + i;
@@ -171,8 +171,6 @@ KT_TEST(twelve_motors_move_a_floating_base_on_its_feet) {
             stances++;
         }
     }
-    kt_check_worst(&motors);
-    kt_check_worst(&feet);
     kt_check_equal_int("stances", stances, 12);
     free(work);
 }

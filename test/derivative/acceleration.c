@@ -248,7 +248,7 @@ KT_TEST(derivatives_along_a_motion_hold_where_equations_are_redundant) {
     kt_random random = kt_random_of_test();
     static tangle g;
     static derivatives d;
-    kt_worst error = kt_worst_make("da/dq v + da/dv a");
+    KT_WORST error = kt_worst_make("da/dq v + da/dv a");
     int redundant = 0, compared = 0;
     for (int n = 0; n < MECHANISMS; n++) {
         tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
@@ -262,7 +262,6 @@ KT_TEST(derivatives_along_a_motion_hold_where_equations_are_redundant) {
             compared += compare_along(&g, &d, &error, n);
         }
     }
-    kt_check_worst(&error);
     kt_check_above("redundant ones", redundant, 8);
     kt_check_above("share compared", (double)compared / MECHANISMS, 0.8);
 }

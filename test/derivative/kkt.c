@@ -91,7 +91,7 @@ static void run(const tangle_plan *plan, int mechanisms, kt_metric metric, censu
     static tangle_system s;
     static right_sides r, solved;
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("x");
+    KT_WORST worst = kt_worst_make("x");
     *c = (census){0};
     for (int n = 0; n < mechanisms; n++) {
         tangle_plan some = *plan;
@@ -115,7 +115,6 @@ static void run(const tangle_plan *plan, int mechanisms, kt_metric metric, censu
     kt_note(
         "%d compared, %d near singular, %d groups by fronts, %d by dense matrices, %d carried, %d redundant, %d planar",
         c->compared, c->near, c->fronts, c->dense, c->carried, c->redundant, c->planar);
-    kt_check_worst(&worst);
     kt_check_above("compared", c->compared, 0.7 * mechanisms);
     kt_check_above("by fronts", c->fronts, 0.3 * mechanisms);
     kt_check_above("by dense matrices", c->dense, 0.3 * mechanisms);
@@ -338,11 +337,10 @@ KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
         {m[0].mass, m[1].mass}, {m[0].stiffness, m[1].stiffness}, {m[0].damping, m[1].damping}};
     static const char *const name[3] = {"mass", "stiffness", "damping"};
     for (int k = 0; k < 3; k++) {
-        kt_worst worst = kt_worst_make(name[k]);
+        KT_WORST worst = kt_worst_make(name[k]);
         for (int i = 0; i < ROW_NV * ROW_NV; i++) /* measured: 4e-15 */
             kt_worst_near(&worst, of[k][0][i], of[k][1][i], 1e-12 * kt_tree_largest(of[k][1], ROW_NV * ROW_NV), "%d",
                           i);
-        kt_check_worst(&worst);
         kt_check_above("largest", kt_tree_largest(of[k][1], ROW_NV * ROW_NV), 0.01);
     }
 }

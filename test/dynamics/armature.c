@@ -39,8 +39,8 @@ static void strip(const kt_tree *tree, kt_tree *bare, double *armature) {
 KT_TEST(armature_adds_to_the_diagonal_of_the_mass_matrix_alone) {
     kt_random random = kt_random_of_test();
     static double mass[KT_TREE_NV * KT_TREE_NV], bare_mass[KT_TREE_NV * KT_TREE_NV];
-    kt_worst mass_error = kt_worst_make("M - diag(a) against M without"), force_error = kt_worst_make("tau - a v'");
-    kt_worst energy_error = kt_worst_make("T - sum a v^2 / 2"), momentum_error = kt_worst_make("momentum");
+    KT_WORST mass_error = kt_worst_make("M - diag(a) against M without"), force_error = kt_worst_make("tau - a v'");
+    KT_WORST energy_error = kt_worst_make("T - sum a v^2 / 2"), momentum_error = kt_worst_make("momentum");
     for (int n = 0; n < TREES; n++) {
         const kt_tree_plan plan = draw_plan(n, &random);
         kt_tree tree, bare;
@@ -72,17 +72,13 @@ KT_TEST(armature_adds_to_the_diagonal_of_the_mass_matrix_alone) {
         kt_worst_near(&momentum_error, kt_vec3_norm(kt_vec3_sub(one.moment, two.moment)), 0.0, 0.0, "tree %d", n);
         kt_worst_near(&momentum_error, kt_vec3_norm(kt_vec3_sub(one.force, two.force)), 0.0, 0.0, "tree %d", n);
     }
-    kt_check_worst(&mass_error);
-    kt_check_worst(&force_error);
-    kt_check_worst(&energy_error);
-    kt_check_worst(&momentum_error);
 }
 
 /* ABA against RNEA and CRBA: M a + h = tau. */
 KT_TEST(articulated_bodies_with_armature_solve_the_equations_of_motion) {
     kt_random random = kt_random_of_test();
     static double mass[KT_TREE_NV * KT_TREE_NV];
-    kt_worst error = kt_worst_make("M a + h - tau");
+    KT_WORST error = kt_worst_make("M a + h - tau");
     for (int n = 0; n < 2 * TREES; n++) {
         const kt_tree_plan plan = draw_plan(n, &random);
         kt_tree tree;
@@ -105,7 +101,6 @@ KT_TEST(articulated_bodies_with_armature_solve_the_equations_of_motion) {
             kt_worst_near(&error, sum, s.tau[i], 1e3 * EPS * size, "tree %d, %d", n, i);
         }
     }
-    kt_check_worst(&error);
 }
 
 static kt_body pendulum_body(void) {

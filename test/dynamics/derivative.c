@@ -208,12 +208,11 @@ KT_TEST(derivatives_of_a_double_pendulum_are_those_on_paper) {
     const double yy = -e * a + c * v * v + low, xy = yy - e * (a + b) - c * (v + w) * (v + w);
     const double q[] = {low + high, low, xy, yy};
     const double rate[] = {2.0 * e * v - 2.0 * e * (v + w), 2.0 * e * v, -2.0 * e * (v + w), 0.0};
-    kt_worst error = kt_worst_make("column by column");
+    KT_WORST error = kt_worst_make("column by column");
     for (int i = 0; i < 4; i++) {
         kt_worst_near(&error, d.tau_q[i], q[i], 10.0 * EPS * 20.0, "dtau/dq %d", i);
         kt_worst_near(&error, d.tau_v[i], rate[i], 10.0 * EPS * 2.0, "dtau/dv %d", i);
     }
-    kt_check_worst(&error);
 }
 
 /* ---- rejections -------------------------------------------------------------------------------------------------- */

@@ -66,8 +66,8 @@ KT_TEST(auto_tree_has_its_published_forces_and_accelerations) {
     kt_tree_state s;
     kt_error e;
     double x[10];
-    kt_worst force = kt_worst_make("tau"), bias = kt_worst_make("h"), gravity = kt_worst_make("gravity");
-    kt_worst acceleration = kt_worst_make("a");
+    KT_WORST force = kt_worst_make("tau"), bias = kt_worst_make("h"), gravity = kt_worst_make("gravity");
+    KT_WORST acceleration = kt_worst_make("a");
     grow_auto_tree(&tree);
     auto_tree_state(&s);
     const kt_model *m = tree.model;
@@ -83,17 +83,13 @@ KT_TEST(auto_tree_has_its_published_forces_and_accelerations) {
     kt_check_equal_int("a", kt_dynamics_forward(m, tree.data, s.q, s.v, s.tau, NULL, x, &e), KT_OK);
     for (int i = 0; i < 10; i++) /* up to 200 rad/s^2 */
         kt_worst_near(&acceleration, x[i], auto_tree_acceleration[i], 2e-12, "joint %d", i);
-    kt_check_worst(&force);
-    kt_check_worst(&bias);
-    kt_check_worst(&gravity);
-    kt_check_worst(&acceleration);
 }
 
 KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
     kt_tree tree;
     kt_tree_state s;
     double mass[100];
-    kt_worst error = kt_worst_make("M");
+    KT_WORST error = kt_worst_make("M");
     grow_auto_tree(&tree);
     auto_tree_state(&s);
     kt_tree_mass(&tree, &s, mass);
@@ -102,7 +98,6 @@ KT_TEST(auto_tree_has_its_published_mass_matrix_and_energy) {
         kt_worst_near(&error, mass[i], auto_tree_mass[i], 5e-14, "entry %d %d", i / 10, i % 10);
     kt_check_near("T + V", kt_kinetic_energy(tree.model, tree.data) + kt_potential_energy(tree.model, tree.data),
                   auto_tree_energy, 1e-13);
-    kt_check_worst(&error);
 }
 
 /* ---- RBDL ---------------------------------------------------------------------------------------------------- */
@@ -168,7 +163,7 @@ KT_TEST(a_body_on_turns_about_z_y_x_has_pinocchios_forces_and_mass) {
     (void)add(&tree, "y", "z", ey, zero);
     load(add(&tree, "x", "y", ex, zero), kt_vec3_make(0.5, 0.0, 0.0));
     kt_tree_compile(&tree, NULL);
-    kt_worst force = kt_worst_make("tau"), matrix = kt_worst_make("M");
+    KT_WORST force = kt_worst_make("tau"), matrix = kt_worst_make("M");
     for (int n = 0; n < 3; n++) {
         const pinocchio_case *c = &pinocchio[n];
         kt_tree_state s;
@@ -185,6 +180,4 @@ KT_TEST(a_body_on_turns_about_z_y_x_has_pinocchios_forces_and_mass) {
         for (int i = 0; i < 9; i++)
             kt_worst_near(&matrix, mass[i], c->mass[i], 6e-14, "case %d entry %d", n, i);
     }
-    kt_check_worst(&force);
-    kt_check_worst(&matrix);
 }

@@ -75,9 +75,9 @@ static bool compare(const tangle *g, double times, kt_worst *worst, kt_worst *cl
 static census run(const tangle_plan *plan, kt_random *random, int mechanisms, double times) {
     static tangle g;
     census c = {0};
-    kt_worst worst = kt_worst_make("accelerations are those of the dense solution");
-    kt_worst closed = kt_worst_make("A a = b''");
-    kt_worst rank = kt_worst_make("rank");
+    KT_WORST worst = kt_worst_make("accelerations are those of the dense solution");
+    KT_WORST closed = kt_worst_make("A a = b''");
+    KT_WORST rank = kt_worst_make("rank");
     int compared = 0;
     for (int i = 0; i < mechanisms; i++) {
         tangle_grow(&g, plan, random);
@@ -85,9 +85,6 @@ static census run(const tangle_plan *plan, kt_random *random, int mechanisms, do
         compared += compare(&g, times, &worst, &closed, &rank);
     }
     kt_check_above("share compared", (double)compared / mechanisms, 0.8);
-    kt_check_worst(&rank);
-    kt_check_worst(&worst);
-    kt_check_worst(&closed);
     return c;
 }
 
@@ -159,7 +156,7 @@ KT_TEST(mixed_mechanisms_accelerate_as_the_dense_equations_say) {
 /* kt_dynamics_forward of a model with loops is that of its tree. Bounds as in dynamics/aba.c. */
 KT_TEST(forward_dynamics_of_the_tree_leaves_the_loops_out) {
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("a from tau(a)");
+    KT_WORST worst = kt_worst_make("a from tau(a)");
     for (int n = 0; n < 60; n++) {
         static tangle g;
         static kt_tree_state s;
@@ -174,5 +171,4 @@ KT_TEST(forward_dynamics_of_the_tree_leaves_the_loops_out) {
             for (int i = 0; i < g.tree.nv; i++)
                 kt_worst_near(&worst, a[i], s.a[i], 10.0 * DBL_EPSILON * sensitivity[i], "%d, coordinate %d", n, i);
     }
-    kt_check_worst(&worst);
 }

@@ -101,7 +101,7 @@ KT_TEST(windows_pass_singular_positions_at_every_size) {
  * between the bars is twice -angle. */
 KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
     static linkage l;
-    kt_worst rod = kt_worst_make("rod"), place = kt_worst_make("slider");
+    KT_WORST rod = kt_worst_make("rod"), place = kt_worst_make("slider");
     for (int k = 0; k < SIZES; k++) {
         const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), bar = kt_vec3_make(1.0, 0.0, 0.0);
         const double s = sizes[k], angle = 0.5, rate = 3.0;
@@ -126,6 +126,4 @@ KT_TEST(isosceles_slider_crank_passes_its_pivot_at_every_size) {
         kt_check_equal_int("rank", kt_model_mobility(l.model).rank, 2);
         kt_check_above("turned", l.q[0], 6.0);
     }
-    kt_check_worst(&rod);
-    kt_check_worst(&place);
 }

@@ -188,7 +188,7 @@ KT_TEST(each_set_is_the_model_that_never_had_the_others) {
  * remaining freedoms. These conditions have one solution. The loss is d'M d / 2. */
 KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
     kt_random random = kt_random_of_test();
-    kt_worst fits = kt_worst_make("A v+ - b'"), normal = kt_worst_make("N' M (v+ - v)"),
+    KT_WORST fits = kt_worst_make("A v+ - b'"), normal = kt_worst_make("N' M (v+ - v)"),
              loss = kt_worst_make("energy lost");
     for (int n = 0; n < 60; n++) {
         tangle_plan plan = n % 2 ? tangle_plan_planar() : tangle_plan_default();
@@ -238,9 +238,6 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
             kt_worst_near(&loss, impact.supplied - impact.dissipated, kinetic, 1e-11 * twice, "%d, change", n);
         }
     }
-    kt_check_worst(&fits);
-    kt_check_worst(&normal);
-    kt_check_worst(&loss);
 }
 
 /* A uniform rod flies across its length at v, and a pin catches its end. It then turns at `3 v / 2 L`, and loses a
