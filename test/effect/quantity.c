@@ -133,7 +133,7 @@ static double value_of(const stage *s, int effect, kt_effect_quantity quantity) 
 KT_TEST(powers_of_effects_are_those_of_their_generalised_forces) {
     static stage s;
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("power");
+    KT_WORST worst = kt_worst_make("power");
     kt_error error;
     build(&s);
     for (int n = 0; n < STATES; n++) {
@@ -161,7 +161,7 @@ KT_TEST(rates_of_effects_are_those_of_their_lengths) {
     static double before[QUANTITIES], after[QUANTITIES];
     const double h = 1e-5;
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("rate");
+    KT_WORST worst = kt_worst_make("rate");
     build(&s);
     for (int n = 0; n < STATES; n++) {
         random_state(&random, &s);
@@ -193,7 +193,7 @@ KT_TEST(rates_of_effects_are_those_of_their_lengths) {
 KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
     static stage s;
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("force");
+    KT_WORST worst = kt_worst_make("force");
     int touching = 0;
     build(&s);
     for (int n = 0; n < STATES; n++) {
@@ -242,7 +242,6 @@ KT_TEST(forces_of_effects_follow_from_their_lengths_and_rates) {
         kt_worst_near(&worst, x > 0.0 ? 0.0 : normal, 0.0, 0.0, "no contact, state %d", n);
         touching += x > 0.0;
     }
-    kt_check_worst(&worst);
     kt_check_above("states in contact", touching, 5.0);
 }
 

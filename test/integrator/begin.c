@@ -38,7 +38,7 @@ static double proposal(motion *m, double limit, kt_integrator **integrator, kt_t
 /* The step satisfies err ~ |f'| h^2 / atol = 1/100. The result of kt_power is good to 1e-12, the difference of f to eps
  * / (h0 = 1e-6). */
 KT_TEST(where_nothing_moves_yet_the_change_of_the_slope_decides) {
-    kt_worst worst = kt_worst_make("first step");
+    KT_WORST worst = kt_worst_make("first step");
     for (int i = 0; i <= 6; i++) {
         kt_integrator *it;
         kt_try r;
@@ -46,7 +46,6 @@ KT_TEST(where_nothing_moves_yet_the_change_of_the_slope_decides) {
         const double expected = sqrt(0.01 * atol / m.slope);
         kt_worst_near(&worst, proposal(&m, HUGE_VAL, &it, &r), expected, 2e-12 * expected, "f' = %g", m.slope);
     }
-    kt_check_worst(&worst);
 }
 
 /* A micro of the unit of time, or half the way where that is less. */

@@ -112,7 +112,7 @@ KT_TEST(dense_output_is_continuous_with_its_slope) {
         const double *y0 = it->previous_y, *y1 = it->y, d = 1e-6;
         problem_kepler.rhs(0.25, y0, f0, NULL);
         problem_kepler.rhs(0.5, y1, f1, NULL);
-        kt_worst ends = kt_worst_make(kt_method_at(i)->name), middle = kt_worst_make("in the middle");
+        KT_WORST ends = kt_worst_make(kt_method_at(i)->name), middle = kt_worst_make("in the middle");
         integrator_value(it, 0.25 + d, y);
         integrator_value(it, 0.5 - d, z);
         /* d^2 y'' / 2 with y'' up to 7 here. After a step of implicit Euler, which falls inwards, y'' is up to 16. */
@@ -127,8 +127,6 @@ KT_TEST(dense_output_is_continuous_with_its_slope) {
         integrator_value(it, nextafter(0.375, 1.0), z);
         for (int l = 0; l < 4; l++) /* rounding of about ten terms of size 1 */
             kt_worst_near(&middle, z[l], y[l], 8.0 * DBL_EPSILON, "component %d", l);
-        kt_check_worst(&ends);
-        kt_check_worst(&middle);
     }
 }
 

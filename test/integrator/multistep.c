@@ -250,7 +250,7 @@ KT_TEST(the_characteristic_polynomial_is_the_recurrence_of_the_steps) {
     for (int i = 0; i < NAMES; i++) {
         const kt_method *m = kt_method_find(names[i]);
         const kt_stability s = stability_of(m);
-        kt_worst worst = kt_worst_make(m->name);
+        KT_WORST worst = kt_worst_make(m->name);
         for (int l = 0; l < 100; l++) {
             const double size = kt_random_uniform(&random, 0.1, 3.0), angle = kt_random_uniform(&random, 1.6, 4.7);
             const kt_complex z = {size * cos(angle), size * sin(angle)};
@@ -267,7 +267,6 @@ KT_TEST(the_characteristic_polynomial_is_the_recurrence_of_the_steps) {
             }
             kt_worst_below(&worst, hypot(re, im) / terms, 64.0 * DBL_EPSILON, "z = %g + %gi", z.re, z.im);
         }
-        kt_check_worst(&worst);
     }
 }
 
@@ -341,7 +340,7 @@ KT_TEST(two_step_methods_are_a_stable_and_have_their_radius_at_infinity) {
         const kt_method m = two_step_of(0.25 * i);
         const kt_stability s = stability_of(&m);
         const double bound = i < 4 ? 1.0 + 1e-13 : 1.0 + 1e-7; /* of rho = 1 a double root at infinity: sqrt(eps) */
-        kt_worst left = kt_worst_make("left half plane");
+        KT_WORST left = kt_worst_make("left half plane");
         for (int k = 0; k < 1000; k++) {
             const double size = exp(kt_random_uniform(&random, -5.0, 30.0));
             const double angle = kt_random_uniform(&random, 1.5707963267948966, 4.71238898038469);
@@ -349,7 +348,6 @@ KT_TEST(two_step_methods_are_a_stable_and_have_their_radius_at_infinity) {
                            "z = %g at %g", size, angle);
             kt_worst_below(&left, kt_stability_gain(&s, (kt_complex){0.0, size}), bound, "y = %g", size);
         }
-        kt_check_worst(&left);
         /* A double root: the remaining 1 / z moves it by its square root. */
         kt_check_near("radius at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), m.rho,
                       i % 4 == 0 ? 1e-6 : 4e-13);

@@ -116,12 +116,11 @@ KT_TEST(a_change_of_any_coefficient_is_rejected) {
     for (int i = 0; i < kt_method_count(); i++) {
         copy_method(&spoilt, kt_method_at(i));
         const double bound = 64.0 * DBL_EPSILON * largest_entry(&spoilt);
-        kt_worst worst = kt_worst_make(spoilt.method.name);
+        KT_WORST worst = kt_worst_make(spoilt.method.name);
         for (int j = 0; j < spoilt.count; j++)
             for (int l = 0; l < spoilt.arrays[j].count; l++)
                 kt_worst_below(&worst, change_that_is_seen(&spoilt, &spoilt.arrays[j].values[l]), bound, "%s[%d]",
                                spoilt.arrays[j].name, l);
-        kt_check_worst(&worst);
         kt_check_equal_int("the table itself", kt_method_check(&spoilt.method, NULL), KT_OK);
     }
 }
@@ -160,10 +159,9 @@ static void check_order_4(const kt_method *m, bool embedded) {
     static const double expected[8] = {1.0,       1.0 / 2.0, 1.0 / 3.0,  1.0 / 6.0,
                                        1.0 / 4.0, 1.0 / 8.0, 1.0 / 12.0, 1.0 / 24.0};
     const double bound = (m->order > 5 || m->gamma != NULL ? 64.0 : 8.0) * DBL_EPSILON;
-    kt_worst worst = kt_worst_make(m->name);
+    KT_WORST worst = kt_worst_make(m->name);
     for (int j = 0; j < 8; j++) /* measured: dop853's terms reach 40 in size, those of rodas5p 20 */
         kt_worst_near(&worst, sum[j], expected[j], bound, "condition %d", j + 1);
-    kt_check_worst(&worst);
 }
 
 KT_TEST(conditions_of_order_4_are_those_of_the_textbook) {

@@ -204,14 +204,13 @@ KT_TEST(dense_output_joins_the_projected_states) {
          * implicit method's slope is that of its own polynomial, of the state before the projection: 1.01 f, f up to
          * 2.5. */
         const double bound = 7.0 * d * d + (kt_method_is_implicit(m) ? 0.01 * 2.5 * d : 0.0);
-        kt_worst worst = kt_worst_make(m->name);
+        KT_WORST worst = kt_worst_make(m->name);
         integrator_value(it, 0.125 + d, y);
         for (int l = 0; l < 4; l++)
             kt_worst_near(&worst, y[l], y0[l] + d * f0[l], bound, "begin %d", l);
         integrator_value(it, 0.25 - d, y);
         for (int l = 0; l < 4; l++)
             kt_worst_near(&worst, y[l], y1[l] - d * f1[l], bound, "end %d", l);
-        kt_check_worst(&worst);
     }
 }
 

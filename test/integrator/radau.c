@@ -342,13 +342,12 @@ KT_TEST(a_stiff_force_that_lets_go_within_a_step_is_noticed) {
     for (size_t k = 0; k < 2 * sizeof releases / sizeof *releases; k++) {
         const release *r = &releases[k / 2];
         const double expected = speed_after(r, "dop853", 1e-12);
-        kt_worst off = kt_worst_make("speed off, over the tolerance");
+        KT_WORST off = kt_worst_make("speed off, over the tolerance");
         kt_note("%s, %s: %.9g m/s", r->name, names[k % 2], expected);
         for (int i = 0; i < COUNT; i++) {
             const double tol = pow(10.0, -5.0 - 0.05 * i), speed = speed_after(r, names[k % 2], tol);
             kt_worst_below(&off, fabs(speed - expected) / tol, r->bounds[k % 2], "tolerance %g", tol);
         }
-        kt_check_worst(&off);
     }
 }
 

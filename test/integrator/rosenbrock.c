@@ -21,7 +21,7 @@ static const kt_method *rodas(void) { return kt_method_find("rodas5p"); }
 KT_TEST(the_transformed_table_is_that_of_the_method) {
     const kt_method *m = rodas();
     const kt_rosenbrock *r = m->transformed;
-    kt_worst worst = kt_worst_make("defect over terms");
+    KT_WORST worst = kt_worst_make("defect over terms");
     for (int i = 0; i < S; i++) {
         double sum = 0.0;
         for (int j = 0; j < S; j++) {
@@ -47,7 +47,6 @@ KT_TEST(the_transformed_table_is_that_of_the_method) {
         kt_worst_near(&worst, i == S - 1 ? 1.0 : 0.0, r->m[i] - (i < S - 1 ? r->a[S - 1][i] : 0.0), 0.0,
                       "stiffly accurate, %d", i);
     }
-    kt_check_worst(&worst);
 }
 
 KT_TEST(any_change_of_gamma_is_rejected) {
@@ -55,13 +54,12 @@ KT_TEST(any_change_of_gamma_is_rejected) {
     double gamma[S * S];
     kt_method m = *rodas();
     m.gamma = gamma;
-    kt_worst worst = kt_worst_make("rejected");
+    KT_WORST worst = kt_worst_make("rejected");
     for (int i = 0; i < S * S; i++) {
         memcpy(gamma, rodas()->gamma, sizeof gamma);
         gamma[i] += 1e-12;
         kt_worst_near(&worst, kt_method_check(&m, &error), KT_ERROR_ARGUMENT, 0.0, "gamma[%d]", i);
     }
-    kt_check_worst(&worst);
     gamma[3] = (double)NAN;
     kt_check_equal_int("not finite", kt_method_check(&m, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "a coefficient is not finite");
@@ -90,10 +88,9 @@ KT_TEST(the_stability_function_is_that_of_an_l_stable_method) {
     kt_fine("made", kt_stability_make(rodas(), 0, &s, &error), &error);
     kt_check_equal_int("degree", s.degree, 7);
     kt_check_equal_int("poles", s.poles, 8);
-    kt_worst axis = kt_worst_make("imaginary axis");
+    KT_WORST axis = kt_worst_make("imaginary axis");
     for (int k = -400; k <= 1200; k++)
         kt_worst_below(&axis, kt_stability_gain(&s, (kt_complex){0.0, exp(0.02 * k)}), 1.0 + 1e-12, "%d", k);
-    kt_check_worst(&axis);
     kt_check_near("at infinity", kt_stability_gain(&s, (kt_complex){-1e14, 0.0}), 0.0, 1e-11);
     /* For linear equations the order is 6, one more than for others. */
     double h[3], defect[3];

@@ -179,7 +179,7 @@ KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
         const int s = kt_chebyshev_stages(1.2 * 0.125 * rates[i], 2.0 / 13.0);
         const kt_chebyshev family = kt_chebyshev_make(s, 2.0 / 13.0);
         kt_check_equal_int("stages", r.count, s);
-        kt_worst worst = kt_worst_make("time");
+        KT_WORST worst = kt_worst_make("time");
         kt_chebyshev_values v = kt_chebyshev_first(family.w0);
         kt_worst_near(&worst, r.t[0], 2.125, 0.0, "stage 0");
         for (int j = 1; j < s && j < 64; j++) {
@@ -187,7 +187,6 @@ KT_TEST(stages_are_as_many_as_needed_and_at_their_own_times) {
             kt_worst_near(&worst, r.t[j], 2.125 + 0.125 * c, 4.0 * s * DBL_EPSILON, "stage %d", j);
             kt_chebyshev_next(&v, family.w0);
         }
-        kt_check_worst(&worst);
     }
 }
 

@@ -77,10 +77,9 @@ KT_TEST(stages_are_evaluated_at_their_own_times) {
         kt_integrator *it = integrator_start(m, 1, fixed_step(0.125), record_times, &r, 2.0, (double[]){1.0});
         integrator_step(it, HUGE_VAL);
         kt_check_equal_int(m->name, r.count, m->stages);
-        kt_worst worst = kt_worst_make("time");
+        KT_WORST worst = kt_worst_make("time");
         for (int s = 0; s < m->stages; s++)
             kt_worst_near(&worst, r.t[s], 2.0 + 0.125 * m->c[s], 0.0, "stage %d", s + 1);
-        kt_check_worst(&worst);
 
         r.count = 0;
         integrator_step(it, HUGE_VAL);
@@ -99,13 +98,12 @@ KT_TEST(the_last_stages_are_at_the_very_end) {
             continue;
         record r = {.count = 0};
         kt_integrator *it = integrator_start(m, 1, fixed_step(0.1), record_times, &r, 0.7, (double[]){1.0});
-        kt_worst worst = kt_worst_make(m->name);
+        KT_WORST worst = kt_worst_make(m->name);
         for (int k = 0; k < 50; k++) {
             r.count = 0;
             integrator_step(it, HUGE_VAL);
             kt_worst_near(&worst, r.t[r.count - 1], kt_integrator_time(it), 0.0, "step %d", k);
         }
-        kt_check_worst(&worst);
     }
 }
 
@@ -113,7 +111,7 @@ KT_TEST(the_last_stages_are_at_the_very_end) {
 KT_TEST(the_first_value_that_is_not_finite_is_found) {
     static const double bad[] = {(double)NAN, HUGE_VAL, -HUGE_VAL};
     double values[41];
-    kt_worst found = kt_worst_make("first");
+    KT_WORST found = kt_worst_make("first");
     for (size_t n = 1; n <= 41; n++) {
         for (size_t i = 0; i < n; i++)
             values[i] = i % 3 == 0 ? -0.0 : i % 3 == 1 ? DBL_MAX : -DBL_MAX;
@@ -125,7 +123,6 @@ KT_TEST(the_first_value_that_is_not_finite_is_found) {
             values[i] = kept;
         }
     }
-    kt_check_worst(&found);
 }
 
 /* ---- sums -------------------------------------------------------------------------------------------------------- */
@@ -177,7 +174,7 @@ KT_TEST(combinations_are_exact_to_rounding) {
     double k[TERMS][MOST], y[MOST], out[MOST];
     double *slopes[TERMS];
     kt_stage_term terms[TERMS];
-    kt_worst worst = kt_worst_make("sum");
+    KT_WORST worst = kt_worst_make("sum");
     for (size_t n = 1; n <= MOST; n++) {
         for (size_t j = 0; j < TERMS; j++) {
             slopes[j] = k[j];
@@ -200,7 +197,6 @@ KT_TEST(combinations_are_exact_to_rounding) {
             kt_worst_near(&worst, out[i], (double)((long double)y[i] + sum), bound, "%zu of %zu", i, n);
         }
     }
-    kt_check_worst(&worst);
 }
 
 /* ---- the error estimate ------------------------------------------------------------------------------------------ */

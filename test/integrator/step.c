@@ -50,7 +50,7 @@ KT_TEST(a_limit_off_the_grid_is_hit_exactly_and_the_grid_resumed) {
     static const double expected[] = {0.1,     0.2,     0.25, 0.25000000001, 0.3, 0.4, 0.5,
                                       6 * 0.1, 7 * 0.1, 0.77, 0.77000001,    0.8, 0.9, 1.0};
     size_t step = 0;
-    kt_worst times = kt_worst_make("time");
+    KT_WORST times = kt_worst_make("time");
     for (int i = 0; i < 6; i++)
         while (kt_integrator_time(it) != limits[i]) {
             if (!integrator_step(it, limits[i]) || step == 14)
@@ -58,7 +58,6 @@ KT_TEST(a_limit_off_the_grid_is_hit_exactly_and_the_grid_resumed) {
             kt_worst_near(&times, kt_integrator_time(it), expected[step], 0.0, "step %zu", step);
             step++;
         }
-    kt_check_worst(&times);
     kt_check_equal_int("steps", (long long)step, 14);
     /* Four of fourteen steps are short, so the error is below that of ten whole ones: h^4 / 120 over a unit of time. */
     kt_check_below("error", fabs(kt_integrator_state(it)[0] - cos(1.0)), 1e-4 / 120.0);
@@ -86,12 +85,11 @@ KT_TEST(steps_go_backwards_over_the_same_times) {
     double forth[14];
     for (int k = 0; k < 14; k++)
         forth[k] = 5.0 + (double)(12 - k) * 0.1;
-    kt_worst times = kt_worst_make("time");
+    KT_WORST times = kt_worst_make("time");
     for (int k = 0; k < 14; k++) {
         integrator_step(it, -HUGE_VAL);
         kt_worst_near(&times, kt_integrator_time(it), forth[k], 0.0, "step %d", k);
     }
-    kt_check_worst(&times);
     integrate_to(it, 5.0);
     /* A method of order 8 at h = 0.1: the error of a step is below rounding. The 28 steps add 2 eps each. */
     kt_check_near("back at the start", kt_integrator_state(it)[0], 1.0, 28.0 * 2.0 * DBL_EPSILON);
@@ -145,7 +143,7 @@ KT_TEST(nothing_is_asked_beyond_the_limit) {
         problem_kepler.solution(0.0, y);
         kt_integrator *it =
             integrator_start(m, 4, fixed ? fixed_step(step) : tolerance(1e-5, 1e-5), fenced, &f, 0.0, y);
-        kt_worst beyond = kt_worst_make(m->name);
+        KT_WORST beyond = kt_worst_make(m->name);
         for (int k = 0; k < 60; k++) {
             const double next = t + exp(kt_random_uniform(&random, -12.0, 0.0)) * (k % 7 == 6 ? -1.0 : 1.0);
             f.low = f.high = t;
@@ -154,7 +152,6 @@ KT_TEST(nothing_is_asked_beyond_the_limit) {
             kt_worst_near(&beyond, fmax(f.high, fmax(t, next)), fmax(t, next), 0.0, "limit %.17g", next);
             t = next;
         }
-        kt_check_worst(&beyond);
     }
 }
 

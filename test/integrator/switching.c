@@ -116,12 +116,11 @@ KT_TEST(a_stiff_force_that_fades_is_not_stepped_over) {
     enum { COUNT = 161 };
     static const char *const names[] = {"radau5", "auto", "rodas5p"};
     for (int k = 0; k < 3; k++) {
-        kt_worst off = kt_worst_make(names[k]);
+        KT_WORST off = kt_worst_make(names[k]);
         for (int i = 0; i < COUNT; i++) {
             const double tol = pow(10.0, -5.0 - 0.025 * i);
             kt_worst_below(&off, follow(kt_method_find(names[k]), tol).end / tol, 30.0, "tolerance %g", tol);
         }
-        kt_check_worst(&off);
     }
 }
 
@@ -177,7 +176,7 @@ static kt_integrator_counts count_ringing(const kt_method *method, ringing *r, d
 KT_TEST(modes_that_ring_while_they_decay_are_found) {
     static const double dampings[] = {0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0};
     static const double tolerances[] = {1e-3, 1e-5, 1e-7}, rates[] = {5e3, 3e4, 1e6};
-    kt_worst apart = kt_worst_make("positions, apart, over the tolerance");
+    KT_WORST apart = kt_worst_make("positions, apart, over the tolerance");
     for (size_t i = 0; i < 9; i++)
         for (int k = 0; k < 6; k++) {
             double y[2 * MOVING], z[2 * MOVING], off = 0.0;
@@ -195,7 +194,6 @@ KT_TEST(modes_that_ring_while_they_decay_are_found) {
                                (double)counts.evaluations / (double)other.evaluations, 0.6);
             kt_worst_near(&apart, off / tol, 0.0, 0.1, "damping %g, tolerance %g", r.damping, tol);
         }
-    kt_check_worst(&apart);
 }
 
 /* ---- what it remembers ------------------------------------------------------------------------------------------- */

@@ -128,10 +128,9 @@ KT_TEST(wide_group_loads_lapack_and_agrees_with_partitioning) {
     run(wide, qr);
     for (int i = 0; i < 48; i++)
         largest = fmax(largest, fabs(partition[i]));
-    kt_worst error = kt_worst_make("acceleration");
+    KT_WORST error = kt_worst_make("acceleration");
     for (int i = 0; i < 48; i++) /* 1e-9, the tolerance of both runs, ten times */
         kt_worst_near(&error, qr[i], partition[i], 1e-8 * largest, "link %d", i);
-    kt_check_worst(&error);
     kt_model_free(wide);
     kt_model_free(other);
 }
@@ -141,10 +140,9 @@ KT_TEST(reduction_by_singular_values_agrees_with_qr) {
     kt_model *model = compile_rope(5, KT_REDUCTION_QR), *other = compile_rope(5, KT_REDUCTION_SVD);
     run(model, qr);
     run(other, svd);
-    kt_worst error = kt_worst_make("acceleration");
+    KT_WORST error = kt_worst_make("acceleration");
     for (int i = 0; i < 5; i++)
         kt_worst_near(&error, svd[i], qr[i], 1e-11 * (fabs(qr[i]) + 1.0), "link %d", i);
-    kt_check_worst(&error);
     kt_model_free(other);
     kt_model_free(model);
 }

@@ -101,8 +101,8 @@ KT_TEST(allowed_motions_keep_every_equation_closed) {
     for (int type = 0; type < KT_LOOP_TYPE_COUNT; type++) {
         if (!is_about_poses(type))
             continue;
-        kt_worst residual = kt_worst_make(kt_loop_type_name((kt_loop_type)type));
-        kt_worst first = kt_worst_make("  phi'"), second = kt_worst_make("  phi''");
+        KT_WORST residual = kt_worst_make(kt_loop_type_name((kt_loop_type)type));
+        KT_WORST first = kt_worst_make("  phi'"), second = kt_worst_make("  phi''");
         for (int n = 0; n < 500; n++) {
             double numbers[MOVING_NUMBERS];
             jet free[6];
@@ -125,9 +125,6 @@ KT_TEST(allowed_motions_keep_every_equation_closed) {
                 kt_worst_near(&second, rates.second, 0.0, 3.0 * EPS * scale.second, "%d, row %d", n, k);
             }
         }
-        kt_check_worst(&residual);
-        kt_check_worst(&first);
-        kt_check_worst(&second);
     }
 }
 

@@ -101,7 +101,7 @@ KT_TEST(a_leaning_wheel_rolls_in_a_circle) {
 /* A multiplier's force acts at the contact: no moment about it; tangential ones are along x and y of the plane. */
 KT_TEST(rolling_forces_pass_through_the_contact) {
     kt_random random = kt_random_of_test();
-    kt_worst moment = kt_worst_make("moment about the contact"), force = kt_worst_make("force");
+    KT_WORST moment = kt_worst_make("moment about the contact"), force = kt_worst_make("force");
     for (int n = 0; n < 200; n++) {
         kt_loop_end end[2];
         kt_loop_row rows[3];
@@ -121,8 +121,6 @@ KT_TEST(rolling_forces_pass_through_the_contact) {
         }
         kt_worst_near(&moment, rows[2].residual, kt_v4_dot(normal, centre + rim), 1e-14, "%d, gap", n);
     }
-    kt_check_worst(&moment);
-    kt_check_worst(&force);
 }
 
 /* s = 0: every point of the rim is as low as the others; its x axis's is taken, and all numbers are finite. */

@@ -24,7 +24,7 @@ static kt_loop_row advance(kt_random *random, double pitch, double start, double
  * times. */
 KT_TEST(a_nut_may_be_on_any_turn_of_its_thread) {
     kt_random random = kt_random_of_test();
-    kt_worst phi = kt_worst_make("phi");
+    KT_WORST phi = kt_worst_make("phi");
     for (int n = 0; n < 1000; n++) {
         const double pitch = (n % 2 ? -1.0 : 1.0) * pow(10.0, kt_random_uniform(&random, -4.0, 1.0));
         const double start = kt_random_uniform(&random, -PI, PI), turned = kt_random_uniform(&random, -60.0, 60.0);
@@ -33,7 +33,6 @@ KT_TEST(a_nut_may_be_on_any_turn_of_its_thread) {
         const kt_loop_row row = advance(&random, pitch, start, turned, along);
         kt_worst_near(&phi, row.residual, gap, 200.0 * EPS * fabs(pitch), "pitch %g, turned %g", pitch, turned);
     }
-    kt_check_worst(&phi);
 }
 
 KT_TEST(a_screw_without_pitch_does_not_advance) {

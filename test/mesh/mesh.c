@@ -240,7 +240,7 @@ KT_TEST(hulls_of_many_points_of_a_box_are_that_box) {
     enum { MOST = 400 };
     static double points[3 * MOST];
     kt_random random = kt_random_of_test();
-    kt_worst volume = kt_worst_make("volume"), com = kt_worst_make("centre"), inertia = kt_worst_make("inertia");
+    KT_WORST volume = kt_worst_make("volume"), com = kt_worst_make("centre"), inertia = kt_worst_make("inertia");
     for (int n = 0; n < 50; n++) {
         const double size[3] = {kt_random_uniform(&random, 0.1, 3.0), kt_random_uniform(&random, 0.1, 3.0),
                                 pow(10.0, kt_random_uniform(&random, -5.0, 1.0))};
@@ -263,9 +263,6 @@ KT_TEST(hulls_of_many_points_of_a_box_are_that_box) {
                       "%d", n);
         kt_triangles_free(&mesh);
     }
-    kt_check_worst(&volume);
-    kt_check_worst(&com);
-    kt_check_worst(&inertia);
 }
 
 /* n points on a sphere are all corners: 2 n - 4 triangles. Rounding of equal heights does not matter: those of a ring

@@ -75,10 +75,9 @@ static void check_motion(linkage *l, double rate) {
     linkage_compile(l);
     kt_check_equal_int("without it",
                        kt_acceleration_evaluate(l->model, l->data, 0.0, l->q, l->v, NULL, NULL, without, &e), KT_OK);
-    kt_worst a = kt_worst_make("accelerations as without the rope");
+    KT_WORST a = kt_worst_make("accelerations as without the rope");
     for (int i = 0; i < l->nv; i++)
         kt_worst_near(&a, with[i], without[i], 64.0 * DBL_EPSILON * fabs(without[i]), "%d", i);
-    kt_check_worst(&a);
 }
 
 KT_TEST(equations_of_rounding_alone_are_contradicted_and_not_solved) {

@@ -66,7 +66,7 @@ static bool compare(const step_case *c, bool closed, kt_random *random, kt_worst
 
 KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("A'y and B'y of trees");
+    KT_WORST worst = kt_worst_make("A'y and B'y of trees");
     int taken = 0;
     for (int n = 0; n < 44; n++) {
         static grown g;
@@ -76,13 +76,12 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
         const step_case c = {g.tree.model, g.tree.data, g.state.q, g.state.v, step, 0.0};
         taken += compare(&c, false, &random, &worst, method->name);
     }
-    kt_check_worst(&worst);
     kt_check_equal_int("trees", taken, 44);
 }
 
 KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("A'y and B'y of closed mechanisms");
+    KT_WORST worst = kt_worst_make("A'y and B'y of closed mechanisms");
     int taken = 0;
     for (int n = 0; n < 24; n++) {
         static tangle g;
@@ -92,14 +91,13 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
         const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
         taken += compare(&c, true, &random, &worst, step.method->name);
     }
-    kt_check_worst(&worst);
     kt_check_above("mechanisms", taken, 12.0);
 }
 
 /* A skate moves in the plane. Its equation reads poses in space, which the recursions in the plane do not compute. */
 KT_TEST(adjoint_of_a_skate_does_not_depend_on_the_data) {
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("A'y and B'y of a skate");
+    KT_WORST worst = kt_worst_make("A'y and B'y of a skate");
     kt_body skate = kt_body_default();
     kt_loop edge = kt_loop_default();
     kt_description d = kt_description_default();
@@ -125,7 +123,6 @@ KT_TEST(adjoint_of_a_skate_does_not_depend_on_the_data) {
         const step_case c = {model, data, q, v, step, 0.0};
         kt_check_true("taken", compare(&c, true, &random, &worst, step.method->name));
     }
-    kt_check_worst(&worst);
 }
 
 /* ---- many steps -------------------------------------------------------------------------------------------------- */
