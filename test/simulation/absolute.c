@@ -61,8 +61,8 @@ static kt_status push(kt_simulation *simulation, const stage *s, double factor, 
  * accelerations that they cause. Bounds: five times the largest of twenty seeds. */
 KT_TEST(pushes_of_the_caller_act_alike) {
     static stage s;
-    kt_worst position = kt_worst_make("position"), velocity = kt_worst_make("velocity");
-    kt_worst acceleration = kt_worst_make("acceleration, relative");
+    KT_WORST position = kt_worst_make("position"), velocity = kt_worst_make("velocity");
+    KT_WORST acceleration = kt_worst_make("acceleration, relative");
     kt_error error;
     set_stage(&s, 10);
     const kt_run run = kt_run_fixed("dop853", 0.001, 1.0);
@@ -84,9 +84,6 @@ KT_TEST(pushes_of_the_caller_act_alike) {
             kt_worst_near(&acceleration, a[1][i] / scale, a[0][i] / scale, 1e-13, "%d, %d", k, i);
         }
     }
-    kt_check_worst(&position);
-    kt_check_worst(&velocity);
-    kt_check_worst(&acceleration);
 }
 
 /* ---- whole turns ------------------------------------------------------------------------------------------------- */
@@ -204,12 +201,11 @@ KT_TEST(quaternions_go_on_without_a_jump) {
     kt_absolute *absolute = NULL;
     kt_model *model = make_balls(bodies, &absolute);
     kt_run run = kt_run_fixed("dop853", 0.025, 1.5);
-    kt_worst worst = kt_worst_make("quaternion");
+    KT_WORST worst = kt_worst_make("quaternion");
     run.interval = 0.05;
     kt_simulation *simulation = simulate(model, absolute, &run);
     if (simulation)
         kt_test_run(simulation, watch_balls, &worst);
-    kt_check_worst(&worst);
 }
 
 /* ---- states ------------------------------------------------------------------------------------------------------ */
@@ -218,7 +214,7 @@ KT_TEST(quaternions_go_on_without_a_jump) {
  * norm. A state with numbers that are not finite changes nothing. */
 KT_TEST(state_that_is_set_comes_back) {
     static stage s;
-    kt_worst position = kt_worst_make("positions");
+    KT_WORST position = kt_worst_make("positions");
     double before[KT_TREE_NQ];
     kt_error error;
     set_stage(&s, 10);
@@ -234,7 +230,6 @@ KT_TEST(state_that_is_set_comes_back) {
     for (int i = 0; i < s.tree.nq; i++)
         kt_worst_near(&position, kt_simulation_positions(simulation)[i], kt_simulation_positions(tree)[i], DBL_EPSILON,
                       "%d", i);
-    kt_check_worst(&position);
     memcpy(before, kt_simulation_positions(simulation), sizeof(double) * (size_t)s.tree.nq);
     kt_check_equal_bits("velocities", kt_simulation_velocities(simulation), s.state.v, (size_t)s.tree.nv);
     kt_check_near("time", kt_simulation_time(simulation), 2.5, 0.0);

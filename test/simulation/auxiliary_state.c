@@ -217,7 +217,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         "  - {type: expression, joint: block, force: \"2*velocity.block*exp(-((t - 5)/0.01)^2)\"}\n";
     const double v = 10.0 * 0.001 / 2.0 * exp(0.01 * sqrt(acos(-1.0))), x = (1.0 - exp(-1e-4)) / 0.1 * exp(-0.5699);
     kt_parsed m;
-    kt_worst velocity = kt_worst_make("velocity"), level = kt_worst_make("level");
+    KT_WORST velocity = kt_worst_make("velocity"), level = kt_worst_make("level");
     kt_parsed_make(&m, text);
     for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
         if (methods[k].step > 0.0)
@@ -231,8 +231,6 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         kt_worst_near(&velocity, kt_simulation_velocities(s)[0], v, bound, "%s", methods[k].name);
         kt_worst_near(&level, kt_simulation_own_states(s)[0], x, bound, "%s", methods[k].name);
     }
-    kt_check_worst(&velocity);
-    kt_check_worst(&level);
 }
 
 static void rejects(const char *what, kt_status status, const kt_error *error) {

@@ -111,7 +111,7 @@ static void integrate(right_hand_side *f, double duration, double *y, size_t n) 
  * at rest, the bound is the tolerance of GSL. */
 static void compare(const char *scene, const way *ways, size_t count, double duration, const double *expected,
                     const double *size, size_t n, double bound) {
-    kt_worst worst = kt_worst_make(scene);
+    KT_WORST worst = kt_worst_make(scene);
     for (size_t k = 0; k < count; k++) {
         double y[NUMBERS];
         size_t found;
@@ -120,7 +120,6 @@ static void compare(const char *scene, const way *ways, size_t count, double dur
         for (size_t i = 0; i < n; i++)
             kt_worst_near(&worst, y[i] / size[i], expected[i] / size[i], bound, "%s %zu", ways[k].method, i);
     }
-    kt_check_worst(&worst);
 }
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))

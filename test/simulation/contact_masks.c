@@ -145,7 +145,7 @@ static void check_sliders(int sliders) {
     kt_model *model = kt_scene_compile(&s.description);
     kt_simulation *simulation = masks_start(model, "dopri5", 0.0);
     kt_error error = {0};
-    kt_worst place = kt_worst_make("height, m"), rate = kt_worst_make("rate, m/s");
+    KT_WORST place = kt_worst_make("height, m"), rate = kt_worst_make("rate, m/s");
     const kt_status status = kt_simulation_advance(simulation, end, &error);
     for (int i = 0; kt_fine("runs", status, &error) && i < sliders; i++) {
         const double e = s.effect[i].restitution;
@@ -161,8 +161,6 @@ static void check_sliders(int sliders) {
         kt_worst_near(&rate, kt_simulation_velocities(simulation)[at], left > 0.0 ? v - g * left : 0.0, 1e-9,
                       "slider %d", i);
     }
-    kt_check_worst(&place);
-    kt_check_worst(&rate);
 }
 
 KT_TEST(eight_sliders_bounce_each_by_its_own_restitution) { check_sliders(SLIDERS); }

@@ -85,7 +85,7 @@ static bool run(const masks_scene *s, int switches, double time, const char *met
 KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
     static const char *const methods[] = {"dopri5", "dop853", "radau5"};
     kt_random random = kt_random_named("masks");
-    kt_worst place = kt_worst_make("positions, m and rad"), rate = kt_worst_make("rates, m/s and rad/s");
+    KT_WORST place = kt_worst_make("positions, m and rad"), rate = kt_worst_make("rates, m/s and rad/s");
     unsigned long long impacts = 0, sticks = 0;
     int failed = 0;
     for (int n = 0; n < 24; n++) {
@@ -104,8 +104,6 @@ KT_TEST(masks_move_trees_as_the_models_of_their_sets_do) {
         sticks += fine ? many.counts.sticks : 0;
     }
     kt_note("%llu impacts, %llu sticks", impacts, sticks);
-    kt_check_worst(&place);
-    kt_check_worst(&rate);
     kt_check_equal_int("failed", failed, 0);
     kt_check_equal_int("impacts", impacts > 50, 1);
 }
@@ -149,7 +147,7 @@ static void check_friction(int sliders, const char *method) {
     }
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, last_time, &error);
-    kt_worst place = kt_worst_make("place, m"), rate = kt_worst_make("rate, m/s");
+    KT_WORST place = kt_worst_make("place, m"), rate = kt_worst_make("rate, m/s");
     for (int i = 0; kt_fine(method, status, &error) && i < sliders; i++) {
         const double v = s.body[i].joint.velocity[0], C = copysign(s.effect[i].coulomb, v), left = v - C * engaged;
         const double far = 0.5 * (v + left) * engaged + left * (last_time - engaged);
@@ -162,8 +160,6 @@ static void check_friction(int sliders, const char *method) {
     }
     if (status == KT_OK)
         kt_check_near("balance, J", kt_scene_balance(simulation), energy, 1e-9);
-    kt_check_worst(&place);
-    kt_check_worst(&rate);
 }
 
 KT_TEST(friction_of_one_joint_or_of_many_stops_them) {

@@ -98,7 +98,7 @@ static double time_of_impact(int n, double restitution) {
 
 KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
     kt_model *model = ball_model();
-    kt_worst when = kt_worst_make("time of an impact, s"), speed = kt_worst_make("speed at the ninth, m/s");
+    KT_WORST when = kt_worst_make("time of an impact, s"), speed = kt_worst_make("speed at the ninth, m/s");
     for (int m = 0; m < kt_method_count(); m++) {
         const kt_method *method = kt_method_at(m);
         if (method->order < 2)
@@ -119,8 +119,6 @@ KT_TEST(impacts_of_a_ball_are_found_to_rounding_by_every_method) {
                 kt_worst_near(&speed, t.v[8], -sqrt(2.0 * 9.81) * pow(0.8, 8), 1e-12, "%s", method->name);
         }
     }
-    kt_check_worst(&when);
-    kt_check_worst(&speed);
 }
 
 /* The impacts accumulate at T (1 + e) / (1 - e). The time does not advance beyond this limit, and the error reports

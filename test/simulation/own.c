@@ -62,15 +62,13 @@ KT_TEST(motion_and_records_follow_the_callers_equations) {
     run.record = KT_RECORD_ACCELERATION;
     kt_simulation *simulation = simulate(model, run, &s);
     kt_kept *kept = kt_kept_empty(model);
-    kt_worst q = kt_worst_make("q"), a = kt_worst_make("a");
+    KT_WORST q = kt_worst_make("q"), a = kt_worst_make("a");
     kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records", kept->count, 21);
     for (int k = 0; k < kept->count; k++) {
         kt_worst_near(&q, kept->state[k][0], 0.7 * cos(3.0 * kept->time[k]), 1e-10, "t = %g", kept->time[k]);
         kt_worst_near(&a, kept->state[k][2], -9.0 * kept->state[k][0], 16.0 * DBL_EPSILON, "t = %g", kept->time[k]);
     }
-    kt_check_worst(&q);
-    kt_check_worst(&a);
     const double torque = 5.0;
     double now = 0.0;
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, &torque, &e), &e);

@@ -28,7 +28,7 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
     kt_floquet *floquet = kt_test_floquet(model, &options);
     kt_need_fine("multipliers", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);
     kt_check_equal_int("multipliers", kt_floquet_count(floquet), kt_modes_count(modes));
-    kt_worst distance = kt_worst_make("distance of the nearest multiplier");
+    KT_WORST distance = kt_worst_make("distance of the nearest multiplier");
     for (int i = 0; i < kt_modes_count(modes); i++) {
         const kt_mode mode = kt_modes_at(modes, i);
         const double re = exp(mode.real * T) * cos(mode.imaginary * T),
@@ -40,7 +40,6 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
         }
         kt_worst_below(&distance, nearest, 1e-9, "mode %d", i);
     }
-    kt_check_worst(&distance);
     kt_check_below("gap", kt_floquet_gap(floquet), 0.0);
     kt_floquet_own_states(floquet)[1] = 2.0;
     (void)kt_fine("again", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);

@@ -19,7 +19,7 @@ static void follow_slider(kt_run run, bool by_advance) {
     kt_model *model = kt_scene_compile(&lone.description);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_error error;
-    kt_worst position = kt_worst_make("position"), velocity = kt_worst_make("velocity");
+    KT_WORST position = kt_worst_make("position"), velocity = kt_worst_make("velocity");
     double q = 0.0, v = 0.0, slack_q = 0.0, slack_v = 0.0;
     for (int k = 0; k < STEPS; k++) {
         double force = force_of(k);
@@ -36,8 +36,6 @@ static void follow_slider(kt_run run, bool by_advance) {
         kt_worst_near(&velocity, kt_simulation_velocities(simulation)[0], v, slack_v, "k = %d", k);
         kt_worst_near(&position, kt_simulation_positions(simulation)[0], q, slack_q, "k = %d", k);
     }
-    kt_check_worst(&velocity);
-    kt_check_worst(&position);
 }
 
 KT_TEST(torque_is_held_over_a_fixed_step) {

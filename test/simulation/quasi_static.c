@@ -255,7 +255,7 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
     kt_check_equal_int("coordinates", kt_massless_count(m.model), 7);
     kt_check_below("by another method", distance(&all, &implicit), 1e-7);
     double start = 0.0;
-    kt_worst energy = kt_worst_make("energy"), force = kt_worst_make("forces on the cage, and in the hinge");
+    KT_WORST energy = kt_worst_make("energy"), force = kt_worst_make("forces on the cage, and in the hinge");
     for (int i = 0; i < all.count; i++) {
         double a[NUMBERS];
         (void)kt_fine("kinematics", kt_kinematics_update(m.model, m.data, all.q[i], all.v[i], NULL, &error), &error);
@@ -267,8 +267,6 @@ KT_TEST(massless_cage_on_springs_is_where_its_six_forces_balance) {
         for (int k = 0; k < 7; k++)
             kt_worst_near(&force, a[kt_massless_coordinate(m.model, k)], 0.0, 1e-12, "%d at record %d", k, i);
     }
-    kt_check_worst(&energy);
-    kt_check_worst(&force);
 }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */

@@ -68,10 +68,9 @@ KT_TEST(records_do_not_shorten_steps) {
     kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 10);
     kt_check_equal_int("records", kept->count, 44);
     /* Ten additions of h v, each rounded to half an ulp of 3. */
-    kt_worst position = kt_worst_make("position against time");
+    KT_WORST position = kt_worst_make("position against time");
     for (int k = 0; k < kept->count; k++)
         kt_worst_near(&position, kept->state[k][0], kept->time[k], 10.0 * DBL_EPSILON, "t = %g", kept->time[k]);
-    kt_check_worst(&position);
 }
 
 /* 3.5 steps of 0.3 s: the last one is shortened, and the end is the duration to the bit. */
@@ -101,10 +100,9 @@ KT_TEST(run_goes_on_after_a_recorder_that_stopped) {
     kt_check_equal_int("records before", kept->count, 8);
     kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("records after", kept->count, 21);
-    kt_worst position = kt_worst_make("position against time");
+    KT_WORST position = kt_worst_make("position against time");
     for (int k = 0; k < kept->count; k++)
         kt_worst_near(&position, kept->state[k][0], 0.1 * k, 8.0 * DBL_EPSILON, "k = %d", k);
-    kt_check_worst(&position);
     kt_test_run(simulation, kt_keep, kept);
     kt_check_equal_int("nothing is recorded twice", kept->count, 21);
 }

@@ -498,8 +498,8 @@ KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
     kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    kt_worst along = kt_worst_make("along the link, m/s^2"), across = kt_worst_make("across it, m/s^2");
-    kt_worst borne = kt_worst_make("force in the joint, N");
+    KT_WORST along = kt_worst_make("along the link, m/s^2"), across = kt_worst_make("across it, m/s^2");
+    KT_WORST borne = kt_worst_make("force in the joint, N");
     kt_record record;
     kt_error error;
     for (int k = 0; k < 1000; k++) {
@@ -515,7 +515,4 @@ KT_TEST(accelerometer_and_wrench_of_a_pendulum_show_what_carries_it) {
         kt_worst_near(&across, felt.x, 0.0, 2e-14, "step %d", k);
         kt_worst_near(&borne, force.y, expected, 2e-14, "step %d", k);
     }
-    kt_check_worst(&along);
-    kt_check_worst(&across);
-    kt_check_worst(&borne);
 }
