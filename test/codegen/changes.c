@@ -113,7 +113,7 @@ static int count_rounds(int usual) {
 
 KT_TEST(changes_of_steps_are_those_of_the_library_for_each_type_of_effect) {
     kt_random random = kt_random_of_test();
-    kt_worst exact = kt_worst_make("heun and rk4"), near = kt_worst_make("semi-implicit");
+    KT_WORST exact = kt_worst_make("heun and rk4"), near = kt_worst_make("semi-implicit");
     static kt_generated g;
     static kt_effect_set set;
     kt_generated_need_compiler();
@@ -135,6 +135,4 @@ KT_TEST(changes_of_steps_are_those_of_the_library_for_each_type_of_effect) {
                 compare_semi_implicit(&g, &tree, &s, &near, n);
         }
     }
-    kt_check_worst(&exact);
-    kt_check_worst(&near);
 }

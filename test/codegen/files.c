@@ -163,7 +163,7 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
     static kt_generated g;
     kt_random random = kt_random_of_test();
     small_tree t;
-    kt_worst error = kt_worst_make("sine and cosine");
+    KT_WORST error = kt_worst_make("sine and cosine");
     const double zero = 0.0;
     double at[3], rate[3];
     kt_generated_need_compiler();
@@ -178,7 +178,6 @@ KT_TEST(sines_are_those_of_long_double_at_all_sizes_of_angles) {
         kt_worst_near(&error, at[0], (double)cosl((long double)q), 0.7 * EPS, "q = %.17g", q);
         kt_worst_near(&error, at[1], (double)sinl((long double)q), 0.7 * EPS, "q = %.17g", q);
     }
-    kt_check_worst(&error);
     for (int k = 0; k < 3; k++) {
         const double far[3] = {1e13, (double)INFINITY, (double)NAN};
         (void)g.markers(g.model, &far[k], &zero, at, rate);

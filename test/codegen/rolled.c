@@ -247,7 +247,7 @@ KT_TEST(the_mass_matrix_of_a_chain_does_not_depend_on_its_place) {
     static kt_generated g;
     static double near[NV * NV], far[NV * NV], right[NV * NV];
     kt_random random = kt_random_of_test();
-    kt_worst error_of_entries = kt_worst_make("entry");
+    KT_WORST error_of_entries = kt_worst_make("entry");
     kt_error error = {0};
     repeated m;
     repeated_state s;
@@ -273,7 +273,6 @@ KT_TEST(the_mass_matrix_of_a_chain_does_not_depend_on_its_place) {
     for (int i = 0; i < nv * nv; i++)
         kt_worst_near(&error_of_entries, near[i], right[i],
                       100.0 * DBL_EPSILON * sqrt(right[i % nv * (nv + 1)] * right[i / nv * (nv + 1)]), "entry %d", i);
-    kt_check_worst(&error_of_entries);
 }
 
 /* ---- refusals and bits ------------------------------------------------------------------------------------------- */

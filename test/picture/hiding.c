@@ -129,7 +129,7 @@ KT_TEST(views_along_axes_have_the_usual_directions) {
 
 KT_TEST(projection_keeps_lengths_across_the_view) {
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("orthonormal, right-handed");
+    KT_WORST error = kt_worst_make("orthonormal, right-handed");
     for (int i = 0; i < 100; i++) {
         double d[3];
         kt_random_direction(&random, 3, d);
@@ -141,5 +141,4 @@ KT_TEST(projection_keeps_lengths_across_the_view) {
         kt_worst_near(&error, kt_vec3_dot(c.axes.x, kt_vec3_make(0.0, 0.0, 1.0)), 0.0, 16.0 * DBL_EPSILON, "level %d",
                       i);
     }
-    kt_check_worst(&error);
 }

@@ -57,7 +57,7 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     kt_check_near("half z", solid.half.z, 0.75, 1e-15);
     const kt_vec3 centre = kt_vec3_make(0.1 + 2.0, 0.2 - 0.75, 0.3); /* y goes to z, z to -y */
     kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, centre)), 0.0, 1e-15);
-    kt_worst side = kt_worst_make("normals of the side"), lid = kt_worst_make("normals of the lid"),
+    KT_WORST side = kt_worst_make("normals of the side"), lid = kt_worst_make("normals of the lid"),
              length = kt_worst_make("their length");
     for (int i = 0; i < mesh.triangle_count; i++)
         for (int k = 0; k < 3; k++) {
@@ -70,9 +70,6 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
             else
                 kt_worst_near(&side, kt_vec3_dot(n, radial), 1.0, 2e-3, "triangle %d", i);
         }
-    kt_check_worst(&length);
-    kt_check_worst(&side);
-    kt_check_worst(&lid);
     kt_mesh_free(&mesh);
 }
 
@@ -82,13 +79,12 @@ KT_TEST(surface_that_is_built_in_is_drawn) {
     kt_mesh mesh = {0};
     kt_solid solid = {.body = 1};
     kt_error error = {0};
-    kt_worst radius = kt_worst_make("radius");
+    KT_WORST radius = kt_worst_make("radius");
     kt_check_equal_int("status", kt_mesh_load(&from, 10000, &mesh, &solid, &error), KT_OK);
     kt_check_equal_int("triangles", mesh.triangle_count, 20 * 64);
     for (int i = 0; i < 3 * mesh.triangle_count; i++)
         kt_worst_near(&radius, kt_vec3_norm(mesh.points[i]), 1.0, 1e-6, "%d", i);
     kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, from.at)), 0.0, 1e-6);
-    kt_check_worst(&radius);
     kt_mesh_free(&mesh);
 }
 

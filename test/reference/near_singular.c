@@ -94,7 +94,7 @@ static void compare_off(const singular *s, double d, kt_worst *worst, int *told)
  * accurately as a residual of some roundings allows. */
 KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
     static const double distances[] = {1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3};
-    kt_worst worst = kt_worst_make("acceleration");
+    KT_WORST worst = kt_worst_make("acceleration");
     singular s = {.seed = 0};
     int told = 0;
     for (int i = 0; i < near_mechanisms() + MISSING; i++) {
@@ -102,7 +102,6 @@ KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
         for (size_t k = 0; k < sizeof distances / sizeof *distances; k++)
             compare_off(&s, distances[k], &worst, &told);
     }
-    kt_check_worst(&worst);
 }
 
 /* Motions that meet the position. With one degree of freedom, two smooth branches cross there. The acceleration is that
@@ -111,7 +110,7 @@ KT_TEST(accelerations_of_motions_that_miss_a_singular_position) {
  * left, the branches form a cone, about whose apex neighbouring motions bend. The test then requires the accuracy of
  * the direct computation. */
 KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
-    kt_worst worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
+    KT_WORST worst = kt_worst_make("acceleration"), cone = kt_worst_make("acceleration at a cone");
     singular s = {.seed = 0};
     int told = 0;
     for (int i = 0; i < near_mechanisms() + MEETING; i++) {
@@ -145,15 +144,13 @@ KT_TEST(accelerations_of_motions_that_meet_a_singular_position) {
         }
         near_discard(&l);
     }
-    kt_check_worst(&worst);
-    kt_check_worst(&cone);
 }
 
 /* The null space and the equations at a rounded state. A N = 0 holds for the oracle's A there. With the accelerations
  * of the exact motion, A a = b''. Neither error grows with 1 / s: the bound allows the rounding of some hundred
  * operations. */
 KT_TEST(null_space_and_equations_next_to_singular_positions) {
-    kt_worst null = kt_worst_make("A N"), velocity = kt_worst_make("A v"), drift = kt_worst_make("A a - b''");
+    KT_WORST null = kt_worst_make("A N"), velocity = kt_worst_make("A v"), drift = kt_worst_make("A a - b''");
     singular s = {.seed = 0};
     for (int i = 0; i < near_mechanisms(); i++) {
         near_next(&s);
@@ -196,7 +193,4 @@ KT_TEST(null_space_and_equations_next_to_singular_positions) {
         }
         near_discard(&l);
     }
-    kt_check_worst(&null);
-    kt_check_worst(&velocity);
-    kt_check_worst(&drift);
 }

@@ -130,7 +130,7 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
                                "size='.1' mass='2'/></body></worldbody><actuator><muscle joint='a' gear='-.5'/>"
                                "</actuator></mujoco>";
     const kt_opened p = kt_test_open(test_robot(text, NULL), NULL);
-    kt_worst force = kt_worst_make("force"), rate = kt_worst_make("rate");
+    KT_WORST force = kt_worst_make("force"), rate = kt_worst_make("rate");
     for (int i = 0; i <= 60; i++)
         for (int k = 0; k <= 20; k++) {
             const double q = -6.0 + 0.2 * i, v = -20.0 + 2.0 * k, act = 0.05 * k - 0.1;
@@ -147,8 +147,6 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
             kt_worst_near(&force, f, 0.5 * pull, 1e-11, "%d, %d", i, k);
             kt_worst_near(&rate, w, -act / tau, 1e-11, "%d, %d", i, k);
         }
-    kt_check_worst(&force);
-    kt_check_worst(&rate);
 }
 
 /* Muscles of which the range of the length cannot be found are left out, with a warning. Those with computed ranges

@@ -50,7 +50,7 @@ static void check_askew(const askew *r, const kt_vec3 *linear, const kt_vec3 *an
     const kt_sym3 inertia = kt_sym3_rotate(turn, kt_sym3_make(0.3, 0.4, 0.5, 0.02, 0.01, -0.03));
     const kt_vec3 lever = kt_mat3_apply(r->pose.rotation, kt_vec3_make(0.3, -0.2, 0.5));
     const kt_vec3 gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    kt_worst mass = kt_worst_make("mass matrix"), bias = kt_worst_make("weight");
+    KT_WORST mass = kt_worst_make("mass matrix"), bias = kt_worst_make("weight");
     for (int i = 0; i < r->nv; i++) {
         const kt_vec3 v = kt_vec3_add(linear[i], kt_vec3_cross(angular[i], lever));
         kt_worst_near(&bias, r->bias[i], -2.0 * kt_vec3_dot(gravity, v), 1e-13, "%d", i);
@@ -61,8 +61,6 @@ static void check_askew(const askew *r, const kt_vec3 *linear, const kt_vec3 *an
             kt_worst_near(&mass, r->mass[i + r->nv * k], expected, 1e-14, "%d, %d", i, k);
         }
     }
-    kt_check_worst(&mass);
-    kt_check_worst(&bias);
 }
 
 KT_TEST(planar_joint_moves_in_the_plane_normal_to_its_axis_and_turns_about_it) {

@@ -297,7 +297,7 @@ static kt_vec3 bend_segments(int segments, kt_vec3 force) {
 }
 
 KT_TEST(the_princeton_beam_bends_and_twists_as_kirchhoffs_rod) {
-    kt_worst worst = kt_worst_make("end of the beam");
+    KT_WORST worst = kt_worst_make("end of the beam");
     for (int angle = 0; angle <= 90; angle += 30) {
         const double a = angle * pi / 180.0;
         const kt_vec3 force = {0.0, 13.345 * sin(a), -13.345 * cos(a)}, rod = bend_rod(force);
@@ -309,5 +309,4 @@ KT_TEST(the_princeton_beam_bends_and_twists_as_kirchhoffs_rod) {
         kt_check_near("order in segments", log2(coarse / finer), 2.0, 0.1);
         kt_worst_near(&worst, kt_vec3_norm(kt_vec3_sub(limit, rod)), 0.0, 3e-5, "%d degrees", angle);
     }
-    kt_check_worst(&worst);
 }

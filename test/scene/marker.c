@@ -83,7 +83,7 @@ KT_TEST(end_at_a_marker_has_its_axes) {
     for (int n = 0; n < SCENES; n++) {
         char text[2][2048];
         double a[2][3] = {{0.0}}, jacobian[2][NUMBERS] = {{0.0}}, residual[2][NUMBERS] = {{0.0}}, most = 0.0;
-        kt_worst worst = kt_worst_make("with markers turned and with ends turned");
+        KT_WORST worst = kt_worst_make("with markers turned and with ends turned");
         write(text[0], sizeof text[0], n, turned);
         write(text[1], sizeof text[1], n, plain);
         if (!evaluate(text[0], a[0], jacobian[0], residual[0]) || !evaluate(text[1], a[1], jacobian[1], residual[1]))
@@ -97,7 +97,6 @@ KT_TEST(end_at_a_marker_has_its_axes) {
             kt_worst_near(&worst, a[0][i], a[1][i], 1e-13 * fmax(1.0, fabs(a[1][i])), "scene %d acceleration %d", n, i);
         }
         kt_check_above("something happens", most, 0.1);
-        kt_check_worst(&worst);
     }
 }
 
@@ -114,12 +113,11 @@ KT_TEST(end_at_a_marker_is_turned_against_it) {
     write(text[1], sizeof text[1], 2, plain);
     if (!evaluate(text[0], a[0], jacobian[0], residual[0]) || !evaluate(text[1], a[1], jacobian[1], residual[1]))
         return;
-    kt_worst worst = kt_worst_make("angles 0.3 + 0.2 and 0.5");
+    KT_WORST worst = kt_worst_make("angles 0.3 + 0.2 and 0.5");
     for (int i = 0; i < NUMBERS; i++) {
         kt_worst_near(&worst, jacobian[0][i], jacobian[1][i], 1e-15, "jacobian %d", i);
         kt_worst_near(&worst, residual[0][i], residual[1][i], 1e-15, "residual %d", i);
     }
-    kt_check_worst(&worst);
 }
 
 static void rejects(const char *marker, const char *message) {

@@ -124,7 +124,7 @@ static double rate_of(const kt_scene *scene) {
 KT_TEST(named_expressions_have_the_values_of_their_formulas) {
     enum { COUNT = 400 };
     kt_random random = kt_random_of_test();
-    kt_worst worst = kt_worst_make("values of rates");
+    KT_WORST worst = kt_worst_make("values of rates");
     int finite = 0;
     for (int i = 0; i < COUNT; i++) {
         char text[6000];
@@ -137,7 +137,6 @@ KT_TEST(named_expressions_have_the_values_of_their_formulas) {
                       "scene %d", i);
         finite++;
     }
-    kt_check_worst(&worst);
     kt_check_equal_int("most are compared", finite > COUNT / 2, 1);
 }
 

