@@ -4,6 +4,7 @@
 #define KT_TEST_FIXTURE_H
 
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/control.h"
