@@ -53,6 +53,25 @@ const char *kt_test_bytes(const char *folder, const char *name, const void *byte
     return path;
 }
 
+char *kt_test_read(const char *path, size_t *size) {
+    FILE *file = fopen(path, "rb");
+    kt_need(file != NULL || kt_check_true(path, false));
+    char *text = NULL;
+    size_t used = 0, count;
+    do {
+        text = realloc(text, used + 65537);
+        kt_need(text != NULL || kt_check_true("there is memory", false));
+        count = fread(text + used, 1, 65536, file);
+        used += count;
+    } while (count > 0);
+    (void)fclose(file);
+    text[used] = '\0';
+    kt_test_own(text, free);
+    if (size != NULL)
+        *size = used;
+    return text;
+}
+
 const char *kt_test_file(const char *folder, const char *name, const char *text) {
     return kt_test_bytes(folder, name, text, strlen(text));
 }

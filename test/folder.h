@@ -15,4 +15,7 @@ const char *kt_test_path(const char *folder, const char *name);
 const char *kt_test_file(const char *folder, const char *name, const char *text);
 const char *kt_test_bytes(const char *folder, const char *name, const void *bytes, size_t size);
 
+/* The bytes of a file and a 0 behind them. size may be NULL. */
+char *kt_test_read(const char *path, size_t *size);
+
 #endif

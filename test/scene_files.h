@@ -1,17 +1,10 @@
-/* The bundled scenes, for scandir(KT_SCENES, ...). */
+/* Kinds of scenes that tests leave out. */
 #ifndef KT_TEST_SCENE_FILES_H
 #define KT_TEST_SCENE_FILES_H
 
 #include "kinetree/description.h"
 
-#include <dirent.h>
 #include <math.h>
-#include <string.h>
-
-static inline int kt_is_scene_file(const struct dirent *entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 5 && strcmp(entry->d_name + length - 5, ".yaml") == 0;
-}
 
 /* Whether some mass is a function of time. */
 static inline bool kt_has_variable_mass(const kt_description *description) {

@@ -1,5 +1,6 @@
 /* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states
  * lie around the initial one, loops closed. */
+#include "../scene/collect.h"
 #include "closures.h"
 #include "fixture.h"
 #include "linkages.h"
@@ -92,21 +93,10 @@ static void compare(const char *name, const kt_scene *scene, kt_random *random, 
 }
 
 KT_TEST(bundled_scenes_have_the_bits_of_single_states) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_random random = kt_random_of_test();
     sums s = {0, 0, 0, 0};
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
-        kt_error error;
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need(kt_check_equal_int(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), KT_OK));
-        compare(entries[i]->d_name, &scene, &random, &s);
-        kt_scene_free(&scene);
-        free(entries[i]);
-    }
-    free(entries);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        compare(kt_bundled(i), kt_test_bundled(kt_bundled(i)), &random, &s);
     kt_note("%d scenes, %d of them in lanes; steps of %d are rejected", s.scenes, s.in_lanes, s.rejected);
     kt_check_above("rejected", s.rejected, 3);
     kt_check_above("scenes", s.scenes, 50);
@@ -160,24 +150,14 @@ KT_TEST(a_step_that_would_pass_a_hard_stop_is_rejected) {
 
 /* An effect in the coordinate of a loop is not computed in lanes, nor are the others of such a model. */
 KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
-    kt_effect spring = kt_effect_default();
     kt_random random = kt_random_of_test();
     sums s = {0, 0, 0, 0};
-    kt_scene scene;
-    kt_error error;
-    spring.type = KT_EFFECT_JOINT_SPRING;
-    spring.joint = "close";
+    kt_effect spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "close");
     spring.stiffness = 3.0;
-    kt_need(
-        kt_check_equal_int("four-bar", kt_scene_read(KT_SCENES "/four-bar.yaml", &scene, NULL, NULL, &error), KT_OK));
-    const kt_effect *effects = scene.description.effects;
-    const int count = scene.description.effect_count;
+    kt_scene scene = *kt_test_bundled("four-bar");
     scene.description.effects = &spring;
     scene.description.effect_count = 1;
     compare("four-bar with a spring in its loop", &scene, &random, &s);
-    scene.description.effects = effects;
-    scene.description.effect_count = count;
-    kt_scene_free(&scene);
     kt_check_equal_int("scenes in lanes", s.in_lanes, 0);
     kt_check_equal_int("results that differ", s.different, 0);
 }
@@ -246,17 +226,12 @@ static void report_findings(const char *name, const findings *f) {
 /* A body that moves freely, whose loop is off. No equation is left, but a quaternion must still be normalised. */
 KT_TEST(effects_in_loops_that_are_off_have_the_bits_of_single_states) {
     kt_description description = kt_description_default();
-    kt_body body = kt_body_default();
-    kt_loop loop = kt_loop_default();
     kt_effect spring = kt_effect_default();
     kt_random random = kt_random_of_test();
     findings f = {0};
-    body.name = "a";
-    body.joint.type = KT_JOINT_FREE;
-    body.mass = 1.0;
+    kt_body body = kt_body_of("a", NULL, KT_JOINT_FREE, 1.0);
     body.inertia = (kt_sym3){.xx = 0.1, .yy = 0.1, .zz = 0.1};
-    loop.name = "close";
-    loop.type = KT_LOOP_REVOLUTE;
+    kt_loop loop = kt_loop_of("close", KT_LOOP_REVOLUTE);
     loop.between[1].body = "a";
     loop.switching = KT_SWITCHED_OFF;
     spring.type = KT_EFFECT_JOINT_SPRING;

@@ -8,7 +8,6 @@
 #include "kinetree/scene.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* The functions that have bars. */
@@ -93,11 +92,7 @@ static void check_model(const char *name, const kt_model *model, const code_size
 
 /* ---- models ------------------------------------------------------------------------------------------------------ */
 
-static kt_model *compile_scene(const char *name) {
-    char path[512];
-    (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    return kt_test_model(&kt_test_scene_file(path)->description, NULL);
-}
+static kt_model *compile_scene(const char *name) { return kt_test_model(&kt_test_bundled(name)->description, NULL); }
 
 static void check_places(const char *name, const kt_model *model, const int bar[COUNTED]) {
     const char *source = generate(model, counted_functions).source;
@@ -136,12 +131,8 @@ static kt_body *add_link(serial_robot *r) {
     const int i = r->description.body_count++;
     kt_body *b = &r->body[i];
     (void)snprintf(r->name[i], sizeof r->name[i], "l%d", i);
-    *b = kt_body_default();
-    b->name = r->name[i];
-    b->parent = i > 0 ? r->name[i - 1] : NULL;
-    b->joint.type = KT_JOINT_REVOLUTE;
+    *b = kt_body_of(r->name[i], i > 0 ? r->name[i - 1] : NULL, KT_JOINT_REVOLUTE, 2.0 + 0.1 * i);
     b->joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-    b->mass = 2.0 + 0.1 * i;
     b->com = kt_vec3_make(0.05, 0.02 + 0.001 * i, 0.1);
     b->inertia = kt_sym3_make(0.03, 0.035, 0.028, 0.001, -0.002, 0.0015);
     return b;

@@ -401,7 +401,7 @@ KT_TEST(lanes_of_a_humanoid_have_the_bits_of_single_states) {
     static lanes_pair p;
     lanes_counts counts = {0};
     kt_generated_need_compiler();
-    kt_model *model = kt_test_model(&kt_test_scene_file(KT_SCENES "/humanoid.yaml")->description, NULL);
+    kt_model *model = kt_test_model(&kt_test_bundled("humanoid")->description, NULL);
     for (int l = 0; l < LANES_MOST; l++) {
         double move[KT_TREE_NV];
         for (int i = 0; i < kt_model_nv(model); i++)

@@ -1,7 +1,6 @@
 /* Generated C of mechanisms with loops against the library, which eliminates the loops in other ways. */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
-#include "../scene_files.h"
 #include "closed_tree.h"
 #include "generated.h"
 
@@ -506,12 +505,10 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
 static int compare_scene(const char *name, int n, kt_random *random, loop_comparison *c) {
     static kt_generated g;
     static kt_closed_tree m;
-    char path[512];
     kt_error error = {0};
     int compared = -1;
-    snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
     memset(&m, 0, sizeof m);
-    kt_scene *scene = kt_test_scene_file(path);
+    kt_scene *scene = kt_test_bundled(name);
     scene->description.effect_count = 0;
     scene->description.state_count = 0;
     if (scene->description.loop_count > 0 &&
@@ -540,21 +537,17 @@ static int compare_scene(const char *name, int n, kt_random *random, loop_compar
 KT_TEST(generated_scenes_with_loops_agree_with_the_library) {
     kt_random random = kt_random_of_test();
     loop_comparison c = loop_comparison_make();
-    struct dirent **list = NULL;
     int generated = 0, lost = 0; /* lost: that of a rotor whose blades are light */
     kt_generated_need_compiler();
-    const int count = scandir(KT_SCENES, &list, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
-        const int compared = compare_scene(list[i]->d_name, i, &random, &c);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const int compared = compare_scene(kt_bundled(i), i, &random, &c);
         if (compared >= 0) {
             if (compared == 0)
-                kt_note("%s: its states are too sensitive for a comparison", list[i]->d_name);
+                kt_note("%s: its states are too sensitive for a comparison", kt_bundled(i));
             lost += compared == 0;
             generated++;
         }
-        free(list[i]);
     }
-    free(list);
     kt_check_above("scenes", generated, 15);
     kt_check_below("scenes without a comparison", lost, 1);
     loop_comparison_check(&c);

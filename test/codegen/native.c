@@ -1,7 +1,6 @@
 /* Generated files as right-hand sides of simulations (kt_native_use). */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
-#include "../scene_files.h"
 #include "generated.h"
 #include "text.h"
 
@@ -11,7 +10,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,9 +29,7 @@ static void add_dampers(kt_tree *tree, kt_effect effect[KT_TREE_BODIES]) {
         const kt_joint_type type = tree->description.bodies[b].joint.type;
         if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC)
             continue;
-        effect[count] = kt_effect_default();
-        effect[count].type = KT_EFFECT_JOINT_DAMPER;
-        effect[count].joint = tree->description.bodies[b].name;
+        effect[count] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, tree->description.bodies[b].name);
         effect[count++].damping = 0.5;
     }
     tree->description.effects = effect;
@@ -309,12 +305,10 @@ static int read_standard_numbers(const char *source, double *numbers, int room) 
 static int compare_numbers(const char *name) {
     static double numbers[4000], standard[4000];
     const unsigned functions = KT_CODEGEN_ACCELERATION;
-    char path[512];
     kt_generated_text text;
     kt_error error = {0};
     int count = -1;
-    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
-    const kt_model *model = kt_test_model(&kt_test_scene_file(path)->description, NULL);
+    const kt_model *model = kt_test_model(&kt_test_bundled(name)->description, NULL);
     if (kt_model_nv(model) > 60 || kt_generate_text(model, "mech", functions, false, &text, &error) != KT_OK)
         return -1;
     kt_need_fine(name, kt_codegen_numbers(model, functions, numbers, 4000, &count, &error), &error);
@@ -325,16 +319,12 @@ static int compare_numbers(const char *name) {
 
 /* The numbers are read without making the functions of the file, and have the order of the file. */
 KT_TEST(numbers_of_scenes_are_those_of_their_files) {
-    struct dirent **list = NULL;
     int scenes = 0, most = 0;
-    const int count = scandir(KT_SCENES, &list, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
-        const int found = compare_numbers(list[i]->d_name);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const int found = compare_numbers(kt_bundled(i));
         scenes += found >= 0;
         most = found > most ? found : most;
-        free(list[i]);
     }
-    free(list);
     kt_check_above("scenes", scenes, 50);
     kt_check_above("most numbers", most, 100);
 }

@@ -10,6 +10,7 @@
  */
 #include "../../bench/realtime/leg.h"
 #include "../constraint/linkage.h"
+#include "../scene/collect.h"
 
 #include "kinetree/control.h"
 #include "kinetree/scene.h"

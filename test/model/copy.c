@@ -1,13 +1,11 @@
 /* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
 #include "../scene/collect.h"
-#include "scene_files.h"
 
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 #include "model/model.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,37 +92,21 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
 }
 
 KT_TEST(copies_of_all_scenes_move_as_their_originals_do) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     int compared = 0;
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_error e;
-        kt_model *model = NULL;
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        const kt_scene *scene = kt_test_scene_file(path);
-        if (scene->description.body_count < MOST / 8 &&
-            kt_fine("compiles", kt_model_compile(&scene->description, NULL, &model, &e), &e)) {
-            compared += stands_alone(model, &scene->description);
-            kt_model_free(model);
-        }
-        free(entries[i]);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_description *description = &kt_test_bundled(kt_bundled(i))->description;
+        if (description->body_count < MOST / 8)
+            compared += stands_alone(kt_test_model(description, NULL), description);
     }
-    free(entries);
     kt_check_above("scenes compared", compared, 40);
 }
 
 KT_TEST(memory_that_is_too_small_or_misaligned_is_rejected) {
-    kt_body body = kt_body_default();
-    kt_description description = kt_description_default();
     kt_model *model = NULL, *copy = NULL;
     kt_error e;
-    body.name = "rod";
-    body.mass = 1.0;
+    kt_body body = kt_body_of("rod", NULL, KT_JOINT_REVOLUTE, 1.0);
     body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
-    body.joint.type = KT_JOINT_REVOLUTE;
-    description.bodies = &body;
-    description.body_count = 1;
+    kt_description description = kt_description_of(&body, 1, NULL, 0, NULL, 0);
     model = kt_test_model(&description, NULL);
     const size_t size = kt_model_size(model);
     unsigned char *memory = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);

@@ -2,7 +2,6 @@
  * scene, nothing must be missing. */
 #include "check.h"
 #include "rays.h"
-#include "scene_files.h"
 #include "shown.h"
 
 #include "kinetree/dynamics.h"
@@ -12,9 +11,7 @@
 #include "picture/picture.h"
 #include "picture/solid.h"
 
-#include <dirent.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 static shown show_text(const char *text) { return show(kt_test_scene(text), NULL); }
@@ -208,26 +205,17 @@ static double wrong_in_space(const shown *s, double *pieces) {
 }
 
 KT_TEST(every_body_with_mass_of_every_bundled_scene_is_shown_and_hidden_as_rays_tell) {
-    char path[1024];
-    struct dirent **files;
-    const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
-    int scenes = 0;
     KT_WORST hidden = kt_worst_make("share of the picture that is painted wrongly");
     double pieces = 0.0;
-    for (int i = 0; i < count; i++) {
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
-        const shown s = show(kt_test_scene_file(path), NULL);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const shown s = show(kt_test_bundled(kt_bundled(i)), NULL);
         const char *missing = missing_of(s.picture);
         if (missing != NULL)
             kt_check_text("not shown", missing, "");
         kt_check_true("has a size", s.picture->size > 0.0 && isfinite(s.picture->size) && s.picture->radius > 0.0);
         if (!s.picture->is_planar) /* 0.018 where a fork is half in the side of a frame */
-            kt_worst_below(&hidden, wrong_in_space(&s, &pieces), 0.025, "%s", files[i]->d_name);
-        scenes++;
-        free(files[i]);
+            kt_worst_below(&hidden, wrong_in_space(&s, &pieces), 0.025, "%s", kt_bundled(i));
     }
     kt_note("at most %g pieces", pieces);
-    kt_check_above("scenes", scenes, 48.0);
-    if (count >= 0)
-        free(files);
+    kt_check_above("scenes", kt_bundled_count(), 48.0);
 }

@@ -1,26 +1,18 @@
 /* Every bundled scene: that it is there, described, and runs in a blink. */
 #include "../scene/collect.h"
 #include "scene.h"
-#include "scene_files.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 typedef void kt_visit(const char *name);
 
 /* Calls visit for each scene, in alphabetical order. */
 static void visit_all(kt_visit *visit) {
-    struct dirent **entries = NULL;
-    int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    kt_check_above("scenes", count, 36);
-    for (int i = 0; i < count; i++) {
-        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
-        visit(entries[i]->d_name);
-        free(entries[i]);
-    }
-    free(entries);
+    kt_check_above("scenes", kt_bundled_count(), 36);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        visit(kt_bundled(i));
 }
 
 /* Scenes that were promised. */
@@ -138,11 +130,10 @@ KT_TEST(every_effect_type_is_shown_in_a_scene) {
 
 /* The number of lines of comment that a file begins with, and its longest line. */
 static int count_comment(const char *name, int *longest) {
-    char path[1024], line[1024];
+    char line[1024];
     int count = 0;
     bool begins = true;
-    snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    FILE *file = fopen(path, "r");
+    FILE *file = fopen(kt_bundled_path(name), "r");
     *longest = 0;
     while (file != NULL && fgets(line, sizeof line, file) != NULL) {
         int length = (int)strcspn(line, "\n");

@@ -13,6 +13,7 @@
  *
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 #include "../formulation.h"
+#include "../scene/collect.h"
 #include "scene.h"
 #include "scene_files.h"
 
@@ -260,14 +261,8 @@ static void run_scene(const char *name) {
 }
 
 static void run_scenes(void) {
-    struct dirent **entries = NULL;
-    int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
-        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
-        run_scene(entries[i]->d_name);
-        free(entries[i]);
-    }
-    free(entries);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        run_scene(kt_bundled(i));
 }
 
 /* Every method, with the scene's step and with a tolerance. */

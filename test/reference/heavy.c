@@ -6,6 +6,7 @@
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
 
+#include "../scene/collect.h"
 #include "scene.h"
 #include "scene_files.h"
 
@@ -188,16 +189,11 @@ static void compare(const kt_case *c, kt_find *find) {
 }
 
 static void compare_all(kt_find *find, int least) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     compared = 0;
-    for (int i = 0; i < count; i++) {
-        entries[i]->d_name[strlen(entries[i]->d_name) - 5] = '\0';
-        kt_case c = kt_case_open(entries[i]->d_name);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        kt_case c = kt_case_open(kt_bundled(i));
         compare(&c, find);
-        free(entries[i]);
     }
-    free(entries);
     kt_check_above("scenes compared", compared, least);
 }
 

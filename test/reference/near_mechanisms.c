@@ -1,6 +1,7 @@
 /* Newton's method finds a singular position on the extended system (near_singular.c). The unknowns are the positions,
  * the loops' points and the left vector of the lost direction. */
 #include "near_mechanisms.h"
+#include "describe.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -286,21 +287,15 @@ bool near_compile(library *l, const quad_mechanism *m) {
     l->d = kt_description_default();
     l->options = kt_model_options_default();
     l->d.gravity = vector_of(m->gravity);
-    l->d.bodies = l->body;
-    l->d.loops = l->loop;
-    l->d.body_count = m->bodies;
-    l->d.loop_count = m->loops;
+    kt_describe(&l->d, l->body, m->bodies, l->loop, m->loops, NULL, 0);
     for (int i = 0; i < m->bodies; i++) {
         kt_body *b = &l->body[i];
         (void)snprintf(l->name[i], sizeof l->name[i], "b%d", i);
-        *b = kt_body_default();
-        b->name = l->name[i];
-        b->parent = m->joint[i].parent < 0 ? NULL : l->name[m->joint[i].parent];
-        b->joint.type = m->joint[i].type;
+        *b = kt_body_of(l->name[i], m->joint[i].parent < 0 ? NULL : l->name[m->joint[i].parent], m->joint[i].type,
+                        m->mass[i]);
         b->joint.axis = axis_at(m->joint[i].axis);
         b->joint.axis2 = axis_at(m->joint[i].axis2);
         b->joint.at = vector_of(m->joint[i].at);
-        b->mass = m->mass[i];
         b->com = vector_of(m->com[i]);
         const double *in = m->inertia[i];
         b->inertia = kt_sym3_make(in[0], in[1], in[2], in[3], in[4], in[5]);
@@ -308,9 +303,7 @@ bool near_compile(library *l, const quad_mechanism *m) {
     for (int k = 0; k < m->loops; k++) {
         kt_loop *o = &l->loop[k];
         (void)snprintf(l->name[QUAD_BODIES + k], sizeof l->name[0], "l%d", k);
-        *o = kt_loop_default();
-        o->name = l->name[QUAD_BODIES + k];
-        o->type = m->loop[k].type;
+        *o = kt_loop_of(l->name[QUAD_BODIES + k], m->loop[k].type);
         for (int i = 0; i < 2; i++) {
             const int body = i ? m->loop[k].second : m->loop[k].first;
             o->between[i] = kt_end_default();

@@ -8,17 +8,8 @@
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static void print_fault(void *user, const kt_error *fault) {
-    (void)user;
-    kt_note("%s: %s", fault->where, fault->message);
-}
-
 kt_case kt_case_open(const char *name) {
-    char path[1024];
-    kt_error error = {KT_OK, "", ""};
-    kt_scene *scene = kt_test_scene_place();
-    snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    kt_need_fine("scene", kt_scene_read(path, scene, print_fault, NULL, &error), &error);
+    kt_scene *scene = kt_test_bundled(name);
     return (kt_case){name, *scene, kt_test_model(&scene->description, NULL)};
 }
 

@@ -4,9 +4,9 @@
  * KT_ROBOT_FILES names robots, separated by blanks, which are imported and exported. Without it those of the tests'
  * data are taken. */
 #include "../folder.h"
+#include "../scene/collect.h"
 #include "export_pair.h"
 
-#include "../scene_files.h"
 #include "check.h"
 #include "node.h"
 #include "random.h"
@@ -222,22 +222,15 @@ static kt_status read_robot(const char *path, kt_scene *scene, kt_error *error) 
 static exported exports[FILES];
 
 KT_TEST(exports_of_bundled_scenes_have_the_masses_of_the_scenes_in_mujoco) {
-    struct dirent **entries;
     const char *folder = kt_test_folder();
     counts n = {0};
     if (!has_mujoco())
         return;
-    const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    for (int i = 0; i < listed; i++) {
-        char path[LINE];
-        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        n.written = add_exports(exports, n.written, path, folder, read_scene);
-        free(entries[i]);
-    }
-    free(entries);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        n.written = add_exports(exports, n.written, kt_bundled_path(kt_bundled(i)), folder, read_scene);
     if (compare_files(exports, n.written, &n)) {
-        kt_note("%d exports of %d scenes: %d read, %d compared, %d turned upright", n.written, listed, n.read,
-                n.compared, n.turned);
+        kt_note("%d exports of %d scenes: %d read, %d compared, %d turned upright", n.written, kt_bundled_count(),
+                n.read, n.compared, n.turned);
         kt_check_equal_int("exports that MuJoCo reads", n.read, n.written);
         kt_check_above("exports that are compared", n.compared, n.written - 2);
         kt_check_above("turned upright", n.turned, 0);

@@ -11,7 +11,6 @@
 #include "import_pair.h"
 
 #include "../scene/collect.h"
-#include "../scene_files.h"
 #include "draw.h"
 #include "equality.h"
 #include "match.h"
@@ -390,29 +389,20 @@ static bool write_export(const kt_scene *scene, kt_robot_format format, const ch
 KT_TEST(exports_of_bundled_scenes_are_read_by_mujoco_of_today) {
     static char names[EXPORTS_MOST][EXPORT_NAME];
     static model_file files[EXPORTS_MOST];
-    struct dirent **entries;
     const char *folder = kt_test_folder();
-    int count = 0, scenes = 0;
+    const int scenes = kt_bundled_count();
+    int count = 0;
     if (!has_mujoco())
         return;
-    const int listed = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    for (int i = 0; i < listed; i++) {
-        char path[600];
-        kt_scene *scene = kt_test_scene_place();
-        kt_error error = {0};
-        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        if (kt_scene_read(path, scene, NULL, NULL, &error) == KT_OK) {
-            scenes++;
-            for (int format = 0; format < 2 && count < EXPORTS_MOST; format++) {
-                (void)snprintf(names[count], EXPORT_NAME, "%s/%.60s.%s", folder, entries[i]->d_name,
-                               format == KT_ROBOT_URDF ? "urdf" : "xml");
-                files[count] = (model_file){names[count], 1e-12, NULL, true, format == KT_ROBOT_URDF};
-                count += write_export(scene, (kt_robot_format)format, folder, names[count]);
-            }
+    for (int i = 0; i < scenes; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
+        for (int format = 0; format < 2 && count < EXPORTS_MOST; format++) {
+            (void)snprintf(names[count], EXPORT_NAME, "%s/%.60s.%s", folder, kt_bundled(i),
+                           format == KT_ROBOT_URDF ? "urdf" : "xml");
+            files[count] = (model_file){names[count], 1e-12, NULL, true, format == KT_ROBOT_URDF};
+            count += write_export(scene, (kt_robot_format)format, folder, names[count]);
         }
-        free(entries[i]);
     }
-    free(entries);
     equalities_compared = 0;
     const int read = compare_files(files, count);
     kt_note("%d exports of %d scenes; %d equalities", count, scenes, equalities_compared);

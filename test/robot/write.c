@@ -3,7 +3,6 @@
 #include "../folder.h"
 #include "write_back.h"
 
-#include "../scene_files.h"
 #include "check.h"
 #include "random.h"
 
@@ -222,26 +221,18 @@ static bool check_back(const kt_description *d, kt_robot_format format, kt_rando
 /* ---- bundled scenes ---------------------------------------------------------------------------------------------- */
 
 KT_TEST(bundled_scenes_read_back_with_the_same_masses_places_and_accelerations) {
-    struct dirent **files;
     int written[2] = {0, 0}, scenes = 0;
     kt_random random = kt_random_of_test();
     findings f = make_findings();
-    const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
-        char path[600];
-        kt_scene *scene = kt_test_scene_place();
-        kt_error error = {0};
-        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
-        if (kt_scene_read(path, scene, NULL, NULL, &error) == KT_OK) {
-            scenes += scene->description.body_count <= 100;
-            if (scene->description.body_count <= 100)
-                for (int format = 0; format < 2; format++)
-                    written[format] += check_back(&scene->description, (kt_robot_format)format, &random, &f);
-        }
-        free(files[i]);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_description *description = &kt_test_bundled(kt_bundled(i))->description;
+        if (description->body_count > 100)
+            continue;
+        scenes++;
+        for (int format = 0; format < 2; format++)
+            written[format] += check_back(description, (kt_robot_format)format, &random, &f);
     }
-    free(files);
-    kt_note("%d scenes: %d in URDF, %d in MJCF", count, written[0], written[1]);
+    kt_note("%d scenes: %d in URDF, %d in MJCF", scenes, written[0], written[1]);
     kt_check_above("in URDF", written[0], 60.5);
     kt_check_equal_int("in MJCF", written[1], scenes);
     check_findings(&f);
@@ -278,11 +269,9 @@ static void random_tree(kt_random *r, const kt_joint_type *types, int type_count
     for (int i = 0; i < BODIES; i++) {
         const int parent = i > 0 ? (int)kt_random_uniform(r, 0.0, (double)i) : -1;
         kt_body *b = &bodies[i];
-        *b = kt_body_default();
-        b->name = names[i];
-        b->parent = parent >= 0 ? names[parent] : NULL;
+        *b = kt_body_of(names[i], parent >= 0 ? names[parent] : NULL,
+                        i == 0 ? KT_JOINT_FREE : types[(int)kt_random_uniform(r, 0.0, (double)type_count)], 0.0);
         b->joint.name = joints[i];
-        b->joint.type = i == 0 ? KT_JOINT_FREE : types[(int)kt_random_uniform(r, 0.0, (double)type_count)];
         b->joint.axis = random_vector(r);
         if (i % 2 == 0)
             b->joint.axis2 = random_vector(r);
@@ -335,12 +324,10 @@ KT_TEST(trees_under_any_gravity_are_turned_upright_in_urdf) {
     for (int n = 0; n < 100; n++) {
         kt_body bodies[BODIES];
         random_tree(&random, types, 4, bodies);
-        kt_description d = kt_description_default();
         bodies[0].joint.type = n % 2 == 0 ? KT_JOINT_REVOLUTE : KT_JOINT_PRISMATIC;
         bodies[0].joint.at = random_vector(&random);
         bodies[0].joint.rotation = rotation_of(random_vector(&random));
-        d.bodies = bodies;
-        d.body_count = BODIES;
+        kt_description d = kt_description_of(bodies, BODIES, NULL, 0, NULL, 0);
         d.gravity = kt_vec3_scale(9.81, kt_vec3_normalize(n < SPECIAL ? special[n] : random_vector(&random)));
         kt_need(kt_check_true("it is written", check_back(&d, KT_ROBOT_URDF, &random, &f)));
     }
@@ -354,7 +341,6 @@ KT_TEST(forces_limits_couplings_and_the_start_come_back) {
     const kt_term terms[] = {{"a", 2.0}, {"b", -4.0}};
     kt_effect effects[] = {kt_effect_default(), kt_effect_default(), kt_effect_default()};
     kt_loop loops[] = {kt_loop_default()};
-    kt_description d = kt_description_default();
     told t;
     char *text = NULL;
     kt_error error = {0};
@@ -376,12 +362,7 @@ KT_TEST(forces_limits_couplings_and_the_start_come_back) {
     loops[0].terms = terms;
     loops[0].term_count = 2;
     loops[0].offset = 1.0;
-    d.bodies = bodies;
-    d.body_count = 2;
-    d.effects = effects;
-    d.effect_count = 3;
-    d.loops = loops;
-    d.loop_count = 1;
+    kt_description d = kt_description_of(bodies, 2, loops, 1, effects, 3);
     const kt_robot_options start = {.keyframe = "start"};
     const kt_scene *back = come_back(&d, KT_ROBOT_MJCF, &start, &t);
     kt_check_text("told", t.text, "effects of type drag 1\n");
@@ -402,19 +383,13 @@ KT_TEST(forces_limits_couplings_and_the_start_come_back) {
 
 KT_TEST(loops_between_bodies_come_back_where_they_were) {
     kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", NULL, KT_JOINT_FREE)};
-    kt_loop loop = kt_loop_default();
-    kt_description d = kt_description_default();
     told t;
-    loop.name = "weld";
-    loop.type = KT_LOOP_WELD;
+    kt_loop loop = kt_loop_of("weld", KT_LOOP_WELD);
     loop.between[0].body = "a";
     loop.between[0].at = kt_vec3_make(0.5, 0.0, 0.25);
     loop.between[1].body = "b";
     loop.between[1].rotation = kt_rotation_quaternion(0.5, 0.5, 0.5, 0.5);
-    d.bodies = bodies;
-    d.body_count = 2;
-    d.loops = &loop;
-    d.loop_count = 1;
+    kt_description d = kt_description_of(bodies, 2, &loop, 1, NULL, 0);
     const kt_loop *l = &come_back(&d, KT_ROBOT_MJCF, NULL, &t)->description.loops[0];
     kt_check_text("nothing is lost", t.text, "");
     kt_check_equal_int("type", l->type, KT_LOOP_WELD);
@@ -431,13 +406,11 @@ KT_TEST(joints_that_a_format_has_not_are_rejected_and_nothing_is_written) {
                  {KT_JOINT_SPHERICAL, KT_ROBOT_URDF, "URDF has no spherical joint; MJCF has"}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", "a", table[i].type)};
-        kt_description d = kt_description_default();
         told t;
         char *text = NULL;
         kt_error error = {0};
         bodies[1].joint.pitch = 0.5;
-        d.bodies = bodies;
-        d.body_count = 2;
+        kt_description d = kt_description_of(bodies, 2, NULL, 0, NULL, 0);
         kt_check_equal_int("status", write_back(&d, table[i].format, &t, &text, &error), KT_ERROR_MODEL);
         kt_check_text("words", error.message, table[i].words);
         kt_check_text("where", error.where, "b");
@@ -447,9 +420,7 @@ KT_TEST(joints_that_a_format_has_not_are_rejected_and_nothing_is_written) {
 
 KT_TEST(names_of_scenes_are_escaped) {
     kt_body body = make_body("a", NULL, KT_JOINT_REVOLUTE);
-    kt_description d = kt_description_default();
-    d.bodies = &body;
-    d.body_count = 1;
+    kt_description d = kt_description_of(&body, 1, NULL, 0, NULL, 0);
     d.name = "a <b> & \"c\"\n";
     for (int format = 0; format < 2; format++) {
         told t;

@@ -2,7 +2,6 @@
  * imported robots with their drives and tendons. */
 #include "write_back.h"
 
-#include "../scene_files.h"
 #include "check.h"
 
 #include "kinetree/import.h"
@@ -64,29 +63,24 @@ static void compare_starts(const start *ours, const start *theirs, kt_worst *pla
 
 /* Scenes of which no loop is left out. 1e-10: both close their loops to some 1e-11. */
 KT_TEST(mjcf_of_bundled_scenes_starts_as_they_do) {
-    struct dirent **files;
     KT_WORST place = kt_worst_make("places, m"), speed = kt_worst_make("angular velocities, rad/s");
     const kt_robot_options options = {.inertia = KT_ROBOT_INERTIA_ACCEPT, .keyframe = "start"};
     int compared = 0;
-    const int count = scandir(KT_SCENES, &files, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
-        char path[600], *text = NULL;
-        kt_scene scene, back;
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
+        char *text = NULL;
+        kt_scene back;
         kt_error error = {0};
         start ours, theirs;
         told t;
-        (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, files[i]->d_name);
-        free(files[i]);
-        if (kt_scene_read(path, &scene, NULL, NULL, &error) != KT_OK)
-            continue;
-        if (scene.description.body_count <= 100 &&
-            write_back(&scene.description, KT_ROBOT_MJCF, &t, &text, &error) == KT_OK &&
+        if (scene->description.body_count <= 100 &&
+            write_back(&scene->description, KT_ROBOT_MJCF, &t, &text, &error) == KT_OK &&
             kt_check_equal_int("read", kt_robot_parse("back", text, strlen(text), &options, &back, NULL, NULL, &error),
                                KT_OK)) {
-            kt_note("%s", path);
+            kt_note("%s", kt_bundled(i));
             const bool is_whole =
                 strstr(t.text, "prescribed motions") == NULL && strstr(t.text, "loops of type") == NULL;
-            if (begin(&scene.description, &ours) && is_whole &&
+            if (begin(&scene->description, &ours) && is_whole &&
                 kt_check_true("it begins", begin(&back.description, &theirs))) {
                 compare_starts(&ours, &theirs, &place, &speed);
                 compared++;
@@ -95,9 +89,7 @@ KT_TEST(mjcf_of_bundled_scenes_starts_as_they_do) {
             end(&ours);
             kt_scene_free(&back);
         }
-        kt_scene_free(&scene);
     }
-    free(files);
     kt_check_above("scenes", compared, 50.5);
 }
 
@@ -205,12 +197,7 @@ KT_TEST(sums_of_joints_become_tendons_and_joints_without_mass_those_of_one_body)
     loop.term_count = 3;
     loop.offset = 1.0;
     d.gravity = kt_vec3_make(1.0, -9.0, 2.0);
-    d.bodies = bodies;
-    d.body_count = 5;
-    d.effects = effects;
-    d.effect_count = 3;
-    d.loops = &loop;
-    d.loop_count = 1;
+    kt_describe(&d, bodies, 5, &loop, 1, effects, 3);
     const kt_scene *back = come_back(&d, KT_ROBOT_MJCF, &options, &t);
     kt_check_text("nothing is left out", t.text, "");
     kt_check_equal_int("accelerations", compare_accelerations(&d, &back->description, &worst), 5);

@@ -2,6 +2,7 @@
 
 #include "check.h"
 
+#include <dirent.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -83,12 +84,48 @@ kt_scene *kt_test_scene_of(const char *format, ...) {
     return kt_test_scene(text);
 }
 
+static void note_fault(void *user, const kt_error *fault) {
+    (void)user;
+    kt_note("%s: %s", fault->where, fault->message);
+}
+
 kt_scene *kt_test_scene_file(const char *path) {
     kt_scene *scene = kt_test_scene_place();
     kt_error error = {0};
-    kt_need_fine(path, kt_scene_read(path, scene, NULL, NULL, &error), &error);
+    kt_need_fine(path, kt_scene_read(path, scene, note_fault, NULL, &error), &error);
     return scene;
 }
+
+static int is_bundled_scene(const struct dirent *entry) {
+    const char *end = strrchr(entry->d_name, '.');
+    return end != NULL && end != entry->d_name && strcmp(end, ".yaml") == 0;
+}
+
+int kt_bundled_count(void) {
+    int count = 0;
+    while (kt_bundled(count) != NULL)
+        count++;
+    return count;
+}
+
+const char *kt_bundled(int i) {
+    static struct dirent **entries;
+    static int count;
+    if (entries == NULL) {
+        count = scandir(KT_SCENES, &entries, is_bundled_scene, alphasort);
+        for (int k = 0; k < count; k++)
+            *strrchr(entries[k]->d_name, '.') = '\0';
+    }
+    return i < count ? entries[i]->d_name : NULL;
+}
+
+const char *kt_bundled_path(const char *name) {
+    static char path[1024];
+    (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
+    return path;
+}
+
+kt_scene *kt_test_bundled(const char *name) { return kt_test_scene_file(kt_bundled_path(name)); }
 
 kt_opened kt_test_open(kt_scene *scene, const kt_model_options *options) {
     kt_model *model = kt_test_model(&scene->description, options);

@@ -34,6 +34,14 @@ kt_scene *kt_test_scene_of(const char *format, ...) __attribute__((format(printf
 /* The scene of a file. */
 kt_scene *kt_test_scene_file(const char *path);
 
+/* The names of the bundled scenes, such as "four-bar", in alphabetical order; NULL behind the last one. */
+const char *kt_bundled(int i);
+int kt_bundled_count(void);
+
+/* The path of a bundled scene, in storage that the next call overwrites, and the scene of a name. */
+const char *kt_bundled_path(const char *name);
+kt_scene *kt_test_bundled(const char *name);
+
 /* An empty scene, for other readers to fill. */
 kt_scene *kt_test_scene_place(void);
 

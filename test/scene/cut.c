@@ -6,10 +6,11 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
+#include "collect.h"
 #include "document/node.h"
+#include "folder.h"
 #include "scene/reader.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -174,10 +175,9 @@ static void cut_sections(cutting *c) {
 static void cut_file(cutting *c, const char *name) {
     kt_reader reader = {.path = name};
     kt_node *root = NULL;
-    char *text = calloc(1, 1 << 20);
-    (void)snprintf(c->path, sizeof c->path, KT_SCENES "/%.200s", name);
-    FILE *file = fopen(c->path, "rb");
-    const size_t size = file != NULL && text != NULL ? fread(text, 1, (1 << 20) - 1, file) : 0;
+    size_t size;
+    (void)snprintf(c->path, sizeof c->path, "%s", kt_bundled_path(name));
+    const char *text = kt_test_read(c->path, &size);
     c->file = name;
     if (file != NULL)
         (void)fclose(file);
@@ -187,18 +187,13 @@ static void cut_file(cutting *c, const char *name) {
     cut_sections(c);
     kt_pool_free(reader.scratch.chunks);
     kt_pool_free(reader.keep.chunks);
-    free(text);
 }
 
 KT_TEST(scenes_of_which_a_part_is_missing_are_read_or_rejected) {
     const char *every = getenv("KT_CUT_EVERY"); /* 1: all of them, some 30 s */
     cutting c = {.every = every != NULL ? strtoul(every, NULL, 10) : 13};
-    DIR *folder = opendir(KT_SCENES);
-    for (const struct dirent *entry; folder != NULL && (entry = readdir(folder)) != NULL;)
-        if (strstr(entry->d_name, ".yaml") != NULL)
-            cut_file(&c, entry->d_name);
-    if (folder != NULL)
-        (void)closedir(folder);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        cut_file(&c, kt_bundled(i));
     printf("%zu scenes: %zu are read, %zu compile, %zu of them are simulated\n", c.tried, c.read, c.compiled,
            c.simulated);
     kt_check_equal_int("without an error", (long long)c.silent, 0);

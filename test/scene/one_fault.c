@@ -5,7 +5,6 @@
  */
 #include "kinetree/scene.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,8 +12,8 @@
 
 #include "check.h"
 #include "collect.h"
+#include "folder.h"
 #include "random.h"
-#include "scene_files.h"
 
 /* ---- what can be broken ------------------------------------------------------------------------------------------ */
 
@@ -156,35 +155,16 @@ static void break_scene(const char *name, const char *text, size_t size, int tim
             break_one(name, text, size, &all.at[i], all.at[i].is_key ? wrong_keys[k] : wrong_values[k], sum);
 }
 
-static char *load(const char *name, size_t *size) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", KT_SCENES, name);
-    FILE *file = fopen(path, "rb");
-    char *text = malloc(1 << 20);
-    *size = file != NULL && text != NULL ? fread(text, 1, (1 << 20) - 1, file) : 0;
-    if (file != NULL)
-        (void)fclose(file);
-    if (text != NULL)
-        text[*size] = '\0';
-    return text;
-}
-
 KT_TEST(a_fault_of_a_bundled_scene_has_no_followers) {
     const char *given = getenv("KT_BROKEN");
     const int times = given != NULL ? atoi(given) : 40;
-    struct dirent **entries = NULL;
     kt_random random = kt_random_of_test();
     broken sum = {.count = 0};
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
         size_t size;
-        char *text = load(entries[i]->d_name, &size);
-        if (text != NULL)
-            break_scene(entries[i]->d_name, text, size, times, &random, &sum);
-        free(text);
-        free(entries[i]);
+        const char *text = kt_test_read(kt_bundled_path(kt_bundled(i)), &size);
+        break_scene(kt_bundled(i), text, size, times, &random, &sum);
     }
-    free(entries);
     kt_note("%d broken scenes: %d with one fault, %d with faults elsewhere alone", sum.count, sum.alone, sum.silent);
     kt_check_true("scenes were broken", sum.alone > 1000);
     kt_check_equal_int("faults with followers", sum.followed, 0);

@@ -4,9 +4,9 @@
 
 #include "document/node.h"
 #include "document/number.h"
+#include "folder.h"
 #include "scene/reader.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -93,39 +93,24 @@ static void walk(tally *t, const kt_node *node, char *path, size_t used) {
     path[used] = '\0';
 }
 
-static char *read_file(const char *name, size_t *size) {
-    FILE *file = fopen(name, "rb");
-    char *text = calloc(1, 1 << 20);
-    *size = file != NULL && text != NULL ? fread(text, 1, (1 << 20) - 1, file) : 0;
-    if (file != NULL)
-        (void)fclose(file);
-    return text;
-}
-
 static void walk_file(tally *t, const char *name) {
-    char whole[PATH_SIZE], path[PATH_SIZE] = "";
+    char path[PATH_SIZE] = "";
     kt_reader reader = {.path = name};
     kt_node *root = NULL;
-    (void)snprintf(whole, sizeof whole, KT_SCENES "/%.200s", name);
-    char *text = read_file(whole, &t->size);
+    const char *text = kt_test_read(kt_bundled_path(name), &t->size);
     t->file = name;
     t->text = text;
-    if (text != NULL && kt_node_parse(&reader, text, t->size, &root))
+    if (kt_node_parse(&reader, text, t->size, &root))
         walk(t, root, path, 0);
     kt_pool_free(reader.scratch.chunks);
     kt_pool_free(reader.keep.chunks);
-    free(text);
 }
 
 KT_TEST(every_number_of_the_bundled_scenes_changes_as_if_it_were_read) {
     const char *every = getenv("KT_VARY_EVERY"); /* 1: all of them, some 20 s */
     tally t = {.every = every != NULL ? strtoul(every, NULL, 10) : 7, .same = kt_worst_make("another scene")};
-    DIR *folder = opendir(KT_SCENES);
-    for (const struct dirent *entry; folder != NULL && (entry = readdir(folder)) != NULL;)
-        if (strstr(entry->d_name, ".yaml") != NULL)
-            walk_file(&t, entry->d_name);
-    if (folder != NULL)
-        (void)closedir(folder);
+    for (int i = 0; kt_bundled(i) != NULL; i++)
+        walk_file(&t, kt_bundled(i));
     printf("%zu numbers, %zu tried: %zu change, %zu cannot, %zu rejected\n", t.seen, t.tried, t.followed, t.fixed,
            t.rejected);
     kt_check_worst(&t.same);

@@ -4,6 +4,7 @@
  * agree to rounding. And where it can be had in a blink, the motion from the start is followed as well.
  */
 #include "../sanitized.h"
+#include "../scene/collect.h"
 #include "both.h"
 #include "scene_files.h"
 
@@ -11,7 +12,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,32 +21,23 @@ enum { INSTANTS = 6, NUMBERS = 160 };
  * for both formulations. */
 static void visit_all(int most, void (*visit)(const char *name, const kt_scene *scene, const kt_model *model,
                                               const kt_absolute *absolute)) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    kt_check_above("scenes", count, 18);
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
-        kt_error error;
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
+    kt_check_above("scenes", kt_bundled_count(), 18);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
         kt_model_options options = kt_model_options_default();
-        options.reduction = kt_reduction_method_of(scene.reduction);
-        options.metric = scene.run.metric;
+        options.reduction = kt_reduction_method_of(scene->reduction);
+        options.metric = scene->run.metric;
         kt_model *model = NULL;
         kt_absolute *absolute = NULL;
-        if (kt_is_for_trees_alone(&scene.description))
-            kt_note("%s: left out, it has auxiliary states, variable masses or switches", entries[i]->d_name);
-        else if (scene.description.body_count > most)
-            kt_note("%s: left out, %d bodies", entries[i]->d_name, scene.description.body_count);
+        if (kt_is_for_trees_alone(&scene->description))
+            kt_note("%s: left out, it has auxiliary states, variable masses or switches", kt_bundled(i));
+        else if (scene->description.body_count > most)
+            kt_note("%s: left out, %d bodies", kt_bundled(i), scene->description.body_count);
         else
-            model = kt_both_compile(&scene.description, &options, &absolute);
+            model = kt_both_compile(&scene->description, &options, &absolute);
         if (model)
-            visit(entries[i]->d_name, &scene, model, absolute);
-        kt_scene_free(&scene);
-        free(entries[i]);
+            visit(kt_bundled(i), scene, model, absolute);
     }
-    free(entries);
 }
 
 /* The accelerations of both formulations at the present state of the tree. Each is multiplied by the square root of the
@@ -222,16 +213,14 @@ static bool after_a_second(const kt_model *model, const kt_absolute *absolute, i
  * the same equations. Otherwise the order of the method drops to two. */
 KT_TEST(redundant_equations_leave_a_method_its_order) {
     static const char *const ways[] = {"qr", "partition", "svd"};
-    kt_scene scene;
-    kt_error error;
-    kt_need_fine("bricard", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error);
+    const kt_description *bricard = &kt_test_bundled("bricard")->description;
     for (int way = 0; way < 3; way++)
         for (int formulation = 0; formulation < 2; formulation++) {
             static double exact[NUMBERS], coarse[NUMBERS], fine[NUMBERS];
             kt_model_options options = kt_model_options_default();
             options.reduction = kt_reduction_method_of((kt_reduction)way);
             kt_absolute *absolute = NULL;
-            kt_model *model = kt_both_compile(&scene.description, &options, &absolute);
+            kt_model *model = kt_both_compile(bricard, &options, &absolute);
             const kt_absolute *used = formulation ? absolute : NULL;
             double errors[2] = {0.0, 0.0};
             if (model && after_a_second(model, NULL, 0, exact) && after_a_second(model, used, 50, coarse) &&
@@ -244,7 +233,6 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
                     errors[0], errors[1]);
             kt_check_near("order", log2(errors[0] / errors[1]), 4.0, 0.25);
         }
-    kt_scene_free(&scene);
 }
 
 /* Ten crossings in 10 s, the first two of which are enough for sanitizers. At 1.229 s a step of the projection that
@@ -252,12 +240,10 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
  * difference. */
 KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     static double tree[NUMBERS], free_bodies[NUMBERS];
-    kt_scene scene;
     kt_error error;
-    kt_need_fine("windows", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error);
     const double last = KT_ADDRESS_SANITIZER ? 2.0 : 10.0;
     kt_absolute *absolute = NULL;
-    kt_model *model = kt_both_compile(&scene.description, NULL, &absolute);
+    kt_model *model = kt_both_compile(&kt_test_bundled("n-four-bar-2")->description, NULL, &absolute);
     for (int formulation = 0; formulation < 2 && model; formulation++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, last);
         kt_simulation *simulation = kt_both_simulate(model, formulation ? absolute : NULL, &run);
@@ -270,5 +256,4 @@ KT_TEST(windows_pass_singular_positions_as_free_bodies) {
         most = fmax(most, fabs(tree[i] - free_bodies[i]));
     kt_check_above("they have moved", fabs(tree[0]), 1.0);
     kt_check_below("difference of the formulations", most, 2.1e-8);
-    kt_scene_free(&scene);
 }

@@ -2,6 +2,7 @@
  * (rk8pd) integrates equations that are written down here once more. The tested methods are an explicit, a stabilised,
  * implicit and multistep ones.
  */
+#include "../scene/collect.h"
 #include "scenes.h"
 
 #include "kinetree/mechanism.h"
@@ -86,7 +87,7 @@ static void run(const char *name, const way *by, double duration, double y[NUMBE
     how.step = by->step;
     how.relative = by->tolerance;
     how.absolute = 1e-3 * by->tolerance;
-    kt_model *model = kt_scene_compile(&scene.description);
+    kt_model *model = kt_scene_compile(&scene->description);
     kt_simulation *simulation = kt_test_simulation(model, &how, NULL);
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model),
                  nx = (size_t)kt_own_state_count(model);

@@ -1,18 +1,18 @@
 /* The energy balance of closed mechanisms: driven ones, whose loops do work, and others, whose loops do none. */
+#include "../scene/collect.h"
 #include "scenes.h"
 
 #include "kinetree/scene.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 enum { MOST = 8, NUMBERS = 32 };
 
 /* A bundled scene with effects and a loop more. */
 typedef struct stage {
-    kt_scene scene;
+    const kt_scene *scene;
     kt_description description;
     kt_effect effects[MOST];
     kt_loop loops[MOST];
@@ -23,9 +23,8 @@ static void stage_open(stage *s, const char *name) {
     char path[1024];
     kt_error error;
     s->model = NULL;
-    snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    kt_need_fine(name, kt_scene_read(path, &s->scene, NULL, NULL, &error), &error);
-    s->description = s->scene.description;
+    s->scene = kt_test_bundled(name);
+    s->description = s->scene->description;
     for (int i = 0; i < s->description.effect_count; i++)
         s->effects[i] = s->description.effects[i];
     for (int i = 0; i < s->description.loop_count; i++)
@@ -34,13 +33,9 @@ static void stage_open(stage *s, const char *name) {
     s->description.loops = s->loops;
 }
 
-static void stage_close(stage *s) { kt_scene_free(&s->scene); }
-
 static kt_effect *add_effect(stage *s, kt_effect_type type, const char *joint) {
     kt_effect *effect = &s->effects[s->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
-    effect->joint = joint;
+    *effect = kt_effect_of(type, joint);
     return effect;
 }
 
@@ -54,9 +49,7 @@ static void add_motor(stage *s, const char *joint, kt_function torque) {
 
 static kt_loop *add_loop(stage *s, const char *name, kt_loop_type type) {
     kt_loop *loop = &s->loops[s->description.loop_count++];
-    *loop = kt_loop_default();
-    loop->name = name;
-    loop->type = type;
+    *loop = kt_loop_of(name, type);
     return loop;
 }
 
@@ -96,7 +89,6 @@ KT_TEST(balance_of_a_four_bar_against_a_stop_closes_to_a_multiple_of_the_toleran
         keep_ledger(&s, "dop853", 0.0, tolerance, 2.0, &l);
         kt_worst_below(&drift, l.drift / 14.0, 1e3 * tolerance, "tolerance %g", tolerance);
     }
-    stage_close(&s);
 }
 
 /* ---- loops at rest ----------------------------------------------------------------------------------------------- */
@@ -115,7 +107,6 @@ KT_TEST(balance_of_a_motor_driven_four_bar_closes_with_the_order) {
     kt_check_above("heat", tight.last.dissipated, 1.0);
     kt_check_above("supplied", tight.last.supplied, 1.0);
     kt_check_below("drift", tight.drift, 2e-9);
-    stage_close(&s);
 }
 
 /* Springs of 8e5 N/m, dampers of 4e4 N s/m. */
@@ -130,7 +121,6 @@ KT_TEST(balance_of_the_flyball_governor_closes_to_the_tolerance) {
     kt_check_above("supplied", tight.last.supplied, 1.0);
     kt_check_below("drift", tight.drift, 1e-10);
     kt_check_above("fell by", loose.drift / tight.drift, 100.0);
-    stage_close(&s);
 }
 
 KT_TEST(rolling_does_no_work) {
@@ -141,7 +131,6 @@ KT_TEST(rolling_does_no_work) {
     kt_check_near("heat", l.last.dissipated, 0.0, 0.0);
     kt_check_near("supplied", l.last.supplied, 0.0, 0.0);
     kt_check_below("drift", l.drift, 1e-9);
-    stage_close(&s);
 }
 
 /* ---- driven loops ------------------------------------------------------------------------------------------------ */
@@ -179,7 +168,6 @@ static void follow_driven(add_drive *add) {
     kt_check_above("heat", tight.last.dissipated, 0.01);
     kt_check_above("supplied", fabs(tight.last.supplied), 0.01);
     kt_check_below("drift", tight.drift, 5e-11);
-    stage_close(&s);
 }
 
 KT_TEST(balance_of_a_prescribed_crank_closes) { follow_driven(prescribe_crank); }
@@ -237,7 +225,6 @@ static void compare_power(add_drive *add, double bound) {
     }
     free(loops);
     kt_data_free(data);
-    stage_close(&s);
 }
 
 KT_TEST(power_of_a_prescribed_motion_is_that_of_its_reaction_and_the_growth_of_energy) {

@@ -2,7 +2,7 @@
  * it if the result is incomplete.
  */
 #include "../constraint/linkage.h"
-#include "scene_files.h"
+#include "../scene/collect.h"
 #include "scenes.h"
 
 #include "kinetree/scene.h"
@@ -105,35 +105,25 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
 /* The steps of a projection after a usual step: rk4, a ten thousandth of the scene's duration. The rope of 100 links,
  * reduced link by link, takes a second one of the velocities. */
 KT_TEST(bundled_scenes_stay_far_from_all_caps) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     int looped = 0;
     unsigned position = 0, velocity = 0, capped = 0;
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const char *name = kt_bundled(i);
+        const kt_scene *scene = kt_test_bundled(name);
+        if (scene->description.loop_count == 0 || strcmp(name, "flyball-governor") == 0 ||
+            strcmp(name, "five-bar") == 0) /* rk4 needs shorter steps there */
+            continue;
+        kt_run run = kt_run_fixed("rk4", 1e-4 * scene->run.duration, 1.0);
+        kt_simulation *simulation = kt_test_simulation(kt_test_model(&scene->description, NULL), &run, NULL);
         kt_error error;
-        kt_model *model = NULL;
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
-        if (kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, NULL, &model, &error), &error) &&
-            kt_loop_count(model) > 0 && strcmp(entries[i]->d_name, "flyball-governor.yaml") != 0 &&
-            strcmp(entries[i]->d_name, "five-bar.yaml") != 0) { /* rk4 needs shorter steps there */
-            kt_run run = kt_run_fixed("rk4", 1e-4 * scene.run.duration, 1.0);
-            kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-            (void)kt_fine(entries[i]->d_name, kt_simulation_advance(simulation, 300.0 * run.step, &error), &error);
-            const kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
-            kt_note("%s: %u and %u steps", entries[i]->d_name, seen.position, seen.velocity);
-            position = seen.position > position ? seen.position : position;
-            velocity = seen.velocity > velocity ? seen.velocity : velocity;
-            capped += seen.capped;
-            looped++;
-        }
-        kt_model_free(model);
-        kt_scene_free(&scene);
-        free(entries[i]);
+        (void)kt_fine(name, kt_simulation_advance(simulation, 300.0 * run.step, &error), &error);
+        const kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
+        kt_note("%s: %u and %u steps", name, seen.position, seen.velocity);
+        position = seen.position > position ? seen.position : position;
+        velocity = seen.velocity > velocity ? seen.velocity : velocity;
+        capped += seen.capped;
+        looped++;
     }
-    free(entries);
     kt_check_above("scenes with loops", looped, 20);
     kt_check_below("position", position, 2);
     kt_check_below("velocity", velocity, 2);
@@ -153,9 +143,7 @@ static unsigned decay(int bars) {
         (void)snprintf(name[i], sizeof name[i], "bar%d", i);
         (void)linkage_bar(&l, name[i], i > 0 ? name[i - 1] : NULL, kt_vec3_make(i > 0 ? 1.0 : 0.0, 0.0, 0.0),
                           kt_vec3_make(1.0, 0.0, 0.0), 0.1, 0.0);
-        damper[i] = kt_effect_default();
-        damper[i].type = KT_EFFECT_JOINT_DAMPER;
-        damper[i].joint = name[i];
+        damper[i] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, name[i]);
         damper[i].damping = 50.0;
     }
     l.description.effects = damper;

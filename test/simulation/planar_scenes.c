@@ -1,14 +1,13 @@
 /* Every bundled scene of planar trees without loops, in the plane and in space. The test compares the first tenth of
  * each, record for record, with energies and all reactions.
  */
+#include "../scene/collect.h"
 #include "both.h"
 #include "scene_files.h"
 
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static kt_model *compile(const kt_scene *scene, kt_plan plan) {
@@ -32,31 +31,21 @@ static void compare(kt_both_worst *worst, const char *name, const kt_scene *scen
 }
 
 KT_TEST(planar_scenes_move_in_the_plane_as_in_space) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     kt_both_worst worst = kt_both_worst_make();
     int compared = 0;
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
-        kt_error error;
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
-        kt_model *planar = compile(&scene, KT_PLAN_AUTO), *spatial = compile(&scene, KT_PLAN_SPATIAL);
-        const bool is_planar = planar && scene.description.loop_count == 0 && !kt_is_switched(&scene.description) &&
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
+        kt_model *planar = compile(scene, KT_PLAN_AUTO), *spatial = compile(scene, KT_PLAN_SPATIAL);
+        const bool is_planar = planar && scene->description.loop_count == 0 && !kt_is_switched(&scene->description) &&
                                strcmp(kt_model_plan(planar), "spatial") != 0;
-        if (is_planar && scene.description.body_count >= KT_BOTH_BODIES)
-            kt_note("%s: %s, left out: %d bodies", entries[i]->d_name, kt_model_plan(planar),
-                    scene.description.body_count);
+        if (is_planar && scene->description.body_count >= KT_BOTH_BODIES)
+            kt_note("%s: %s, left out: %d bodies", kt_bundled(i), kt_model_plan(planar), scene->description.body_count);
         else if (is_planar && spatial) {
-            kt_note("%s: %s", entries[i]->d_name, kt_model_plan(planar));
-            compare(&worst, entries[i]->d_name, &scene, planar, spatial);
+            kt_note("%s: %s", kt_bundled(i), kt_model_plan(planar));
+            compare(&worst, kt_bundled(i), scene, planar, spatial);
             compared++;
         }
-        kt_scene_free(&scene);
-        free(entries[i]);
     }
-    free(entries);
     kt_check_above("scenes compared", compared, 5);
     kt_both_check(&worst);
 }

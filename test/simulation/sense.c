@@ -2,6 +2,7 @@
  * evaluation and moves no bit. Every bundled scene is held to that.
  */
 #include "../formulation.h"
+#include "../scene/collect.h"
 #include "scene_files.h"
 #include "scenes.h"
 
@@ -11,7 +12,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { STEPS = 12, MOST = 4096, TREE = 60, FREE = 16 }; /* bodies: more take long */
@@ -23,39 +23,28 @@ typedef void visitor(const char *name, const kt_model *model, const kt_absolute 
 
 /* Every bundled scene, one after the other; `absolute` is NULL in the tree formulation, run is the scene's own. */
 static void for_each_scene(kt_formulation formulation, visitor *visit, void *user) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
-    kt_check_above("scenes", count, 40);
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
-        kt_error error;
-        kt_model *model = NULL;
+    kt_check_above("scenes", kt_bundled_count(), 40);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
+        const kt_description *description = &scene->description;
         kt_model_options options = kt_model_options_default();
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need_fine(entries[i]->d_name, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
         const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
-        const bool large = scene.description.body_count > (is_absolute ? FREE : TREE) ||
-                           kt_is_switched(&scene.description) || /* its events evaluate, too */
-                           (is_absolute && kt_is_for_trees_alone(&scene.description));
-        options.reduction = kt_reduction_method_of(scene.reduction);
-        options.metric = scene.run.metric;
-        if (!large &&
-            kt_fine(entries[i]->d_name, kt_model_compile(&scene.description, &options, &model, &error), &error)) {
-            kt_absolute *absolute = kt_formulate(&scene.description, &options, model, formulation);
-            visit(entries[i]->d_name, model, absolute, &scene.run, user);
-        }
-        kt_model_free(model);
-        kt_scene_free(&scene);
-        free(entries[i]);
+        const bool large = description->body_count > (is_absolute ? FREE : TREE) ||
+                           kt_is_switched(description) || /* its events evaluate, too */
+                           (is_absolute && kt_is_for_trees_alone(description));
+        options.reduction = kt_reduction_method_of(scene->reduction);
+        options.metric = scene->run.metric;
+        if (large)
+            continue;
+        const kt_model *model = kt_test_model(description, &options);
+        visit(kt_bundled(i), model, kt_formulate(description, &options, model, formulation), &scene->run, user);
     }
-    free(entries);
 }
 
 /* A fixed step that suits the scene. Stiff springs and dampers allow no larger one. */
 static kt_run run_of(const char *name, const kt_run *given, const char *method, unsigned record) {
-    const bool stiff = strcmp(name, "flyball-governor.yaml") == 0 || strcmp(name, "fishing-rod.yaml") == 0 ||
-                       strcmp(name, "five-bar.yaml") == 0;
+    const bool stiff =
+        strcmp(name, "flyball-governor") == 0 || strcmp(name, "fishing-rod") == 0 || strcmp(name, "five-bar") == 0;
     const double part = stiff ? 1e-6 : 1e-4;
     kt_run run = kt_run_fixed(method, part * given->duration, STEPS * (part * given->duration));
     run.interval = run.step;
@@ -203,14 +192,11 @@ KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FOR
 KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     static kt_wrench joints[16], loops[16];
     static double multipliers[16];
-    kt_scene scene;
     kt_error error;
     kt_record record;
-    kt_need_fine("scene", kt_scene_read(KT_SCENES "/n-four-bar-2.yaml", &scene, NULL, NULL, &error), &error);
-    kt_model *model = kt_scene_compile(&scene.description);
-    kt_data *data = kt_test_data(model);
-    if (data == NULL)
-        return;
+    const kt_opened opened = kt_test_open(kt_test_bundled("n-four-bar-2"), NULL);
+    kt_model *model = opened.model;
+    kt_data *data = opened.data;
     kt_run run = kt_run_fixed("rk4", 2e-3, 10.0);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
@@ -240,7 +226,6 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     }
     kt_check_above("states at singular positions", near, 10);
     kt_check_equal_int("differing", differing, 0);
-    kt_scene_free(&scene);
 }
 
 /* ---- what it costs ----------------------------------------------------------------------------------------------- */
@@ -457,14 +442,12 @@ KT_TEST(failed_sensing_leaves_the_record_and_the_simulation_as_they_were) {
 /* A state that is rejected has been tried in the same memory. */
 KT_TEST(rejected_states_spoil_no_sensor) {
     static numbers before, after;
-    kt_scene scene;
     kt_error error;
     kt_record record;
     kt_random random = kt_random_of_test();
     double q[64], v[64];
     int rejected = 0;
-    kt_need_fine("scene", kt_scene_read(KT_SCENES "/bricard.yaml", &scene, NULL, NULL, &error), &error);
-    kt_model *model = kt_scene_compile(&scene.description);
+    kt_model *model = kt_scene_compile(&kt_test_bundled("bricard")->description);
     for (int i = 0; i < 20; i++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
         run.record = i % 2 == 0 ? KT_RECORD_POSITION : every;
@@ -484,7 +467,6 @@ KT_TEST(rejected_states_spoil_no_sensor) {
         }
     }
     kt_check_above("states rejected", rejected, 3);
-    kt_scene_free(&scene);
 }
 
 /* ---- what it means ----------------------------------------------------------------------------------------------- */

@@ -4,6 +4,7 @@
  * (sensitivity.h), and sets new numbers of a parameter. Linux' strict seccomp ends the process at any system call but
  * read, write, exit and sigreturn.
  */
+#include "../scene/collect.h"
 #include "scenes.h"
 
 #include "interpose.h"
@@ -35,11 +36,9 @@ typedef struct report {
     char words[160];
 } report;
 
-static kt_status make_model(const char *file, kt_model **model, kt_error *error) {
-    char path[1024];
+static kt_status make_model(const char *name, kt_model **model, kt_error *error) {
     kt_scene scene;
-    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, file != NULL ? file : "");
-    kt_status status = file != NULL ? kt_scene_read(path, &scene, NULL, NULL, error)
+    kt_status status = name != NULL ? kt_scene_read(kt_bundled_path(name), &scene, NULL, NULL, error)
                                     : kt_scene_parse("leg", kt_leg, strlen(kt_leg), &scene, NULL, NULL, error);
     if (status != KT_OK)
         return status;
@@ -301,7 +300,7 @@ static int run_confined(const char *file, bool disturbed, report *r) {
 }
 
 KT_TEST(thousand_steps_ask_nothing_of_the_system) {
-    static const char *const files[] = {"cart-pole.yaml", "arm7.yaml", "humanoid.yaml", NULL};
+    static const char *const files[] = {"cart-pole", "arm7", "humanoid", NULL};
     for (int i = 0; i < 4; i++) {
         report r;
         const int ended = run_confined(files[i], false, &r);
@@ -318,7 +317,7 @@ KT_TEST(thousand_steps_ask_nothing_of_the_system) {
 /* That one call among the steps would have been seen. */
 KT_TEST(one_system_call_among_the_steps_ends_them) {
     report r;
-    const int ended = run_confined("cart-pole.yaml", true, &r);
+    const int ended = run_confined("cart-pole", true, &r);
     kt_check_true("killed", WIFSIGNALED(ended) && WTERMSIG(ended) == SIGKILL);
     kt_check_equal_int("no report", r.status, -1);
 }

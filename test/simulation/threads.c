@@ -1,11 +1,11 @@
 /* Equal inputs give equal bits: in a second run, after other runs in the same process, and in threads. Threads share a
  * model, and each has a simulation of its own. A build with -Db_sanitize=thread finds data that they must not share. */
+#include "../scene/collect.h"
 #include "check.h"
 
 #include "kinetree/scene.h"
 
 #include <pthread.h>
-#include <stdio.h>
 
 static const char *const names[] = {"pendulum",     "double-pendulum", "humanoid",     "four-bar", "n-four-bar-2",
                                     "bricard",      "andrews",         "stewart",      "flip",     "flyball-governor",
@@ -14,7 +14,7 @@ static const char *const names[] = {"pendulum",     "double-pendulum", "humanoid
 enum { SCENES = sizeof names / sizeof names[0], THREADS = 4 };
 
 typedef struct stage {
-    kt_scene scene;
+    const kt_scene *scene;
     kt_model *model;
 } stage;
 
@@ -53,7 +53,7 @@ static int take(const kt_record *record, void *user) {
 }
 
 static bool run_one(const stage *s, uint64_t *sum, long *records) {
-    kt_run run = s->scene.run;
+    kt_run run = s->scene->run;
     kt_simulation_options options = kt_simulation_options_default();
     kt_simulation *simulation = NULL;
     kt_error error;
@@ -79,23 +79,10 @@ static void *run_all(void *user) {
     return NULL;
 }
 
-static bool open_all(stage *stages) {
-    bool fine = true;
+static void open_all(stage *stages) {
     for (int i = 0; i < SCENES; i++) {
-        char path[512];
-        kt_error error = {0};
-        stages[i] = (stage){.scene = kt_scene_default()};
-        snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, names[i]);
-        fine = fine && kt_scene_read(path, &stages[i].scene, NULL, NULL, &error) == KT_OK &&
-               kt_model_compile(&stages[i].scene.description, NULL, &stages[i].model, &error) == KT_OK;
-    }
-    return kt_check_true("scenes", fine);
-}
-
-static void close_all(stage *stages) {
-    for (int i = 0; i < SCENES; i++) {
-        kt_model_free(stages[i].model);
-        kt_scene_free(&stages[i].scene);
+        stages[i].scene = kt_test_bundled(names[i]);
+        stages[i].model = kt_test_model(&stages[i].scene->description, NULL);
     }
 }
 
@@ -114,42 +101,38 @@ static void compare(const char *what, const task *one, const task *other) {
 KT_TEST(runs_have_equal_bits_again_and_after_others) {
     static stage stages[SCENES], again[SCENES];
     static task once, twice, turned, fresh;
-    if (open_all(stages) && open_all(again)) {
-        once = twice = (task){.stages = stages};
-        turned = (task){.stages = stages, .first = SCENES / 2};
-        fresh = (task){.stages = again, .first = 3};
-        run_all(&once);
-        run_all(&twice);
-        run_all(&turned);
-        run_all(&fresh);
-        for (int i = 0; i < SCENES; i++)
-            kt_check_equal_int(names[i], once.records[i], 21);
-        compare("again", &once, &twice);
-        compare("after others", &once, &turned);
-        compare("of a model compiled again", &once, &fresh);
-    }
-    close_all(stages);
-    close_all(again);
+    open_all(stages);
+    open_all(again);
+    once = twice = (task){.stages = stages};
+    turned = (task){.stages = stages, .first = SCENES / 2};
+    fresh = (task){.stages = again, .first = 3};
+    run_all(&once);
+    run_all(&twice);
+    run_all(&turned);
+    run_all(&fresh);
+    for (int i = 0; i < SCENES; i++)
+        kt_check_equal_int(names[i], once.records[i], 21);
+    compare("again", &once, &twice);
+    compare("after others", &once, &turned);
+    compare("of a model compiled again", &once, &fresh);
 }
 
 KT_TEST(threads_that_share_models_get_equal_bits) {
     static stage stages[SCENES];
     static task alone, tasks[THREADS];
     pthread_t threads[THREADS];
-    if (open_all(stages)) {
-        alone = (task){.stages = stages};
-        run_all(&alone);
-        int started = 0;
-        for (; started < THREADS; started++) {
-            tasks[started] = (task){.stages = stages, .first = started};
-            if (pthread_create(&threads[started], NULL, run_all, &tasks[started]) != 0)
-                break;
-        }
-        kt_check_equal_int("threads", started, THREADS);
-        for (int i = 0; i < started; i++) {
-            pthread_join(threads[i], NULL);
-            compare("in a thread among others", &alone, &tasks[i]);
-        }
+    open_all(stages);
+    alone = (task){.stages = stages};
+    run_all(&alone);
+    int started = 0;
+    for (; started < THREADS; started++) {
+        tasks[started] = (task){.stages = stages, .first = started};
+        if (pthread_create(&threads[started], NULL, run_all, &tasks[started]) != 0)
+            break;
     }
-    close_all(stages);
+    kt_check_equal_int("threads", started, THREADS);
+    for (int i = 0; i < started; i++) {
+        pthread_join(threads[i], NULL);
+        compare("in a thread among others", &alone, &tasks[i]);
+    }
 }

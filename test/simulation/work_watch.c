@@ -5,12 +5,11 @@
 #include "kinetree/scene.h"
 
 #include "../sanitized.h"
+#include "../scene/collect.h"
 #include "scene_files.h"
 #include "scenes.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 enum { RECORDS = 40 };
 
@@ -88,26 +87,15 @@ static void compare(const char *name, const kt_model *model, const kt_run *given
 }
 
 KT_TEST(works_at_bundled_scenes_are_within_their_uncertainty) {
-    struct dirent **entries = NULL;
-    const int count = scandir(KT_SCENES, &entries, kt_is_scene_file, alphasort);
     KT_WORST off = kt_worst_make("off, in uncertainties"), bits = kt_worst_make("energies with the watch and without");
     asked = compared = 0;
-    for (int i = 0; i < count; i++) {
-        char path[1024];
-        kt_scene scene;
-        kt_model *model = NULL;
-        kt_error error = {0};
-        snprintf(path, sizeof path, "%s/%s", KT_SCENES, entries[i]->d_name);
-        kt_need_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
-        if (kt_model_compile(&scene.description, NULL, &model, &error) == KT_OK && kt_model_nv(model) < 30 &&
-            kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
-            !kt_is_switched(&scene.description)) /* rodas5p rejects friction of contacts */
-            compare(entries[i]->d_name, model, &scene.run, &off, &bits);
-        kt_model_free(model);
-        kt_scene_free(&scene);
-        free(entries[i]);
+    for (int i = 0; kt_bundled(i) != NULL; i++) {
+        const kt_scene *scene = kt_test_bundled(kt_bundled(i));
+        const kt_model *model = kt_test_model(&scene->description, NULL);
+        if (kt_model_nv(model) < 30 && kt_model_energetics(model) != KT_ENERGY_CONSERVED &&
+            !kt_is_switched(&scene->description)) /* rodas5p rejects friction of contacts */
+            compare(kt_bundled(i), model, &scene->run, &off, &bits);
     }
-    free(entries);
     kt_check_above("runs compared", compared, 18 * METHODS / (KT_ADDRESS_SANITIZER ? SHARE : 1) - 1);
 }
 
@@ -125,27 +113,19 @@ static int lie(void *user, double t, double q, double v, double *force, kt_effec
 
 /* A pendulum that a sine drives, with the damper that lies. Returns the error that the watch finds. */
 static double error_of(double share, double tolerance, double step, const char *integrator) {
-    kt_body body = kt_body_default();
-    body.name = "arm";
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of("arm", NULL, KT_JOINT_REVOLUTE, 1.0);
     body.joint.position[0] = 1.0;
-    body.mass = 1.0;
     body.com = (kt_vec3){0.0, -0.5, 0.0};
     body.inertia = kt_sym3_make(0.1, 0.1, 0.1, 0.0, 0.0, 0.0);
-    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
-    effects[0].type = KT_EFFECT_CUSTOM;
-    effects[0].joint = "arm";
+    kt_effect effects[2];
+    effects[0] = kt_effect_of(KT_EFFECT_CUSTOM, "arm");
     effects[0].joint_force = lie;
     effects[0].user = &share;
-    effects[1].type = KT_EFFECT_MOTOR;
-    effects[1].joint = "arm";
+    effects[1] = kt_effect_of(KT_EFFECT_MOTOR, "arm");
     effects[1].torque = kt_function_sine(1.0, 0.5, 0.0, 0.0);
     kt_description d = kt_description_default();
     d.gravity = (kt_vec3){0.0, -9.81, 0.0};
-    d.bodies = &body;
-    d.body_count = 1;
-    d.effects = effects;
-    d.effect_count = 2;
+    kt_describe(&d, &body, 1, NULL, 0, effects, 2);
     static ledger l;
     kt_run run_of = kt_run_fixed(integrator, step, 1.0);
     run_of.relative = run_of.absolute = tolerance;
@@ -169,13 +149,8 @@ KT_TEST(energy_that_does_not_add_up_is_found_in_a_driven_damped_motion) {
 /* A cart of 1 kg under a force that changes each tenth of a second. The work is v^2 / 2, and the speed v is the sum of
  * F dt. */
 KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
-    kt_body body = kt_body_default();
-    body.name = "cart";
-    body.joint.type = KT_JOINT_PRISMATIC;
-    body.mass = 1.0;
-    kt_description d = kt_description_default();
-    d.bodies = &body;
-    d.body_count = 1;
+    kt_body body = kt_body_of("cart", NULL, KT_JOINT_PRISMATIC, 1.0);
+    kt_description d = kt_description_of(&body, 1, NULL, 0, NULL, 0);
     kt_simulation_options options = kt_simulation_options_default();
     kt_error error = {0};
     options.watch_works = true;
