@@ -106,10 +106,8 @@ static void elastic_bar(linkage *l, kt_effect *effect, elastic *spring) {
     linkage_begin(l);
     l->description.gravity = none;
     linkage_bar(l, "bar", NULL, none, down, 0.3, 0.0);
-    *effect = kt_effect_default();
+    *effect = kt_effect_of(KT_EFFECT_CUSTOM, "bar");
     effect->name = "spring";
-    effect->type = KT_EFFECT_CUSTOM;
-    effect->joint = "bar";
     effect->joint_force = drive;
     effect->user = spring;
     l->description.effects = effect;

@@ -38,30 +38,18 @@ static void beam_compile(beam *b) {
     static char name[LINKS][8];
     kt_description description = kt_description_default();
     description.gravity = kt_vec3_make(b->gravity, 0.0, 0.0);
-    description.bodies = body + !b->rail;
-    description.body_count = b->links + b->rail;
-    description.effects = effect;
-    description.effect_count = b->links;
-    body[0] = kt_body_default();
-    body[0].name = "rail";
-    body[0].joint.type = KT_JOINT_PRISMATIC;
+    kt_describe(&description, body + !b->rail, b->links + b->rail, NULL, 0, effect, b->links);
+    body[0] = kt_body_of("rail", NULL, KT_JOINT_PRISMATIC, 1.0);
     body[0].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
-    body[0].mass = 1.0;
     for (int i = 0; i < b->links; i++) {
         kt_body *at = &body[i + 1];
         snprintf(name[i], sizeof name[i], "b%d", i);
-        *at = kt_body_default();
-        at->name = name[i];
-        at->parent = i ? name[i - 1] : b->rail ? "rail" : NULL;
-        at->joint.type = KT_JOINT_REVOLUTE;
+        *at = kt_body_of(name[i], i ? name[i - 1] : b->rail ? "rail" : NULL, KT_JOINT_REVOLUTE, b->mass[i]);
         at->joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
         at->joint.at = kt_vec3_make(i ? b->length[i - 1] : 0.0, 0.0, 0.0);
-        at->mass = b->mass[i];
         at->com = kt_vec3_make(b->com[i], 0.0, 0.0);
         at->inertia = (kt_sym3){.xx = b->inertia[i], .yy = b->inertia[i], .zz = b->inertia[i]};
-        effect[i] = kt_effect_default();
-        effect[i].type = KT_EFFECT_JOINT_SPRING;
-        effect[i].joint = name[i];
+        effect[i] = kt_effect_of(KT_EFFECT_JOINT_SPRING, name[i]);
         effect[i].stiffness = b->stiffness[i];
     }
     b->model = kt_test_model(&description, NULL);

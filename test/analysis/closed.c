@@ -27,8 +27,7 @@ KT_TEST(masses_between_springs_have_the_eigenvalues_of_the_tridiagonal_matrix) {
         body->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     }
     for (int i = 0; i <= N; i++) {
-        spring[i] = kt_effect_default();
-        spring[i].type = KT_EFFECT_SPRING;
+        spring[i] = kt_effect_of(KT_EFFECT_SPRING, NULL);
         spring[i].stiffness = k;
         spring[i].length = 0.8 * distance; /* under tension, which does not count along the line */
         spring[i].between[0].body = i ? l.body_name[i - 1] : NULL;
@@ -175,12 +174,10 @@ KT_TEST(cart_and_pole_have_the_matrices_of_the_textbook) {
     pole->inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     pole->markers = &tip;
     pole->marker_count = 1;
-    kt_effect effect[2] = {kt_effect_default(), kt_effect_default()};
-    effect[0].type = KT_EFFECT_JOINT_DAMPER;
-    effect[0].joint = "cart";
+    kt_effect effect[2];
+    effect[0] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, "cart");
     effect[0].damping = b;
-    effect[1].type = KT_EFFECT_MOTOR;
-    effect[1].joint = "cart";
+    effect[1] = kt_effect_of(KT_EFFECT_MOTOR, "cart");
     effect[1].torque = kt_function_constant(0.0);
     l.description.effects = effect;
     l.description.effect_count = 2;

@@ -1,5 +1,6 @@
 /* The effects of forces and loops on the energy, and the judgement of the energy watch on a run's records. */
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/analysis.h"
 
@@ -20,15 +21,10 @@ typedef struct scene {
 static void scene_begin(scene *s) {
     static const char *const names[2] = {"low", "high"};
     memset(s, 0, sizeof *s);
-    s->description = kt_description_default();
-    s->description.bodies = s->body;
-    s->description.body_count = 2;
+    s->description = kt_description_of(s->body, 2, NULL, 0, NULL, 0);
     for (int i = 0; i < 2; i++) {
-        s->body[i] = kt_body_default();
-        s->body[i].name = names[i];
-        s->body[i].joint.type = KT_JOINT_PRISMATIC;
+        s->body[i] = kt_body_of(names[i], NULL, KT_JOINT_PRISMATIC, 1.0);
         s->body[i].joint.position[0] = 1.0 + i;
-        s->body[i].mass = 1.0;
         s->body[i].inertia = (kt_sym3){.xx = 1.0, .yy = 1.0, .zz = 1.0};
     }
     s->effect = kt_effect_default();
@@ -130,9 +126,7 @@ KT_TEST(functions_of_time_and_own_effects_supply_energy) {
     static const double line[2] = {1.0, 1.0};
     for (int driven = 0; driven < 2; driven++) {
         scene_begin(&s);
-        s.loop = kt_loop_default();
-        s.loop.type = KT_LOOP_MOTION;
-        s.loop.name = "motion";
+        s.loop = kt_loop_of("motion", KT_LOOP_MOTION);
         s.loop.joint = "low";
         s.loop.function = constant(1.0);
         if (driven)

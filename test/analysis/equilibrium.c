@@ -38,14 +38,13 @@ KT_TEST(pendulum_comes_to_rest_below_or_stays_where_it_balances) {
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, none, down, 0.0, 0.0);
     linkage_compile(&l);
-    kt_worst hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
+    KT_WORST hangs = kt_worst_make("hangs"); /* Newton's last step leaves its third power; measured: 7e-19 */
     double q = 0.0;
     for (size_t i = 0; i < sizeof starts / sizeof starts[0]; i++) {
         q = starts[i];
         if (found(&l, false, &q, NULL))
             kt_worst_near(&hangs, q, 0.0, 1e-17, "from %g", starts[i]);
     }
-    kt_check_worst(&hangs);
     q = pi;
     if (found(&l, false, &q, NULL))
         kt_check_near("balances", q, pi, 0.0);
@@ -231,8 +230,7 @@ KT_TEST(spring_stretches_and_neutral_freedoms_stay) {
     linkage_bar(&l, "cart", NULL, none, kt_vec3_make(0.1, 0.0, 0.0), 0.3, 0.0)->joint.type = KT_JOINT_PRISMATIC;
     l.body[0].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
     l.body[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
-    kt_effect spring = kt_effect_default();
-    spring.type = KT_EFFECT_SPRING;
+    kt_effect spring = kt_effect_of(KT_EFFECT_SPRING, NULL);
     spring.stiffness = 0.05;
     spring.between[0].at = kt_vec3_make(0.0, 1.0, 0.0);
     spring.between[1].body = "weight";

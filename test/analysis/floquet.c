@@ -128,9 +128,7 @@ static void make_rotor(linkage *l, const rotor *r) {
         blade->inertia = kt_sym3_make(0.0, about, about, 0.0, 0.0, 0.0);
     }
     for (int i = 0; i < 6; i++) {
-        effects[i] = kt_effect_default();
-        effects[i].type = KT_EFFECT_JOINT_SPRING;
-        effects[i].joint = i == 0 ? "x" : i == 1 ? "y" : names[i - 2];
+        effects[i] = kt_effect_of(KT_EFFECT_JOINT_SPRING, i == 0 ? "x" : i == 1 ? "y" : names[i - 2]);
         effects[i].stiffness = i < 2 ? r->support : 0.0;
         effects[i].damping = i < 2 ? r->support_damping : r->lag_damping;
         effects[i].rest = kt_function_constant(0.0);

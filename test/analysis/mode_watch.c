@@ -42,13 +42,10 @@ KT_TEST(rate_is_that_of_the_fastest_mode) {
 
 /* A block that slides freely until it meets a stop: sqrt(k / m), from the first look on in which it touches. */
 KT_TEST(stiffness_that_was_not_there_shows_at_the_first_look) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_body bodies[2];
     kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
-    kt_description description = kt_description_default();
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = i ? "block" : "swing";
-        bodies[i].joint.type = KT_JOINT_PRISMATIC;
-        bodies[i].mass = 4.0;
+        bodies[i] = kt_body_of(i ? "block" : "swing", NULL, KT_JOINT_PRISMATIC, 4.0);
         effects[i].joint = bodies[i].name;
     }
     effects[0].type = KT_EFFECT_JOINT_SPRING; /* of 5 rad/s, which it follows until then */
@@ -56,10 +53,7 @@ KT_TEST(stiffness_that_was_not_there_shows_at_the_first_look) {
     effects[1].type = KT_EFFECT_JOINT_LIMIT;
     effects[1].upper = 1.0;
     effects[1].stiffness = 4e8;
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.effects = effects;
-    description.effect_count = 2;
+    kt_description description = kt_description_of(bodies, 2, NULL, 0, effects, 2);
     kt_model *model = kt_test_model(&description, NULL);
     kt_mode_watch *watch = watch_of(model);
     const double v[2] = {0.0, 1.0};
@@ -220,23 +214,15 @@ KT_TEST(few_steps_a_period_are_told_with_the_step_that_is_enough) {
 /* A fast flywheel next to a block on a spring: 500 rad/s of the one, which needs no samples, do not outweigh the
  * other. */
 KT_TEST(a_steady_spin_hides_no_oscillation) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
-    kt_effect spring = kt_effect_default();
-    kt_description description = kt_description_default();
+    kt_body bodies[2];
     train t = {.count = 2};
-    bodies[0].name = "flywheel";
-    bodies[0].joint.type = KT_JOINT_REVOLUTE;
+    bodies[0] = kt_body_of("flywheel", NULL, KT_JOINT_REVOLUTE, 0.0);
     bodies[0].inertia.xx = bodies[0].inertia.yy = bodies[0].inertia.zz = 1.0;
-    bodies[1].name = "block";
-    bodies[1].joint.type = KT_JOINT_PRISMATIC;
+    bodies[1] = kt_body_of("block", NULL, KT_JOINT_PRISMATIC, 0.0);
     bodies[0].mass = bodies[1].mass = 1.0;
-    spring.type = KT_EFFECT_JOINT_SPRING;
-    spring.joint = "block";
+    kt_effect spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "block");
     spring.stiffness = 100.0;
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.effects = &spring;
-    description.effect_count = 1;
+    kt_description description = kt_description_of(bodies, 2, NULL, 0, &spring, 1);
     const double q[2] = {0.0, 0.0}, v[2] = {500.0, 0.01}, period = 2.0 * pi / 10.0;
     t.model = kt_test_model(&description, NULL);
     kt_check_near("steps a period", sampling_of(&t, "rk4", q, v, period / 4.0).samples, 4.0, 1e-14);

@@ -33,12 +33,8 @@ static void chain_begin(chain *c, int links, double length) {
     c->description.effects = c->effect;
     for (int i = 0; i < links; i++) {
         snprintf(c->name[i], sizeof c->name[i], "b%d", i);
-        c->body[i] = kt_body_default();
-        c->body[i].name = c->name[i];
-        c->body[i].parent = i ? c->name[i - 1] : NULL;
-        c->body[i].joint.type = KT_JOINT_REVOLUTE;
+        c->body[i] = kt_body_of(c->name[i], i ? c->name[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         c->body[i].joint.at = kt_vec3_make(0.0, i ? -length : 0.0, 0.0);
-        c->body[i].mass = 1.0;
         c->body[i].com = kt_vec3_make(0.0, -length, 0.0);
     }
 }
@@ -50,9 +46,7 @@ static void chain_compile(chain *c) {
 
 static void chain_damp(chain *c, int link, double damping) {
     kt_effect *effect = &c->effect[c->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = KT_EFFECT_JOINT_DAMPER;
-    effect->joint = c->name[link];
+    *effect = kt_effect_of(KT_EFFECT_JOINT_DAMPER, c->name[link]);
     effect->damping = damping;
 }
 

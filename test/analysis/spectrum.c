@@ -48,16 +48,11 @@ KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
 /* A pendulum let go at 1 rad: lambda^2 = -g / l cos q changes as it swings. Heun's steps of 0.4 s would give another
  * motion. The analysed motion is accurate to 1e-6, and 1e-6 was measured for lambda. */
 KT_TEST(motion_is_looked_at_without_the_step_that_is_in_doubt) {
-    kt_description description = kt_description_default();
-    kt_body bob = kt_body_default();
-    bob.name = "bob";
-    bob.joint.type = KT_JOINT_REVOLUTE;
+    kt_body bob = kt_body_of("bob", NULL, KT_JOINT_REVOLUTE, 1.0);
     bob.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     bob.joint.position[0] = 1.0;
     bob.com = kt_vec3_make(0.0, 0.0, -1.0);
-    bob.mass = 1.0;
-    description.bodies = &bob;
-    description.body_count = 1;
+    kt_description description = kt_description_of(&bob, 1, NULL, 0, NULL, 0);
     description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     kt_model *model = kt_test_model(&description, NULL);
     const kt_run fine = run_of(2.0);

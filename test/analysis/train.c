@@ -9,23 +9,13 @@ void train_open(train *t, int count, double mass, double stiffness, double dampi
     static char name[TRAIN_MAX][8];
     kt_body body[TRAIN_MAX];
     kt_effect effect[TRAIN_MAX];
-    kt_description description = kt_description_default();
     *t = (train){count, mass, stiffness, damping, NULL};
-    description.bodies = body;
-    description.body_count = count;
-    description.effects = effect;
-    description.effect_count = count;
+    kt_description description = kt_description_of(body, count, NULL, 0, effect, count);
     for (int i = 0; i < count; i++) {
         snprintf(name[i], sizeof name[i], "w%d", i + 1);
-        body[i] = kt_body_default();
-        body[i].name = name[i];
-        body[i].parent = i > 0 ? name[i - 1] : NULL;
-        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i] = kt_body_of(name[i], i > 0 ? name[i - 1] : NULL, KT_JOINT_PRISMATIC, mass);
         body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
-        body[i].mass = mass;
-        effect[i] = kt_effect_default();
-        effect[i].type = KT_EFFECT_JOINT_SPRING;
-        effect[i].joint = name[i];
+        effect[i] = kt_effect_of(KT_EFFECT_JOINT_SPRING, name[i]);
         effect[i].stiffness = stiffness;
         effect[i].damping = damping;
     }

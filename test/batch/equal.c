@@ -133,15 +133,12 @@ KT_TEST(states_that_fail_fail_alone_and_as_they_do_alone) {
 KT_TEST(steps_reject_numbers_that_no_acceleration_depends_on) {
     enum { STATES = 9, BAD = 4 };
     static const char *const names[] = {"one", "two"};
-    kt_body wheels[2] = {kt_body_default(), kt_body_default()};
+    kt_body wheels[2];
     for (int i = 0; i < 2; i++) {
-        wheels[i].name = names[i];
-        wheels[i].joint.type = KT_JOINT_REVOLUTE;
+        wheels[i] = kt_body_of(names[i], NULL, KT_JOINT_REVOLUTE, 0.0);
         wheels[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }
-    kt_description d = kt_description_default();
-    d.bodies = wheels;
-    d.body_count = 2;
+    kt_description d = kt_description_of(wheels, 2, NULL, 0, NULL, 0);
     kt_error error = {KT_OK, "", ""};
     kt_model *model = kt_test_model(&d, NULL);
     kt_data *data = kt_test_data(model);

@@ -1,4 +1,5 @@
 #include "linkages.h"
+#include "describe.h"
 
 #include <stdio.h>
 
@@ -48,9 +49,7 @@ static int add_linkage(kt_linkages *x, int parent, bool flat, kt_random *random)
     if (last[1] >= 0)
         point = kt_vec3_add(point, x->at[last[1]]);
     kt_loop *loop = &x->loop[x->description.loop_count++];
-    *loop = kt_loop_default();
-    loop->name = x->name[last[0] > last[1] ? last[0] : last[1]];
-    loop->type = KT_LOOP_REVOLUTE;
+    *loop = kt_loop_of(x->name[last[0] > last[1] ? last[0] : last[1]], KT_LOOP_REVOLUTE);
     loop->axis = kt_vec3_make(0.0, 1.0, 0.0);
     loop->between[0] = end_at(x, last[0], point);
     loop->between[1] = end_at(x, last[1], point);
@@ -59,14 +58,11 @@ static int add_linkage(kt_linkages *x, int parent, bool flat, kt_random *random)
 
 static void add_effects(kt_linkages *x, int link, kt_random *random) {
     kt_effect *spring = &x->effect[x->description.effect_count++];
-    *spring = kt_effect_default();
-    spring->type = KT_EFFECT_JOINT_SPRING;
-    spring->joint = x->name[link];
+    *spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, x->name[link]);
     spring->stiffness = kt_random_uniform(random, 1.0, 20.0);
     spring->damping = 0.5;
     kt_effect *foot = &x->effect[x->description.effect_count++];
-    *foot = kt_effect_default();
-    foot->type = KT_EFFECT_CONTACT;
+    *foot = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     foot->between[0] = (kt_end){.body = x->name[link], .at = {0.3, 0.0, -0.2}};
     foot->radius = 0.5;
     foot->stiffness = 1e3;

@@ -82,8 +82,7 @@ static const char *draw_joint(const kt_tree *tree, kt_random *random) {
 static void add(kt_load_list *list, kt_tree *tree, int type, kt_random *random) {
     kt_effect *e = &list->effect[tree->description.effect_count];
     const int bodies = (int)tree->description.body_count, body = kt_random_int(random, 0, bodies - 1);
-    *e = kt_effect_default();
-    e->type = (kt_effect_type)type;
+    *e = kt_effect_of((kt_effect_type)type, NULL);
     draw_numbers(e, random);
     const bool own = type == KT_EFFECT_CUSTOM,
                in_joint = own ? kt_random_int(random, 0, 1) : kt_effect_end_count(e) == 0;
@@ -104,8 +103,7 @@ static void add(kt_load_list *list, kt_tree *tree, int type, kt_random *random) 
 
 static kt_effect *add_formula(kt_load_list *list, kt_tree *tree) {
     kt_effect *e = &list->effect[tree->description.effect_count++];
-    *e = kt_effect_default();
-    e->type = KT_EFFECT_EXPRESSION;
+    *e = kt_effect_of(KT_EFFECT_EXPRESSION, NULL);
     return e;
 }
 

@@ -1,4 +1,5 @@
 #include "ropes.h"
+#include "describe.h"
 
 #include "kinetree/algebra.h"
 
@@ -108,9 +109,7 @@ static void add_damper(kt_ropes *x, int link, kt_random *random) {
     kt_effect *damper = &x->effect[x->description.effect_count];
     if (!has_one_dof(&x->body[link]))
         return;
-    *damper = kt_effect_default();
-    damper->type = KT_EFFECT_JOINT_DAMPER;
-    damper->joint = x->name[link];
+    *damper = kt_effect_of(KT_EFFECT_JOINT_DAMPER, x->name[link]);
     damper->damping = kt_random_uniform(random, 0.1, 1.0);
     x->description.effect_count++;
 }

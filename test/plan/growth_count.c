@@ -2,6 +2,8 @@
  * rest with time steps. growth.py counts the instructions.
  *
  * growth-count BOXES */
+#include "../describe.h"
+
 #include "kinetree/simulation.h"
 
 #include <math.h>
@@ -16,19 +18,15 @@ static void describe(kt_description *d, int boxes) {
     static char name[MOST][8];
     for (int i = 0; i < boxes; i++) {
         (void)snprintf(name[i], sizeof name[i], "b%d", i);
-        body[i] = kt_body_default();
-        body[i].name = name[i];
-        body[i].mass = 1.0;
+        body[i] = kt_body_of(name[i], NULL, KT_JOINT_FREE, 1.0);
         body[i].inertia = (kt_sym3){.xx = 0.1, .yy = 0.12, .zz = 0.2};
-        body[i].joint.type = KT_JOINT_FREE;
         body[i].joint.position[0] = 2.0 * i;
         body[i].joint.position[2] = 0.11;
         body[i].joint.position[3] = 1.0;
         body[i].joint.velocity[0] = 0.1;
         for (int k = 0; k < CORNERS; k++) {
             kt_effect *corner = &effect[CORNERS * i + k];
-            *corner = kt_effect_default();
-            corner->type = KT_EFFECT_CONTACT;
+            *corner = kt_effect_of(KT_EFFECT_CONTACT, NULL);
             corner->between[0].body = name[i];
             corner->between[0].at = kt_vec3_make((k & 1) != 0 ? 0.2 : -0.2, (k & 2) != 0 ? 0.3 : -0.3, -0.1);
             corner->friction = 0.4;

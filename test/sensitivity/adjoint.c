@@ -98,18 +98,13 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
 KT_TEST(adjoint_of_a_skate_does_not_depend_on_the_data) {
     kt_random random = kt_random_of_test();
     KT_WORST worst = kt_worst_make("A'y and B'y of a skate");
-    kt_body skate = kt_body_default();
-    kt_loop edge = kt_loop_default();
     kt_description d = kt_description_default();
     const double q[3] = {0.1, -0.2, 0.4}, tau[3] = {1.0, 2.0, -0.5};
     double v[3] = {cos(0.4), sin(0.4), 1.2};
-    skate.name = "skate";
-    skate.joint.type = KT_JOINT_PLANAR;
-    skate.mass = 2.0;
+    kt_body skate = kt_body_of("skate", NULL, KT_JOINT_PLANAR, 2.0);
     skate.com = kt_vec3_make(0.3, 0.1, 0.0);
     skate.inertia = kt_sym3_make(0.1, 0.1, 0.2, 0.0, 0.0, 0.0);
-    edge.name = "edge";
-    edge.type = KT_LOOP_KNIFE_EDGE;
+    kt_loop edge = kt_loop_of("edge", KT_LOOP_KNIFE_EDGE);
     edge.between[1].body = "skate";
     edge.axis = kt_vec3_make(0.0, 1.0, 0.0);
     d.bodies = &skate;
@@ -322,27 +317,21 @@ KT_TEST(failed_gradient_leaves_outputs_untouched) {
 
 /* A wheel with stops, and with friction that slips. Its loops have no equations while they are open. */
 KT_TEST(work_of_motions_is_scratch_while_loops_have_no_equations) {
-    kt_body wheel = kt_body_default();
-    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
-    kt_description d = kt_description_default();
+    kt_effect effects[2];
     kt_error error;
     double A[2][4], B[2][2];
-    wheel.name = "wheel";
-    wheel.joint.type = KT_JOINT_REVOLUTE;
+    kt_body wheel = kt_body_of("wheel", NULL, KT_JOINT_REVOLUTE, 0.0);
     wheel.joint.velocity[0] = -1.0;
     wheel.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
-    effects[0].type = KT_EFFECT_JOINT_LIMIT;
+    effects[0] = kt_effect_of(KT_EFFECT_JOINT_LIMIT, NULL);
     effects[0].lower = -1.0;
     effects[0].upper = 1.0;
     effects[0].restitution = 0.5;
-    effects[1].type = KT_EFFECT_JOINT_FRICTION;
+    effects[1] = kt_effect_of(KT_EFFECT_JOINT_FRICTION, NULL);
     effects[1].coulomb = 0.5;
     effects[1].stick = true;
     effects[0].joint = effects[1].joint = "wheel";
-    d.bodies = &wheel;
-    d.effects = effects;
-    d.body_count = 1;
-    d.effect_count = 2;
+    kt_description d = kt_description_of(&wheel, 1, NULL, 0, effects, 2);
     kt_model *model = kt_test_model(&d, NULL);
     for (int i = 0; i < 2; i++) {
         kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);

@@ -108,9 +108,7 @@ static void compare(motion *m, const char *name, double t_end, double reach, dou
 /* ---- closed form ------------------------------------------------------------------------------------------------- */
 
 static void stop_make(kt_effect *stop, const char *joint, double lower, double restitution) {
-    *stop = kt_effect_default();
-    stop->type = KT_EFFECT_JOINT_LIMIT;
-    stop->joint = joint;
+    *stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, joint);
     stop->lower = lower;
     stop->restitution = restitution;
 }
@@ -206,13 +204,10 @@ KT_TEST(derivatives_of_a_leg_with_a_stop_agree_with_differences) {
         kt_description d = kt_description_default();
         motion m;
         for (int i = 0; i < 2; i++) {
-            link[i] = kt_body_default();
-            link[i].name = i == 0 ? "thigh" : "shank";
-            link[i].parent = i == 0 ? NULL : "thigh";
-            link[i].joint.type = KT_JOINT_REVOLUTE;
+            link[i] =
+                kt_body_of(i == 0 ? "thigh" : "shank", i == 0 ? NULL : "thigh", KT_JOINT_REVOLUTE, i == 0 ? 3.0 : 2.0);
             link[i].joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
             link[i].joint.at = kt_vec3_make(0.0, 0.0, i == 0 ? 0.0 : -0.4);
-            link[i].mass = i == 0 ? 3.0 : 2.0;
             link[i].com = kt_vec3_make(0.0, 0.0, -0.2);
             link[i].inertia.xx = link[i].inertia.yy = 0.04;
         }
@@ -237,21 +232,16 @@ KT_TEST(derivatives_of_a_leg_with_a_stop_agree_with_differences) {
 
 /* A stone that flies, is caught by a rope, swings in it, and leaves it. */
 KT_TEST(derivatives_of_a_slack_rope_agree_with_differences) {
-    kt_body stone = kt_body_default();
-    kt_loop rope = kt_loop_default();
     kt_description d = kt_description_default();
     motion m;
-    stone.name = "stone";
-    stone.joint.type = KT_JOINT_PLANAR;
+    kt_body stone = kt_body_of("stone", NULL, KT_JOINT_PLANAR, 1.5);
     stone.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-    stone.mass = 1.5;
     stone.inertia.xx = stone.inertia.yy = stone.inertia.zz = 0.1;
     stone.joint.position[0] = 0.5;
     stone.joint.position[1] = 0.2;
     stone.joint.velocity[0] = 6.0;
     stone.joint.velocity[2] = 3.0;
-    rope.name = "rope";
-    rope.type = KT_LOOP_DISTANCE;
+    kt_loop rope = kt_loop_of("rope", KT_LOOP_DISTANCE);
     rope.between[1] = (kt_end){.body = "stone", .at = kt_vec3_make(0.1, 0.05, 0.0)};
     rope.function = kt_function_constant(1.0);
     rope.slack = true;
@@ -269,20 +259,16 @@ KT_TEST(derivatives_of_a_slack_rope_agree_with_differences) {
 
 /* A block in space whose corner strikes a floor: quaternions. */
 KT_TEST(derivatives_of_a_corner_that_strikes_agree_with_differences) {
-    kt_body block = kt_body_default();
-    kt_effect corner = kt_effect_default();
     kt_description d = kt_description_default();
     motion m;
-    block.name = "block";
-    block.joint.type = KT_JOINT_FREE;
-    block.mass = 2.0;
+    kt_body block = kt_body_of("block", NULL, KT_JOINT_FREE, 2.0);
     block.inertia.xx = 0.3;
     block.inertia.yy = 0.4;
     block.inertia.zz = 0.5;
     block.joint.position[2] = 0.8;
     block.joint.velocity[0] = 1.0;
     block.joint.velocity[1] = -2.0;
-    corner.type = KT_EFFECT_CONTACT;
+    kt_effect corner = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     corner.name = "corner";
     corner.between[0] = (kt_end){.body = "block", .at = kt_vec3_make(0.2, 0.1, -0.3)};
     corner.axis = kt_vec3_make(0.0, 0.0, 1.0);
@@ -303,13 +289,9 @@ KT_TEST(derivatives_of_stick_and_slip_agree_with_differences) {
     kt_description d = kt_description_default();
     motion m;
     for (int i = 0; i < 2; i++) {
-        body[i] = kt_body_default();
-        body[i].name = i == 0 ? "block" : "mass";
-        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i] = kt_body_of(i == 0 ? "block" : "mass", NULL, KT_JOINT_PRISMATIC, 1.0 + i);
         body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
-        body[i].mass = 1.0 + i;
-        effect[i] = kt_effect_default();
-        effect[i].type = KT_EFFECT_SPRING;
+        effect[i] = kt_effect_of(KT_EFFECT_SPRING, NULL);
         effect[i].between[0].body = i == 0 ? "block" : NULL;
         effect[i].between[1].body = "mass";
         effect[i].stiffness = 40.0 - 10.0 * i;
@@ -319,9 +301,7 @@ KT_TEST(derivatives_of_stick_and_slip_agree_with_differences) {
     }
     body[0].joint.velocity[0] = 1.0;
     body[1].joint.position[0] = 0.5;
-    effect[2] = kt_effect_default();
-    effect[2].type = KT_EFFECT_JOINT_FRICTION;
-    effect[2].joint = "block";
+    effect[2] = kt_effect_of(KT_EFFECT_JOINT_FRICTION, "block");
     effect[2].coulomb = 6.0;
     effect[2].breakaway = 7.0;
     effect[2].stribeck = 0.0;
@@ -436,10 +416,8 @@ KT_TEST(derivatives_through_a_release_agree_with_differences) {
     kt_error error = {0};
     motion m;
     ball_make(&ball, &spring, &d);
-    spring = kt_effect_default();
+    spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "ball");
     spring.name = "spring";
-    spring.type = KT_EFFECT_JOINT_SPRING;
-    spring.joint = "ball";
     spring.stiffness = 30.0;
     spring.switching = KT_SWITCHED_ON;
     motion_make(&m, &d, "dop853", 0.0);
@@ -528,12 +506,9 @@ KT_TEST(derivatives_through_a_start_of_a_drive_below_a_block_agree_with_differen
     kt_effect contact = kt_effect_default();
     kt_description d = kt_description_default();
     for (int i = 0; i < 4; i++) {
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i > 1 ? names[i - 1] : NULL;
-        bodies[i].joint.type = i < 3 ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(names[i], i > 1 ? names[i - 1] : NULL, i < 3 ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE,
+                               i == 1 ? 0.0 : 1.0 + i);
         bodies[i].joint.axis = kt_vec3_make(i == 0 ? 0.8 : i == 1, i == 0 ? 0.6 : i == 2, i == 3);
-        bodies[i].mass = i == 1 ? 0.0 : 1.0 + i;
     }
     bodies[2].markers = &foot, bodies[2].marker_count = 1;
     bodies[3].com = kt_vec3_make(0.0, -1.0, 0.0);

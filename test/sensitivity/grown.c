@@ -7,8 +7,8 @@ static void add_effects(grown *s, kt_random *random) {
     const int last = (int)d->body_count - 1;
     for (int i = 0; i < 4; i++) {
         kt_effect *e = &s->effect[i];
-        *e = kt_effect_default();
-        e->type = (kt_effect_type[]){KT_EFFECT_SPRING, KT_EFFECT_DRAG, KT_EFFECT_FORCE, KT_EFFECT_SPRING}[i];
+        *e = kt_effect_of((kt_effect_type[]){KT_EFFECT_SPRING, KT_EFFECT_DRAG, KT_EFFECT_FORCE, KT_EFFECT_SPRING}[i],
+                          NULL);
         e->between[0] =
             (kt_end){.body = s->tree.name[kt_random_int(random, 0, last)], .at = kt_tree_vector(random, -0.5, 0.5)};
         if (e->type == KT_EFFECT_SPRING)

@@ -204,16 +204,12 @@ KT_TEST(derivatives_of_implicit_steps_of_random_closed_mechanisms_hold) { compar
 
 /* A ball of 1 kg and 0.1 m that rolls and slides on the ground, stiff, at some depth; or, closing, just above it. */
 static void compare_contact(double height, double speed, double h, double reach, kt_worst *worst, int *taken) {
-    kt_body body = kt_body_default();
-    kt_effect contact = kt_effect_default();
     kt_description d = kt_description_default();
     const double q[7] = {0.0, 0.0, 0.1 + height, 1.0, 0.0, 0.0, 0.0};
     const double v[6] = {0.3, -0.2, 0.1, 0.4, 0.2, speed};
-    body.name = "ball";
-    body.joint.type = KT_JOINT_FREE;
-    body.mass = 1.0;
+    kt_body body = kt_body_of("ball", NULL, KT_JOINT_FREE, 1.0);
     body.inertia = (kt_sym3){4e-3, 4e-3, 4e-3, 0.0, 0.0, 0.0};
-    contact.type = KT_EFFECT_CONTACT;
+    kt_effect contact = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     contact.between[0].body = "ball";
     contact.stiffness = 1e6;
     contact.exponent = 1.5;

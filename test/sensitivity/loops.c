@@ -44,15 +44,10 @@ static void check_stop(const char *name, const kt_model *model, double q, double
 }
 
 KT_TEST(steps_in_which_hard_contacts_close_or_open_are_rejected) {
-    kt_body body = kt_body_default();
-    kt_effect floor = kt_effect_default();
     kt_description d = kt_description_default();
-    body.name = "mass";
-    body.joint.type = KT_JOINT_PRISMATIC;
-    body.mass = 1.0;
+    kt_body body = kt_body_of("mass", NULL, KT_JOINT_PRISMATIC, 1.0);
+    kt_effect floor = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "mass");
     floor.name = "floor";
-    floor.type = KT_EFFECT_JOINT_LIMIT;
-    floor.joint = "mass";
     floor.lower = 0.0;
     floor.restitution = 0.5;
     d.gravity = kt_vec3_make(0.0, 0.0, -10.0);

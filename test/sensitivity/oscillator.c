@@ -41,13 +41,10 @@ static void expected_of(const kt_method *method, double *A, double *B) {
 }
 
 KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
-    kt_body body = kt_body_default();
     kt_effect effect[2] = {kt_effect_default(), kt_effect_default()};
     kt_description d = kt_description_default();
     kt_error error;
-    body.name = "mass";
-    body.joint.type = KT_JOINT_PRISMATIC;
-    body.mass = mass;
+    kt_body body = kt_body_of("mass", NULL, KT_JOINT_PRISMATIC, mass);
     effect[0].type = KT_EFFECT_JOINT_SPRING;
     effect[0].joint = effect[1].joint = "mass";
     effect[0].stiffness = stiffness;
@@ -83,14 +80,11 @@ KT_TEST(step_of_an_oscillator_has_the_methods_stability_polynomial) {
 }
 
 KT_TEST(methods_whose_steps_depend_on_earlier_ones_are_rejected_by_name) {
-    kt_body body = kt_body_default();
     kt_description d = kt_description_default();
     kt_error error;
     char work[64];
     double q = 0.1, v = 0.2, next_q = 5.0, next_v = 6.0;
-    body.name = "mass";
-    body.joint.type = KT_JOINT_PRISMATIC;
-    body.mass = mass;
+    kt_body body = kt_body_of("mass", NULL, KT_JOINT_PRISMATIC, mass);
     d.bodies = &body, d.body_count = 1;
     kt_model *model = kt_test_model(&d, NULL);
     kt_data *data = kt_test_data(model);

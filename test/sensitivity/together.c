@@ -52,9 +52,7 @@ static void add_effects(kt_tree *tree, kt_effect *effect) {
         if (joint != KT_JOINT_REVOLUTE && joint != KT_JOINT_PRISMATIC)
             continue;
         kt_effect *e = &effect[d->effect_count];
-        *e = kt_effect_default();
-        e->type = types[d->effect_count++ % 3];
-        e->joint = d->bodies[i].name;
+        *e = kt_effect_of(types[d->effect_count++ % 3], d->bodies[i].name);
         e->stiffness = 1.5;
         e->damping = 0.3;
         e->rest = kt_function_sine(0.2, 0.3, 1.1, 0.4);

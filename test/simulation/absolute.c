@@ -96,25 +96,16 @@ static kt_model *make_spinners(kt_body *bodies, kt_effect *motor, kt_absolute **
                                                   KT_JOINT_REVOLUTE};
     static const char *const names[SPINNERS] = {"sleeve", "puck", "cardan", "wheel"};
     static const int turning[SPINNERS] = {0, 2, 1, 0};
-    kt_description description = kt_description_default();
     kt_model *model = NULL;
     for (int i = 0; i < SPINNERS; i++) {
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].joint.type = types[i];
-        bodies[i].mass = 1.0;
+        bodies[i] = kt_body_of(names[i], NULL, types[i], 1.0);
         bodies[i].inertia = kt_sym3_make(0.2, 0.2, 0.2, 0.0, 0.0, 0.0);
         bodies[i].joint.position[turning[i]] = 3.0;
         bodies[i].joint.velocity[turning[i]] = i == 3 ? 0.0 : i % 2 ? -40.0 : 40.0;
     }
-    *motor = kt_effect_default();
-    motor->type = KT_EFFECT_MOTOR;
-    motor->joint = "wheel";
+    *motor = kt_effect_of(KT_EFFECT_MOTOR, "wheel");
     motor->torque = kt_function_constant(20.0);
-    description.bodies = bodies;
-    description.body_count = SPINNERS;
-    description.effects = motor;
-    description.effect_count = 1;
+    kt_description description = kt_description_of(bodies, SPINNERS, NULL, 0, motor, 1);
     model = kt_scene_compile(&description);
     *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;
@@ -164,19 +155,14 @@ static const double ball_axis[BALLS][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.
 
 static kt_model *make_balls(kt_body *bodies, kt_absolute **absolute) {
     static const char *const names[BALLS] = {"about_x", "about_y", "about_z", "free"};
-    kt_description description = kt_description_default();
     kt_model *model = NULL;
     for (int i = 0; i < BALLS; i++) {
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].joint.type = i < 3 ? KT_JOINT_SPHERICAL : KT_JOINT_FREE;
-        bodies[i].mass = 1.0;
+        bodies[i] = kt_body_of(names[i], NULL, i < 3 ? KT_JOINT_SPHERICAL : KT_JOINT_FREE, 1.0);
         bodies[i].inertia = kt_sym3_make(0.2, 0.2, 0.2, 0.0, 0.0, 0.0);
         for (int k = 0; k < 3; k++)
             bodies[i].joint.velocity[i < 3 ? k : 3 + k] = 10.0 * ball_axis[i][k];
     }
-    description.bodies = bodies;
-    description.body_count = BALLS;
+    kt_description description = kt_description_of(bodies, BALLS, NULL, 0, NULL, 0);
     model = kt_scene_compile(&description);
     *absolute = kt_formulate(&description, NULL, model, KT_FORMULATION_ABSOLUTE);
     return model;

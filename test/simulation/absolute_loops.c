@@ -8,21 +8,15 @@
 #include <math.h>
 
 static kt_body make_body(const char *name, const char *parent, kt_joint_type type, double x, double y) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.parent = parent;
-    body.joint.type = type;
+    kt_body body = kt_body_of(name, parent, type, 1.0);
     body.joint.at = kt_vec3_make(x, y, 0.0);
-    body.mass = 1.0;
     body.com = kt_vec3_make(0.2, 0.1, -0.05);
     body.inertia = kt_sym3_make(0.1, 0.15, 0.2, 0.01, -0.02, 0.03);
     return body;
 }
 
 static kt_loop make_loop(const char *name, kt_loop_type type, const char *first, const char *second) {
-    kt_loop loop = kt_loop_default();
-    loop.name = name;
-    loop.type = type;
+    kt_loop loop = kt_loop_of(name, type);
     loop.between[0] = loop.between[1] = kt_end_default();
     loop.between[0].body = first;
     loop.between[1].body = second;
@@ -30,9 +24,7 @@ static kt_loop make_loop(const char *name, kt_loop_type type, const char *first,
 }
 
 static kt_effect make_effect(kt_effect_type type, const char *joint) {
-    kt_effect effect = kt_effect_default();
-    effect.type = type;
-    effect.joint = joint;
+    kt_effect effect = kt_effect_of(type, joint);
     return effect;
 }
 
@@ -40,12 +32,7 @@ static kt_description describe(const kt_body *bodies, int body_count, const kt_l
                                const kt_effect *effects, int effect_count) {
     kt_description d = kt_description_default();
     d.gravity = kt_vec3_make(0.5, -9.0, 2.0);
-    d.bodies = bodies;
-    d.body_count = body_count;
-    d.loops = loops;
-    d.loop_count = loop_count;
-    d.effects = effects;
-    d.effect_count = effect_count;
+    kt_describe(&d, bodies, body_count, loops, loop_count, effects, effect_count);
     return d;
 }
 

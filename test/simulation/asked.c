@@ -225,7 +225,6 @@ KT_TEST(run_without_a_method_has_the_bits_of_the_defaults_where_nothing_is_stiff
 static kt_model *compile_chain(int links) {
     static kt_body bodies[KT_RUN_IMPLICIT_MOST + 1];
     static char names[KT_RUN_IMPLICIT_MOST + 1][8];
-    kt_description description = kt_description_default();
     for (int i = 0; i < links; i++) {
         bodies[i] = kt_body_default();
         snprintf(names[i], sizeof names[i], "b%d", i);
@@ -235,8 +234,7 @@ static kt_model *compile_chain(int links) {
         bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(1.0, 0.0, 0.0);
     }
-    description.bodies = bodies;
-    description.body_count = links;
+    kt_description description = kt_description_of(bodies, links, NULL, 0, NULL, 0);
     return kt_scene_compile(&description);
 }
 

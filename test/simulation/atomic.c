@@ -29,13 +29,10 @@ typedef struct rig {
 /* A ball that falls onto a plate, which a drive holds. */
 static void make_lift(rig *r) {
     for (int i = 0; i < 2; i++) {
-        r->body[i] = kt_body_default();
         r->loop[i] = kt_loop_default();
-        r->body[i].name = i == 0 ? "ball" : "plate";
-        r->body[i].joint.type = KT_JOINT_PRISMATIC;
+        r->body[i] = kt_body_of(i == 0 ? "ball" : "plate", NULL, KT_JOINT_PRISMATIC, 1.0);
         r->body[i].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
         r->body[i].joint.position[0] = i == 0 ? 0.2 : 0.0;
-        r->body[i].mass = 1.0;
         r->term[i] = (kt_term){.joint = r->body[i].name, .coefficient = i == 0 ? 1.0 : -1.0};
     }
     r->loop[0].name = "drive";

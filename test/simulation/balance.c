@@ -20,19 +20,14 @@ typedef struct oscillator {
 static void oscillator_make(oscillator *o, double amplitude) {
     *o = (oscillator){.m = 1.3, .k = 40.0, .c = 0.9, .amplitude = amplitude, .w = 7.0};
     kt_lone_make(&o->lone, KT_JOINT_PRISMATIC, o->m);
-    o->effects[0] = kt_effect_default();
-    o->effects[0].type = KT_EFFECT_SPRING;
+    o->effects[0] = kt_effect_of(KT_EFFECT_SPRING, NULL);
     o->effects[0].between[1].body = "block";
     o->effects[0].stiffness = o->k;
     o->effects[0].length = 0.0;
     o->effects[0].initial_length = false;
-    o->effects[1] = kt_effect_default();
-    o->effects[1].type = KT_EFFECT_JOINT_DAMPER;
-    o->effects[1].joint = "block";
+    o->effects[1] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, "block");
     o->effects[1].damping = o->c;
-    o->effects[2] = kt_effect_default();
-    o->effects[2].type = KT_EFFECT_MOTOR;
-    o->effects[2].joint = "block";
+    o->effects[2] = kt_effect_of(KT_EFFECT_MOTOR, "block");
     o->effects[2].torque = kt_function_sine(amplitude, o->w / 6.283185307179586, 0.0, 0.0);
     o->lone.description.effects = o->effects;
     o->lone.description.effect_count = amplitude == 0.0 ? 2 : 3;
@@ -243,10 +238,7 @@ static kt_model *compile_tumbler(void) {
     effects[2].torque = kt_function_sine(3.0, 0.8, 0.0, 0.0);
     kt_description d = kt_description_default();
     d.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    d.bodies = bodies;
-    d.body_count = 2;
-    d.effects = effects;
-    d.effect_count = 3;
+    kt_describe(&d, bodies, 2, NULL, 0, effects, 3);
     return kt_scene_compile(&d);
 }
 

@@ -15,9 +15,7 @@ typedef struct pushed {
 
 static void push_by(pushed *p, kt_effect_type type) {
     kt_lone_make(&p->lone, KT_JOINT_PRISMATIC, 1.0);
-    p->effect = kt_effect_default();
-    p->effect.type = type;
-    p->effect.joint = p->lone.body.name;
+    p->effect = kt_effect_of(type, p->lone.body.name);
     p->lone.description.effects = &p->effect;
     p->lone.description.effect_count = 1;
 }
@@ -222,22 +220,12 @@ static kt_model *make_towed(towed *t) {
     t->bodies[0].name = "trolley";
     t->bodies[1].name = "load";
     t->bodies[1].parent = "trolley";
-    t->loop = kt_loop_default();
-    t->loop.name = "drive";
-    t->loop.type = KT_LOOP_MOTION;
+    t->loop = kt_loop_of("drive", KT_LOOP_MOTION);
     t->loop.joint = "trolley";
     t->loop.function = kt_function_ramp(0.0, 4.0, 5.0, 8.0);
-    t->spring = kt_effect_default();
-    t->spring.type = KT_EFFECT_JOINT_SPRING;
-    t->spring.joint = "load";
+    t->spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "load");
     t->spring.stiffness = 4.0;
-    t->description = kt_description_default();
-    t->description.bodies = t->bodies;
-    t->description.body_count = 2;
-    t->description.loops = &t->loop;
-    t->description.loop_count = 1;
-    t->description.effects = &t->spring;
-    t->description.effect_count = 1;
+    t->description = kt_description_of(t->bodies, 2, &t->loop, 1, &t->spring, 1);
     return kt_scene_compile(&t->description);
 }
 

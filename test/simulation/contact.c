@@ -5,7 +5,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -28,11 +27,8 @@ static void row_make(row *r, int count) {
     static const char *const names[BALLS] = {"a", "b", "c", "d", "e", "f"};
     *r = (row){.description = kt_description_default()};
     for (int i = 0; i < count; i++) {
-        r->body[i] = kt_body_default();
-        r->body[i].name = names[i];
-        r->body[i].joint.type = KT_JOINT_PRISMATIC;
+        r->body[i] = kt_body_of(names[i], NULL, KT_JOINT_PRISMATIC, 1.0);
         r->body[i].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-        r->body[i].mass = 1.0;
         r->effect[i] = kt_effect_default();
     }
     r->description.bodies = r->body;
@@ -45,9 +41,7 @@ static void row_make(row *r, int count) {
 static void row_touch(row *r, int i, double restitution) {
     static const char *const names[BALLS] = {"ab", "bc", "cd", "de", "ef", ""};
     kt_loop *loop = &r->loop[r->description.loop_count++];
-    *loop = kt_loop_default();
-    loop->name = names[i];
-    loop->type = KT_LOOP_COUPLING;
+    *loop = kt_loop_of(names[i], KT_LOOP_COUPLING);
     loop->side = KT_SIDE_ABOVE;
     loop->restitution = restitution;
     r->term[i][0] = (kt_term){.joint = r->body[i + 1].name, .coefficient = 1.0};
@@ -136,9 +130,7 @@ KT_TEST(ball_on_a_moving_table_bounces_in_its_frame) {
     double steps[2] = {0.0, w};
     row_make(&r, 2);
     row_touch(&r, 0, e);
-    r.loop[1] = kt_loop_default();
-    r.loop[1].name = "drive";
-    r.loop[1].type = KT_LOOP_MOTION;
+    r.loop[1] = kt_loop_of("drive", KT_LOOP_MOTION);
     r.loop[1].joint = "a";
     r.loop[1].function = (kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = steps, .number_count = 2};
     r.description.loop_count = 2;
@@ -318,9 +310,7 @@ KT_TEST(dry_oscillator_comes_to_rest_where_it_must) {
     r.effect[0].joint = "a";
     r.effect[0].coulomb = C;
     r.effect[0].stick = true;
-    r.effect[1] = kt_effect_default();
-    r.effect[1].type = KT_EFFECT_JOINT_SPRING;
-    r.effect[1].joint = "a";
+    r.effect[1] = kt_effect_of(KT_EFFECT_JOINT_SPRING, "a");
     r.effect[1].stiffness = k;
     r.description.effect_count = 2;
     kt_model *model = kt_scene_compile(&r.description);
@@ -353,9 +343,7 @@ KT_TEST(stick_slip_on_a_belt_has_its_period) {
     row r;
     row_make(&r, 2);
     r.body[1].parent = "a";
-    r.loop[0] = kt_loop_default();
-    r.loop[0].name = "drive";
-    r.loop[0].type = KT_LOOP_MOTION;
+    r.loop[0] = kt_loop_of("drive", KT_LOOP_MOTION);
     r.loop[0].joint = "a";
     r.loop[0].function = (kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = belt, .number_count = 2};
     r.description.loop_count = 1;
@@ -365,9 +353,7 @@ KT_TEST(stick_slip_on_a_belt_has_its_period) {
     r.effect[0].breakaway = S;
     r.effect[0].stribeck = 0.0;
     r.effect[0].stick = true;
-    r.effect[1] = kt_effect_default();
-    r.effect[1].type = KT_EFFECT_EXPRESSION;
-    r.effect[1].joint = "b";
+    r.effect[1] = kt_effect_of(KT_EFFECT_EXPRESSION, "b");
     r.effect[1].formula[0] = "-50*(position.a + position.b)";
     r.description.effect_count = 2;
     kt_model *model = kt_scene_compile(&r.description);
@@ -487,9 +473,7 @@ KT_TEST(what_cannot_be_hard_is_told) {
     r.loop[0].poisson = true;
     kt_scene_check_rejected("no rule", &r.description, "a loop that holds does not bounce");
     r.description.loop_count = 0;
-    r.effect[0] = kt_effect_default();
-    r.effect[0].type = KT_EFFECT_JOINT_FRICTION;
-    r.effect[0].joint = "a";
+    r.effect[0] = kt_effect_of(KT_EFFECT_JOINT_FRICTION, "a");
     r.effect[0].stick = true;
     kt_scene_check_rejected("nothing slips", &r.description, "coulomb is 0; give what slips");
     r.effect[0].coulomb = 1.0;

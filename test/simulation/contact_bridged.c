@@ -213,9 +213,7 @@ static void check_comparison(const comparison *c, int least, double bound) {
 /* Adds a ball joint between two bodies, which is off at first. */
 static void link_bodies(masks_scene *s, kt_loop *link) {
     const kt_vec3 up = kt_vec3_make(0.0, 0.0, 0.5 * (s->body[1].joint.position[2] - s->body[0].joint.position[2]));
-    *link = kt_loop_default();
-    link->name = "link";
-    link->type = KT_LOOP_SPHERICAL;
+    *link = kt_loop_of("link", KT_LOOP_SPHERICAL);
     link->between[0] = (kt_end){.body = s->body[0].name, .at = kt_vec3_add(kt_vec3_make(1.0, 0.0, 0.0), up)};
     link->between[1] = (kt_end){.body = s->body[1].name, .at = kt_vec3_sub(kt_vec3_make(-1.0, 0.0, 0.0), up)};
     link->switching = KT_SWITCHED_OFF;

@@ -47,9 +47,7 @@ static void chain_make(chain *c, kt_random *random) {
         body->com = kt_vec3_make(kt_random_uniform(random, -0.4, 0.4), kt_random_uniform(random, -0.4, 0.4), 0.2);
         body->inertia.xx = body->inertia.yy = body->inertia.zz = kt_random_uniform(random, 0.05, 0.3);
         kt_effect *effect = &c->effect[used++];
-        *effect = kt_effect_default();
-        effect->joint = body->name;
-        effect->type = KT_EFFECT_JOINT_LIMIT;
+        *effect = kt_effect_of(KT_EFFECT_JOINT_LIMIT, body->name);
         effect->lower = -kt_random_uniform(random, 0.1, 1.0);
         effect->restitution = kt_random_int(random, 0, 2) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.9);
     }
@@ -57,27 +55,19 @@ static void chain_make(chain *c, kt_random *random) {
         if (kt_random_int(random, 0, 2) > 0)
             continue;
         kt_effect *effect = &c->effect[used++];
-        *effect = kt_effect_default();
-        effect->joint = c->body[i].name;
-        effect->type = KT_EFFECT_JOINT_FRICTION;
+        *effect = kt_effect_of(KT_EFFECT_JOINT_FRICTION, c->body[i].name);
         effect->coulomb = kt_random_uniform(random, 0.2, 2.0);
         effect->breakaway = effect->coulomb * kt_random_uniform(random, 1.0, 1.5);
         effect->stick = true;
     }
-    c->rope = kt_loop_default();
-    c->rope.name = "rope";
-    c->rope.type = KT_LOOP_DISTANCE;
+    c->rope = kt_loop_of("rope", KT_LOOP_DISTANCE);
     c->rope.slack = true;
     c->rope.between[0].at = kt_vec3_make(0.3, 0.2, 2.0);
     c->rope.between[1] = (kt_end){.body = c->name[LINKS - 1], .at = kt_vec3_make(0.2, 0.0, 0.0)};
     c->rope.function = kt_function_constant(4.0);
     c->description.gravity = kt_vec3_make(0.0, 0.0, -g);
-    c->description.bodies = c->body;
-    c->description.body_count = LINKS;
-    c->description.effects = c->effect;
-    c->description.effect_count = used;
-    c->description.loops = &c->rope;
-    c->description.loop_count = 2 * used - LINKS < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0;
+    kt_describe(&c->description, c->body, LINKS, &c->rope,
+                2 * used - LINKS < KT_SWITCH_MAX && kt_random_int(random, 0, 1) == 0, c->effect, used);
 }
 
 /* The mechanisms of the suite: the first ones, and earlier failures. In these, events followed each other without end,

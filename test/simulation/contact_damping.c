@@ -41,18 +41,13 @@ static void make_plate(plate *s, int feet, double load) {
         const double angle = 6.283185307179586 * i / feet;
         (void)snprintf(s->name[i], sizeof s->name[i], "p%d", i);
         s->marker[i] = (kt_marker){.name = s->name[i], .at = kt_vec3_make(0.3 * cos(angle), 0.3 * sin(angle), -0.1)};
-        s->effect[i] = kt_effect_default();
-        s->effect[i].type = KT_EFFECT_CONTACT;
+        s->effect[i] = kt_effect_of(KT_EFFECT_CONTACT, NULL);
         s->effect[i].name = s->effect[i].between[0].marker = s->name[i];
         s->effect[i].between[0].body = "plate";
         s->effect[i].friction = friction;
         s->effect[i].restitution = 0.0;
     }
-    s->description = kt_description_default();
-    s->description.bodies = s->body;
-    s->description.body_count = 2;
-    s->description.effects = s->effect;
-    s->description.effect_count = feet;
+    s->description = kt_description_of(s->body, 2, NULL, 0, s->effect, feet);
     s->description.gravity = kt_vec3_make(friction * load * g, 0.0, -g);
 }
 
@@ -178,9 +173,7 @@ KT_TEST(stick_that_ends_at_once_is_held) {
     plate s;
     make_plate(&s, 2, 1.0);
     kt_effect *spring = &s.effect[s.description.effect_count++];
-    *spring = kt_effect_default();
-    spring->type = KT_EFFECT_JOINT_SPRING;
-    spring->joint = "slider";
+    *spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "slider");
     spring->stiffness = 1999.3;
     s.effect[0].friction = s.effect[1].friction = 0.489075;
     s.body[0].mass = 2.0;

@@ -22,22 +22,15 @@ static void make_foot(light_foot *f) {
     static const char *const names[] = {"trunk", "x", "y"};
     const double mass[] = {6.0, foot_mass, foot_mass}, speed[] = {0.0, 0.3, -0.1}, number[] = {0.0, 3000.0, 500.0, 3.0};
     for (int i = 0; i < 3; i++) {
-        f->body[i] = kt_body_default();
-        f->body[i].name = names[i];
-        f->body[i].parent = i > 0 ? names[i - 1] : NULL;
-        f->body[i].mass = mass[i];
-        f->body[i].joint.type = KT_JOINT_PRISMATIC;
+        f->body[i] = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL, KT_JOINT_PRISMATIC, mass[i]);
         f->body[i].joint.axis = kt_vec3_make(i == 1, i == 2, i == 0);
         f->body[i].joint.velocity[0] = speed[i];
     }
     for (int k = 0; k < 4; k++) {
-        f->effect[k] = kt_effect_default();
-        f->effect[k].type = k == 3 ? KT_EFFECT_JOINT_DAMPER : KT_EFFECT_JOINT_SPRING;
-        f->effect[k].joint = k == 2 ? "y" : "x";
+        f->effect[k] = kt_effect_of(k == 3 ? KT_EFFECT_JOINT_DAMPER : KT_EFFECT_JOINT_SPRING, k == 2 ? "y" : "x");
         *(k == 3 ? &f->effect[k].damping : &f->effect[k].stiffness) = number[k];
     }
-    f->effect[0] = kt_effect_default();
-    f->effect[0].type = KT_EFFECT_CONTACT;
+    f->effect[0] = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     f->effect[0].between[0].body = "y";
     f->effect[0].axis = kt_vec3_make(0.0, 0.0, 1.0);
     f->effect[0].friction = foot_friction;
@@ -154,9 +147,8 @@ static void make_crate(crate *s, const double half[3], int corners, double frict
     for (int i = 0; i < corners; i++) {
         const kt_vec3 at = {i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]};
         s->marker[i] = (kt_marker){.name = names[i], .at = at};
-        s->effect[i] = kt_effect_default();
+        s->effect[i] = kt_effect_of(KT_EFFECT_CONTACT, NULL);
         s->effect[i].name = names[i];
-        s->effect[i].type = KT_EFFECT_CONTACT;
         s->effect[i].between[0].body = "box";
         s->effect[i].between[0].marker = names[i];
         s->effect[i].friction = friction;

@@ -159,15 +159,13 @@ static kt_simulation *start(const kt_model *model, double duration) {
 /* A ball of 1 kg above a plate that is driven, or a load on a rope whose length is. */
 static kt_model *compile_faller(const drive *d, bool hangs) {
     const kt_term terms[2] = {{.joint = "ball", .coefficient = 1.0}, {.joint = "plate", .coefficient = -1.0}};
-    kt_body body[2] = {kt_body_default(), kt_body_default()};
+    kt_body body[2];
     kt_loop loop[2] = {kt_loop_default(), kt_loop_default()};
     kt_description description = kt_description_default();
     for (int i = 0; i < 2; i++) {
-        body[i].name = i == 0 ? "ball" : "plate";
-        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i] = kt_body_of(i == 0 ? "ball" : "plate", NULL, KT_JOINT_PRISMATIC, 1.0);
         body[i].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
         body[i].joint.position[0] = d->base;
-        body[i].mass = 1.0;
     }
     kt_loop *touch = &loop[hangs ? 0 : 1];
     touch->name = "touch";
@@ -186,10 +184,7 @@ static kt_model *compile_faller(const drive *d, bool hangs) {
         loop[0].function = kt_function_sum(d->part, d->count);
     }
     description.gravity = kt_vec3_make(0.0, 0.0, -g);
-    description.bodies = body;
-    description.body_count = hangs ? 1 : 2;
-    description.loops = loop;
-    description.loop_count = hangs ? 1 : 2;
+    kt_describe(&description, body, hangs ? 1 : 2, loop, hangs ? 1 : 2, NULL, 0);
     return kt_scene_compile(&description);
 }
 
@@ -238,9 +233,7 @@ KT_TEST(ball_leaves_its_stop_where_a_force_is_set) {
         kt_lone lone;
         faller f = {.closed = true}; /* without a force at first, it is open where it touches */
         kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
-        kt_effect stop = kt_effect_default();
-        stop.type = KT_EFFECT_JOINT_LIMIT;
-        stop.joint = lone.body.name;
+        kt_effect stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, lone.body.name);
         stop.lower = 0.0;
         stop.restitution = 0.0;
         lone.description.effects = &stop;
@@ -306,32 +299,19 @@ KT_TEST(crate_slips_on_a_truck_whose_acceleration_jumps) {
         drive d;
         crate c = {.t = 0.0};
         draw_drive(&random, 0.0, 1.0, -9.0, 9.0, &d);
-        kt_body body[2] = {kt_body_default(), kt_body_default()};
+        kt_body body[2];
         for (int i = 0; i < 2; i++) {
-            body[i].name = i == 0 ? "truck" : "crate";
-            body[i].parent = i == 0 ? NULL : "truck";
-            body[i].joint.type = KT_JOINT_PRISMATIC;
+            body[i] = kt_body_of(i == 0 ? "truck" : "crate", i == 0 ? NULL : "truck", KT_JOINT_PRISMATIC, 1.0);
             body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
-            body[i].mass = 1.0;
         }
-        kt_loop loop = kt_loop_default();
-        loop.name = "drive";
-        loop.type = KT_LOOP_MOTION;
+        kt_loop loop = kt_loop_of("drive", KT_LOOP_MOTION);
         loop.joint = "truck";
         loop.function = kt_function_sum(d.part, d.count);
-        kt_effect rub = kt_effect_default();
+        kt_effect rub = kt_effect_of(KT_EFFECT_JOINT_FRICTION, "crate");
         rub.name = "rub";
-        rub.type = KT_EFFECT_JOINT_FRICTION;
-        rub.joint = "crate";
         rub.coulomb = mu;
         rub.stick = true;
-        kt_description description = kt_description_default();
-        description.bodies = body;
-        description.body_count = 2;
-        description.loops = &loop;
-        description.loop_count = 1;
-        description.effects = &rub;
-        description.effect_count = 1;
+        kt_description description = kt_description_of(body, 2, &loop, 1, &rub, 1);
         kt_model *model = kt_scene_compile(&description);
         kt_simulation *simulation = start(model, end);
         kt_test_advance(simulation, end);

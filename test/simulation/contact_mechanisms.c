@@ -22,14 +22,10 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
     kt_body body[3];
     kt_loop pin = kt_loop_default();
     kt_effect stop = kt_effect_default();
-    kt_description d = kt_description_default();
     static const char *const names[3] = {"crank", "coupler", "rocker"};
     for (int i = 0; i < 3; i++) {
-        body[i] = kt_body_default();
-        body[i].name = names[i];
-        body[i].joint.type = KT_JOINT_REVOLUTE;
+        body[i] = kt_body_of(names[i], NULL, KT_JOINT_REVOLUTE, 1.0 + i);
         body[i].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-        body[i].mass = 1.0 + i;
         body[i].inertia.xx = body[i].inertia.yy = body[i].inertia.zz = 0.2;
         body[i].com = kt_vec3_make(0.4, 0.1, 0.0);
     }
@@ -49,12 +45,7 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
     stop.joint = "coupler";
     stop.lower = -1.5;
     stop.restitution = e;
-    d.bodies = body;
-    d.body_count = 3;
-    d.loops = &pin;
-    d.loop_count = 1;
-    d.effects = &stop;
-    d.effect_count = 1;
+    kt_description d = kt_description_of(body, 3, &pin, 1, &stop, 1);
     kt_model *model = kt_scene_compile(&d);
     kt_simulation *simulation = kt_scene_start(model, "dop853", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
     kt_error error = {0};
@@ -85,28 +76,22 @@ KT_TEST(stop_in_a_loop_turns_all_rates_back) {
  * and the other leaves (Housner's block, whose corners do not slide, has I + m h^2 in place of I). */
 KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
     const double b = 0.2, h = 0.6, m = 2.0, inertia = 0.5, tilt = 0.1;
-    kt_body block = kt_body_default();
-    kt_effect corner[2] = {kt_effect_default(), kt_effect_default()};
+    kt_effect corner[2];
     kt_description d = kt_description_default();
-    block.name = "block";
-    block.joint.type = KT_JOINT_PLANAR;
+    kt_body block = kt_body_of("block", NULL, KT_JOINT_PLANAR, m);
     block.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-    block.mass = m;
     block.inertia.xx = block.inertia.yy = block.inertia.zz = inertia;
     block.joint.position[1] = h * cos(tilt) + b * sin(tilt);
     block.joint.position[2] = tilt;
     for (int i = 0; i < 2; i++) {
-        corner[i].type = KT_EFFECT_CONTACT;
+        corner[i] = kt_effect_of(KT_EFFECT_CONTACT, NULL);
         corner[i].name = i == 0 ? "left" : "right";
         corner[i].between[0] = (kt_end){.body = "block", .at = kt_vec3_make(i == 0 ? -b : b, -h, 0.0)};
         corner[i].axis = kt_vec3_make(0.0, 1.0, 0.0);
         corner[i].restitution = 0.0;
     }
     d.gravity = kt_vec3_make(0.0, -g, 0.0);
-    d.bodies = &block;
-    d.body_count = 1;
-    d.effects = corner;
-    d.effect_count = 2;
+    kt_describe(&d, &block, 1, NULL, 0, corner, 2);
     kt_model *model = kt_scene_compile(&d);
     kt_simulation *simulation = kt_scene_start(model, "dop853", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
     kt_error error = {0};
@@ -140,26 +125,18 @@ KT_TEST(rocking_block_keeps_the_part_of_its_rate_that_it_must) {
 KT_TEST(slack_pendulum_flies_and_is_caught) {
     const double L = 1.3, v0 = sqrt(3.7 * g * L), s = (v0 * v0 / (g * L) - 2.0) / 3.0, c = sqrt(1.0 - s * s);
     const double v = sqrt(g * L * s), flight = 4.0 * v * c / g;
-    kt_body stone = kt_body_default();
-    kt_loop rope = kt_loop_default();
     kt_description d = kt_description_default();
-    stone.name = "stone";
-    stone.joint.type = KT_JOINT_PLANAR;
+    kt_body stone = kt_body_of("stone", NULL, KT_JOINT_PLANAR, 1.0);
     stone.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
-    stone.mass = 1.0;
     stone.inertia.xx = stone.inertia.yy = stone.inertia.zz = 0.1;
     stone.joint.position[1] = -L;
     stone.joint.velocity[0] = v0;
-    rope.name = "rope";
-    rope.type = KT_LOOP_DISTANCE;
+    kt_loop rope = kt_loop_of("rope", KT_LOOP_DISTANCE);
     rope.between[1].body = "stone";
     rope.function = kt_function_constant(L);
     rope.slack = true;
     d.gravity = kt_vec3_make(0.0, -g, 0.0);
-    d.bodies = &stone;
-    d.body_count = 1;
-    d.loops = &rope;
-    d.loop_count = 1;
+    kt_describe(&d, &stone, 1, &rope, 1, NULL, 0);
     kt_model *model = kt_scene_compile(&d);
     kt_simulation *simulation = kt_scene_start(model, "dop853", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
     kt_error error = {0};

@@ -33,15 +33,10 @@ static void scene_make(scene *s) {
     s->description.body_count = s->description.effect_count = SLIDERS;
     s->description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
     for (int i = 0; i < SLIDERS; i++) {
-        s->body[i] = kt_body_default();
-        s->body[i].name = names[i];
-        s->body[i].joint.type = KT_JOINT_PRISMATIC;
+        s->body[i] = kt_body_of(names[i], NULL, KT_JOINT_PRISMATIC, 1.0);
         s->body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
         s->body[i].joint.velocity[0] = speeds[i];
-        s->body[i].mass = 1.0;
-        s->effect[i] = kt_effect_default();
-        s->effect[i].type = KT_EFFECT_JOINT_FRICTION;
-        s->effect[i].joint = names[i];
+        s->effect[i] = kt_effect_of(KT_EFFECT_JOINT_FRICTION, names[i]);
         s->effect[i].coulomb = coulomb;
         s->effect[i].stribeck = 0.0;
         s->effect[i].stick = true;
@@ -101,9 +96,7 @@ KT_TEST(friction_that_is_released_at_first_does_not_act_with_a_far_stop) {
         scene s;
         scene_make(&s);
         s.description.body_count = 1;
-        s.effect[1] = kt_effect_default();
-        s.effect[1].type = KT_EFFECT_JOINT_LIMIT;
-        s.effect[1].joint = "a";
+        s.effect[1] = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "a");
         s.effect[1].lower = -100.0;
         s.effect[1].upper = 100.0;
         s.effect[1].restitution = 0.0;

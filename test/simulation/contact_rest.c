@@ -11,9 +11,7 @@
 static const double g = 9.81;
 
 static void add_stop(kt_lone *lone, kt_effect *stop, double lower, double restitution) {
-    *stop = kt_effect_default();
-    stop->type = KT_EFFECT_JOINT_LIMIT;
-    stop->joint = lone->body.name;
+    *stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, lone->body.name);
     stop->lower = lower;
     stop->restitution = restitution;
     lone->description.effects = stop;
@@ -113,7 +111,7 @@ static kt_model *compile_ball_on_plate(double h, double w, double e, double rest
     const kt_term terms[2] = {{.joint = "ball", .coefficient = 1.0}, {.joint = "plate", .coefficient = -1.0}};
     const double motion[2] = {0.0, w};
     kt_body body[2] = {kt_body_default(), kt_body_default()};
-    kt_loop loop[2] = {kt_loop_default(), kt_loop_default()};
+    kt_loop loop[2];
     kt_description description = kt_description_default();
     for (int i = 0; i < 2; i++) {
         body[i].name = i == 0 ? "ball" : "plate";
@@ -123,22 +121,17 @@ static kt_model *compile_ball_on_plate(double h, double w, double e, double rest
     }
     body[0].joint.position[0] = h;
     body[1].joint.velocity[0] = w;
-    loop[0].name = "drive";
-    loop[0].type = KT_LOOP_MOTION;
+    loop[0] = kt_loop_of("drive", KT_LOOP_MOTION);
     loop[0].joint = "plate";
     loop[0].function = kt_function_polynomial(motion, 2);
-    loop[1].name = "touch";
-    loop[1].type = KT_LOOP_COUPLING;
+    loop[1] = kt_loop_of("touch", KT_LOOP_COUPLING);
     loop[1].side = KT_SIDE_ABOVE;
     loop[1].terms = terms;
     loop[1].term_count = 2;
     loop[1].restitution = e;
     loop[1].rest_velocity = rest;
     description.gravity = kt_vec3_make(0.0, 0.0, -g);
-    description.bodies = body;
-    description.body_count = 2;
-    description.loops = loop;
-    description.loop_count = 2;
+    kt_describe(&description, body, 2, loop, 2, NULL, 0);
     return kt_scene_compile(&description);
 }
 
@@ -272,10 +265,7 @@ static void make_slow_gap(slow_gap *s, double q, double v, double stop, double b
     const double position[] = {q, -stop, below};
     *s = (slow_gap){.loop = kt_loop_default(), .description = kt_description_default()};
     for (int i = 0; i < 3; i++) {
-        s->body[i] = kt_body_default();
-        s->body[i].name = names[i];
-        s->body[i].mass = 1.0;
-        s->body[i].joint.type = KT_JOINT_PRISMATIC;
+        s->body[i] = kt_body_of(names[i], NULL, KT_JOINT_PRISMATIC, 1.0);
         s->body[i].joint.position[0] = position[i];
         s->term[i] = (kt_term){.joint = names[i], .coefficient = 1.0};
     }

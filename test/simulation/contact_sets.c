@@ -5,7 +5,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "check.h"
 #include "masks.h"
@@ -39,9 +38,7 @@ static void scene_tree(masks_scene *s, kt_loop *loop, kt_random *random) {
     foot->between[1].at = kt_vec3_make(0.0, 0.0, -kt_random_uniform(random, 1.2, 1.8));
     foot->friction = kt_random_uniform(random, 0.1, 0.8);
     foot->restitution = kt_random_int(random, 0, 1) == 0 ? 0.0 : 0.3;
-    *loop = kt_loop_default();
-    loop->name = "rope";
-    loop->type = KT_LOOP_DISTANCE;
+    *loop = kt_loop_of("rope", KT_LOOP_DISTANCE);
     loop->slack = true;
     loop->between[0].at = kt_vec3_make(0.3, 0.2, 2.0);
     loop->between[1] = (kt_end){.body = s->name[LINKS - 1], .at = kt_vec3_make(0.2, 0.0, 0.0)};

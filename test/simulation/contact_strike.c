@@ -20,9 +20,7 @@ typedef struct struck_scene {
 } struck_scene;
 
 static void set_drive(struck_scene *b, kt_loop_type type) {
-    b->drive = kt_loop_default();
-    b->drive.name = "drive";
-    b->drive.type = type;
+    b->drive = kt_loop_of("drive", type);
     b->drive.joint = type == KT_LOOP_MOTION ? "table" : NULL;
     b->s.description.loops = &b->drive;
     b->s.description.loop_count = 1;
@@ -294,16 +292,12 @@ KT_TEST(box_slides_under_a_force_far_beyond_its_friction) {
 /* A crate sticks on a truck by friction of its joint, 2 N. The truck moves at 1 m/s and halts. */
 KT_TEST(crate_slips_on_a_truck_that_halts) {
     static const double rows[] = {0.0, 0.0, 1.0, 1.0, 9.0, 1.0};
-    kt_body body[2] = {kt_body_default(), kt_body_default()};
+    kt_body body[2];
     kt_loop drive = kt_loop_default();
     kt_effect rub = kt_effect_default();
-    kt_description description = kt_description_default();
     for (int i = 0; i < 2; i++) {
-        body[i].name = i == 0 ? "truck" : "crate";
-        body[i].parent = i == 0 ? NULL : "truck";
-        body[i].joint.type = KT_JOINT_PRISMATIC;
+        body[i] = kt_body_of(i == 0 ? "truck" : "crate", i == 0 ? NULL : "truck", KT_JOINT_PRISMATIC, 1.0);
         body[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
-        body[i].mass = 1.0;
     }
     drive.name = "drive";
     drive.type = KT_LOOP_MOTION;
@@ -314,12 +308,7 @@ KT_TEST(crate_slips_on_a_truck_that_halts) {
     rub.joint = "crate";
     rub.coulomb = 2.0;
     rub.stick = true;
-    description.bodies = body;
-    description.body_count = 2;
-    description.loops = &drive;
-    description.loop_count = 1;
-    description.effects = &rub;
-    description.effect_count = 1;
+    kt_description description = kt_description_of(body, 2, &drive, 1, &rub, 1);
     kt_model *model = kt_scene_compile(&description);
     kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
     kt_test_advance(simulation, 1.25);

@@ -33,9 +33,8 @@ static void make_rod(rods *s, double friction, double restitution) {
     for (int i = 0; i < ENDS; i++) {
         kt_effect *effect = &s->effect[i];
         s->marker[i] = (kt_marker){.name = names[i], .at = kt_vec3_make(i == 0 ? a : -a, 0.0, 0.0)};
-        *effect = kt_effect_default();
+        *effect = kt_effect_of(KT_EFFECT_CONTACT, NULL);
         effect->name = names[i];
-        effect->type = KT_EFFECT_CONTACT;
         effect->between[0].body = "rod";
         effect->between[0].marker = names[i];
         effect->radius = thick;

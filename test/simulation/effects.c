@@ -47,9 +47,7 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
         kt_effect *e = &s->effects[type];
         const int first = kt_random_int(random, 0, BODIES - 1), step = kt_random_int(random, 1, BODIES);
         const int second = first + step > BODIES - 1 ? first + step - BODIES - 1 : first + step; /* -1: the world */
-        *e = kt_effect_default();
-        e->type = (kt_effect_type)type;
-        e->joint = scalar_joint(s, random);
+        *e = kt_effect_of((kt_effect_type)type, scalar_joint(s, random));
         e->between[0] = random_end(s, random, first);
         e->between[1] = random_end(s, random, second);
         e->stiffness = kt_random_uniform(random, 1.0, 3.0);

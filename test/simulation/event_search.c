@@ -222,7 +222,6 @@ static int passes(const kt_instant *at, double *value, kt_error *error, void *us
 
 /* A cart that a pole pulls to and fro between two buffers. */
 static kt_model *make_cart(kt_body bodies[2], kt_effect *buffers) {
-    kt_description d = kt_description_default();
     bodies[0] = bodies[1] = kt_body_default();
     bodies[0].name = "cart";
     bodies[0].joint.type = KT_JOINT_PRISMATIC;
@@ -235,17 +234,12 @@ static kt_model *make_cart(kt_body bodies[2], kt_effect *buffers) {
     bodies[1].mass = 0.3;
     bodies[1].com = kt_vec3_make(0.0, 0.0, 0.5);
     bodies[1].inertia = (kt_sym3){.xx = 0.025, .yy = 0.025, .zz = 1e-4};
-    *buffers = kt_effect_default();
-    buffers->type = KT_EFFECT_JOINT_LIMIT;
-    buffers->joint = "cart";
+    *buffers = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "cart");
     buffers->lower = -0.4;
     buffers->upper = 0.4;
     buffers->stiffness = 5e3;
     buffers->damping = 50.0;
-    d.bodies = bodies;
-    d.body_count = 2;
-    d.effects = buffers;
-    d.effect_count = 1;
+    kt_description d = kt_description_of(bodies, 2, NULL, 0, buffers, 1);
     return kt_scene_compile(&d);
 }
 

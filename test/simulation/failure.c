@@ -68,24 +68,18 @@ KT_TEST(adaptive_step_that_never_succeeds_tells_the_cause) {
 /* Two sliders. Friction that changes sign within 1e-12 m/s holds the second by 100 N. The accepted steps have a length
  * of 1e-10 s. */
 KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_body bodies[2];
     kt_effect brake = kt_effect_default();
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = i == 0 ? "runner" : "stopper";
-        bodies[i].joint.type = KT_JOINT_PRISMATIC;
+        bodies[i] = kt_body_of(i == 0 ? "runner" : "stopper", NULL, KT_JOINT_PRISMATIC, 1.0);
         bodies[i].joint.velocity[0] = 0.1;
-        bodies[i].mass = 1.0;
     }
     brake.name = "brake";
     brake.type = KT_EFFECT_JOINT_FRICTION;
     brake.joint = "stopper";
     brake.coulomb = 100.0;
     brake.smoothing = 1e-12;
-    kt_description description = kt_description_default();
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.effects = &brake;
-    description.effect_count = 1;
+    kt_description description = kt_description_of(bodies, 2, NULL, 0, &brake, 1);
     description.gravity = kt_vec3_make(1.0, 0.0, 1.0);
     kt_model *model = kt_scene_compile(&description);
     kt_simulation *simulation = kt_test_simulation(model, NULL, NULL);

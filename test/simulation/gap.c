@@ -18,45 +18,28 @@ typedef struct kicker {
 
 static kt_model *make_kicker(kicker *k) {
     memset(k, 0, sizeof *k);
-    k->bodies[0] = kt_body_default();
-    k->bodies[0].name = "crank";
-    k->bodies[0].joint.type = KT_JOINT_REVOLUTE;
+    k->bodies[0] = kt_body_of("crank", NULL, KT_JOINT_REVOLUTE, 1.0);
     k->bodies[0].joint.position[0] = k->polynomial[0] = 1.5707963267948966;
     k->bodies[0].joint.velocity[0] = k->polynomial[1] = 1.0;
-    k->bodies[0].mass = 1.0;
     k->bodies[0].inertia = (kt_sym3){.xx = 1.0, .yy = 1.0, .zz = 1.0};
-    k->bodies[1] = kt_body_default();
-    k->bodies[1].name = "slider";
-    k->bodies[1].joint.type = KT_JOINT_PRISMATIC;
+    k->bodies[1] = kt_body_of("slider", NULL, KT_JOINT_PRISMATIC, 1.0);
     k->bodies[1].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     k->bodies[1].joint.position[0] = 0.99;
-    k->bodies[1].mass = 1.0;
-    k->drive = kt_loop_default();
-    k->drive.name = "drive";
-    k->drive.type = KT_LOOP_MOTION;
+    k->drive = kt_loop_of("drive", KT_LOOP_MOTION);
     k->drive.joint = "crank";
     k->drive.function = kt_function_polynomial(k->polynomial, 2);
-    k->effects[0] = kt_effect_default();
+    k->effects[0] = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     k->effects[0].name = "face";
-    k->effects[0].type = KT_EFFECT_CONTACT;
     k->effects[0].between[0] = (kt_end){.body = "crank", .at = {1.0, 0.0, 0.0}};
     k->effects[0].between[1] = (kt_end){.body = "slider"};
     k->effects[0].axis = kt_vec3_make(-1.0, 0.0, 0.0);
     k->effects[0].stiffness = 1e4;
     k->effects[0].dissipation = 0.2;
-    k->effects[1] = kt_effect_default();
-    k->effects[1].type = KT_EFFECT_JOINT_SPRING;
-    k->effects[1].joint = "slider";
+    k->effects[1] = kt_effect_of(KT_EFFECT_JOINT_SPRING, "slider");
     k->effects[1].stiffness = 1.0;
     k->effects[1].rest = kt_function_constant(0.99);
     k->effects[1].damping = 0.5;
-    k->description = kt_description_default();
-    k->description.bodies = k->bodies;
-    k->description.body_count = 2;
-    k->description.loops = &k->drive;
-    k->description.loop_count = 1;
-    k->description.effects = k->effects;
-    k->description.effect_count = 2;
+    k->description = kt_description_of(k->bodies, 2, &k->drive, 1, k->effects, 2);
     return kt_scene_compile(&k->description);
 }
 
@@ -124,9 +107,7 @@ KT_TEST(record_of_a_contact_that_no_step_has_seen_is_rejected) {
 KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
-    kt_effect stop = kt_effect_default();
-    stop.type = KT_EFFECT_JOINT_LIMIT;
-    stop.joint = lone.body.name;
+    kt_effect stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, lone.body.name);
     stop.upper = lone.body.joint.position[0] = 0.3;
     stop.stiffness = 1e5;
     lone.description.effects = &stop;
@@ -184,9 +165,7 @@ static void check_swing(kt_joint_type type, kt_effect touched) {
 }
 
 KT_TEST(swing_that_touches_a_stop_is_seen) {
-    kt_effect stop = kt_effect_default();
-    stop.type = KT_EFFECT_JOINT_LIMIT;
-    stop.joint = "block";
+    kt_effect stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "block");
     stop.lower = -0.5;
     check_swing(KT_JOINT_PRISMATIC, stop);
 }
@@ -194,8 +173,7 @@ KT_TEST(swing_that_touches_a_stop_is_seen) {
 /* Such a stop may be a sphere at a corner of the mass, on a linear spring at a plane of the ground. A free mass has a
  * sphere about its centre instead. */
 KT_TEST(swing_that_touches_the_ground_is_seen) {
-    kt_effect contact = kt_effect_default();
-    contact.type = KT_EFFECT_CONTACT;
+    kt_effect contact = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     contact.between[0] = (kt_end){.body = "block", .at = {0.1, 0.2, -0.3}};
     contact.between[1] = (kt_end){.at = {-0.45, 7.0, 3.0}};
     contact.radius = 0.05;
@@ -228,10 +206,7 @@ static void make_row(row *r, int which, double lower) {
     static const char *const names[SEVERAL] = {"one", "two", "three"};
     for (int i = 0; i < SEVERAL; i++) {
         kt_effect *spring = &r->effects[i], *stop = &r->effects[SEVERAL + i];
-        r->bodies[i] = kt_body_default();
-        r->bodies[i].name = names[i];
-        r->bodies[i].mass = 1.0;
-        r->bodies[i].joint.type = KT_JOINT_PRISMATIC;
+        r->bodies[i] = kt_body_of(names[i], NULL, KT_JOINT_PRISMATIC, 1.0);
         r->bodies[i].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
         r->bodies[i].joint.position[0] = i == which ? 0.5001 : 0.1;
         *spring = *stop = kt_effect_default();
@@ -242,11 +217,7 @@ static void make_row(row *r, int which, double lower) {
         stop->lower = lower;
         spring->joint = stop->joint = stop->name = names[i];
     }
-    r->description = kt_description_default();
-    r->description.bodies = r->bodies;
-    r->description.body_count = SEVERAL;
-    r->description.effects = r->effects;
-    r->description.effect_count = 2 * SEVERAL;
+    r->description = kt_description_of(r->bodies, SEVERAL, NULL, 0, r->effects, 2 * SEVERAL);
 }
 
 static kt_simulation *simulate(const kt_model *model, const char *method) {
@@ -312,14 +283,11 @@ KT_TEST(each_point_above_a_plane_is_seen) {
         kt_effect effects[1 + SEVERAL];
         kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
         lone.body.joint.position[0] = 0.5001 - lone.body.joint.at.x;
-        effects[0] = kt_effect_default();
-        effects[0].type = KT_EFFECT_JOINT_SPRING;
-        effects[0].joint = lone.body.name;
+        effects[0] = kt_effect_of(KT_EFFECT_JOINT_SPRING, lone.body.name);
         effects[0].stiffness = 1.0;
         for (int i = 0; i < SEVERAL; i++) {
             kt_effect *contact = &effects[1 + i];
-            *contact = kt_effect_default();
-            contact->type = KT_EFFECT_CONTACT;
+            *contact = kt_effect_of(KT_EFFECT_CONTACT, NULL);
             contact->between[0] = (kt_end){.body = lone.body.name, .at = {i == which ? 0.1 : 0.4, 0.2 * i, -0.3}};
             contact->between[1] = (kt_end){.at = {-0.45, 7.0, 3.0}};
             contact->radius = 0.05;

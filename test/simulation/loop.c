@@ -11,7 +11,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 
 static const double rod = 0.6, coupler = 1.5, length = 0.8, start = 1.1;
 
@@ -26,12 +25,9 @@ typedef struct four_bar_frame {
 } four_bar_frame;
 
 static kt_body make_rod(const char *name, double x, double to) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of(name, NULL, KT_JOINT_REVOLUTE, rod);
     body.joint.at = kt_vec3_make(x, 0.0, 0.0);
     body.joint.position[0] = start;
-    body.mass = rod;
     body.shape.type = KT_SHAPE_ROD;
     body.shape.to = kt_vec3_make(0.0, -to, 0.0);
     body.com_of_shape = body.inertia_of_shape = true;
@@ -44,18 +40,12 @@ static void fill_linkage(four_bar_frame *f, double error, double right) {
     f->bodies[0] = make_rod("left", 0.0, length);
     f->bodies[1] = make_rod("right", 2.0, right);
     f->bodies[1].joint.position[0] = start + error;
-    f->bodies[2] = kt_body_default();
-    f->bodies[2].name = "coupler";
-    f->bodies[2].parent = "left";
-    f->bodies[2].joint.type = KT_JOINT_REVOLUTE;
+    f->bodies[2] = kt_body_of("coupler", "left", KT_JOINT_REVOLUTE, coupler);
     f->bodies[2].joint.at = kt_vec3_make(0.0, -length, 0.0);
     f->bodies[2].joint.position[0] = -start - error;
-    f->bodies[2].mass = coupler;
     f->bodies[2].com = kt_vec3_make(1.0, 0.0, 0.0);
     f->bodies[2].inertia = (kt_sym3){0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
-    f->loop = kt_loop_default();
-    f->loop.name = "close";
-    f->loop.type = KT_LOOP_REVOLUTE;
+    f->loop = kt_loop_of("close", KT_LOOP_REVOLUTE);
     f->loop.between[0] = kt_end_default();
     f->loop.between[0].body = "right";
     f->loop.between[0].at = kt_vec3_make(0.0, -right, 0.0);
@@ -65,10 +55,7 @@ static void fill_linkage(four_bar_frame *f, double error, double right) {
     f->hold[0] = "left";
     f->description = kt_description_default();
     f->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    f->description.bodies = f->bodies;
-    f->description.body_count = 3;
-    f->description.loops = &f->loop;
-    f->description.loop_count = 1;
+    kt_describe(&f->description, f->bodies, 3, &f->loop, 1, NULL, 0);
     f->description.hold = f->hold;
     f->description.hold_count = 1;
 }
@@ -241,16 +228,10 @@ KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
     bodies[0].mass = 1.0;
     bodies[0].inertia = (kt_sym3){1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
     bodies[1].joint.position[0] = 0.0;
-    kt_loop drive = kt_loop_default();
-    drive.name = "drive";
-    drive.type = KT_LOOP_MOTION;
+    kt_loop drive = kt_loop_of("drive", KT_LOOP_MOTION);
     drive.joint = "wheel";
     drive.function = kt_function_polynomial(cubic, 4);
-    kt_description description = kt_description_default();
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.loops = &drive;
-    description.loop_count = 1;
+    kt_description description = kt_description_of(bodies, 2, &drive, 1, NULL, 0);
     kt_model *model = kt_scene_compile(&description);
     for (int i = 0; i < 2; i++) {
         const kt_run run = kt_run_fixed(i == 0 ? "euler" : "rk4", h, end);
@@ -267,21 +248,15 @@ KT_TEST(correction_of_velocities_is_the_error_of_a_step) {
 
 KT_TEST(loop_out_of_reach_is_rejected_at_the_start) {
     kt_body bodies[2] = {make_rod("a", 0.0, length), make_rod("b", 5.0, length)};
-    kt_loop loop = kt_loop_default();
-    kt_description description = kt_description_default();
     kt_error error;
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
-    loop.name = "reach";
-    loop.type = KT_LOOP_SPHERICAL;
+    kt_loop loop = kt_loop_of("reach", KT_LOOP_SPHERICAL);
     loop.between[0] = loop.between[1] = kt_end_default();
     loop.between[0].body = "a";
     loop.between[1].body = "b";
     loop.between[0].at = loop.between[1].at = kt_vec3_make(0.0, -length, 0.0);
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.loops = &loop;
-    description.loop_count = 1;
+    kt_description description = kt_description_of(bodies, 2, &loop, 1, NULL, 0);
     kt_status status = kt_model_compile(&description, NULL, &model, &error);
     if (status == KT_OK)
         status = kt_simulation_create(model, NULL, NULL, &simulation, &error);

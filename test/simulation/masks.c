@@ -16,18 +16,14 @@ void masks_make(masks_scene *s) {
 kt_body *masks_add_body(masks_scene *s, kt_joint_type type, kt_vec3 axis) {
     const int i = s->description.body_count++;
     (void)snprintf(s->name[i], sizeof s->name[i], "b%d", i);
-    s->body[i] = kt_body_default();
-    s->body[i].name = s->name[i];
-    s->body[i].joint.type = type;
+    s->body[i] = kt_body_of(s->name[i], NULL, type, 1.0);
     s->body[i].joint.axis = axis;
-    s->body[i].mass = 1.0;
     return &s->body[i];
 }
 
 kt_effect *masks_add_effect(masks_scene *s, kt_effect_type type) {
     kt_effect *effect = &s->effect[s->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
+    *effect = kt_effect_of(type, NULL);
     effect->restitution = 0.0;
     return effect;
 }

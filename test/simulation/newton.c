@@ -228,11 +228,7 @@ static kt_model *driven_model(kt_effect drives[DRIVES], kt_loop *loop) {
     static const kt_joint_type joints[] = {KT_JOINT_FREE, KT_JOINT_REVOLUTE, KT_JOINT_PRISMATIC};
     static const char *const names[] = {"base", "arm", "slide"};
     for (int i = 0; i < 3; i++) {
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i > 0 ? names[i - 1] : NULL;
-        bodies[i].joint.type = joints[i];
-        bodies[i].mass = 1.0 + i;
+        bodies[i] = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL, joints[i], 1.0 + i);
         bodies[i].com = kt_vec3_make(0.1, 0.2 * i, -0.1);
         bodies[i].inertia = (kt_sym3){.xx = 0.3, .yy = 0.35, .zz = 0.4};
     }
@@ -259,14 +255,8 @@ static kt_model *driven_model(kt_effect drives[DRIVES], kt_loop *loop) {
         drives[i].stiffness = 40.0;
         drives[i].damping = 3.0;
     }
-    kt_description d = kt_description_default();
-    d.bodies = bodies;
-    d.body_count = 3;
-    d.effects = drives;
-    d.effect_count = DRIVES;
-    *loop = kt_loop_default();
-    loop->name = "hold";
-    loop->type = KT_LOOP_SPHERICAL;
+    kt_description d = kt_description_of(bodies, 3, NULL, 0, drives, DRIVES);
+    *loop = kt_loop_of("hold", KT_LOOP_SPHERICAL);
     loop->between[1] = (kt_end){.body = "slide"};
     d.loops = loop;
     d.loop_count = KT_HAS_LOOPS;

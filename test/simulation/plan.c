@@ -198,8 +198,7 @@ static int push(void *user, double t, const kt_effect_end *ends, kt_wrench *wren
 }
 
 static kt_effect force_of(kt_function function) {
-    kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_FORCE;
+    kt_effect effect = kt_effect_of(KT_EFFECT_FORCE, NULL);
     effect.between[0].body = "bar";
     for (int k = 0; k < 3; k++)
         effect.value[k] = function;
@@ -212,17 +211,14 @@ KT_TEST(effects_stand_by_their_types) {
     kt_effect effects[7];
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
-    effects[0] = kt_effect_default();
-    effects[0].type = KT_EFFECT_JOINT_DAMPER;
-    effects[0].joint = "bar";
+    effects[0] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, "bar");
     effects[0].damping = 1.0;
     effects[1] = force_of((kt_function){.type = KT_FUNCTION_CONSTANT, .value = 1.0});
     effects[2] = force_of((kt_function){.type = KT_FUNCTION_SINE, .amplitude = 1.0, .frequency = 1.0});
     effects[3] = force_of((kt_function){.type = KT_FUNCTION_RAMP, .to = 1.0, .end = 1.0});
     effects[4] = force_of((kt_function){.type = KT_FUNCTION_POLYNOMIAL, .numbers = numbers, .number_count = 3});
     effects[5] = force_of((kt_function){.type = KT_FUNCTION_TABLE, .numbers = numbers, .number_count = 6});
-    effects[6] = kt_effect_default();
-    effects[6].type = KT_EFFECT_CUSTOM;
+    effects[6] = kt_effect_of(KT_EFFECT_CUSTOM, NULL);
     effects[6].between[0].body = "bar";
     effects[6].wrench = push;
     effects[6].end_count = 1;
@@ -339,7 +335,7 @@ KT_TEST(plan_of_the_absolute_formulation_is_that_of_free_bodies) {
 /* One tree in a plane and one in space: each has its own, and wrenches of both are counted. */
 KT_TEST(mixed_scene_has_both) {
     static linkage l;
-    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_effect effects[2];
     linkage_begin(&l);
     linkage_bar(&l, "bar", NULL, kt_vec3_make(0.0, 0.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0);
     linkage_bar(&l, "slide", "bar", kt_vec3_make(0.0, -1.0, 0.0), kt_vec3_make(0.0, -1.0, 0.0), 0.1, 0.0)->joint.type =
@@ -352,7 +348,7 @@ KT_TEST(mixed_scene_has_both) {
     ball->joint.rotation = kt_rotation_vector(kt_vec3_make(0.3, 0.2, 0.1));
     ball->inertia.yy = 0.01;
     for (int i = 0; i < 2; i++) {
-        effects[i].type = KT_EFFECT_DRAG;
+        effects[i] = kt_effect_of(KT_EFFECT_DRAG, NULL);
         effects[i].between[0].body = i ? "ball" : "slide";
         effects[i].linear = 1.0;
     }

@@ -81,16 +81,12 @@ static void check_words(const kt_error *error, double t, double ahead) {
  * bound is five times the largest measured difference from 3 s. The words have three digits of the gap. */
 KT_TEST(length_beyond_the_reach_of_bars_is_named_with_its_gap_a_little_later) {
     static const double length[2] = {1.4, 0.2};
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_body bodies[2];
     kt_loop loop = kt_loop_default();
-    kt_description description = kt_description_default();
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = i ? "lower" : "upper";
-        bodies[i].parent = i ? "upper" : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(i ? "lower" : "upper", i ? "upper" : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.at = kt_vec3_make(0.0, i ? -1.0 : 0.0, 0.0);
         bodies[i].joint.position[0] = i ? 2.0 * acos(0.7) : 0.0;
-        bodies[i].mass = 1.0;
         bodies[i].shape.type = KT_SHAPE_ROD;
         bodies[i].shape.to = kt_vec3_make(0.0, -1.0, 0.0);
         bodies[i].com_of_shape = bodies[i].inertia_of_shape = true;
@@ -100,10 +96,7 @@ KT_TEST(length_beyond_the_reach_of_bars_is_named_with_its_gap_a_little_later) {
     loop.between[1].body = "lower";
     loop.between[1].at = kt_vec3_make(0.0, -1.0, 0.0);
     loop.function = kt_function_polynomial(length, 2);
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.loops = &loop;
-    description.loop_count = 1;
+    kt_description description = kt_description_of(bodies, 2, &loop, 1, NULL, 0);
     for (int i = 0; i < SETTINGS; i++) {
         kt_error error = {KT_OK, "", ""};
         kt_status status = KT_OK;
@@ -120,11 +113,10 @@ KT_TEST(length_beyond_the_reach_of_bars_is_named_with_its_gap_a_little_later) {
 /* A joint on which two motions are laid, which are seen to part at `part`: their gap is shared out evenly. */
 static void check_motions(kt_function one, kt_function other, double part, double (*apart)(double t), double slack) {
     kt_lone lone;
-    kt_loop loops[2] = {kt_loop_default(), kt_loop_default()};
+    kt_loop loops[2];
     kt_lone_make(&lone, KT_JOINT_REVOLUTE, 1.0);
     for (int i = 0; i < 2; i++) {
-        loops[i].name = i ? "other" : "one";
-        loops[i].type = KT_LOOP_MOTION;
+        loops[i] = kt_loop_of(i ? "other" : "one", KT_LOOP_MOTION);
         loops[i].joint = lone.body.name;
         loops[i].function = i ? other : one;
     }
@@ -165,15 +157,14 @@ KT_TEST(motions_that_come_to_contradict_each_other_are_both_named) {
 /* From the start on: rates 0 and 2, which share out evenly, too. */
 KT_TEST(rates_that_contradict_each_other_at_the_start_name_both_loops) {
     kt_lone lone;
-    kt_loop loops[2] = {kt_loop_default(), kt_loop_default()};
+    kt_loop loops[2];
     const double straight[2] = {0.0, 2.0};
     kt_error error = {KT_OK, "", ""};
     kt_status status = KT_OK;
     double ahead;
     kt_lone_make(&lone, KT_JOINT_REVOLUTE, 1.0);
     for (int i = 0; i < 2; i++) {
-        loops[i].name = i ? "other" : "one";
-        loops[i].type = KT_LOOP_MOTION;
+        loops[i] = kt_loop_of(i ? "other" : "one", KT_LOOP_MOTION);
         loops[i].joint = lone.body.name;
         loops[i].function = i ? kt_function_polynomial(straight, 2) : kt_function_constant(0.0);
     }
@@ -199,18 +190,15 @@ static int drive_to_a_pole(void *user, double t, double q, double v, double *for
 
 /* A wheel driven by a motion, which can always follow, and next to it a block with a force that has a pole. */
 KT_TEST(driven_loop_that_can_be_closed_is_not_blamed_for_a_pole) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_body bodies[2];
     kt_loop loop = kt_loop_default();
     kt_effect effect = kt_effect_default();
-    kt_description description = kt_description_default();
     const double turning[2] = {0.0, 50.0};
     kt_error error = {KT_OK, "", ""};
     kt_status status = KT_OK;
     double ahead;
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = i ? "block" : "wheel";
-        bodies[i].joint.type = i ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE;
-        bodies[i].mass = 1.0;
+        bodies[i] = kt_body_of(i ? "block" : "wheel", NULL, i ? KT_JOINT_PRISMATIC : KT_JOINT_REVOLUTE, 1.0);
         bodies[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }
     loop.name = "drive";
@@ -220,12 +208,7 @@ KT_TEST(driven_loop_that_can_be_closed_is_not_blamed_for_a_pole) {
     effect.type = KT_EFFECT_CUSTOM;
     effect.joint = "block";
     effect.joint_force = drive_to_a_pole;
-    description.bodies = bodies;
-    description.body_count = 2;
-    description.loops = &loop;
-    description.loop_count = 1;
-    description.effects = &effect;
-    description.effect_count = 1;
+    kt_description description = kt_description_of(bodies, 2, &loop, 1, &effect, 1);
     const double t = run_into(&description, &settings[1], &ahead, &status, &error);
     kt_check_near("time", t, 0.5, 4e-12); /* five times the measured error */
     kt_check_equal_int("status", status, KT_ERROR_STEP);

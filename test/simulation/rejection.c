@@ -59,10 +59,8 @@ static void make_stand(stand *s, owner *o, kt_run run, bool own) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_lone_make(&s->lone, KT_JOINT_PRISMATIC, 2.0);
     s->lone.body.joint.velocity[0] = 1.0;
-    s->effect = kt_effect_default();
+    s->effect = kt_effect_of(KT_EFFECT_CUSTOM, s->lone.body.name);
     s->effect.name = "hand";
-    s->effect.type = KT_EFFECT_CUSTOM;
-    s->effect.joint = s->lone.body.name;
     s->effect.joint_force = drive_nothing;
     s->effect.user = o;
     s->lone.description.effects = &s->effect;

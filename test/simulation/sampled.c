@@ -16,16 +16,13 @@ static double signal_of(double t, int joint) { return (joint ? 1.0 : 3.0) * sin(
 
 /* Two bars of 1 m and 1 kg, hanging, with dampers; with motors that follow the signal, if `motors`. */
 static kt_model *make_arm(bool motors) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
+    kt_body bodies[2];
     kt_effect effects[4];
     kt_description d = kt_description_default();
     static const char *const names[] = {"upper", "lower"};
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = names[i];
-        bodies[i].parent = i ? names[0] : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(names[i], i ? names[0] : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.at = kt_vec3_make(0.0, i ? -1.0 : 0.0, 0.0);
-        bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(0.0, -0.5, 0.0);
         bodies[i].inertia = kt_sym3_make(1.0 / 12.0, 0.01, 1.0 / 12.0, 0.0, 0.0, 0.0);
         effects[i] = effects[2 + i] = kt_effect_default();
@@ -36,10 +33,7 @@ static kt_model *make_arm(bool motors) {
         effects[2 + i].torque = kt_function_sine(i ? 1.0 : 3.0, PACE / (2.0 * acos(-1.0)), 0.4 * i, 0.0);
     }
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    d.bodies = bodies;
-    d.body_count = 2;
-    d.effects = effects;
-    d.effect_count = motors ? 4 : 2;
+    kt_describe(&d, bodies, 2, NULL, 0, effects, motors ? 4 : 2);
     return kt_scene_compile(&d);
 }
 

@@ -5,18 +5,14 @@
 #include <string.h>
 
 void kt_lone_make(kt_lone *lone, kt_joint_type type, double mass) {
-    lone->body = kt_body_default();
-    lone->body.name = "block";
-    lone->body.joint.type = type;
+    lone->body = kt_body_of("block", NULL, type, 0.0);
     if (type == KT_JOINT_PRISMATIC)
         lone->body.joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     lone->body.mass = mass;
     lone->body.inertia.xx = 1.0;
     lone->body.inertia.yy = 2.0;
     lone->body.inertia.zz = 3.0;
-    lone->description = kt_description_default();
-    lone->description.bodies = &lone->body;
-    lone->description.body_count = 1;
+    lone->description = kt_description_of(&lone->body, 1, NULL, 0, NULL, 0);
 }
 
 void kt_pendulum_make(kt_lone *lone, double angle, double velocity) {

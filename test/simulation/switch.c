@@ -10,7 +10,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
@@ -31,17 +30,12 @@ static void discs_make(discs *d) {
     static const char *const names[2] = {"x", "y"};
     *d = (discs){.clutch = kt_loop_default(), .description = kt_description_default()};
     for (int i = 0; i < 2; i++) {
-        d->body[i] = kt_body_default();
-        d->body[i].name = names[i];
-        d->body[i].joint.type = KT_JOINT_REVOLUTE;
-        d->body[i].mass = 1.0;
+        d->body[i] = kt_body_of(names[i], NULL, KT_JOINT_REVOLUTE, 1.0);
         d->body[i].inertia.xx = d->body[i].inertia.yy = d->body[i].inertia.zz = i ? B : A;
         d->body[i].joint.position[0] = i ? -0.5 : 1.0;
         d->body[i].joint.velocity[0] = i ? 2.0 : -0.3;
         d->term[i] = (kt_term){.joint = names[i], .coefficient = i ? -1.0 : 1.0};
-        d->spring[i] = kt_effect_default();
-        d->spring[i].type = KT_EFFECT_JOINT_SPRING;
-        d->spring[i].joint = names[i];
+        d->spring[i] = kt_effect_of(KT_EFFECT_JOINT_SPRING, names[i]);
         d->spring[i].stiffness = i ? b : a;
     }
     d->clutch.name = "clutch";
@@ -49,12 +43,7 @@ static void discs_make(discs *d) {
     d->clutch.terms = d->term;
     d->clutch.term_count = 2;
     d->clutch.switching = KT_SWITCHED_OFF;
-    d->description.bodies = d->body;
-    d->description.body_count = 2;
-    d->description.loops = &d->clutch;
-    d->description.loop_count = 1;
-    d->description.effects = d->spring;
-    d->description.effect_count = 2;
+    kt_describe(&d->description, d->body, 2, &d->clutch, 1, d->spring, 2);
 }
 
 /* x(t + h) of an oscillator of frequency w about c. */

@@ -1,5 +1,6 @@
 /* A whip whose end hangs on a slack rope. */
 #include "whip.h"
+#include "describe.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -19,9 +20,7 @@ void kt_whip_make(kt_whip *w, double restitution, bool has_rope) {
         body->com = kt_vec3_make(0.5 * KT_WHIP_LINK, 0.0, 0.0);
         body->inertia.zz = body->inertia.yy = KT_WHIP_MASS * KT_WHIP_LINK * KT_WHIP_LINK / 12.0;
     }
-    w->rope = kt_loop_default();
-    w->rope.name = "rope";
-    w->rope.type = KT_LOOP_DISTANCE;
+    w->rope = kt_loop_of("rope", KT_LOOP_DISTANCE);
     w->rope.slack = true;
     w->rope.restitution = restitution;
     w->rope.between[0].at = kt_vec3_make(KT_WHIP_X, KT_WHIP_Y, 0.0);

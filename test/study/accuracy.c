@@ -5,6 +5,7 @@
  *     u(t) = 2 asin(k cd(w t | k^2)),  k = sin(a / 2),  w^2 = g / l
  */
 #include "check.h"
+#include "describe.h"
 #include "sanitized.h"
 
 #include "kinetree/study.h"
@@ -30,13 +31,9 @@ typedef struct bench {
 } bench;
 
 static kt_body make_bob(const char *name, const char *parent, double angle) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.parent = parent;
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of(name, parent, KT_JOINT_REVOLUTE, 1.0);
     body.joint.at = parent != NULL ? kt_vec3_make(0.0, -1.0, 0.0) : kt_vec3_make(0.0, 0.0, 0.0);
     body.joint.position[0] = angle;
-    body.mass = 1.0;
     body.com = kt_vec3_make(0.0, -1.0, 0.0);
     return body;
 }
@@ -48,8 +45,7 @@ static void make_pendulum(bench *b, int count, double angle, double duration) {
     b->bodies[1] = make_bob("lower", "upper", 0.0);
     b->description = kt_description_default();
     b->description.gravity = kt_vec3_make(0.0, -g, 0.0);
-    b->description.bodies = b->bodies;
-    b->description.body_count = count;
+    kt_describe(&b->description, b->bodies, count, NULL, 0, NULL, 0);
     b->run = kt_run_default();
     b->run.duration = duration;
     b->options = kt_accuracy_options_default();
@@ -63,13 +59,10 @@ static void make_stiff(bench *b, double duration) {
     b->bodies[0].joint.type = KT_JOINT_PRISMATIC;
     b->bodies[0].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
     b->bodies[0].joint.position[0] = 1.0;
-    b->effects[0] = kt_effect_default();
-    b->effects[0].type = KT_EFFECT_SPRING;
+    b->effects[0] = kt_effect_of(KT_EFFECT_SPRING, NULL);
     b->effects[0].between[1].body = "upper";
     b->effects[0].stiffness = 1000.0;
-    b->effects[1] = kt_effect_default();
-    b->effects[1].type = KT_EFFECT_JOINT_DAMPER;
-    b->effects[1].joint = "upper";
+    b->effects[1] = kt_effect_of(KT_EFFECT_JOINT_DAMPER, "upper");
     b->effects[1].damping = 1001.0;
     b->description.effects = b->effects;
     b->description.effect_count = 2;
@@ -282,9 +275,7 @@ KT_TEST(reference_is_checked_with_steps_below_the_shortest_feature) {
     b.options.run_evaluations = 100000;
     b.description.gravity = kt_vec3_make(0.0, 0.0, 0.0);
     b.bodies[0].joint.type = KT_JOINT_PRISMATIC;
-    b.effects[0] = kt_effect_default();
-    b.effects[0].type = KT_EFFECT_MOTOR;
-    b.effects[0].joint = "upper";
+    b.effects[0] = kt_effect_of(KT_EFFECT_MOTOR, "upper");
     b.effects[0].torque = kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR);
     b.description.effects = b.effects;
     b.description.effect_count = 1;

@@ -1,5 +1,6 @@
 /* The norm in which errors are measured, coordinate by coordinate, against differences that are given beforehand. */
 #include "check.h"
+#include "describe.h"
 
 #include "study/accuracy.h"
 
@@ -12,15 +13,10 @@ static const double turn = 6.28318530717958647692;
 static kt_model *make_model(kt_joint_type type) {
     kt_model *model = NULL;
     kt_error error;
-    kt_body body = kt_body_default();
-    body.name = "body";
-    body.mass = 1.0;
+    kt_body body = kt_body_of("body", NULL, type, 1.0);
     body.inertia = (kt_sym3){1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
-    body.joint.type = type;
     body.joint.pitch = 0.5;
-    kt_description description = kt_description_default();
-    description.bodies = &body;
-    description.body_count = 1;
+    kt_description description = kt_description_of(&body, 1, NULL, 0, NULL, 0);
     kt_check_equal_int(kt_joint_type_name(type), kt_model_compile(&description, NULL, &model, &error), KT_OK);
     return model;
 }

@@ -3,6 +3,7 @@
 #define KT_TEST_ANALYSIS_BENCH_H
 
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/study.h"
 
@@ -24,16 +25,12 @@ typedef struct bench {
 /* A pendulum let go at 1 rad for 1 s; rk4 at one step. */
 static inline void make(bench *b) {
     memset(b, 0, sizeof *b);
-    b->body = kt_body_default();
-    b->body.name = "bob";
-    b->body.joint.type = KT_JOINT_REVOLUTE;
+    b->body = kt_body_of("bob", NULL, KT_JOINT_REVOLUTE, 1.0);
     b->body.joint.position[0] = 1.0;
-    b->body.mass = 1.0;
     b->body.com = kt_vec3_make(0.0, -1.0, 0.0);
     b->description = kt_description_default();
     b->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    b->description.bodies = &b->body;
-    b->description.body_count = 1;
+    kt_describe(&b->description, &b->body, 1, NULL, 0, NULL, 0);
     b->run = kt_run_default();
     b->run.duration = 1.0;
     b->options = kt_accuracy_options_default();

@@ -65,9 +65,7 @@ static void describe(mechanism *m, int kind) {
         m->effect[0].stick = true;
         m->effect[0].restitution = kt_effect_default().restitution;
     } else {
-        m->loop = kt_loop_default();
-        m->loop.name = "rope";
-        m->loop.type = KT_LOOP_DISTANCE;
+        m->loop = kt_loop_of("rope", KT_LOOP_DISTANCE);
         m->loop.slack = true;
         m->loop.between[0].at = kt_vec3_make(0.0, 0.0, 1.0); /* its length is 1 m */
         m->loop.between[1].body = "mass";
@@ -339,7 +337,6 @@ static const double bar[2] = {1.0, 0.7}, ball = 0.1;
 static const double n[3] = {0.28, 0.0, 0.96};
 
 static kt_model *compile_arm(bool in_space) {
-    kt_description d = kt_description_default();
     kt_body body[2] = {kt_body_default(), kt_body_default()};
     kt_effect touch = kt_effect_default();
     for (int i = 0; i < 2; i++) {
@@ -360,10 +357,7 @@ static kt_model *compile_arm(bool in_space) {
     touch.axis = kt_vec3_make(n[0], n[1], n[2]);
     touch.radius = ball;
     touch.restitution = 0.0;
-    d.bodies = body;
-    d.effects = &touch;
-    d.body_count = 2;
-    d.effect_count = 1;
+    kt_description d = kt_description_of(body, 2, NULL, 0, &touch, 1);
     return kt_test_model(&d, NULL);
 }
 

@@ -204,9 +204,7 @@ static void make_rod(bench *b) {
     b->body.joint.position[2] = 0.0;
     b->body.com = kt_vec3_make(0.0, 0.0, 0.0);
     b->body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
-    b->loop = kt_loop_default();
-    b->loop.name = "rod";
-    b->loop.type = KT_LOOP_DISTANCE;
+    b->loop = kt_loop_of("rod", KT_LOOP_DISTANCE);
     b->loop.between[1].body = "bob";
     b->description.loops = &b->loop;
     b->description.loop_count = 1;
