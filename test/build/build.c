@@ -79,12 +79,9 @@ static const char *text_of_builder(const kt_builder *builder) {
 static void check_against_scene(const char *what, const kt_beam *beam, const char *text) {
     kt_builder *builder = NULL;
     kt_error e = {0};
-    kt_body hub = kt_body_default();
     const kt_marker rim = {.name = "rim", .at = {0.1, 0.0, 0.0}, .rotation = kt_rotation_rpy(0.0, 0.0, 0.3)};
-    hub.name = "hub";
-    hub.mass = 2.0;
+    kt_body hub = kt_body_of("hub", NULL, KT_JOINT_REVOLUTE, 2.0);
     hub.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
-    hub.joint.type = KT_JOINT_REVOLUTE;
     hub.markers = &rim;
     hub.marker_count = 1;
     if (is_fine("builder", kt_builder_create(&builder, &e), &e) &&

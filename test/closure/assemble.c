@@ -381,12 +381,9 @@ KT_TEST(net_that_contradicts_itself_is_rejected_soon) {
     for (int k = 0; k < KNOTS; k++) {
         const int i = k / NET, j = k % NET;
         (void)snprintf(names[k], NAME, "k%d", k);
-        knots[k] = kt_body_default();
-        knots[k].name = names[k];
-        knots[k].joint.type = KT_JOINT_PLANAR;
+        knots[k] = kt_body_of(names[k], NULL, KT_JOINT_PLANAR, 1.0);
         knots[k].joint.position[0] = i + 0.03 * ((7 * i + 3 * j) % 5);
         knots[k].joint.position[1] = j + 0.02 * ((5 * i + j) % 7);
-        knots[k].mass = 1.0;
         knots[k].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
         if (i > 0)
             tie(&d, ties[d.loop_count], &knots[k - NET], &knots[k]);

@@ -3,6 +3,7 @@
 #include "../check.h"
 #include "../interpose.h"
 #include "../random.h"
+#include "describe.h"
 
 #include "kinetree/kinetree.h"
 #include "kinetree/loop.h"
@@ -26,24 +27,16 @@ static void begin(machine *m, int bodies, int loops) {
     static const char *const names[] = {"a", "b", "c", "d", "e", "f"}, *const closures[] = {"p", "q", "r"};
     memset(m, 0, sizeof *m);
     for (int i = 0; i < bodies; i++) {
-        m->body[i] = kt_body_default();
-        m->body[i].name = names[i];
-        m->body[i].joint.type = KT_JOINT_REVOLUTE;
-        m->body[i].mass = 1.0 + 0.3 * i;
+        m->body[i] = kt_body_of(names[i], NULL, KT_JOINT_REVOLUTE, 1.0 + 0.3 * i);
         m->body[i].inertia = kt_sym3_make(0.1, 0.12, 0.15, 0.0, 0.0, 0.0);
         m->body[i].com = kt_vec3_make(0.4, 0.03, 0.0);
     }
     for (int i = 0; i < loops; i++) {
-        m->loop[i] = kt_loop_default();
-        m->loop[i].name = closures[i];
-        m->loop[i].type = KT_LOOP_REVOLUTE;
+        m->loop[i] = kt_loop_of(closures[i], KT_LOOP_REVOLUTE);
     }
     m->description = kt_description_default();
     m->description.gravity = kt_vec3_make(0.5, -9.81, 0.3);
-    m->description.bodies = m->body;
-    m->description.body_count = bodies;
-    m->description.loops = m->loop;
-    m->description.loop_count = loops;
+    kt_describe(&m->description, m->body, bodies, m->loop, loops, NULL, 0);
     m->hold[0] = "a";
     m->description.hold = m->hold;
     m->description.hold_count = 1;

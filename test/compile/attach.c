@@ -1,5 +1,6 @@
 /* Loops on their way onto a tree. */
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/model.h"
 
@@ -14,7 +15,6 @@ typedef struct scene {
 
 static void describe(scene *s, kt_loop_type type, const char *first, const char *second) {
     static const char *const names[] = {"arm", "plate", "shelf"};
-    s->description = kt_description_default();
     for (int i = 0; i < BODIES; i++) {
         s->body[i] = kt_body_default();
         s->body[i].name = names[i];
@@ -23,16 +23,11 @@ static void describe(scene *s, kt_loop_type type, const char *first, const char 
     }
     s->body[ARM].joint.type = KT_JOINT_SPHERICAL;
     s->body[PLATE].parent = "arm";
-    s->loop = kt_loop_default();
-    s->loop.name = "pin";
-    s->loop.type = type;
+    s->loop = kt_loop_of("pin", type);
     s->loop.between[0] = s->loop.between[1] = kt_end_default();
     s->loop.between[0].body = first;
     s->loop.between[1].body = second;
-    s->description.bodies = s->body;
-    s->description.body_count = BODIES;
-    s->description.loops = &s->loop;
-    s->description.loop_count = 1;
+    s->description = kt_description_of(s->body, BODIES, &s->loop, 1, NULL, 0);
 }
 
 static kt_status compile(const scene *s, kt_error *error) {

@@ -38,10 +38,7 @@ static void describe(large *x, shape form, int count) {
         snprintf(x->names[i], sizeof x->names[i], "link%d", i);
     for (int i = 0; i < count; i++) {
         kt_body *body = &x->bodies[form == BACKWARDS ? count - 1 - i : i];
-        *body = kt_body_default();
-        body->name = x->names[i];
-        body->parent = i && form != STAR ? x->names[i - 1] : NULL;
-        body->joint.type = KT_JOINT_REVOLUTE;
+        *body = kt_body_of(x->names[i], i && form != STAR ? x->names[i - 1] : NULL, KT_JOINT_REVOLUTE, 0.0);
         if (form != IN_A_PLANE)
             body->joint.axis = kt_vec3_make(i % 3 == 0, i % 3 == 1, i % 3 == 2);
         body->joint.at = kt_vec3_make(i && form != STAR ? 1.0 : 0.0, 0.0, 0.0);
@@ -52,10 +49,8 @@ static void describe(large *x, shape form, int count) {
 }
 
 static bool compile(large *x) {
-    kt_description d = kt_description_default();
     kt_error e = {0};
-    d.bodies = x->bodies;
-    d.body_count = x->count;
+    kt_description d = kt_description_of(x->bodies, x->count, NULL, 0, NULL, 0);
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     return kt_fine("compiles", kt_model_compile(&d, NULL, &x->model, &e), &e) &&
            kt_fine("has data", kt_data_create(x->model, &x->data, &e), &e);

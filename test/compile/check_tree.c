@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "describe.h"
 #include "interpose.h"
 #include "mechanism.h"
 
@@ -162,9 +163,7 @@ KT_TEST(every_kind_of_name_has_room) {
     static kt_loop loops[COUNT];
     static kt_effect effects[COUNT];
     static kt_marker markers[COUNT];
-    kt_body body = kt_body_default();
-    body.name = "slider";
-    body.joint.type = KT_JOINT_PRISMATIC;
+    kt_body body = kt_body_of("slider", NULL, KT_JOINT_PRISMATIC, 0.0);
     for (int i = 0; i < COUNT; i++) {
         snprintf(names[i], sizeof names[i], "n%d", i);
         loops[i] = kt_loop_default();

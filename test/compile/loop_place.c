@@ -8,7 +8,6 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { BODIES = 3, MOST = 24, TRIALS = 200 };
@@ -45,28 +44,22 @@ static void make_chain(chain *c, kt_random *random, kt_loop_type type, int end, 
     static const char *const names[] = {"base", "link", "foot"};
     for (int i = 0; i < BODIES; i++) {
         kt_body *body = &c->body[i];
-        *body = kt_body_default();
-        body->name = names[i];
-        body->parent = i > 0 ? names[i - 1] : NULL;
-        body->joint.type = i > 0 ? KT_JOINT_REVOLUTE : flat ? KT_JOINT_PLANAR : KT_JOINT_FREE;
+        *body = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL,
+                           i > 0  ? KT_JOINT_REVOLUTE
+                           : flat ? KT_JOINT_PLANAR
+                                  : KT_JOINT_FREE,
+                           1.0 + 0.3 * i);
         body->joint.axis = flat || i == 0 ? kt_vec3_make(0.0, 0.0, 1.0) : random_vector(random, false);
         body->joint.at = random_vector(random, flat);
-        body->mass = 1.0 + 0.3 * i;
         body->com = random_vector(random, flat);
         body->inertia = (kt_sym3){.xx = 0.4, .yy = 0.5, .zz = 0.6};
     }
-    c->loop = kt_loop_default();
-    c->loop.name = "foot";
-    c->loop.type = type;
+    c->loop = kt_loop_of("foot", type);
     c->loop.axis = kt_vec3_make(0.0, 0.0, 1.0);
     c->loop.function = type == KT_LOOP_DISTANCE ? kt_function_constant(0.7) : c->loop.function;
     c->loop.between[1 - end].body = "foot";
     place_in(c, 1 - end, random_vector(random, flat), random_turn(random, flat));
-    c->description = kt_description_default();
-    c->description.bodies = c->body;
-    c->description.body_count = BODIES;
-    c->description.loops = &c->loop;
-    c->description.loop_count = 1;
+    c->description = kt_description_of(c->body, BODIES, &c->loop, 1, NULL, 0);
 }
 
 static kt_model *compile(const chain *c, bool settable) {

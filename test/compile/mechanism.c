@@ -1,4 +1,5 @@
 #include "mechanism.h"
+#include "describe.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -6,19 +7,13 @@
 #include "check.h"
 
 static kt_body body_of(const char *name, const char *parent, kt_joint_type type) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.parent = parent;
-    body.joint.type = type;
-    body.mass = 2.0;
+    kt_body body = kt_body_of(name, parent, type, 2.0);
     body.inertia = kt_sym3_make(1.0, 2.0, 2.5, 0.1, -0.2, 0.3);
     return body;
 }
 
 static kt_loop loop_of(const char *name, kt_loop_type type, const char *first, const char *second) {
-    kt_loop loop = kt_loop_default();
-    loop.name = name;
-    loop.type = type;
+    kt_loop loop = kt_loop_of(name, type);
     loop.between[0].body = first;
     loop.between[1].body = second;
     return loop;
@@ -86,13 +81,7 @@ void mechanism_fill(mechanism *m) {
     m->effects[ENGINE].torque = kt_function_constant(3.0);
     m->hold[0] = "crank";
     m->hold[1] = "slider";
-    m->description = kt_description_default();
-    m->description.bodies = m->bodies;
-    m->description.body_count = BODIES;
-    m->description.loops = m->loops;
-    m->description.loop_count = LOOPS;
-    m->description.effects = m->effects;
-    m->description.effect_count = EFFECTS;
+    m->description = kt_description_of(m->bodies, BODIES, m->loops, LOOPS, m->effects, EFFECTS);
     m->description.hold = m->hold;
     m->description.hold_count = 2;
 }

@@ -21,25 +21,17 @@ static const kt_vec3 x = {1.0, 0.0, 0.0}, y = {0.0, 1.0, 0.0}, z = {0.0, 0.0, 1.
 /* A body with mass anywhere. */
 static kt_body *add(world *w, const char *name, const char *parent, kt_joint_type type, kt_vec3 axis) {
     kt_body *body = &w->body[w->count++];
-    *body = kt_body_default();
-    body->name = name;
-    body->parent = parent;
-    body->joint.type = type;
+    *body = kt_body_of(name, parent, type, 1.0);
     body->joint.axis = axis;
     body->joint.at = kt_vec3_make(0.3, -0.2, 0.7);
-    body->mass = 1.0;
     body->com = kt_vec3_make(0.1, 0.2, -0.3);
     body->inertia = kt_sym3_make(0.3, 0.4, 0.5, 0.01, 0.02, -0.03);
     return body;
 }
 
 static kt_model *compile(const world *w) {
-    kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
-    d.bodies = w->body;
-    d.body_count = w->count;
-    d.loops = w->loop;
-    d.loop_count = w->loops;
+    kt_description d = kt_description_of(w->body, w->count, w->loop, w->loops, NULL, 0);
     d.gravity = kt_vec3_make(1.0, 2.0, 3.0);
     options.plan = w->plan;
     return kt_test_model(&d, &options);

@@ -12,10 +12,7 @@ static inline kt_body *add(kt_tree *tree, const char *name, kt_joint_type type, 
     }
     const int i = tree->description.body_count++;
     kt_body *body = &tree->body[i];
-    *body = kt_body_default();
-    body->name = name;
-    body->parent = i ? tree->body[i - 1].name : NULL;
-    body->joint.type = type;
+    *body = kt_body_of(name, i ? tree->body[i - 1].name : NULL, type, 0.0);
     body->joint.axis = axis;
     return body;
 }

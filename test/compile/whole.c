@@ -90,9 +90,7 @@ KT_TEST(freedoms_without_inertia_are_told_beside_other_faults) {
 
 #ifndef KT_NO_LOOPS
 static kt_loop loop_between(const char *name, const char *first, const char *second) {
-    kt_loop loop = kt_loop_default();
-    loop.name = name;
-    loop.type = KT_LOOP_SPHERICAL;
+    kt_loop loop = kt_loop_of(name, KT_LOOP_SPHERICAL);
     loop.between[0].body = first;
     loop.between[1].body = second;
     return loop;

@@ -19,10 +19,7 @@ kt_body *linkage_bar(linkage *l, const char *name, const char *parent, kt_vec3 a
     const int i = l->description.body_count++;
     kt_body *body = &l->body[i];
     snprintf(l->body_name[i], sizeof l->body_name[i], "%s", name);
-    *body = kt_body_default();
-    body->name = l->body_name[i];
-    body->parent = parent;
-    body->joint.type = KT_JOINT_REVOLUTE;
+    *body = kt_body_of(l->body_name[i], parent, KT_JOINT_REVOLUTE, 0.0);
     body->joint.at = at;
     body->joint.position[0] = angle;
     body->joint.velocity[0] = rate;
@@ -47,9 +44,7 @@ kt_loop *linkage_close(linkage *l, const char *name, kt_loop_type type, const ch
     const int i = l->description.loop_count++;
     kt_loop *loop = &l->loop[i];
     snprintf(l->loop_name[i], sizeof l->loop_name[i], "%s", name);
-    *loop = kt_loop_default();
-    loop->name = l->loop_name[i];
-    loop->type = type;
+    *loop = kt_loop_of(l->loop_name[i], type);
     loop->between[0] = end_at(first, at);
     loop->between[1] = end_at(second, there);
     return loop;

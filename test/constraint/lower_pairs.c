@@ -66,8 +66,7 @@ static void make_tree(const pair *p, scene *s) {
     }
     s->description = kt_description_default();
     s->description.gravity = kt_vec3_make(1.0, -2.0, -9.0);
-    s->description.bodies = s->bodies;
-    s->description.body_count = 2;
+    kt_describe(&s->description, s->bodies, 2, NULL, 0, NULL, 0);
 }
 
 /* The same, the bob free where the tree has it, and held by a loop. The angle of a screw's closure counts from the
@@ -89,9 +88,7 @@ static void make_loop(const pair *p, const scene *tree, kt_pose pose, kt_twist t
         s->bodies[1].joint.position[i] = position[i];
     for (int i = 0; i < 6; i++)
         s->bodies[1].joint.velocity[i] = velocity[i];
-    s->loop = kt_loop_default();
-    s->loop.name = "pair";
-    s->loop.type = p->loop;
+    s->loop = kt_loop_of("pair", p->loop);
     s->loop.axis = oblique;
     s->loop.axis2 = joint->axis2;
     s->loop.pitch = joint->pitch;

@@ -361,9 +361,7 @@ static void keep_state(tangle *g) {
 static void add_rod(tangle *g, const kt_end ends[2], double length) {
     kt_loop *rod = &g->loop[g->loops];
     (void)snprintf(g->name[g->loops], sizeof g->name[g->loops], "loop%d", g->loops);
-    *rod = kt_loop_default();
-    rod->name = g->name[g->loops++];
-    rod->type = KT_LOOP_DISTANCE;
+    *rod = kt_loop_of(g->name[g->loops++], KT_LOOP_DISTANCE);
     rod->between[0] = ends[0];
     rod->between[1] = ends[1];
     rod->function = kt_function_constant(length);
@@ -383,15 +381,11 @@ bool tangle_add_dead_centre(tangle *g, double off, bool braced, const kt_model_o
     const kt_vec3 side = kt_vec3_cross(axis, across), there = kt_vec3_add(own.position, kt_vec3_scale(apart, across));
     kt_body *body = &g->tree.body[count];
     (void)snprintf(g->tree.name[count], sizeof g->tree.name[count], "b%d", count);
-    *body = kt_body_default();
-    body->name = g->tree.name[count];
-    body->parent = like->parent;
-    body->joint.type = KT_JOINT_REVOLUTE;
+    *body = kt_body_of(g->tree.name[count], like->parent, KT_JOINT_REVOLUTE, kt_random_uniform(random, 0.5, 2.0));
     body->joint.axis = kt_mat3_apply_transposed(up.rotation, axis);
     body->joint.at = kt_mat3_apply_transposed(up.rotation, kt_vec3_sub(there, up.position));
     body->joint.velocity[0] = g->v[kt_body_coordinates(g->tree.model, first).v];
     body->joint.given = KT_GIVEN_POSITION | KT_GIVEN_VELOCITY;
-    body->mass = kt_random_uniform(random, 0.5, 2.0);
     body->inertia = kt_tree_inertia(random, body->mass, 0.5);
     for (int i = 0; i <= (int)braced; i++) {
         const double angle = off + i * acos(0.0);

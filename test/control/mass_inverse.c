@@ -4,7 +4,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define EPS DBL_EPSILON
@@ -171,20 +170,15 @@ KT_TEST(bits_are_equal_on_every_instruction_set) {
 
 /* Two prismatic joints in line, the second of which carries no mass; a planar arm's frame; no terms; too many rows. */
 KT_TEST(what_has_no_inverse_is_rejected_with_the_joint_or_row) {
-    kt_body bodies[2] = {kt_body_default(), kt_body_default()};
-    kt_description d = kt_description_default();
+    kt_body bodies[2];
     kt_error e;
     double q[2] = {0.4, 0.0}, jacobian[TASK * 2], inertia[TASK * TASK] = {7.0}, x[2] = {1.0, 2.0};
     for (int i = 0; i < 2; i++) {
-        bodies[i].name = i ? "elbow" : "shoulder";
-        bodies[i].parent = i ? "shoulder" : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(i ? "elbow" : "shoulder", i ? "shoulder" : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.at = kt_vec3_make(i ? 1.0 : 0.0, 0.0, 0.0);
-        bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(0.5, 0.0, 0.0);
     }
-    d.bodies = bodies;
-    d.body_count = 2;
+    kt_description d = kt_description_of(bodies, 2, NULL, 0, NULL, 0);
     kt_model *model = kt_test_model(&d, NULL);
     kt_data *data = kt_test_data(model);
     kt_mass_inverse *w = kt_test_mass_inverse(model, 2);

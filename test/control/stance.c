@@ -55,8 +55,7 @@ static void describe(quadruped *r) {
         b->joint.position[0] = part == 0 ? 0.1 * (leg - 1.5) : part == 1 ? 0.6 + 0.1 * leg : -1.1;
         b->com = kt_vec3_make(0.01, 0.0, part ? -0.11 : 0.0);
     }
-    r->description.bodies = r->body;
-    r->description.body_count = 1 + 3 * LEGS;
+    kt_describe(&r->description, r->body, 1 + 3 * LEGS, NULL, 0, NULL, 0);
 }
 
 /* Fixes the feet to the ground at their initial positions. */

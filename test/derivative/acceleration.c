@@ -138,8 +138,7 @@ enum { BURDENS = KT_TREE_BURDENS + 1 };
 /* The same mechanism with effects upon it, at the same state. */
 static void burden(tangle *g, kt_effect effects[BURDENS], bool differenced) {
     kt_tree_burden(effects);
-    effects[3] = kt_effect_default();
-    effects[3].type = KT_EFFECT_CUSTOM;
+    effects[3] = kt_effect_of(KT_EFFECT_CUSTOM, NULL);
     effects[3].between[0] = (kt_end){.body = "b5", .marker = "tip"};
     effects[3].end_count = 1;
     effects[3].wrench = tug;

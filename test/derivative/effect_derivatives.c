@@ -31,8 +31,7 @@ typedef struct stage {
 
 static kt_effect *add(stage *s, kt_effect_type type) {
     kt_effect *effect = &s->effect[s->tree.description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
+    *effect = kt_effect_of(type, NULL);
     return effect;
 }
 

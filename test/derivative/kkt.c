@@ -318,9 +318,7 @@ KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
     static matrices m[2];
     kt_effect spring[3];
     for (int k = 0; k < 3; k++) {
-        spring[k] = kt_effect_default();
-        spring[k].type = KT_EFFECT_JOINT_SPRING;
-        spring[k].joint = k == 0 ? "crank0" : k == 1 ? "bar4" : "crank9";
+        spring[k] = kt_effect_of(KT_EFFECT_JOINT_SPRING, k == 0 ? "crank0" : k == 1 ? "bar4" : "crank9");
         spring[k].stiffness = 30.0 + k;
         spring[k].damping = 2.0;
     }

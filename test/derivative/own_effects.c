@@ -70,8 +70,7 @@ static void make_bar(linkage *l, const kt_effect *effect, double v) {
 }
 
 static kt_effect own_effect(friction *f, bool on_body, bool exact) {
-    kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_CUSTOM;
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, NULL);
     effect.name = "mine";
     effect.user = f;
     if (on_body) {
@@ -122,11 +121,9 @@ KT_TEST(derivatives_of_sharp_friction_are_exact_if_given_and_fine_if_not) {
 
 KT_TEST(differences_across_a_jump_are_told) {
     kt_error e = {0};
-    kt_effect effect = kt_effect_default();
     static linkage l;
     double by_q = 0.0, by_v = 0.0;
-    effect.type = KT_EFFECT_CUSTOM;
-    effect.joint = "bar";
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, "bar");
     effect.joint_force = jump;
     make_bar(&l, &effect, 0.0);
     kt_need_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e);

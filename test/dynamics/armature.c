@@ -104,12 +104,9 @@ KT_TEST(articulated_bodies_with_armature_solve_the_equations_of_motion) {
 }
 
 static kt_body pendulum_body(void) {
-    kt_body body = kt_body_default();
-    body.name = "rod";
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of("rod", NULL, KT_JOINT_REVOLUTE, 2.0);
     body.joint.position[0] = 0.75;
     body.joint.armature[0] = 0.5;
-    body.mass = 2.0;
     body.com = kt_vec3_make(0.0, -1.5, 0.0);
     return body;
 }
@@ -117,8 +114,7 @@ static kt_body pendulum_body(void) {
 static kt_description pendulum(kt_body *body) {
     kt_description d = kt_description_default();
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    d.bodies = body;
-    d.body_count = 1;
+    kt_describe(&d, body, 1, NULL, 0, NULL, 0);
     return d;
 }
 

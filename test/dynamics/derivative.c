@@ -263,18 +263,12 @@ KT_TEST(what_is_not_finite_or_too_small_is_rejected_and_nothing_is_written) {
 static void grow_whip(kt_tree *tree, kt_isa isa, double unit) {
     const double mass[2] = {1e-3 * unit, unit};
     memset(tree, 0, sizeof *tree);
-    tree->description = kt_description_default();
     for (int i = 0; i < 2; i++) {
-        tree->body[i] = kt_body_default();
-        tree->body[i].name = i ? "lower" : "upper";
-        tree->body[i].parent = i ? "upper" : NULL;
-        tree->body[i].mass = mass[i];
+        tree->body[i] = kt_body_of(i ? "lower" : "upper", i ? "upper" : NULL, KT_JOINT_REVOLUTE, mass[i]);
         tree->body[i].com = kt_vec3_make(0.0, 0.1, 0.0);
-        tree->body[i].joint.type = KT_JOINT_REVOLUTE;
         tree->body[i].joint.at = kt_vec3_make(0.0, 0.1 * i, 0.0);
     }
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 2;
+    tree->description = kt_description_of(tree->body, 2, NULL, 0, NULL, 0);
     kt_model_options options = kt_model_options_default();
     options.isa = isa;
     kt_tree_compile(tree, &options);
@@ -324,12 +318,10 @@ KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
     kt_error e = {0};
     double out[2] = {7.0, 7.0};
     memset(&tree, 0, sizeof tree);
-    tree.description = kt_description_default();
     tree.body[0] = kt_body_default();
     tree.body[0].name = "rock";
     tree.body[0].mass = 1.0;
-    tree.description.bodies = tree.body;
-    tree.description.body_count = 1;
+    tree.description = kt_description_of(tree.body, 1, NULL, 0, NULL, 0);
     const kt_model_options options = kt_model_options_default();
     kt_tree_compile(&tree, &options);
     const size_t size = kt_derivative_work_size(tree.model);

@@ -12,8 +12,7 @@ static void grow_pendulum(kt_tree *tree) {
     memset(tree, 0, sizeof *tree);
     tree->description = kt_description_default();
     tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 2;
+    kt_describe(&tree->description, tree->body, 2, NULL, 0, NULL, 0);
     for (int i = 0; i < 2; i++) {
         kt_body *body = &tree->body[i];
         *body = kt_body_default();
@@ -112,17 +111,11 @@ static void grow_rods(kt_tree *tree, kt_plan plan) {
     kt_model_options options = kt_model_options_default();
     options.plan = plan;
     memset(tree, 0, sizeof *tree);
-    tree->description = kt_description_default();
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 3;
+    tree->description = kt_description_of(tree->body, 3, NULL, 0, NULL, 0);
     for (int i = 0; i < 3; i++) {
         kt_body *body = &tree->body[i];
-        *body = kt_body_default();
-        body->name = name[i];
-        body->parent = i > 0 ? name[i - 1] : NULL;
-        body->mass = 2.0;
+        *body = kt_body_of(name[i], i > 0 ? name[i - 1] : NULL, i > 0 ? KT_JOINT_REVOLUTE : KT_JOINT_FIXED, 2.0);
         body->com = kt_vec3_make(0.5, 0.0, 0.0);
-        body->joint.type = i > 0 ? KT_JOINT_REVOLUTE : KT_JOINT_FIXED;
     }
     kt_tree_compile(tree, &options);
 }
@@ -206,15 +199,10 @@ KT_TEST(the_entry_of_the_world_among_wrenches_is_ignored) {
 static void grow_gimbals(kt_tree *tree) {
     static const char *names[3] = {"outer", "inner", "wheel"};
     memset(tree, 0, sizeof *tree);
-    tree->description = kt_description_default();
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 3;
+    tree->description = kt_description_of(tree->body, 3, NULL, 0, NULL, 0);
     for (int i = 0; i < 3; i++) {
         kt_body *body = &tree->body[i];
-        *body = kt_body_default();
-        body->name = names[i];
-        body->parent = i ? names[i - 1] : NULL;
-        body->joint.type = KT_JOINT_REVOLUTE;
+        *body = kt_body_of(names[i], i ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 0.0);
         body->joint.axis = kt_vec3_make(i == 1, i == 2, i == 0);
     }
     tree->body[2].mass = 1.0;

@@ -217,15 +217,10 @@ KT_TEST(factors_take_room_for_what_is_not_zero_alone) {
         kt_description d = kt_description_default();
         for (int i = 0; i < N; i++) {
             snprintf(name[i], sizeof name[i], "b%d", i);
-            body[i] = kt_body_default();
-            body[i].name = name[i];
-            body[i].parent = i && !arms ? name[i - 1] : NULL;
-            body[i].mass = 1.0;
+            body[i] = kt_body_of(name[i], i && !arms ? name[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
             body[i].com = kt_vec3_make(1.0, 0.0, 0.0);
-            body[i].joint.type = KT_JOINT_REVOLUTE;
         }
-        d.bodies = body;
-        d.body_count = N;
+        kt_describe(&d, body, N, NULL, 0, NULL, 0);
         kt_model *model = kt_test_model(&d, NULL);
         size[arms] = kt_mass_factor_size(model);
     }

@@ -5,7 +5,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define EPS DBL_EPSILON
@@ -160,13 +159,9 @@ static void accelerate_chain(kt_mat3 frame, bool turned, kt_plan plan, const cha
     kt_error e = {0};
     for (int i = 0; i < LONG; i++) {
         snprintf(name[i], sizeof name[i], "link%d", i);
-        body[i] = kt_body_default();
-        body[i].name = name[i];
-        body[i].parent = i ? name[i - 1] : NULL;
-        body[i].joint.type = KT_JOINT_REVOLUTE;
+        body[i] = kt_body_of(name[i], i ? name[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         body[i].joint.axis = frame.z;
         body[i].joint.at = kt_vec3_scale(i ? 1.0 : 0.0, frame.x);
-        body[i].mass = 1.0;
         body[i].com = kt_vec3_scale(0.5, frame.x);
         body[i].inertia = kt_sym3_rotate(frame, kt_sym3_make(1e-3, 0.08, 0.08, 0.0, 0.0, 0.0));
         if (turned)
@@ -174,8 +169,7 @@ static void accelerate_chain(kt_mat3 frame, bool turned, kt_plan plan, const cha
         q[i] = 1e-4 * sin(0.05 * i) - (turned ? (i % 2 ? 0.25 : -0.25) : 0.0);
         v[i] = 1e-3 * cos(0.11 * i);
     }
-    d.bodies = body;
-    d.body_count = LONG;
+    kt_describe(&d, body, LONG, NULL, 0, NULL, 0);
     d.gravity = kt_vec3_scale(-9.81, frame.y);
     kt_model *model = kt_test_model(&d, &(kt_model_options){.plan = plan});
     kt_check_text("plan", kt_model_plan(model), expected);

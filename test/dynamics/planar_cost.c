@@ -1,5 +1,7 @@
 /* planar_cost planar|spatial LEVEL CALL: one call on a chain of 128 rods that turn about one axis, for planar_cost.py
  * to count its instructions. LEVEL: 1 baseline, 2 v3. */
+#include "../describe.h"
+
 #include "kinetree/dynamics.h"
 
 #include <math.h>
@@ -28,24 +30,18 @@ int main(int argc, char **argv) {
         return 1;
     for (int i = 0; i < RODS; i++) {
         (void)snprintf(names[i], sizeof names[i], "rod%d", i);
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i ? names[i - 1] : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(names[i], i ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.axis = kt_vec3_make(0.0, -1.0, 0.0);
         bodies[i].joint.at = kt_vec3_make(i ? 1.0 : 0.0, 0.0, 0.0);
-        bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(0.5, 0.0, 0.0);
         bodies[i].inertia = kt_sym3_make(0.01, 1.0 / 12.0, 1.0 / 12.0, 0.0, 0.0, 0.0);
         q[i] = sin(i);
         v[i] = cos(i);
     }
-    kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_data *data = NULL;
-    d.bodies = bodies;
-    d.body_count = RODS;
+    kt_description d = kt_description_of(bodies, RODS, NULL, 0, NULL, 0);
     d.gravity = kt_vec3_make(0.0, 0.0, -9.81);
     options.plan = strcmp(argv[1], "spatial") == 0 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.isa = (kt_isa)strtol(argv[2], NULL, 10);

@@ -13,15 +13,10 @@ static bool grow(kt_tree *tree, bool mixed, double mass) {
     static const kt_joint_type types[] = {KT_JOINT_SPHERICAL, KT_JOINT_REVOLUTE, KT_JOINT_FIXED, KT_JOINT_PRISMATIC};
     const int first = mixed ? 0 : 1;
     memset(tree, 0, sizeof *tree);
-    tree->description = kt_description_default();
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 4 - first;
+    tree->description = kt_description_of(tree->body, 4 - first, NULL, 0, NULL, 0);
     for (int i = first; i < 4; i++) {
         kt_body *body = &tree->body[i - first];
-        *body = kt_body_default();
-        body->name = names[i];
-        body->parent = i > 1 ? names[i - 1] : NULL;
-        body->joint.type = types[i];
+        *body = kt_body_of(names[i], i > 1 ? names[i - 1] : NULL, types[i], 0.0);
         if (i == 3)
             body->joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
         body->mass = i == 1 || i == 2 ? mass : 2.0;

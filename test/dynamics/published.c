@@ -8,10 +8,7 @@
 
 static kt_body *add(kt_tree *tree, const char *name, const char *parent, kt_vec3 axis, kt_vec3 at) {
     kt_body *body = &tree->body[tree->description.body_count++];
-    *body = kt_body_default();
-    body->name = name;
-    body->parent = parent;
-    body->joint.type = KT_JOINT_REVOLUTE;
+    *body = kt_body_of(name, parent, KT_JOINT_REVOLUTE, 0.0);
     body->joint.axis = axis;
     body->joint.at = at;
     return body;

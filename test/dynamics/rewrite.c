@@ -14,10 +14,7 @@ kt_body *kt_rewrite_helper(kt_tree *out, const char *parent, kt_joint_type type,
     const int i = out->description.body_count++;
     kt_body *body = &out->body[i];
     snprintf(out->name[i], sizeof out->name[i], "h%d", i);
-    *body = kt_body_default();
-    body->name = out->name[i];
-    body->parent = parent;
-    body->joint.type = type;
+    *body = kt_body_of(out->name[i], parent, type, 0.0);
     body->joint.axis = axis;
     return body;
 }

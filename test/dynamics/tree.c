@@ -227,9 +227,7 @@ void kt_tree_describe(kt_tree *tree, const kt_tree_plan *plan, kt_random *random
         for (int i = 0; i < plan->bodies; i++)
             tree->body[i] = grown[place[i]];
     }
-    tree->description = kt_description_default();
-    tree->description.bodies = tree->body;
-    tree->description.body_count = plan->bodies;
+    tree->description = kt_description_of(tree->body, plan->bodies, NULL, 0, NULL, 0);
     if (!plan->weightless)
         tree->description.gravity = kt_vec3_scale(9.81, kt_tree_direction(random));
 }

@@ -383,8 +383,7 @@ KT_TEST(attracting_bodies_keep_kepler_s_period) {
     bodies[1].joint.position[0] = 0.16;
     bodies[0].joint.velocity[1] = -0.6 * fast;
     bodies[1].joint.velocity[1] = 0.4 * fast;
-    kt_effect pull = kt_effect_default();
-    pull.type = KT_EFFECT_ATTRACTION;
+    kt_effect pull = kt_effect_of(KT_EFFECT_ATTRACTION, NULL);
     pull.between[0].body = "one";
     pull.between[1].body = "two";
     pull.strength = s;

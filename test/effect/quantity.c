@@ -34,11 +34,7 @@ typedef struct stage {
 } stage;
 
 static void add_body(stage *s, int i, const char *name, const char *parent, kt_joint_type type) {
-    s->body[i] = kt_body_default();
-    s->body[i].name = name;
-    s->body[i].parent = parent;
-    s->body[i].joint.type = type;
-    s->body[i].mass = 1.0 + i;
+    s->body[i] = kt_body_of(name, parent, type, 1.0 + i);
     s->body[i].inertia = (kt_sym3){1.0, 1.5, 2.0, 0.0, 0.0, 0.0};
 }
 
@@ -49,8 +45,7 @@ static void describe(stage *s) {
     add_body(s, 3, "slide", "buoy", KT_JOINT_PRISMATIC);
     for (int i = 0; i < EFFECTS; i++) {
         kt_effect *e = &s->effect[i];
-        *e = kt_effect_default();
-        e->type = (kt_effect_type)(i < FORMULAS ? i : FORMULAS);
+        *e = kt_effect_of((kt_effect_type)(i < FORMULAS ? i : FORMULAS), NULL);
         e->end_count = i - FORMULAS;
         e->formula[0] = i == FORMULAS ? "2*t - 3*position.slide" : i > FORMULAS + 1 ? "7 - 2*length - speed" : "1.5";
         if (i == FORMULAS + 1)
@@ -87,11 +82,7 @@ static void describe(stage *s) {
             e->value[k] = kt_function_constant(0.5 - k);
     }
     s->effect[KT_EFFECT_SPRING].name = "strut";
-    s->description = kt_description_default();
-    s->description.bodies = s->body;
-    s->description.body_count = BODIES;
-    s->description.effects = s->effect;
-    s->description.effect_count = EFFECTS;
+    s->description = kt_description_of(s->body, BODIES, NULL, 0, s->effect, EFFECTS);
 }
 
 static void build(stage *s) {

@@ -34,8 +34,7 @@ static void check_told(kt_effect effect, const char *expected) {
 }
 
 static kt_effect of_type(kt_effect_type type) {
-    kt_effect effect = kt_effect_default();
-    effect.type = type;
+    kt_effect effect = kt_effect_of(type, NULL);
     return effect;
 }
 

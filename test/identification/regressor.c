@@ -192,13 +192,9 @@ static void make_arm(arm *x, int count, const kt_vec3 *axis, const kt_vec3 *at, 
     static const char *const names[] = {"one", "two", "three", "four", "five", "six", "seven", "eight"};
     *x = (arm){.description = kt_description_default()};
     for (int i = 0; i < count; i++) {
-        x->bodies[i] = kt_body_default();
-        x->bodies[i].name = names[i];
-        x->bodies[i].parent = i > 0 ? names[i - 1] : NULL;
-        x->bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        x->bodies[i] = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         x->bodies[i].joint.axis = axis[i];
         x->bodies[i].joint.at = at[i];
-        x->bodies[i].mass = 1.0;
         x->bodies[i].inertia = kt_sym3_make(0.1, 0.1, 0.1, 0.0, 0.0, 0.0);
     }
     x->description.bodies = x->bodies;

@@ -1,5 +1,6 @@
 /* The shared library loads OpenBLAS, whose threads start with it, when a model first needs it and not before. */
 #include "check.h"
+#include "describe.h"
 #include "kinetree/kinetree.h"
 
 #include <dirent.h>
@@ -39,30 +40,21 @@ static kt_model *compile_rope(int links, kt_reduction reduction) {
     for (int i = 0; i < links; i++) {
         const double turn = i == 0 ? 0.5 : -1.0 / links;
         snprintf(names[i], sizeof names[i], "link%d", i);
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i > 0 ? names[i - 1] : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.at = kt_vec3_make(i > 0 ? 1.0 : 0.0, 0.0, 0.0);
         bodies[i].joint.position[0] = turn;
-        bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(0.5, 0.0, 0.0);
         bodies[i].inertia.yy = bodies[i].inertia.zz = 1.0 / 12.0;
         direction += turn;
         end = kt_vec3_add(end, kt_vec3_make(cos(direction), sin(direction), 0.0));
     }
-    kt_loop loop = kt_loop_default();
-    loop.name = "end";
-    loop.type = KT_LOOP_SPHERICAL;
+    kt_loop loop = kt_loop_of("end", KT_LOOP_SPHERICAL);
     loop.between[0].body = names[links - 1];
     loop.between[0].at = kt_vec3_make(1.0, 0.0, 0.0);
     loop.between[1].at = end;
     kt_description rope = kt_description_default();
     rope.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    rope.bodies = bodies;
-    rope.body_count = links;
-    rope.loops = &loop;
-    rope.loop_count = 1;
+    kt_describe(&rope, bodies, links, &loop, 1, NULL, 0);
     kt_model_options options = kt_model_options_default();
     options.reduction = kt_reduction_method_of(reduction);
     options.structure = KT_STRUCTURE_DENSE; /* link by link nothing here would need OpenBLAS */

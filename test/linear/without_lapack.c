@@ -2,6 +2,8 @@
  * whose legs are closed by four-bars. The second is a rope of one large group. The program prints the coordinates of
  * the groups and the quadruped's last state in hexadecimal digits. It also prints the message from compiling the rope
  * (without_lapack.py compares them). */
+#include "../describe.h"
+
 #include "kinetree/kinetree.h"
 
 #include <math.h>
@@ -18,22 +20,16 @@ typedef struct quadruped {
 } quadruped;
 
 static kt_body bar(const char *name, const char *parent, kt_vec3 axis, kt_vec3 at, kt_vec3 to) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.parent = parent;
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of(name, parent, KT_JOINT_REVOLUTE, 0.4);
     body.joint.axis = axis;
     body.joint.at = at;
-    body.mass = 0.4;
     body.com = kt_vec3_scale(0.5, to);
     body.inertia = kt_sym3_make(3e-3, 3e-3, 3e-3, 0.0, 0.0, 0.0);
     return body;
 }
 
 static kt_effect hold(const char *joint) {
-    kt_effect spring = kt_effect_default();
-    spring.type = KT_EFFECT_JOINT_SPRING;
-    spring.joint = joint;
+    kt_effect spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, joint);
     spring.stiffness = 150.0;
     spring.damping = 4.0;
     return spring;
@@ -55,15 +51,12 @@ static void add_leg(quadruped *r, int k) {
     body[3] = bar(name[3], name[0], y, none, lever);
     body[4] = bar(name[4], name[3], y, lever, down);
     (void)snprintf(r->closed[k], sizeof r->closed[k], "leg%d", k);
-    r->loop[k] = kt_loop_default();
-    r->loop[k].name = r->closed[k];
-    r->loop[k].type = KT_LOOP_REVOLUTE;
+    r->loop[k] = kt_loop_of(r->closed[k], KT_LOOP_REVOLUTE);
     r->loop[k].axis = y;
     r->loop[k].between[0] = (kt_end){.body = name[4], .at = down};
     r->loop[k].between[1] = (kt_end){.body = name[2], .at = lever};
     kt_effect *contact = &r->effect[3 * k];
-    *contact = kt_effect_default();
-    contact->type = KT_EFFECT_CONTACT;
+    *contact = kt_effect_of(KT_EFFECT_CONTACT, NULL);
     contact->between[0] = (kt_end){.body = name[2], .at = down};
     contact->stiffness = 1e5;
     contact->dissipation = 0.5;
@@ -79,11 +72,8 @@ static kt_status run_quadruped(kt_error *error) {
     kt_run run = kt_run_default();
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
-    r.body[0] = kt_body_default();
-    r.body[0].name = "trunk";
-    r.body[0].joint.type = KT_JOINT_FREE;
+    r.body[0] = kt_body_of("trunk", NULL, KT_JOINT_FREE, 12.0);
     r.body[0].joint.position[2] = 0.61;
-    r.body[0].mass = 12.0;
     r.body[0].inertia = kt_sym3_make(0.2, 0.5, 0.6, 0.0, 0.0, 0.0);
     for (int k = 0; k < LEGS; k++)
         add_leg(&r, k);
@@ -121,9 +111,7 @@ static kt_status compile_rope(kt_error *error) {
         direction += bodies[i].joint.position[0];
         end = kt_vec3_add(end, kt_vec3_make(cos(direction), sin(direction), 0.0));
     }
-    kt_loop loop = kt_loop_default();
-    loop.name = "far-end";
-    loop.type = KT_LOOP_SPHERICAL;
+    kt_loop loop = kt_loop_of("far-end", KT_LOOP_SPHERICAL);
     loop.between[0] = (kt_end){.body = names[LINKS - 1], .at = x};
     loop.between[1].at = end;
     kt_description d = kt_description_default();

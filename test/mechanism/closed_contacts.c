@@ -66,11 +66,9 @@ static void add_stop(subject *s, kt_random *random) {
         return;
     kt_effect *e = &s->effect[STOP];
     s->stop = body;
-    *e = kt_effect_default();
+    *e = kt_effect_of(KT_EFFECT_JOINT_LIMIT, s->tree.body[body].name);
     e->name = s->name[STOP];
-    e->type = KT_EFFECT_JOINT_LIMIT;
     e->restitution = 0.0;
-    e->joint = s->tree.body[body].name;
     e->lower = -100.0;
 }
 
@@ -310,16 +308,12 @@ typedef struct boxes {
 static void add_box(boxes *b, int i, int box) {
     const double at[7] = {2.0 * box, 0.0, 0.12, 1.0}, rate[6] = {0.5 - box, 0.3 * box, 0.0, 0.0, 0.0, 0.7 + box};
     kt_body *body = &b->body[i];
-    *body = kt_body_default();
-    body->name = box_names[i];
-    body->joint.type = KT_JOINT_FREE;
-    body->mass = 1.0 + box;
+    *body = kt_body_of(box_names[i], NULL, KT_JOINT_FREE, 1.0 + box);
     body->com = kt_vec3_make(0.01, 0.02 * box, 0.03);
     body->inertia = (kt_sym3){0.2, 0.21, 0.25 + 0.1 * box, 0.01, 0.0, 0.02};
     for (int k = 0; k < CORNERS; k++) {
         kt_effect *contact = &b->effect[CORNERS * i + k];
-        *contact = kt_effect_default();
-        contact->type = KT_EFFECT_CONTACT;
+        *contact = kt_effect_of(KT_EFFECT_CONTACT, NULL);
         contact->between[0].body = box_names[i];
         contact->between[0].at = kt_vec3_make(k == 0 ? 0.3 : -0.2, 0.2 * k - 0.2, -0.1);
         contact->radius = 0.02;
@@ -333,15 +327,11 @@ static void add_box(boxes *b, int i, int box) {
 /* Evaluates so many boxes, from the box `first` on. */
 static void slide_boxes(int first, int count, double *a) {
     boxes b;
-    kt_description d = kt_description_default();
     kt_error e = {0};
     uint64_t set = 0;
     for (int i = 0; i < count; i++)
         add_box(&b, i, first + i);
-    d.bodies = b.body;
-    d.body_count = count;
-    d.effects = b.effect;
-    d.effect_count = CORNERS * count;
+    kt_description d = kt_description_of(b.body, count, NULL, 0, b.effect, CORNERS * count);
     d.gravity = kt_vec3_make(0.5, 0.0, -9.81);
     kt_model_options options = kt_model_options_default();
     options.contact_switches = KT_SWITCH_MAX;
@@ -365,14 +355,10 @@ KT_TEST(boxes_slide_together_as_each_alone) {
 
 /* A box on one corner that slips, with another one in the air. */
 static const kt_model *compile_corner(boxes *b) {
-    kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
     add_box(b, 0, 0);
     b->effect[1].between[0].at.z = 0.4;
-    d.bodies = b->body;
-    d.body_count = 1;
-    d.effects = b->effect;
-    d.effect_count = CORNERS;
+    kt_description d = kt_description_of(b->body, 1, NULL, 0, b->effect, CORNERS);
     options.contact_switches = 2 * CORNERS;
     const kt_model *made = kt_test_model(&d, &options);
     return kt_model_switched(made, kt_switch_bits(made, 0));

@@ -74,10 +74,7 @@ typedef struct mechanism {
 } mechanism;
 
 static kt_body box(const char *name, kt_joint_type type) {
-    kt_body body = kt_body_default();
-    body.name = name;
-    body.joint.type = type;
-    body.mass = 1.3;
+    kt_body body = kt_body_of(name, NULL, type, 1.3);
     body.com = kt_vec3_make(0.1, 0.05, -0.02);
     body.inertia = (kt_sym3){0.05, 0.08, 0.06, 0.0, 0.0, 0.0};
     return body;
@@ -338,18 +335,13 @@ static void describe_bead(mechanism *m, kt_term terms[2]) {
     m->body[1].parent = "across";
     m->body[1].joint.position[0] = 0.8 * 0.8 * bowl;
     m->body[1].joint.velocity[0] = 2.0 * bowl * 0.8 * 0.3;
-    m->loop[0] = kt_loop_default();
-    m->loop[0].name = "bowl";
-    m->loop[0].type = KT_LOOP_COUPLING;
+    m->loop[0] = kt_loop_of("bowl", KT_LOOP_COUPLING);
     m->loop[0].terms = terms;
     m->loop[0].term_count = 2;
     m->loop[0].formula = "-0.4*position.across^2";
     m->description = kt_description_default();
     m->description.gravity = kt_vec3_make(0.0, 0.0, -fall);
-    m->description.bodies = m->body;
-    m->description.body_count = 2;
-    m->description.loops = m->loop;
-    m->description.loop_count = 1;
+    kt_describe(&m->description, m->body, 2, m->loop, 1, NULL, 0);
 }
 
 /* Bounds: the tolerances, which both methods keep to (2e-14 and 3e-12 were measured), of velocities three times. */

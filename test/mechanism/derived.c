@@ -41,8 +41,7 @@ static int push(void *user, double t, const kt_effect_end *ends, kt_wrench *wren
 }
 
 static kt_effect own_effect(owner *o, bool on_body) {
-    kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_CUSTOM;
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, NULL);
     effect.user = o;
     if (on_body) {
         effect.between[0].body = "bar";
@@ -81,14 +80,13 @@ static kt_status derive(const linkage *l, derivatives *d, bool with_tau, const d
  * Differences of effects are good to some 1e-9. */
 KT_TEST(springs_dampers_and_drag_have_their_derivatives) {
     static linkage l;
-    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_effect effects[2];
     derivatives d = {.tau = {77.0}};
     kt_error e = {0};
-    effects[0].type = KT_EFFECT_JOINT_SPRING;
-    effects[0].joint = "bar";
+    effects[0] = kt_effect_of(KT_EFFECT_JOINT_SPRING, "bar");
     effects[0].stiffness = 7.0;
     effects[0].damping = 0.5;
-    effects[1].type = KT_EFFECT_DRAG;
+    effects[1] = kt_effect_of(KT_EFFECT_DRAG, NULL);
     effects[1].between[0].body = "bar";
     effects[1].between[0].at = down;
     effects[1].linear = 0.25;
@@ -181,10 +179,8 @@ KT_TEST(power_that_is_not_finite_is_its_effect_s) {
  * spring. */
 KT_TEST(state_that_is_not_finite_is_told_before_its_effects) {
     static linkage l;
-    kt_effect spring = kt_effect_default();
+    kt_effect spring = kt_effect_of(KT_EFFECT_JOINT_SPRING, "bar");
     spring.name = "spring";
-    spring.type = KT_EFFECT_JOINT_SPRING;
-    spring.joint = "bar";
     spring.stiffness = 7.0;
     make_bar(&l, &spring, 1);
     l.q[0] = (double)NAN;

@@ -27,15 +27,12 @@ static void stage_describe(stage *s) {
     memset(s, 0, sizeof *s);
     for (int i = 0; i < BODIES; i++) {
         kt_body *b = &s->bodies[i];
-        *b = kt_body_default();
-        b->name = names[i];
-        b->parent = i > 0 && i < BODIES - 1 ? names[i - 1] : NULL;
-        b->joint.type = i < BODIES - 1 ? KT_JOINT_REVOLUTE : KT_JOINT_FREE;
+        *b = kt_body_of(names[i], i > 0 && i < BODIES - 1 ? names[i - 1] : NULL,
+                        i < BODIES - 1 ? KT_JOINT_REVOLUTE : KT_JOINT_FREE, 1.0 + i);
         b->joint.axis = i % 2 ? kt_vec3_make(0.0, 1.0, 0.0) : kt_vec3_make(0.0, 0.0, 1.0);
         b->joint.at = kt_vec3_make(i > 0 ? 0.5 : 0.0, 0.0, 0.0);
         b->joint.position[0] = 0.3 * (i + 1);
         b->joint.velocity[0] = 0.7 - 0.2 * i;
-        b->mass = 1.0 + i;
         b->com = kt_vec3_make(0.25, 0.05, -0.02);
         b->inertia = kt_sym3_make(0.1, 0.2, 0.25, 0.0, 0.0, 0.0);
     }
@@ -47,8 +44,7 @@ static void stage_describe(stage *s) {
 
 static kt_effect *add(stage *s, kt_effect_type type) {
     kt_effect *effect = &s->effects[s->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
+    *effect = kt_effect_of(type, NULL);
     return effect;
 }
 

@@ -62,8 +62,7 @@ static void grow(kt_tree *tree, reader *r, int n, kt_random *random) {
     const kt_tree_plan plan = draw_tree_plan(n);
     kt_tree_describe(tree, &plan, random);
     draw_names(r, tree, random);
-    r->effect = kt_effect_default();
-    r->effect.type = KT_EFFECT_EXPRESSION;
+    r->effect = kt_effect_of(KT_EFFECT_EXPRESSION, NULL);
     r->effect.end_count = 1;
     r->effect.between[0].body = tree->body[n % plan.bodies].name;
     r->effect.law = read_all;
@@ -176,8 +175,7 @@ static void load_tree(kt_tree *tree, formulas *f, kt_random *random) {
     (void)snprintf(f->text[2], sizeof f->text[2], "0.02*%s - 0.01*%s", c, a);
     (void)snprintf(f->rate, sizeof f->rate, "0.3*%s - lag + 0.1*t*%s", c, b);
     for (int k = 0; k < 3; k++) {
-        f->effect[k] = kt_effect_default();
-        f->effect[k].type = KT_EFFECT_EXPRESSION;
+        f->effect[k] = kt_effect_of(KT_EFFECT_EXPRESSION, NULL);
     }
     if (joint_of_one(tree) != NULL) {
         f->effect[count].joint = joint_of_one(tree);

@@ -62,26 +62,17 @@ KT_TEST(relative_coordinates_are_those_of_the_bodies) {
 /* A helix of radius `0.6` and `0.2 m` a radian, after 3.5 turns. */
 KT_TEST(arc_length_counts_the_turns_of_a_helix) {
     const double angle = 7.0 * acos(-1.0), length = angle * hypot(0.6, 0.2);
-    kt_body bead = kt_body_default();
-    kt_loop wire = kt_loop_default();
-    kt_description d = kt_description_default();
     double q[7], v[6];
     kt_error e = {0};
-    bead.name = "bead";
-    bead.mass = 1.0;
+    kt_body bead = kt_body_of("bead", NULL, KT_JOINT_FREE, 1.0);
     bead.inertia = (kt_sym3){1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
-    bead.joint.type = KT_JOINT_FREE;
     bead.joint.position[0] = 0.6 * cos(angle);
     bead.joint.position[1] = 0.6 * sin(angle);
     bead.joint.position[2] = 0.2 * angle;
-    wire.name = "wire";
-    wire.type = KT_LOOP_CURVE;
+    kt_loop wire = kt_loop_of("wire", KT_LOOP_CURVE);
     wire.between[1].body = "bead";
     wire.curve = (kt_track){.type = KT_TRACK_HELIX, .radius = 0.6, .pitch = 0.2};
-    d.bodies = &bead;
-    d.body_count = 1;
-    d.loops = &wire;
-    d.loop_count = 1;
+    kt_description d = kt_description_of(&bead, 1, &wire, 1, NULL, 0);
     kt_model *model = kt_test_model(&d, NULL);
     kt_data *data = kt_test_data(model);
     kt_model_initial(model, q, v);

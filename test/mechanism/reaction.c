@@ -231,9 +231,7 @@ KT_TEST(prescribed_motion_needs_the_torque_of_inverse_dynamics) {
         kt_tree_describe(&g.tree, &plan.tree, &random);
         for (int k = 0; k < 6; k++) {
             snprintf(g.name[k], sizeof g.name[k], "loop%d", k);
-            g.loop[k] = kt_loop_default();
-            g.loop[k].name = g.name[k];
-            g.loop[k].type = KT_LOOP_MOTION;
+            g.loop[k] = kt_loop_of(g.name[k], KT_LOOP_MOTION);
             g.loop[k].joint = g.tree.name[k];
             g.loop[k].function = kt_function_sine(0.5, 0.3, kt_random_uniform(&random, -1.0, 1.0), 0.1);
         }

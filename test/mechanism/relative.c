@@ -42,9 +42,7 @@ static void add_effects(scene *s, kt_random *random, const char *joint, int k, i
     snprintf(s->formula, sizeof s->formula, "cos(t)*position.%s^2 - 0.3*velocity.%s", s->coordinate, s->coordinate);
     for (int i = 0; i < EFFECTS; i++) {
         kt_effect *e = &s->effect[i];
-        *e = kt_effect_default();
-        e->type = types[i];
-        e->joint = s->coordinate;
+        *e = kt_effect_of(types[i], s->coordinate);
         e->stiffness = kt_random_uniform(random, 0.5, 2.0);
         e->damping = kt_random_uniform(random, 0.5, 2.0);
         e->coulomb = 0.7;
@@ -71,9 +69,7 @@ static kt_body body(const char *name) {
 }
 
 static kt_loop loop(const char *name, kt_loop_type type, const char *first, const char *second) {
-    kt_loop l = kt_loop_default();
-    l.name = name;
-    l.type = type;
+    kt_loop l = kt_loop_of(name, type);
     l.between[0].body = first;
     l.between[1].body = second;
     return l;
@@ -297,10 +293,8 @@ static void describe_drag_link(drag_link *g, bool at_ground, const double p[BARS
     g->s.description.body_count = BARS;
     g->s.description.loop_count = 1;
     for (int i = 0; i < 2; i++) {
-        g->s.effect[i] = kt_effect_default();
-        g->s.effect[i].type = KT_EFFECT_JOINT_SPRING;
+        g->s.effect[i] = kt_effect_of(KT_EFFECT_JOINT_SPRING, at_ground == (i == 0) ? "pin" : "rocker");
         g->s.effect[i].stiffness = 0.02;
-        g->s.effect[i].joint = at_ground == (i == 0) ? "pin" : "rocker";
     }
     g->s.description.effects = g->s.effect;
     g->s.description.effect_count = 2;
@@ -382,11 +376,9 @@ static void describe_tilted_mast(drag_link *g, bool by_loop) {
     g->s.description.bodies = g->bar;
     g->s.description.body_count = BARS;
     g->s.description.loop_count = by_loop;
-    g->s.effect[0] = kt_effect_default();
-    g->s.effect[0].type = KT_EFFECT_JOINT_SPRING;
+    g->s.effect[0] = kt_effect_of(KT_EFFECT_JOINT_SPRING, by_loop ? "pin" : "arm");
     g->s.effect[0].stiffness = 2.0;
     g->s.effect[0].rest = kt_function_constant(0.4);
-    g->s.effect[0].joint = by_loop ? "pin" : "arm";
     g->s.description.effects = g->s.effect;
     g->s.description.effect_count = 1;
     compile(&g->s);

@@ -33,7 +33,7 @@ static void enlarge(linkage *l, double s) {
 KT_TEST(four_bar_is_assembled_alike_at_every_size) {
     static linkage l;
     double q[3], a[3], b[3];
-    kt_worst accelerations = kt_worst_make("accelerations"); /* measured: 1.5e-15 */
+    KT_WORST accelerations = kt_worst_make("accelerations"); /* measured: 1.5e-15 */
     const int order[SIZES] = {UNIT, 0, 1, 3, 4};
     for (int k = 0; k < SIZES; k++) {
         const double s = sizes[order[k]];
@@ -55,7 +55,6 @@ KT_TEST(four_bar_is_assembled_alike_at_every_size) {
             kt_worst_near(&accelerations, k ? b[i] : a[i], a[i], 1e-14, "%g m, %d", s, i);
         }
     }
-    kt_check_worst(&accelerations);
 }
 
 KT_TEST(unreachable_loop_is_rejected_at_every_size) {

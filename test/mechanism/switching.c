@@ -29,9 +29,8 @@ static void describe_effects(switched *s, kt_random *random) {
     static const char *const names[EFFECTS] = {"coil", "pull", "air"};
     for (int i = 0; i < EFFECTS; i++) {
         kt_effect *e = &s->effect[i];
-        *e = kt_effect_default();
+        *e = kt_effect_of(types[i], NULL);
         e->name = names[i];
-        e->type = types[i];
         for (int k = 0; k < 2; k++) {
             e->between[k].body =
                 s->g.tree.body[kt_random_int(random, 0, s->g.tree.description.body_count / 2 - 1) * 2 + k].name;
@@ -244,25 +243,16 @@ KT_TEST(an_impact_is_nearest_in_the_mass_metric) {
  * quarter of its energy. */
 KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     const double m = 1.3, l = 0.8, speed = 2.5;
-    kt_body rod = kt_body_default();
-    kt_loop pin = kt_loop_default();
-    kt_description d = kt_description_default();
     kt_impact impact = {0.0, 0.0};
     kt_error e = {0};
-    rod.name = "rod";
-    rod.joint.type = KT_JOINT_PLANAR;
-    rod.mass = m;
+    kt_body rod = kt_body_of("rod", NULL, KT_JOINT_PLANAR, m);
     rod.inertia.yy = rod.inertia.zz = m * l * l / 12.0;
-    pin.name = "pin";
-    pin.type = KT_LOOP_SPHERICAL;
+    kt_loop pin = kt_loop_of("pin", KT_LOOP_SPHERICAL);
     pin.between[0].at = (kt_vec3){-l / 2.0, 0.0, 0.0};
     pin.between[1].body = "rod";
     pin.between[1].at = (kt_vec3){-l / 2.0, 0.0, 0.0};
     pin.switching = KT_SWITCHED_OFF;
-    d.bodies = &rod;
-    d.body_count = 1;
-    d.loops = &pin;
-    d.loop_count = 1;
+    kt_description d = kt_description_of(&rod, 1, &pin, 1, NULL, 0);
     kt_model *compiled = kt_test_model(&d, NULL);
     kt_data *data = kt_test_data(compiled);
     const kt_model *model = compiled;
@@ -287,21 +277,13 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
 /* A rod in its plane, and a pin above that plane, which it cannot reach. While the pin is off, the rod is computed in
  * the plane. If it is on, the rod is computed in space, which finds that the loop does not close. */
 KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
-    kt_body rod = kt_body_default();
-    kt_loop pin = kt_loop_default();
-    kt_description d = kt_description_default();
-    rod.name = "rod";
-    rod.joint.type = KT_JOINT_PLANAR;
+    kt_body rod = kt_body_of("rod", NULL, KT_JOINT_PLANAR, 0.0);
     rod.mass = rod.inertia.yy = rod.inertia.zz = 1.0;
-    pin.name = "pin";
-    pin.type = KT_LOOP_SPHERICAL;
+    kt_loop pin = kt_loop_of("pin", KT_LOOP_SPHERICAL);
     pin.between[0].at = (kt_vec3){0.0, 0.0, 0.3};
     pin.between[1].body = "rod";
     pin.switching = KT_SWITCHED_OFF;
-    d.bodies = &rod;
-    d.body_count = 1;
-    d.loops = &pin;
-    d.loop_count = 1;
+    kt_description d = kt_description_of(&rod, 1, &pin, 1, NULL, 0);
     kt_model *model = kt_test_model(&d, NULL);
     kt_check_text("off", kt_model_plan(model), "planar");
     kt_check_text("on", kt_model_plan(kt_model_switched(model, 1)), "spatial");

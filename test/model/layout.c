@@ -129,17 +129,12 @@ static bytes bytes_a_link(int n, bool planar) {
         abort();
     for (int i = 0; i < n; i++) {
         snprintf(names[i], sizeof names[i], "b%d", i);
-        bodies[i] = kt_body_default();
-        bodies[i].name = names[i];
-        bodies[i].parent = i ? names[i - 1] : NULL;
-        bodies[i].joint.type = KT_JOINT_REVOLUTE;
+        bodies[i] = kt_body_of(names[i], i ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 1.0);
         bodies[i].joint.axis = planar ? kt_vec3_make(0.0, 0.0, 1.0) : kt_vec3_make(i % 3 == 0, i % 3 == 1, i % 3 == 2);
-        bodies[i].mass = 1.0;
         bodies[i].com = kt_vec3_make(0.1, 0.2, 0.3);
         bodies[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     }
-    d.bodies = bodies;
-    d.body_count = n;
+    kt_describe(&d, bodies, n, NULL, 0, NULL, 0);
     kt_model *model = kt_test_model(&d, NULL);
     link = (bytes){(double)kt_model_size(model) / n, (double)kt_data_size(model) / n};
     free(bodies);

@@ -31,8 +31,7 @@ static void make(kt_tree *tree) {
     tree->description = kt_description_default();
     tree->description.name = "cart and pendulum";
     tree->description.gravity = kt_vec3_make(0.0, -9.81, 0.5);
-    tree->description.bodies = tree->body;
-    tree->description.body_count = 2;
+    kt_describe(&tree->description, tree->body, 2, NULL, 0, NULL, 0);
     kt_tree_compile(tree, NULL);
 }
 
@@ -192,8 +191,7 @@ KT_TEST(a_thousand_names_are_kept_apart) {
         bodies[i].markers = markers;
         bodies[i].marker_count = 2;
     }
-    d.bodies = bodies;
-    d.body_count = 1000;
+    kt_describe(&d, bodies, 1000, NULL, 0, NULL, 0);
     m = kt_test_model(&d, NULL);
     for (int i = 0; i < 1000; i++)
         wrong += kt_body_find(m, names[i]) != i + 1 || kt_marker_find(m, i + 1, "b8") != 1 ||

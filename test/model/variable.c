@@ -1,5 +1,6 @@
 /* Variables of formulas: every one has a name, the name of its column, and is found by it. */
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/description.h"
 
@@ -13,15 +14,11 @@ static kt_description describe(kt_body bodies[3]) {
         kt_joint_type type;
     } made[] = {{"arm", KT_JOINT_REVOLUTE}, {"arm-2", KT_JOINT_FREE}, {"base", KT_JOINT_FIXED}};
     for (int i = 0; i < 3; i++) {
-        bodies[i] = kt_body_default();
-        bodies[i].name = made[i].name;
-        bodies[i].joint.type = made[i].type;
+        bodies[i] = kt_body_of(made[i].name, NULL, made[i].type, 0.0);
         bodies[i].markers = markers;
         bodies[i].marker_count = 2;
     }
-    kt_description description = kt_description_default();
-    description.bodies = bodies;
-    description.body_count = 3;
+    kt_description description = kt_description_of(bodies, 3, NULL, 0, NULL, 0);
     return description;
 }
 

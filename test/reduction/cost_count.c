@@ -1,5 +1,7 @@
 /* `cost_count TASK N [spatial]` runs one task once, on a mechanism of N parts. cost.py counts its instructions. TASK is
  * a name in the table `scenes`. */
+#include "../describe.h"
+
 #include "kinetree/analysis.h"
 #include "kinetree/control.h"
 #include "kinetree/sensitivity.h"
@@ -17,13 +19,9 @@ static char names[4 * MOST][16], loop_names[MOST][16];
 
 static const char *add(int i, const char *kind, int n, const char *parent, double x, double length, double angle) {
     snprintf(names[i], sizeof names[i], "%s%d", kind, n);
-    bodies[i] = kt_body_default();
-    bodies[i].name = names[i];
-    bodies[i].parent = parent;
-    bodies[i].joint.type = KT_JOINT_REVOLUTE;
+    bodies[i] = kt_body_of(names[i], parent, KT_JOINT_REVOLUTE, 1.0);
     bodies[i].joint.at = kt_vec3_make(x, 0.0, 0.0);
     bodies[i].joint.position[0] = angle;
-    bodies[i].mass = 1.0;
     bodies[i].com = kt_vec3_make(0.5 * length, 0.0, 0.0);
     bodies[i].inertia = kt_sym3_make(0.01, 0.1, 0.1, 0.0, 0.0, 0.0);
     return names[i];
@@ -39,9 +37,7 @@ static kt_end end_at(const char *body, double x) {
 static void close_loop(const char *first, double x, const char *second, double y) {
     const int i = loop_count++;
     snprintf(loop_names[i], sizeof loop_names[i], "loop%d", i);
-    loops[i] = kt_loop_default();
-    loops[i].name = loop_names[i];
-    loops[i].type = KT_LOOP_REVOLUTE;
+    loops[i] = kt_loop_of(loop_names[i], KT_LOOP_REVOLUTE);
     loops[i].between[0] = end_at(first, x);
     loops[i].between[1] = end_at(second, y);
 }
@@ -117,9 +113,7 @@ static int build_driven(int n) {
     static const double turns[] = {1.0, 0.5, 2.0};
     (void)build_held(n);
     kt_loop *motion = &loops[loop_count++];
-    *motion = kt_loop_default();
-    motion->name = "motion";
-    motion->type = KT_LOOP_MOTION;
+    *motion = kt_loop_of("motion", KT_LOOP_MOTION);
     motion->joint = names[0];
     motion->function = kt_function_polynomial(turns, 3);
     return n;
@@ -245,15 +239,11 @@ int main(int argc, char **argv) {
         s++;
     if (s == end || n < 1 || n > MOST)
         return 1;
-    kt_description d = kt_description_default();
     kt_model_options options = kt_model_options_default();
     kt_model *model = NULL;
     kt_data *data = NULL;
     kt_error error;
-    d.body_count = s->build(n);
-    d.bodies = bodies;
-    d.loops = loops;
-    d.loop_count = loop_count;
+    kt_description d = kt_description_of(bodies, s->build(n), loops, loop_count, NULL, 0);
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.isa = KT_ISA_BASE; /* valgrind lacks AVX-512 */

@@ -338,18 +338,16 @@ static void add_effects(tangle *g, kt_effect *effects) {
         kt_effect *e = &effects[count];
         if (type != KT_JOINT_REVOLUTE && type != KT_JOINT_PRISMATIC)
             continue;
-        *e = kt_effect_default();
-        e->type = count % 3 == 0   ? KT_EFFECT_JOINT_SPRING
-                  : count % 3 == 1 ? KT_EFFECT_JOINT_DAMPER
-                                   : KT_EFFECT_JOINT_FRICTION;
-        e->joint = d->bodies[i].name;
+        *e = kt_effect_of(count % 3 == 0   ? KT_EFFECT_JOINT_SPRING
+                          : count % 3 == 1 ? KT_EFFECT_JOINT_DAMPER
+                                           : KT_EFFECT_JOINT_FRICTION,
+                          d->bodies[i].name);
         e->stiffness = 5.0;
         e->damping = e->coulomb = 1.5;
         e->smoothing = 0.5;
         count++;
     }
-    effects[count] = kt_effect_default();
-    effects[count].type = KT_EFFECT_SPRING;
+    effects[count] = kt_effect_of(KT_EFFECT_SPRING, NULL);
     effects[count].between[1].body = d->bodies[d->body_count - 1].name;
     effects[count].between[1].at = kt_vec3_make(0.3, 0.2, 0.1);
     effects[count++].stiffness = 10.0;

@@ -123,9 +123,7 @@ static void build_row(linkage *l, bool loaded, kt_random *random) {
         l->body[b].joint.armature[0] = 0.5;
     for (int b = 0; b < l->description.body_count && loaded; b += 3) {
         kt_effect *e = &effects[l->description.effect_count++];
-        *e = kt_effect_default();
-        e->type = b % 2 ? KT_EFFECT_JOINT_SPRING : KT_EFFECT_JOINT_FRICTION;
-        e->joint = l->body_name[b];
+        *e = kt_effect_of(b % 2 ? KT_EFFECT_JOINT_SPRING : KT_EFFECT_JOINT_FRICTION, l->body_name[b]);
         e->stiffness = 20.0;
         e->damping = e->coulomb = 2.0;
     }
