@@ -27,25 +27,16 @@ static void driven_arm_describe(driven_arm *arm, kt_loop_type type, kt_function 
     memset(arm, 0, sizeof *arm);
     arm->description = kt_description_default();
     arm->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    arm->description.bodies = arm->body;
-    arm->description.body_count = 2;
-    arm->description.loops = &arm->loop;
-    arm->description.loop_count = 1;
+    kt_describe(&arm->description, arm->body, 2, &arm->loop, 1, NULL, 0);
     for (int i = 0; i < 2; i++) {
         kt_body *b = &arm->body[i];
-        *b = kt_body_default();
-        b->name = i == 0 ? "first" : "second";
-        b->parent = i == 0 ? NULL : "first";
-        b->joint.type = KT_JOINT_REVOLUTE;
+        *b = kt_body_of(i == 0 ? "first" : "second", i == 0 ? NULL : "first", KT_JOINT_REVOLUTE, 2.0);
         b->joint.axis = i == 0 ? kt_vec3_make(0.0, 0.0, 1.0) : kt_vec3_make(0.0, 1.0, 0.0);
         b->joint.at = i == 0 ? kt_vec3_make(0.0, 0.0, 0.0) : kt_vec3_make(0.3, 0.0, 0.1);
-        b->mass = 2.0;
         b->com = kt_vec3_make(0.2, 0.05, 0.1);
         b->inertia = kt_sym3_make(0.02, 0.03, 0.025, 0.001, 0.002, 0.003);
     }
-    arm->loop = kt_loop_default();
-    arm->loop.name = "drive";
-    arm->loop.type = type;
+    arm->loop = kt_loop_of("drive", type);
     arm->loop.function = function;
 }
 

@@ -218,9 +218,7 @@ void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state
     snprintf(set->formula[1][1], KT_EFFECT_FORMULA,
              "first - 0.5*second + velocity.%s + marker.%s.tip.x + marker.%s.tip.vy", hinge, hinge, hinge);
     snprintf(set->formula[0][0], KT_EFFECT_FORMULA, "2*first - second*tanh(velocity.%s)", hinge);
-    set->effect[0] = kt_effect_default();
-    set->effect[0].type = KT_EFFECT_EXPRESSION;
-    set->effect[0].joint = hinge;
+    set->effect[0] = kt_effect_of(KT_EFFECT_EXPRESSION, hinge);
     set->effect[0].formula[0] = set->formula[0][0];
     tree->description.effects = set->effect;
     tree->description.effect_count = 1;

@@ -345,9 +345,7 @@ KT_TEST(structure_changes_with_all_that_effects_fold) {
         if (k == 4)
             motor->torque = kt_function_sine(0.41, 0.8, 0.2, 0.1);
         if (k >= 5) {
-            *motor = kt_effect_default();
-            motor->type = KT_EFFECT_EXPRESSION;
-            motor->joint = other.joint;
+            *motor = kt_effect_of(KT_EFFECT_EXPRESSION, other.joint);
             motor->formula[0] = k == 5 ? "t + 1" : k == 6 ? "t + 2" : k == 7 ? "t - 1" : "1 + t";
         }
         kt_tree_compile(&tree, NULL);

@@ -33,19 +33,14 @@ static const char *const names[BODIES] = {"link1",  "link2",  "link3",  "link4",
 static void small_tree_describe(small_tree *t, int count) {
     t->description = kt_description_default();
     t->description.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    t->description.bodies = t->body;
-    t->description.body_count = count;
+    kt_describe(&t->description, t->body, count, NULL, 0, NULL, 0);
     t->marker = (kt_marker){.name = "tip", .at = {1.0, 0.0, 0.0}};
     t->model = NULL;
     for (int i = 0; i < count; i++) {
         kt_body *b = &t->body[i];
-        *b = kt_body_default();
-        b->name = names[i];
-        b->parent = i > 0 ? names[i - 1] : NULL;
-        b->joint.type = KT_JOINT_REVOLUTE;
+        *b = kt_body_of(names[i], i > 0 ? names[i - 1] : NULL, KT_JOINT_REVOLUTE, 2.0);
         b->joint.axis = i % 2 ? kt_vec3_make(0.0, 1.0, 0.0) : kt_vec3_make(0.0, 0.0, 1.0);
         b->joint.at = i > 0 ? kt_vec3_make(0.1, 0.0, 0.3) : kt_vec3_make(0.0, 0.0, 0.0);
-        b->mass = 2.0;
         b->com = kt_vec3_make(0.05, 0.02, 0.1);
         b->inertia = kt_sym3_make(0.02, 0.03, 0.025, 0.001, 0.002, 0.003);
     }
@@ -96,9 +91,7 @@ KT_TEST(what_cannot_be_generated_is_rejected_with_a_reason) {
         check_rejected("no marker", t.model, "arm", KT_CODEGEN_MARKERS, KT_ERROR_MODEL, "no markers");
 
     small_tree_describe(&t, 3);
-    kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_CUSTOM;
-    effect.joint = names[1];
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, names[1]);
     effect.joint_force = push_joint;
     t.description.effects = &effect;
     t.description.effect_count = 1;

@@ -7,8 +7,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define EPS DBL_EPSILON
@@ -36,14 +34,10 @@ static void four_bar_describe(four_bar *f, const double length[3], double base, 
     memset(f, 0, sizeof *f);
     f->description = kt_description_default();
     f->description.gravity = kt_vec3_make(0.0, -9.81, 0.0);
-    f->description.bodies = f->body;
-    f->description.body_count = 3;
+    kt_describe(&f->description, f->body, 3, NULL, 0, NULL, 0);
     for (int i = 0; i < 3; i++) {
         kt_body *b = &f->body[i];
-        *b = kt_body_default();
-        b->name = name[i];
-        b->joint.type = KT_JOINT_REVOLUTE;
-        b->mass = length[i];
+        *b = kt_body_of(name[i], NULL, KT_JOINT_REVOLUTE, length[i]);
         b->com = kt_vec3_make(0.5 * length[i], 0.0, 0.0);
         b->inertia = kt_sym3_make(0.0, length[i] * length[i] * length[i] / 12.0,
                                   length[i] * length[i] * length[i] / 12.0, 0.0, 0.0, 0.0);
@@ -54,9 +48,7 @@ static void four_bar_describe(four_bar *f, const double length[3], double base, 
     f->body[1].parent = name[0];
     f->body[1].joint.at = kt_vec3_make(length[0], 0.0, 0.0);
     f->body[2].joint.at = kt_vec3_make(base * cos(direction), base * sin(direction), 0.0);
-    f->loop = kt_loop_default();
-    f->loop.name = "pin";
-    f->loop.type = KT_LOOP_REVOLUTE;
+    f->loop = kt_loop_of("pin", KT_LOOP_REVOLUTE);
     f->loop.between[0] = (kt_end){.body = name[1], .at = {length[1], 0.0, 0.0}};
     f->loop.between[1] = (kt_end){.body = name[2], .at = {length[2], 0.0, 0.0}};
     f->description.loops = &f->loop;

@@ -63,10 +63,7 @@ static void add_body(repeated *m, kt_random *random, int parent, kt_joint_type t
     kt_body *b = &m->body[i];
     const kt_vec3 off = draw_vector(random, 0.002);
     snprintf(m->name[i], sizeof m->name[i], "b%d", i + 1);
-    *b = kt_body_default();
-    b->name = m->name[i];
-    b->parent = parent >= 0 ? m->name[parent] : NULL;
-    b->joint.type = type;
+    *b = kt_body_of(m->name[i], parent >= 0 ? m->name[parent] : NULL, type, 0.0);
     b->joint.axis = kt_vec3_make(axis == 0, axis == 1, axis == 2);
     b->joint.at = draw_vector(random, 0.3);
     if (type == KT_JOINT_SCREW)

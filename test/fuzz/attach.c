@@ -1,4 +1,5 @@
 /* Loops and effects of a mechanism out of bytes. */
+#include "describe.h"
 #include "fuzz.h"
 #include "kinetree/effect.h"
 
@@ -132,9 +133,8 @@ static bool draw_loop(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     static const char *const names[KT_FUZZ_LOOPS] = {"l", "m", "n", "o"};
     static const kt_vec3 bow[] = {{-0.5, 0.1, 0.0}, {0.2, 0.6, 0.1}, {0.9, 0.4, -0.3}};
     kt_loop *loop = &m->loop[i];
-    *loop = kt_loop_default();
-    loop->name = m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15 ? names[0] : names[i];
-    loop->type = (kt_loop_type)kt_bytes_pick(bytes, KT_LOOP_TYPE_COUNT + (m->wild == KT_WILD_ALL));
+    *loop = kt_loop_of(m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15 ? names[0] : names[i],
+                       (kt_loop_type)kt_bytes_pick(bytes, KT_LOOP_TYPE_COUNT + (m->wild == KT_WILD_ALL)));
     if (loop->type == KT_LOOP_RATES && kt_bytes_chance(bytes))
         loop->function = draw_function(bytes, m, 0.0, false);
     if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_RATES)
@@ -242,9 +242,9 @@ static bool is_in_joint(const kt_effect *effect) {
 static bool draw_effect(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     static const char *const names[KT_FUZZ_EFFECTS] = {"p", NULL, "q", NULL, "r"};
     kt_effect *effect = &m->effect[i];
-    *effect = kt_effect_default();
+    *effect =
+        kt_effect_of((kt_effect_type)kt_bytes_pick(bytes, KT_EFFECT_TYPE_COUNT + 1 + (m->wild == KT_WILD_ALL)), NULL);
     effect->name = names[i];
-    effect->type = (kt_effect_type)kt_bytes_pick(bytes, KT_EFFECT_TYPE_COUNT + 1 + (m->wild == KT_WILD_ALL));
     if (effect->type == KT_EFFECT_TYPE_COUNT)
         draw_custom(bytes, m, i);
     if (effect->type == KT_EFFECT_EXPRESSION) {

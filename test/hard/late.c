@@ -8,12 +8,12 @@
  * The tests run some of the scenes. KT_SAMPLE=300 runs 300 scenes.
  */
 #include "check.h"
+#include "describe.h"
 
 #include "kinetree/kinetree.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
@@ -284,9 +284,7 @@ static void solve(const scene *s, double state[2], double size[2]) {
 
 static kt_effect *add_effect(scene *s, kt_effect_type type, const char *joint) {
     kt_effect *effect = &s->effects[s->description.effect_count++];
-    *effect = kt_effect_default();
-    effect->type = type;
-    effect->joint = joint;
+    *effect = kt_effect_of(type, joint);
     return effect;
 }
 
@@ -310,18 +308,13 @@ static void add_contact(scene *s, const char *point, const char *plane, double a
 
 static kt_body *add_body(scene *s, const char *name, kt_joint_type type, kt_vec3 axis) {
     kt_body *body = &s->bodies[s->description.body_count++];
-    *body = kt_body_default();
-    body->name = name;
-    body->joint.type = type;
+    *body = kt_body_of(name, NULL, type, s->mass);
     body->joint.axis = axis;
-    body->mass = s->mass;
     return body;
 }
 
 static void add_drive(scene *s, const char *joint, kt_function function) {
-    s->loop = kt_loop_default();
-    s->loop.name = "drive";
-    s->loop.type = KT_LOOP_MOTION;
+    s->loop = kt_loop_of("drive", KT_LOOP_MOTION);
     s->loop.joint = joint;
     s->loop.function = function;
     s->description.loops = &s->loop;

@@ -5,6 +5,7 @@
  * straight at t = 3 s. Close to this time the rates grow as `(3 s - t)^-1/2`. A step of 1e-3 s fails only if the
  * stretch is a few steps ahead at most.
  */
+#include "describe.h"
 #include "hard.h"
 
 #include <math.h>
@@ -108,10 +109,9 @@ static void run_contradiction(kt_hard *h) {
     h->observed[0] = 0.0;
     if (!kt_hard_open(h, &motion))
         return;
-    kt_loop loops[2] = {kt_loop_default(), kt_loop_default()};
+    kt_loop loops[2];
     for (int i = 0; i < 2; i++) {
-        loops[i].name = i ? "other" : "one";
-        loops[i].type = KT_LOOP_MOTION;
+        loops[i] = kt_loop_of(i ? "other" : "one", KT_LOOP_MOTION);
         loops[i].joint = h->bodies[0].name;
         loops[i].function = kt_function_constant(i);
     }
@@ -141,9 +141,7 @@ static void run_out_of_reach(kt_hard *h) {
         h->bodies[i].joint.position[0] = i ? 2.0 * acos(0.7) : 0.0;
         h->bodies[i].joint.velocity[0] = 0.0;
     }
-    kt_loop loop = kt_loop_default();
-    loop.name = "pull";
-    loop.type = KT_LOOP_DISTANCE;
+    kt_loop loop = kt_loop_of("pull", KT_LOOP_DISTANCE);
     loop.between[1].body = h->bodies[1].name;
     loop.between[1].at = kt_vec3_make(0.0, -1.0, 0.0);
     loop.function = kt_function_polynomial(length, 2);
@@ -248,10 +246,8 @@ static void keep_state(const kt_simulation *s, double *out) {
 static void burst_at_half(kt_hard *h, const kt_hard_motion *motion, double value, double *end) {
     burst b = {value, false};
     kt_error error = {KT_OK, "", ""};
-    kt_effect effect = kt_effect_default();
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, h->bodies[0].name);
     effect.name = "burst";
-    effect.type = KT_EFFECT_CUSTOM;
-    effect.joint = h->bodies[0].name;
     effect.joint_force = drive;
     effect.user = &b;
     h->description.effects = &effect;

@@ -316,16 +316,13 @@ KT_TEST(exported_trees_are_those_that_mujoco_computes) {
     kt_random random = kt_random_of_test();
     for (int n = 0; n < TREES; n++) {
         kt_body bodies[BODIES];
-        kt_description d = kt_description_default();
         for (int i = 0; i < BODIES; i++) {
             double v[12];
             for (int k = 0; k < 12; k++)
                 v[k] = kt_random_uniform(&random, -1.0, 1.0);
             kt_body *b = &bodies[i];
-            *b = kt_body_default();
-            b->name = names[i];
-            b->parent = i > 0 ? names[(int)kt_random_uniform(&random, 0.0, (double)i)] : NULL;
-            b->joint.type = i > 0 ? types[(int)kt_random_uniform(&random, 0.0, 7.0)] : KT_JOINT_FREE;
+            *b = kt_body_of(names[i], i > 0 ? names[(int)kt_random_uniform(&random, 0.0, (double)i)] : NULL,
+                            i > 0 ? types[(int)kt_random_uniform(&random, 0.0, 7.0)] : KT_JOINT_FREE, 0.0);
             b->joint.axis = kt_vec3_make(v[0], v[1], v[2]);
             b->com = kt_vec3_make(v[3], v[4], v[5]);
             if (i > 0) {
@@ -335,8 +332,7 @@ KT_TEST(exported_trees_are_those_that_mujoco_computes) {
             b->mass = 1.5 + v[0];
             b->inertia = kt_sym3_make(0.8 + 0.2 * v[1], 0.8 + 0.2 * v[2], 0.8 + 0.2 * v[3], 0.0, 0.0, 0.0);
         }
-        d.bodies = bodies;
-        d.body_count = BODIES;
+        kt_description d = kt_description_of(bodies, BODIES, NULL, 0, NULL, 0);
         d.gravity = kt_vec3_make(1.0, -2.0, -9.0);
         compare_exported(&d, 1e-13);
     }

@@ -82,12 +82,9 @@ KT_TEST(damped_pendulum_swings_as_described_by_hand) {
         "<limit lower='0.7' upper='3' effort='0' velocity='0'/><dynamics damping='0.3' friction='0.1'/></joint>"
         "</robot>",
         NULL);
-    kt_body bob = kt_body_default();
-    bob.name = "bob";
-    bob.joint.type = KT_JOINT_REVOLUTE;
+    kt_body bob = kt_body_of("bob", NULL, KT_JOINT_REVOLUTE, 2.0);
     bob.joint.axis = kt_vec3_make(0.0, 1.0, 0.0);
     bob.joint.position[0] = 0.7;
-    bob.mass = 2.0;
     bob.com = kt_vec3_make(0.0, 0.0, -1.0);
     bob.inertia = kt_sym3_make(0.1, 0.2, 0.1, 0.0, 0.0, 0.0);
     kt_effect effects[] = {kt_effect_default(), kt_effect_default()};
@@ -98,10 +95,7 @@ KT_TEST(damped_pendulum_swings_as_described_by_hand) {
     effects[0].joint = effects[1].joint = "bob";
     kt_description by_hand = kt_description_default();
     by_hand.gravity = kt_vec3_make(0.0, 0.0, -9.81);
-    by_hand.bodies = &bob;
-    by_hand.body_count = 1;
-    by_hand.effects = effects;
-    by_hand.effect_count = 2;
+    kt_describe(&by_hand, &bob, 1, NULL, 0, effects, 2);
     const kt_description *descriptions[] = {&scene->description, &by_hand};
     for (int i = 0; i < 2; i++) {
         kt_simulation *simulation = kt_test_simulation(kt_test_model(descriptions[i], NULL), NULL, NULL);

@@ -51,11 +51,7 @@ static inline int body_of_joint(const kt_model *model, const char *joint) {
 
 /* A body of 1 kg and 1 kg m^2. */
 static inline kt_body make_body(const char *name, const char *parent, kt_joint_type type) {
-    kt_body b = kt_body_default();
-    b.name = name;
-    b.parent = parent;
-    b.joint.type = type;
-    b.mass = 1.0;
+    kt_body b = kt_body_of(name, parent, type, 1.0);
     b.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     return b;
 }

@@ -1,4 +1,5 @@
 #include "invent.h"
+#include "describe.h"
 
 #include "kinetree/descriptor.h"
 
@@ -303,9 +304,7 @@ static void invent_loop(inventor *v, int i) {
     static const kt_loop_type no_axis[] = {KT_LOOP_SPHERICAL, KT_LOOP_DISTANCE, KT_LOOP_PARALLEL, KT_LOOP_WELD,
                                            KT_LOOP_COUPLING,  KT_LOOP_MOTION,   KT_LOOP_RATES};
     kt_loop *loop = &v->out->loops[i];
-    *loop = kt_loop_default();
-    loop->name = names[i][0] == '~' ? "l8" : names[i];
-    loop->type = (kt_loop_type)pick(v, KT_LOOP_TYPE_COUNT);
+    *loop = kt_loop_of(names[i][0] == '~' ? "l8" : names[i], (kt_loop_type)pick(v, KT_LOOP_TYPE_COUNT));
     if (loop->type != KT_LOOP_COUPLING && loop->type != KT_LOOP_MOTION && loop->type != KT_LOOP_RATES)
         invent_ends(v, loop->between);
     if (!is_among(loop->type, no_axis, 7) && chance(v))
@@ -452,8 +451,7 @@ static void invent_on_one(inventor *v, kt_effect *effect, int i) {
 /* An effect with a formula. It takes its ends, or its joint, from another random effect. */
 static void invent_expression(inventor *v, kt_effect *effect, int i) {
     const bool between = chance(v);
-    kt_effect drawn = kt_effect_default();
-    drawn.type = between ? KT_EFFECT_SPRING : KT_EFFECT_JOINT_SPRING;
+    kt_effect drawn = kt_effect_of(between ? KT_EFFECT_SPRING : KT_EFFECT_JOINT_SPRING, NULL);
     if (between) {
         invent_between(v, &drawn);
         memcpy(effect->between, drawn.between, sizeof effect->between);
@@ -469,9 +467,8 @@ static void invent_expression(inventor *v, kt_effect *effect, int i) {
 static void invent_effect(inventor *v, int i) {
     static const char *const names[INVENT_EFFECTS] = {NULL, "yes", NULL, "e3", NULL, "e5"};
     kt_effect *effect = &v->out->effects[i];
-    *effect = kt_effect_default();
+    *effect = kt_effect_of((kt_effect_type)pick(v, KT_EFFECT_TYPE_COUNT), NULL);
     effect->name = names[i];
-    effect->type = (kt_effect_type)pick(v, KT_EFFECT_TYPE_COUNT);
     switch (effect->type) {
     case KT_EFFECT_SPRING:
     case KT_EFFECT_BUSHING:

@@ -122,13 +122,9 @@ KT_TEST(empty_scene_is_one_line) {
 /* Lists of numbers break; no line is much longer than 110 columns (the last item may exceed it by one). */
 KT_TEST(long_lists_break_into_lines) {
     static double points[2 * 500];
-    kt_body body = kt_body_default();
-    kt_loop loop = kt_loop_default();
     kt_scene scene = kt_scene_default();
-    body.name = "a";
-    body.joint.type = KT_JOINT_REVOLUTE;
-    loop.name = "drive";
-    loop.type = KT_LOOP_MOTION;
+    kt_body body = kt_body_of("a", NULL, KT_JOINT_REVOLUTE, 0.0);
+    kt_loop loop = kt_loop_of("drive", KT_LOOP_MOTION);
     loop.joint = "a";
     loop.function.type = KT_FUNCTION_TABLE;
     loop.function.numbers = points;
@@ -321,8 +317,7 @@ static int push_nothing(void *user, double t, const kt_effect_end *ends, kt_wren
 
 KT_TEST(effect_of_a_program_is_not_written) {
     kt_scene scene = kt_scene_default();
-    kt_effect effect = kt_effect_default();
-    effect.type = KT_EFFECT_CUSTOM;
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, NULL);
     effect.wrench = push_nothing;
     effect.end_count = 1;
     scene.description.effects = &effect;
@@ -338,15 +333,11 @@ static int exert_nothing(void *user, const double *u, double *force, double *rat
 
 KT_TEST(law_of_a_program_is_not_written) {
     kt_scene scene = kt_scene_default();
-    kt_effect effect = kt_effect_default();
     kt_state state = kt_state_default();
-    kt_body body = kt_body_default();
-    body.name = "a";
-    body.joint.type = KT_JOINT_REVOLUTE;
+    kt_body body = kt_body_of("a", NULL, KT_JOINT_REVOLUTE, 0.0);
     scene.description.bodies = &body;
     scene.description.body_count = 1;
-    effect.type = KT_EFFECT_EXPRESSION;
-    effect.joint = "a";
+    kt_effect effect = kt_effect_of(KT_EFFECT_EXPRESSION, "a");
     effect.law = exert_nothing;
     scene.description.effects = &effect;
     scene.description.effect_count = 1;
