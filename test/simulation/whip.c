@@ -1,6 +1,6 @@
 /* A whip whose end hangs on a slack rope. */
 #include "whip.h"
-#include "describe.h"
+#include "../describe.h"
 
 #include <math.h>
 #include <stdio.h>
