@@ -32,8 +32,8 @@ static inline kt_effect kt_effect_of(kt_effect_type type, const char *joint) {
 }
 
 /* Sets the lists of a description, each with its length. They stay the caller's. */
-static inline void kt_describe(kt_description *description, const kt_body *bodies, int body_count,
-                               const kt_loop *loops, int loop_count, const kt_effect *effects, int effect_count) {
+static inline void kt_describe(kt_description *description, const kt_body *bodies, int body_count, const kt_loop *loops,
+                               int loop_count, const kt_effect *effects, int effect_count) {
     description->bodies = bodies;
     description->body_count = body_count;
     description->loops = loops;

@@ -37,7 +37,7 @@ typedef struct kt_mjcf_settings {
     bool fits_boxes;   /* solids are fitted to the box around a mesh: false */
     bool strip_path;
     bool fuses_static; /* MuJoCo makes bodies without joints parts of their parents: false */
-    bool align_free; /* frames of free bodies that carry nothing are those of their inertia: false */
+    bool align_free;   /* frames of free bodies that carry nothing are those of their inertia: false */
 } kt_mjcf_settings;
 
 /* What <option> turns off. */

@@ -313,20 +313,14 @@ typedef struct subject {
     motion m;
 } subject;
 
-static void open_scene(subject *s, const char *file, kt_structure structure) {
-    char path[1024];
-    kt_scene scene;
+static void open_scene(subject *s, const char *name, kt_structure structure) {
     kt_error e = {0};
     kt_model_options options = kt_model_options_default();
     options.structure = structure;
     *s = (subject){.model = NULL};
-    (void)snprintf(path, sizeof path, "%s/%s", KT_SCENES, file ? file : "");
-    const kt_status status = file ? kt_scene_read(path, &scene, NULL, NULL, &e)
-                                  : kt_scene_parse("leg", kt_leg, strlen(kt_leg), &scene, NULL, NULL, &e);
-    kt_need_fine("scene", status, &e);
-    s->model = kt_test_model(&scene.description, &options);
-    s->data = kt_test_data(s->model);
-    kt_scene_free(&scene);
+    const kt_opened opened = kt_test_open(name ? kt_test_bundled(name) : kt_test_scene(kt_leg), &options);
+    s->model = opened.model;
+    s->data = opened.data;
     kt_model_initial(s->model, s->m.q, s->m.v);
     kt_need_fine("assembly", kt_state_assemble(s->model, s->data, 0.0, s->m.q, s->m.v, &e), &e);
 }
@@ -361,7 +355,7 @@ KT_TEST(six_and_nine_actuators_move_a_stewart_platform_as_asked) {
         int index[9];
         double forces[9];
         char name[16];
-        open_scene(&s, "stewart.yaml", (kt_structure)structure);
+        open_scene(&s, "stewart", (kt_structure)structure);
         for (int i = 0; i < 9; i++) {
             (void)snprintf(name, sizeof name, "%s%d", i < 6 ? "piston" : "cylinder", i % 6 + 1);
             index[i] = coordinate(s.model, name);

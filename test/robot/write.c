@@ -304,9 +304,7 @@ KT_TEST(random_trees_read_back_with_the_same_masses_places_and_accelerations) {
         for (int n = 0; n < 200; n++) {
             kt_body bodies[BODIES];
             random_tree(&random, types, format == KT_ROBOT_URDF ? 6 : 7, bodies);
-            kt_description d = kt_description_default();
-            d.bodies = bodies;
-            d.body_count = BODIES;
+            kt_description d = kt_description_of(bodies, BODIES, NULL, 0, NULL, 0);
             kt_need(kt_check_true("it is written", check_back(&d, (kt_robot_format)format, &random, &f)));
         }
         check_findings(&f);

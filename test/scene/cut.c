@@ -179,8 +179,6 @@ static void cut_file(cutting *c, const char *name) {
     (void)snprintf(c->path, sizeof c->path, "%s", kt_bundled_path(name));
     const char *text = kt_test_read(c->path, &size);
     c->file = name;
-    if (file != NULL)
-        (void)fclose(file);
     kt_need(kt_check_true(name, size > 0 && kt_node_parse(&reader, text, size, &root) && root->kind == KT_NODE_MAP));
     c->root = root;
     cut_all(c, root);

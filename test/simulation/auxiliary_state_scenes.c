@@ -76,12 +76,8 @@ typedef struct way {
 
 /* The state at the end of the scene after this duration. */
 static void run(const char *name, const way *by, double duration, double y[NUMBERS], size_t *n) {
-    char path[512];
-    (void)snprintf(path, sizeof path, "%s/%s.yaml", KT_SCENES, name);
-    kt_scene scene;
-    kt_error error = {0};
-    kt_need_fine(path, kt_scene_read(path, &scene, NULL, NULL, &error), &error);
-    kt_run how = scene.run;
+    const kt_scene *scene = kt_test_bundled(name);
+    kt_run how = scene->run;
     how.duration = duration;
     how.integrator = by->method;
     how.step = by->step;
@@ -91,12 +87,12 @@ static void run(const char *name, const way *by, double duration, double y[NUMBE
     kt_simulation *simulation = kt_test_simulation(model, &how, NULL);
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model),
                  nx = (size_t)kt_own_state_count(model);
+    kt_error error = {0};
     kt_need_fine(by->method, kt_simulation_advance(simulation, duration, &error), &error);
     memcpy(y, kt_simulation_positions(simulation), nq * sizeof *y);
     memcpy(y + nq, kt_simulation_velocities(simulation), nv * sizeof *y);
     memcpy(y + nq + nv, kt_simulation_own_states(simulation), nx * sizeof *y);
     *n = nq + nv + nx;
-    kt_scene_free(&scene);
 }
 
 static void integrate(right_hand_side *f, double duration, double *y, size_t n) {

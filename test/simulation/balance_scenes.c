@@ -20,8 +20,6 @@ typedef struct stage {
 } stage;
 
 static void stage_open(stage *s, const char *name) {
-    char path[1024];
-    kt_error error;
     s->model = NULL;
     s->scene = kt_test_bundled(name);
     s->description = s->scene->description;

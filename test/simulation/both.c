@@ -50,8 +50,8 @@ bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run,
     kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
     if (torque)
         kt_need_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
-    return kt_fine(absolute != NULL ? "absolute" : "tree",
-                           kt_simulation_run(simulation, kt_both_keep, t, &error), &error);
+    return kt_fine(absolute != NULL ? "absolute" : "tree", kt_simulation_run(simulation, kt_both_keep, t, &error),
+                   &error);
 }
 
 /* ---- what differs ------------------------------------------------------------------------------------------------ */

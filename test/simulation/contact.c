@@ -138,8 +138,7 @@ KT_TEST(ball_on_a_moving_table_bounces_in_its_frame) {
     r.description.gravity = kt_vec3_make(0.0, 0.0, -g);
     kt_model *model = kt_scene_compile(&r.description);
     kt_simulation *simulation = kt_scene_start(model, "dopri5", 0.0, KT_RECORD_BALANCE | KT_RECORD_ENERGY);
-    const double t = (-w + sqrt(w * w + 2.0 * g)) / g, fall = -g * t - w,
-                 before = kt_scene_balance(simulation);
+    const double t = (-w + sqrt(w * w + 2.0 * g)) / g, fall = -g * t - w, before = kt_scene_balance(simulation);
     kt_test_advance(simulation, t + 0.1);
     kt_check_near("speed", kt_simulation_velocities(simulation)[1], w - e * fall - 0.1 * g, 1e-13);
     kt_check_near("table", kt_simulation_velocities(simulation)[0], w, 1e-13);

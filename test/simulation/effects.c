@@ -225,8 +225,7 @@ static void check_balance(loss_kind kind, bound_of *bound) {
             run.record = KT_RECORD_BALANCE;
             kt_simulation *simulation = kt_both_simulate(s.model, formulation ? s.absolute : NULL, &run);
             kt_need_fine("run", kt_simulation_run(simulation, enter, &l, &error), &error);
-            kt_worst_below(&balance, l.worst, bound(s.model, simulation), "tree %d, formulation %d", n,
-                           formulation);
+            kt_worst_below(&balance, l.worst, bound(s.model, simulation), "tree %d, formulation %d", n, formulation);
             cooled |= l.cooled;
             least = fmin(least, l.heat);
         }

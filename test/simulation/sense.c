@@ -134,8 +134,7 @@ static void compare(const char *name, const kt_model *model, const kt_absolute *
     album a = {model, 0, pages};
     kt_record record;
     kt_error error;
-    bool fine =
-        kt_fine(name, kt_simulation_run(recorded, keep, &a, &error), &error);
+    bool fine = kt_fine(name, kt_simulation_run(recorded, keep, &a, &error), &error);
     for (int k = 0; k <= STEPS && fine; k++) {
         fine = kt_fine(name, kt_simulation_sense(sensed, &record, &error), &error);
         if (!fine)
@@ -275,8 +274,7 @@ static void count(const char *name, const kt_model *model, const kt_absolute *ab
     run.interval = 0.0;
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
     kt_simulation *plain = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
-    if (go(name, plain, nv, false, p->order) &&
-        go(name, sensed, nv, true, p->order)) {
+    if (go(name, plain, nv, false, p->order) && go(name, sensed, nv, true, p->order)) {
         const kt_simulation_counts a = kt_simulation_counts_get(plain), b = kt_simulation_counts_get(sensed);
         const double *q[2] = {kt_simulation_positions(plain), kt_simulation_positions(sensed)};
         const long more = (long)(b.evaluations - a.evaluations);
