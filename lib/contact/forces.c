@@ -109,7 +109,15 @@ kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const doubl
                                                 simulation->external, c->a, error);
     if (status == KT_OK)
         status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
-    return status == KT_OK ? kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error) : status;
+    if (status == KT_OK)
+        status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
+    for (int k = c->sides; status == KT_OK && k < c->n; k++) {
+        double size;
+        const double a = c->item[k].spared ? kt_contacts_residual(c, k, 0, c->a, c->drift, &size) : 0.0;
+        if (a < 0.0 && a < -kt_contact_rounding * size && fabs(c->v[c->item[k].v]) <= kt_contact_resting)
+            c->item[k].next = KT_CONTACT_BACK;
+    }
+    return status;
 }
 
 /* The state of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables

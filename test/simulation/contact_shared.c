@@ -287,3 +287,41 @@ KT_TEST(friction_of_a_joint_that_loops_hold_rests) {
     kt_check_below("steps", (double)kt_simulation_counts_get(rubs).steps,
                    1.5 * (double)kt_simulation_counts_get(free).steps + 10.0);
 }
+
+/* The torque that starts a slider-crank from rest with this half of the acceleration of its crank, rad/s^2. */
+static double starting_torque(double half, const char *friction) {
+    char text[2048];
+    kt_parsed m;
+    kt_record record;
+    kt_error error = {0};
+    (void)snprintf(
+        text, sizeof text,
+        "kinetree: 1\nbodies:\n"
+        "  - {name: crank, joint: {type: revolute, axis: z, position: 0.8}, mass: 1.2, "
+        "inertia: [0.004, 0.004, 0.008]}\n"
+        "  - {name: rod, parent: crank, joint: {type: revolute, axis: z, at: [0.08, 0, 0], position: -1}, "
+        "mass: 0.3, inertia: [0.001, 0.002, 0.002]}\n"
+        "  - {name: piston, joint: {type: prismatic, axis: x, position: 0.3}, mass: 0.4}\n"
+        "loops:\n  - {name: pin, type: revolute, axis: z, between: [{body: rod, at: [0.25, 0, 0]}, piston]}\n"
+        "  - {name: drive, type: motion, joint: crank, position: {polynomial: [0.8, 0, %.17g]}}\n%s",
+        half, friction);
+    kt_parsed_make(&m, text);
+    kt_simulation *simulation = start_block(&m, "dopri5");
+    kt_need_fine("senses", kt_simulation_sense(simulation, &record, &error), &error);
+    return record.loop_reactions[kt_loop_find(kt_simulation_model(simulation), "drive")].moment.z;
+}
+
+/* The drive holds the joint. Friction is against the direction in which it begins to move, by the principle of virtual
+ * power with the derivative of the place of the piston, r cos a + (l^2 - r^2 sin^2 a)^(1/2). */
+KT_TEST(friction_of_a_driven_joint_is_against_the_motion_that_begins) {
+    static const double halves[] = {0.4, -0.4, 1e-9, -1e-9};
+    const double r = 0.08, l = 0.25, s = sin(0.8), c = cos(0.8);
+    const double slope = r * s + r * r * s * c / sqrt(l * l - r * r * s * s);
+    KT_WORST worst = kt_worst_make("torque, N m");
+    for (size_t i = 0; i < sizeof halves / sizeof *halves; i++) {
+        const double torque = starting_torque(halves[i], "effects: [{type: joint_friction, joint: piston, coulomb: 5, "
+                                                         "static: 6, stick: true}]\n") -
+                              starting_torque(halves[i], "");
+        kt_worst_near(&worst, torque, copysign(6.0 * slope, halves[i]), 1e-9, "acceleration %g", 2.0 * halves[i]);
+    }
+}
