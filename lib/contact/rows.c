@@ -357,6 +357,17 @@ static void take_least(struct kt_contacts *c, const kt_model *model, const kt_gr
     }
 }
 
+bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact) {
+    return kt_contact_is_closed(model, contact) && contact->simulation->contact_state[contact->index].shared;
+}
+
+bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
+    bool any = false;
+    for (int k = 0; k < c->sides; k++)
+        any = any || kt_contact_shares_load(model, &c->item[k]);
+    return any;
+}
+
 /* The rows of contacts of a group that share their load. */
 typedef struct loads {
     int n;
@@ -439,13 +450,6 @@ static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const d
         take_least(c, model, &model->group[g], unit);
     }
     return status;
-}
-
-bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
-    bool any = false;
-    for (int k = 0; k < c->sides; k++)
-        any = any || kt_contact_shares_load(model, &c->item[k]);
-    return any;
 }
 
 /* The part of its friction that contact friction k uses; -1: it does not stick, or the contact does not press. */

@@ -19,10 +19,6 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
-bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact) {
-    return kt_contact_is_closed(model, contact) && contact->simulation->contact_state[contact->index].shared;
-}
-
 /* The event value of a contact: its gap, or its reaction. One that is held does not open. */
 static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
     const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];

@@ -109,7 +109,8 @@ static bool list_loads(const kt_coulomb *c, kt_coulomb_system *s, kt_coulomb_loa
         const int k = loads->row[i];
         const bool sticks = k + 2 < s->n && s->is_tangential[k + 1] && s->item[k + 1] == s->item[k];
         const double force = sticks ? kt_hypot(s->x[k + 1], s->x[k + 2]) : 0.0;
-        loads->q[i] = s->x[k] - kt_coulomb_least_load(force, c->item[s->item[k]].friction, sum / loads->n);
+        const double mean = sum / loads->n, holds = kt_coulomb_least_load(force, c->item[s->item[k]].friction, mean);
+        loads->q[i] = s->x[k] - fmax(holds - s->least[k], kt_coulomb_least_load(0.0, 1.0, mean));
         any = any || loads->q[i] < 0.0;
     }
     return any;
