@@ -293,14 +293,21 @@ static void bound_mass(kt_mjcf *m, double least, kt_mjcf_body *b) {
     kt_left_count(&m->bounded, b->element);
 }
 
+/* Whether the body, or one that carries it, has a joint. */
+static bool moves_in_world(const kt_mjcf *m, int body) {
+    while (body > 0 && kt_mjcf_body_at(m, body)->joint_count == 0)
+        body = kt_mjcf_body_at(m, body)->parent;
+    return body > 0;
+}
+
 /* Counts bodies that MuJoCo makes parts of their parents, if this changes the motion. In a medium, the box of both is
  * not that of each; a part has the gravcomp of its parent; the total mass has no parts of the world. */
 static void count_fused(kt_mjcf *m, const kt_mjcf_settings *s) {
     for (int i = 1; i < m->bodies.count && s->fuses_static; i++) {
         const kt_mjcf_body *b = kt_mjcf_body_at(m, i);
-        const bool differs = b->parent > 0 ? m->density > 0.0 || m->viscosity > 0.0 ||
-                                                 b->gravcomp != kt_mjcf_body_at(m, b->parent)->gravcomp
-                                           : s->total_mass > 0.0;
+        const bool differs = moves_in_world(m, b->parent) ? m->density > 0.0 || m->viscosity > 0.0 ||
+                                                                b->gravcomp != kt_mjcf_body_at(m, b->parent)->gravcomp
+                                                          : s->total_mass > 0.0;
         if (differs && b->joint_count == 0 && b->mass > 0.0)
             kt_unknown_count(&m->changes,
                              "fusestatic, by which MuJoCo may fuse fixed bodies: in a medium, with another gravcomp, "

@@ -107,7 +107,7 @@ static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
         return;
     KT_NOTES_PUT(&n, m, first_notes);
     kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->lost_masses,
-                "the mass of collisions that are meshes is missing: of %d link%s "
+                "collisions that are meshes have no inertia here, and without <mass> no mass: of %d link%s "
                 "(%s); --mass LINK=MASS gives one",
                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
     kt_judge_notes(&n, &m->judge);

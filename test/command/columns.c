@@ -189,4 +189,7 @@ KT_TEST(quantities_without_columns_are_named) {
     kt_check_contains("no --markers", ran.err, "run: --record: the scene has no marker velocity to record\n");
     kt_check_equal_int("nothing else", kt_count_of(ran.err, "to record"), 3);
     kt_expect(0, NULL, "$K run block.yaml --duration 0.1 --out o.csv --record multiplier --quiet");
+    const kt_ran clutch =
+        kt_shell("$K run " KT_SCENES "/clutch.yaml --duration 0.1 --out o.csv --record multiplier,reaction");
+    kt_check_equal_int("reactions have the multipliers", kt_count_of(clutch.err, "to record"), 0);
 }

@@ -281,7 +281,7 @@ KT_TEST(options_without_an_effect_are_rejected) {
         {"--seed has nothing to act on: --random", "sweep p.yaml --vary gravity[1]=-9,-10 --seed 2"},
         {"--out writes lines as CSV, not 'l.csv.gz'", "sweep p.yaml --vary gravity[1]=-9,-10 --out l.csv.gz"},
         {"--out writes lines as CSV, not 'l.svg'", "sweep p.yaml --vary gravity[1]=-9,-10 --out l.svg"},
-        {"sweep: SCENE, or with --merge PART... is missing", "sweep --merge --out l.csv"},
+        {"sweep: a file is missing: SCENE, or with --merge PART...; ", "sweep --merge --out l.csv"},
         {"--quiet and --verbose exclude each other", "run p.yaml --quiet --verbose"},
         {"--quiet and --verbose exclude each other", "info p.yaml --verbose --quiet"},
     };

@@ -427,6 +427,7 @@ KT_TEST(fused_bodies_are_a_warning_if_they_move_otherwise) {
     } rows[] = {{"", "", "<joint/>", "", 0},
                 {"", "density='1'", "<joint/>", "", 1},
                 {"", "viscosity='1'", "<joint/>", "", 1},
+                {"", "viscosity='1'", "", "", 0},
                 {"", "", "<joint/>", "gravcomp='1'", 1},
                 {"settotalmass='2'", "", "<joint/>", "", 0},
                 {"settotalmass='2'", "", "", "", 1}};

@@ -51,7 +51,7 @@ static void warn_of_wedge(kt_outcome *outcome) {
                       "Take an elastic contact (stiffness) for one of them where its force matters");
     if (seen.shared > 0)
         kt_warn(&outcome->warnings, &wedged,
-                "contacts that stick wedge a body: their normal forces are not unique, and the least ones were taken");
+                "contacts that stick share a load in several ways: the least normal forces that press were taken");
 }
 
 void kt_warn_of_contacts(kt_outcome *outcome) {

@@ -214,7 +214,9 @@ static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const k
             fine = add_markers(columns, run);
         else if (quantity->add != NULL && (quantity->record == 0 || (record & quantity->record) != 0))
             fine = quantity->add(columns, quantity);
-        columns->empty |= columns->count == before ? record & quantity->record : 0;
+        const bool is_in_reactions =
+            quantity->record == KT_RECORD_MULTIPLIER && (record & KT_RECORD_REACTION) != 0 && kt_loop_count(all) > 0;
+        columns->empty |= columns->count == before && !is_in_reactions ? record & quantity->record : 0;
     }
     columns->empty |= run->marker_count == 0 ? record & (KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION) : 0;
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;

@@ -340,8 +340,10 @@ int kt_arguments_read(const kt_usage *usage, int argc, char **argv, void *member
     const bool takes_any = length > 3 && strcmp(usage->operands + length - 3, "...") == 0;
     const int least = length > 0 && usage->operands[0] != '[', most = takes_any ? count : length > 0;
     if (count < least || count > most) {
+        const bool has_forms = strchr(usage->operands, ',') != NULL;
         if (count < least)
-            kt_say("%s: %s is missing; 'kinetree %s --help' has examples", usage->command, usage->operands,
+            kt_say("%s: %s%s%s; 'kinetree %s --help' has examples", usage->command,
+                   has_forms ? "a file is missing: " : "", usage->operands, has_forms ? "" : " is missing",
                    usage->command);
         else
             kt_say("%s: '%s' is one word too many; 'kinetree %s --help' has examples", usage->command, argv[1 + most],
