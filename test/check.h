@@ -70,8 +70,9 @@ bool kt_check_contains(const char *what, const char *observed, const char *part)
  *     for (...)
  *         kt_worst_near(&error, a, b, bound, "tree %d joint %d", tree, joint);
  *
- * It is checked at the end of its block, unless the test ends before. The check fails if any comparison did, or if
- * there was none. A kt_worst that outlives its block, or is a part of something, is checked by a call.
+ * It is checked at the end of its block, also by a return or continue, unless kt_need ends the test before. The check
+ * fails if any comparison did, or if there was none. A kt_worst that outlives its block, or is a part of something, is
+ * checked by a call.
  */
 #define KT_WORST __attribute__((cleanup(kt_check_worst))) kt_worst
 

@@ -209,7 +209,7 @@ static void step(const kt_tree *tree, kt_tree_state *s, double h) {
         for (int i = 0; i < tree->nv; i++)
             s->v[i] += h * weight[j] * k[j][tree->nq + i];
     }
-    kt_need(kt_position_normalize(tree->model, s->q));
+    kt_need(kt_check_true("unit quaternions", kt_position_normalize(tree->model, s->q)));
 }
 
 /* Internal torques do work but move no momentum. The drift is that of the method, of fourth order. A step half as long

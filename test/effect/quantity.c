@@ -92,7 +92,7 @@ static void build(stage *s) {
     s->first[0] = 0;
     for (int i = 0; i < EFFECTS; i++)
         s->first[i + 1] = s->first[i] + kt_effect_quantity_count(s->model, i);
-    kt_need(s->first[EFFECTS] <= QUANTITIES);
+    kt_need(kt_check_true("room", s->first[EFFECTS] <= QUANTITIES));
 }
 
 static void random_state(kt_random *random, stage *s) {

@@ -133,8 +133,8 @@ static bool draw_loop(kt_bytes *bytes, kt_fuzz_mechanism *m, int i) {
     static const char *const names[KT_FUZZ_LOOPS] = {"l", "m", "n", "o"};
     static const kt_vec3 bow[] = {{-0.5, 0.1, 0.0}, {0.2, 0.6, 0.1}, {0.9, 0.4, -0.3}};
     kt_loop *loop = &m->loop[i];
-    *loop = kt_loop_of(m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15 ? names[0] : names[i],
-                       (kt_loop_type)kt_bytes_pick(bytes, KT_LOOP_TYPE_COUNT + (m->wild == KT_WILD_ALL)));
+    const char *name = m->wild == KT_WILD_ALL && kt_bytes_pick(bytes, 16) == 15 ? names[0] : names[i];
+    *loop = kt_loop_of(name, (kt_loop_type)kt_bytes_pick(bytes, KT_LOOP_TYPE_COUNT + (m->wild == KT_WILD_ALL)));
     if (loop->type == KT_LOOP_RATES && kt_bytes_chance(bytes))
         loop->function = draw_function(bytes, m, 0.0, false);
     if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_RATES)

@@ -243,7 +243,8 @@ int main(int argc, char **argv) {
     kt_model *model = NULL;
     kt_data *data = NULL;
     kt_error error;
-    kt_description d = kt_description_of(bodies, s->build(n), loops, loop_count, NULL, 0);
+    const int count = s->build(n); /* counts loops, too */
+    kt_description d = kt_description_of(bodies, count, loops, loop_count, NULL, 0);
     d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
     options.plan = argc > 3 ? KT_PLAN_SPATIAL : KT_PLAN_AUTO;
     options.isa = KT_ISA_BASE; /* valgrind lacks AVX-512 */

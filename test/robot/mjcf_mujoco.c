@@ -321,8 +321,9 @@ KT_TEST(exported_trees_are_those_that_mujoco_computes) {
             for (int k = 0; k < 12; k++)
                 v[k] = kt_random_uniform(&random, -1.0, 1.0);
             kt_body *b = &bodies[i];
-            *b = kt_body_of(names[i], i > 0 ? names[(int)kt_random_uniform(&random, 0.0, (double)i)] : NULL,
-                            i > 0 ? types[(int)kt_random_uniform(&random, 0.0, 7.0)] : KT_JOINT_FREE, 0.0);
+            const char *parent = i > 0 ? names[(int)kt_random_uniform(&random, 0.0, (double)i)] : NULL;
+            *b = kt_body_of(names[i], parent, i > 0 ? types[(int)kt_random_uniform(&random, 0.0, 7.0)] : KT_JOINT_FREE,
+                            0.0);
             b->joint.axis = kt_vec3_make(v[0], v[1], v[2]);
             b->com = kt_vec3_make(v[3], v[4], v[5]);
             if (i > 0) {

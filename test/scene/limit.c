@@ -108,10 +108,11 @@ KT_TEST(file_is_read_as_its_text_is) {
     static const char text[] = "kinetree: 1\nname: from a file\n";
     kt_need(kt_check_true("a file", file >= 0 && write(file, text, sizeof text - 1) == sizeof text - 1));
     (void)close(file);
-    kt_need(kt_check_equal_int("status", kt_scene_read(path, &scene, NULL, NULL, NULL), KT_OK));
+    const kt_status status = kt_scene_read(path, &scene, NULL, NULL, NULL);
+    (void)unlink(path);
+    kt_need(kt_check_equal_int("status", status, KT_OK));
     kt_check_text("name", scene.description.name, "from a file");
     kt_scene_free(&scene);
-    (void)unlink(path);
     /* A file of a size that is not available beforehand, and that is no scene. */
     kt_error error;
     if (access("/proc/self/status", R_OK) != 0) {

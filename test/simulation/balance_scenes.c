@@ -222,7 +222,6 @@ static void compare_power(add_drive *add, double bound) {
                       t);
     }
     free(loops);
-    kt_data_free(data);
 }
 
 KT_TEST(power_of_a_prescribed_motion_is_that_of_its_reaction_and_the_growth_of_energy) {
