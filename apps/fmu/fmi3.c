@@ -352,7 +352,7 @@ KT_FMI(kt_fmi_status fmi3DoStep(void *instance, double from, double step, bool i
 
 /* Rejects a time or states that the importer sets before or after its run. */
 #define KT_FMU_REQUIRE_RUN                                                                                             \
-    KT_FMU_REQUIRE(fmu->is_exchange &&is_in(fmu, KT_FMU_EVENT, KT_FMU_CONTINUOUS),                                     \
+    KT_FMU_REQUIRE(is_in(fmu, KT_FMU_EVENT, KT_FMU_CONTINUOUS) && fmu->is_exchange,                                    \
                    "time and states are set in event mode or continuous-time mode of model exchange")
 
 KT_FMI(kt_fmi_status fmi3SetTime(void *instance, double time)) {

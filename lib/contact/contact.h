@@ -22,13 +22,13 @@ typedef struct kt_contact {
     bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
     bool leaves;          /* its reaction, or its stick, has ended at this instant */
     bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
-    bool spared;          /* it touches, and loops hold its gap, or the joint of friction (kt_contacts_spare_held) */
-    uint64_t bit;         /* its loop is on; 0: contacts share bits (model/switching.h) */
-    double sign;          /* of the residual if the contact is open; 1 for friction */
-    int effect;           /* friction: the effect; contacts: -1 */
-    uint64_t back;        /* friction of a joint: it slips backwards; with `bit`: it is released */
-    int v;                /* friction of a joint: the index of its rate */
-    int of; /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
+    bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
+    uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
+    double sign;   /* of the residual if the contact is open; 1 for friction */
+    int effect;    /* friction: the effect; contacts: -1 */
+    uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
+    int v;         /* friction of a joint: the index of its rate */
+    int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
     int island;
 } kt_contact;
 
@@ -364,7 +364,7 @@ bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double
 /* Leaves contacts that touch out of the lists of rows, if other loops hold their gaps, as a foothold at the same point
  * does (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W, and
  * renews it if a contact is left out. Contacts that close faster than kt_contact_resting stay in the lists. Friction of
- * a joint that loops hold, at no rate, is left out likewise. It slips, and its joint rests. */
+ * a joint that loops hold at rest is left out, too. It counts as slip. */
 KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error);
 /* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
  * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,

@@ -111,6 +111,7 @@ kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const doubl
         status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
     if (status == KT_OK)
         status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
+    /* Friction of a joint that loops hold at rest has no equation. It is against the motion that begins. */
     for (int k = c->sides; status == KT_OK && k < c->n; k++) {
         double size;
         const double a = c->item[k].spared ? kt_contacts_residual(c, k, 0, c->a, c->drift, &size) : 0.0;

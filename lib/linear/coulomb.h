@@ -207,9 +207,9 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
  * holds its normal row and two tangential ones. slip: so does one that slips. */
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
-/* Whether the first rows of item i (1: the normal one; 3: also the tangential ones) depend on those that other items
- * hold: normal ones if they press, and tangential ones if they stick. The others then hold what these rows hold. slip:
- * those of contacts that slip count, too. */
+/* Whether the first rows of item i depend on rows that other items hold, so that these suffice. rows: 1 for the normal
+ * row, 3 with the tangential ones. Others hold their normal rows if they press, and tangential ones if they stick. With
+ * `slip`, tangential rows of contacts that slip count, too. */
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);

@@ -300,8 +300,8 @@ static bool moves_in_world(const kt_mjcf *m, int body) {
     return body > 0;
 }
 
-/* Counts bodies that MuJoCo makes parts of their parents, if this changes the motion. In a medium, the box of both is
- * not that of each; a part has the gravcomp of its parent; the total mass has no parts of the world. */
+/* Counts bodies that MuJoCo makes parts of their parents, if this changes the motion. In a medium, drag acts on one box
+ * around both. A part has the gravcomp of its parent. The total mass leaves out parts of the world. */
 static void count_fused(kt_mjcf *m, const kt_mjcf_settings *s) {
     for (int i = 1; i < m->bodies.count && s->fuses_static; i++) {
         const kt_mjcf_body *b = kt_mjcf_body_at(m, i);

@@ -262,7 +262,8 @@ static int canonical_of(kt_sdf *m, int model) {
     return f->follows; /* found by find_canonical */
 }
 
-/* The first link, or else the first model, in each model. What is merged is in the model around it, too. */
+/* Finds the first link of each model, or else its first model. Links of a merged model also belong to the model around
+ * it. */
 static void find_canonical(kt_sdf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->frames.count; i++) {

@@ -26,8 +26,8 @@ KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *err
 /* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
 double kt_simulation_period_end(const kt_simulation *simulation, double period);
 
-/* Begins a step, a run or an evaluation: takes parameters over that have been set, and reports a contact that
- * is beyond its boundary since the start (memory.beyond). */
+/* Begins a step, a run or an evaluation. Takes over parameters that have been set. Reports a contact that has been
+ * beyond its boundary since the start (memory.beyond). */
 KT_CHECKED kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error);
 
 #endif

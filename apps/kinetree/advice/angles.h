@@ -1,5 +1,5 @@
-/* Warnings of scenes that say what their authors hardly mean. Angles were probably given in degrees without the unit.
- * Effects exert no force. An own column copies another one, and states another unit. */
+/* Warnings about values in scenes that are probably mistakes: angles in degrees without the unit, effects that exert no
+ * force, and own columns that copy another one with another unit. */
 #ifndef KT_COMMAND_ADVICE_ANGLES_H
 #define KT_COMMAND_ADVICE_ANGLES_H
 

@@ -21,7 +21,7 @@ static bool has_all_parts(FILE *file, uint64_t size) {
     ElfW(Phdr) part;
     bool fine = fread(&head, sizeof head, 1, file) == 1;
     if (!fine || memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_phentsize != sizeof part)
-        return true; /* the loader says what is wrong */
+        return true; /* the loader rejects the file, and names the fault */
     fine = head.e_phoff <= size && fseek(file, (long)head.e_phoff, SEEK_SET) == 0;
     for (int i = 0; i < head.e_phnum && fine; i++)
         fine = fread(&part, sizeof part, 1, file) == 1 &&

@@ -32,9 +32,9 @@ void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
 /* Returns whether a file is a robot, from the ending of its name. */
 bool kt_is_robot_name(const char *path);
 
-/* Suggests a file for a path that does not exist. The first of these counts: the path with the ending .yaml, a bundled
- * scene of this name, the file with the nearest name in the same folder, the bundled scene with the nearest name.
- * Prints nothing for a path that exists, or without such a file. */
+/* Suggests a file for a path that does not exist. It tries the path with the ending .yaml, then a bundled scene of this
+ * name. Then it takes the nearest name in the same folder, and at last that of a bundled scene. Prints nothing for a
+ * path that exists, or without such a file. */
 void kt_missing_suggest(const char *path);
 
 #endif
