@@ -89,17 +89,17 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
 
 kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error) {
     static const double beyond = 1.1; /* of the remaining time */
-    const double t = kt_integrator_time(simulation->integrator);
+    const double t = kt_integrator_time(simulation->integrator),
+                 length = t - kt_integrator_previous_time(simulation->integrator);
+    if (missed && simulation->memory.event_missed == MISSED)
+        return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
+                            "%d successive steps were cut short for this event, and none reached it (the last one has "
+                            "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
+                            (int)MISSED, length);
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
     if (missed)
-        simulation->memory.shortened =
-            fmin(t - kt_integrator_previous_time(simulation->integrator), beyond * (simulation->event_lead - t));
-    if (simulation->memory.event_missed <= MISSED)
-        return KT_OK;
-    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
-                        "%d successive steps were cut short for this event, and none reached it (the last one has "
-                        "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
-                        (int)MISSED, t - kt_integrator_previous_time(simulation->integrator));
+        simulation->memory.shortened = fmin(length, beyond * (simulation->event_lead - t));
+    return KT_OK;
 }
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
