@@ -208,7 +208,8 @@ KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation
 
 /* Takes one accepted step towards t_limit and not beyond it; t_limit = HUGE_VAL sets no limit. With a fixed step, steps
  * end at multiples of it. Between two multiples, they also end at t_limit, at events, and where the speed of a drive
- * jumps. On failure the state keeps its bits.
+ * jumps. On failure the state keeps its bits. If the search for an event fails, the integrator discards stored
+ * derivatives and step lengths, and later steps of an adaptive or multistep method may have other bits.
  * Errors: each has the time, and the name of the body if one is at fault.
  *   KT_ERROR_NOT_FINITE, KT_ERROR_SINGULAR, KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
  *   KT_ERROR_STEP: the step is too small, there is no progress, or max_steps or steps_per_call is used up.
