@@ -50,15 +50,36 @@ static inline double kt_accuracy_now(const kt_accuracy *study) {
 /* Calls the caller's progress function. Returns KT_ERROR_CALLBACK if it stops the study. */
 KT_CHECKED kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, kt_error *error);
 
+/* The larger one of two numbers, NaN if one of them is. */
+static inline double kt_worse(double a, double b) { return b > a || isnan(b) ? b : a; }
+
 /* ---- norm -------------------------------------------------------------------------------------------------------- */
 
 typedef struct kt_accuracy_norm {
     double position, velocity;
 } kt_accuracy_norm;
 
-/* The norm of the difference of two states; dv: nv numbers of scratch. */
-kt_accuracy_norm kt_accuracy_distance(const kt_model *model, double length, const double *q, const double *v,
-                                      const double *q_other, const double *v_other, double *dv);
+/* A state, for example that in a row of a solution. */
+typedef struct kt_accuracy_state {
+    const double *q, *v;
+} kt_accuracy_state;
+
+static inline kt_accuracy_state kt_accuracy_row(const kt_accuracy *study, const kt_accuracy_states *of, int64_t row) {
+    return (kt_accuracy_state){of->q + (size_t)row * study->nq, of->v + (size_t)row * study->nv};
+}
+
+/* The norm of the difference of two states of a study. */
+kt_accuracy_norm kt_accuracy_distance(const kt_accuracy *study, kt_accuracy_state a, kt_accuracy_state b);
+
+/* Adds a record to the errors of a run: its distance from the reference, and its open loops. */
+static inline void kt_accuracy_add(kt_accuracy_error *error, kt_accuracy_norm norm, kt_residual open) {
+    error->position = kt_worse(error->position, norm.position);
+    error->velocity = kt_worse(error->velocity, norm.velocity);
+    error->end_position = norm.position;
+    error->end_velocity = norm.velocity;
+    error->constraint.position = kt_worse(error->constraint.position, open.position);
+    error->constraint.velocity = kt_worse(error->constraint.velocity, open.velocity);
+}
 
 /* The unit of errors: whether a scene has angles, lengths or both. */
 kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
@@ -124,9 +145,6 @@ double kt_accuracy_amplitude(const kt_accuracy *study);
 /* Whether a tighter tolerance takes hardly more steps than a looser one: stability then determines the step. */
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
                          const kt_accuracy_point *tight);
-
-/* The larger one of two numbers, NaN if one of them is. */
-static inline double kt_worse(double a, double b) { return b > a || isnan(b) ? b : a; }
 
 /* Fills a curve's slope, floor and fitted. */
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve);

@@ -36,22 +36,21 @@ static size_t place_baseline(void *memory, const kt_accuracy *study, const kt_mo
 
 /* The reference's state at a record, in the coordinates that are integrated. */
 static kt_status spread_reference(const kt_accuracy *study, kt_baseline_work *w, int record, kt_error *error) {
-    const double *q = study->reference.q + (size_t)record * study->nq;
-    const double *v = study->reference.v + (size_t)record * study->nv;
+    const kt_accuracy_state from = kt_accuracy_row(study, &study->reference, record);
     if (w->absolute == NULL) {
-        memcpy(w->q, q, study->nq * sizeof *q);
-        memcpy(w->v, v, study->nv * sizeof *v);
+        memcpy(w->q, from.q, study->nq * sizeof *w->q);
+        memcpy(w->v, from.v, study->nv * sizeof *w->v);
         return KT_OK;
     }
-    const kt_status status = kt_kinematics_update(study->model, w->data, q, v, NULL, error);
+    const kt_status status = kt_kinematics_update(study->model, w->data, from.q, from.v, NULL, error);
     if (status == KT_OK)
-        w->absolute->transformation.to_free(&w->absolute->transformation, w->data, q, v, w->q, w->v);
+        w->absolute->transformation.to_free(&w->absolute->transformation, w->data, from.q, from.v, w->q, w->v);
     return status;
 }
 
 static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record, kt_accuracy_baseline *b,
                              kt_error *error) {
-    const double *q = kt_dae_positions(w->dae), *v = kt_dae_velocities(w->dae);
+    kt_accuracy_state at = {kt_dae_positions(w->dae), kt_dae_velocities(w->dae)};
     kt_residual open;
     kt_status status = kt_dae_residual(w->dae, &open, error);
     if (status == KT_OK)
@@ -61,20 +60,12 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     if (status != KT_OK)
         return status;
     if (w->absolute != NULL) {
-        w->absolute->transformation.from_free(&w->absolute->transformation, q, v, NULL, study->results.interval,
+        w->absolute->transformation.from_free(&w->absolute->transformation, at.q, at.v, NULL, study->results.interval,
                                               w->own_q, w->own_v, NULL);
-        q = w->own_q;
-        v = w->own_v;
+        at = (kt_accuracy_state){w->own_q, w->own_v};
     }
-    const kt_accuracy_norm norm =
-        kt_accuracy_distance(study->model, study->results.length, study->reference.q + (size_t)record * study->nq,
-                             study->reference.v + (size_t)record * study->nv, q, v, study->difference);
-    b->error.position = kt_worse(b->error.position, norm.position);
-    b->error.velocity = kt_worse(b->error.velocity, norm.velocity);
-    b->error.end_position = norm.position;
-    b->error.end_velocity = norm.velocity;
-    b->error.constraint.position = kt_worse(b->error.constraint.position, open.position);
-    b->error.constraint.velocity = kt_worse(b->error.constraint.velocity, open.velocity);
+    const kt_accuracy_state reference = kt_accuracy_row(study, &study->reference, record);
+    kt_accuracy_add(&b->error, kt_accuracy_distance(study, reference, at), open);
     for (int r = 0; r < kt_model_mobility(w->model).equations; r++) {
         b->multiplier = kt_worse(b->multiplier, fabs(kt_dae_multipliers(w->dae)[r] - w->multiplier[r]));
         w->largest = kt_worse(w->largest, fabs(w->multiplier[r]));

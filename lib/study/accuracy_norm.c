@@ -35,23 +35,24 @@ static double measure_joint(kt_joint_type type, int count, double length, bool o
     return largest;
 }
 
-static double measure_accuracy_norm(const kt_model *model, double length, bool of_rates, const double *d) {
+/* The norm of study->difference. */
+static double measure_accuracy_norm(const kt_accuracy *study, bool of_rates) {
     double largest = 0.0;
-    for (int body = 1; body < kt_model_body_count(model); body++) {
-        const kt_coordinates at = kt_body_coordinates(model, body);
-        largest = kt_worse(largest, measure_joint(at.type, at.nv, length, of_rates, d + at.v));
+    for (int body = 1; body < kt_model_body_count(study->model); body++) {
+        const kt_coordinates at = kt_body_coordinates(study->model, body);
+        const double *d = study->difference + at.v;
+        largest = kt_worse(largest, measure_joint(at.type, at.nv, study->results.length, of_rates, d));
     }
     return largest;
 }
 
-kt_accuracy_norm kt_accuracy_distance(const kt_model *model, double length, const double *q, const double *v,
-                                      const double *q_other, const double *v_other, double *dv) {
+kt_accuracy_norm kt_accuracy_distance(const kt_accuracy *study, kt_accuracy_state a, kt_accuracy_state b) {
     kt_accuracy_norm norm;
-    kt_position_subtract(model, q_other, q, dv);
-    norm.position = measure_accuracy_norm(model, length, false, dv);
-    for (int i = 0; i < kt_model_nv(model); i++)
-        dv[i] = v_other[i] - v[i];
-    norm.velocity = measure_accuracy_norm(model, length, true, dv);
+    kt_position_subtract(study->model, b.q, a.q, study->difference);
+    norm.position = measure_accuracy_norm(study, false);
+    for (size_t i = 0; i < study->nv; i++)
+        study->difference[i] = b.v[i] - a.v[i];
+    norm.velocity = measure_accuracy_norm(study, true);
     return norm;
 }
 

@@ -70,11 +70,10 @@ static kt_accuracy_error find_error(const kt_accuracy *study, kt_pose_reader *re
     kt_accuracy_error found = {0.0, unknown, 0.0, unknown, unknown, {unknown, unknown}};
     memcpy(reader->q, study->reference.q, study->nq * sizeof *reader->q);
     for (int row = 0; row <= study->results.records && !isnan(found.position); row++) {
-        const double *q = study->reference.q + (size_t)row * study->nq;
         found.end_position = unknown;
         if (read_pose_row(study, reader, poses + (size_t)row * width))
-            found.end_position = kt_accuracy_distance(study->model, study->results.length, q, reader->v, reader->q,
-                                                      reader->v, study->difference)
+            found.end_position = kt_accuracy_distance(study, kt_accuracy_row(study, &study->reference, row),
+                                                      (kt_accuracy_state){reader->q, reader->v})
                                      .position;
         if (!(found.end_position <= found.position))
             found.position = found.end_position;

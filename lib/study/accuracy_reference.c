@@ -56,11 +56,9 @@ static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
 }
 
 static double walk_distance(const kt_walk *walk, const kt_record *record) {
-    kt_accuracy *study = walk->guard.study;
-    const size_t row = (size_t)record->index;
-    const kt_accuracy_norm norm =
-        kt_accuracy_distance(study->model, study->results.length, walk->against->q + row * study->nq,
-                             walk->against->v + row * study->nv, record->q, record->v, study->difference);
+    const kt_accuracy *study = walk->guard.study;
+    const kt_accuracy_norm norm = kt_accuracy_distance(study, kt_accuracy_row(study, walk->against, record->index),
+                                                       (kt_accuracy_state){record->q, record->v});
     return norm.position + walk->time * norm.velocity;
 }
 
@@ -154,10 +152,8 @@ static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *state
     results->amplitude = 0.0;
     memset(study->begin + study->nq, 0, study->nv * sizeof(double));
     for (int k = 0; k <= results->records; k++) {
-        const size_t row = (size_t)k;
-        const kt_accuracy_norm norm =
-            kt_accuracy_distance(study->model, results->length, study->begin, study->begin + study->nq,
-                                 states->q + row * study->nq, states->v + row * study->nv, study->difference);
+        const kt_accuracy_norm norm = kt_accuracy_distance(
+            study, (kt_accuracy_state){study->begin, study->begin + study->nq}, kt_accuracy_row(study, states, k));
         results->amplitude = fmax(results->amplitude, norm.position);
         speed = fmax(speed, norm.velocity);
     }
@@ -213,17 +209,15 @@ static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states 
     const kt_accuracy_results *results = &study->results;
     memset(error, 0, sizeof *error);
     for (int k = 0; k < rows; k++) {
-        const size_t row = (size_t)k;
         const kt_accuracy_norm norm =
-            kt_accuracy_distance(study->model, results->length, a->q + row * study->nq, a->v + row * study->nv,
-                                 b->q + row * study->nq, b->v + row * study->nv, study->difference);
+            kt_accuracy_distance(study, kt_accuracy_row(study, a, k), kt_accuracy_row(study, b, k));
         error->end_position = norm.position;
         error->end_velocity = norm.velocity;
         if (!(norm.position <= parted * fmax(results->amplitude, nudge)))
             return k;
         error->position = fmax(error->position, norm.position);
         error->velocity = fmax(error->velocity, norm.velocity);
-        error->energy = fmax(error->energy, fabs(a->energy[row] - b->energy[row]));
+        error->energy = fmax(error->energy, fabs(a->energy[k] - b->energy[k]));
     }
     return rows;
 }

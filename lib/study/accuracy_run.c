@@ -82,19 +82,13 @@ typedef struct kt_watcher {
 
 static int watch_errors(const kt_record *record, void *user) {
     const kt_watcher *watcher = user;
-    kt_accuracy *study = watcher->study;
+    const kt_accuracy *study = watcher->study;
     kt_accuracy_error *error = watcher->error;
-    const size_t row = (size_t)record->index;
-    const kt_accuracy_norm norm =
-        kt_accuracy_distance(study->model, study->results.length, study->reference.q + row * study->nq,
-                             study->reference.v + row * study->nv, record->q, record->v, study->difference);
-    error->position = kt_worse(error->position, norm.position);
-    error->velocity = kt_worse(error->velocity, norm.velocity);
-    error->end_position = norm.position;
-    error->end_velocity = norm.velocity;
-    error->energy = kt_worse(error->energy, fabs(record->kinetic + record->potential - study->reference.energy[row]));
-    error->constraint.position = kt_worse(error->constraint.position, record->constraint.position);
-    error->constraint.velocity = kt_worse(error->constraint.velocity, record->constraint.velocity);
+    const double energy = record->kinetic + record->potential;
+    const kt_accuracy_state reference = kt_accuracy_row(study, &study->reference, record->index);
+    kt_accuracy_add(error, kt_accuracy_distance(study, reference, (kt_accuracy_state){record->q, record->v}),
+                    record->constraint);
+    error->energy = kt_worse(error->energy, fabs(energy - study->reference.energy[record->index]));
     return 0;
 }
 

@@ -22,10 +22,12 @@ static kt_model *make_model(kt_joint_type type) {
 }
 
 /* From a state of zeros (no rotation) to q. */
-static kt_accuracy_norm measure(const kt_model *model, double length, const double *q, const double *v) {
+static kt_accuracy_norm measure(kt_model *model, double length, const double *q, const double *v) {
     double start[KT_JOINT_NQ_MAX], rest[KT_JOINT_NV_MAX] = {0.0}, dv[KT_JOINT_NV_MAX], initial[KT_JOINT_NV_MAX];
+    const kt_accuracy study = {
+        .model = model, .nv = (size_t)kt_model_nv(model), .results.length = length, .difference = dv};
     kt_model_initial(model, start, initial);
-    return kt_accuracy_distance(model, length, start, rest, q, v, dv);
+    return kt_accuracy_distance(&study, (kt_accuracy_state){start, rest}, (kt_accuracy_state){q, v});
 }
 
 static void expect(kt_joint_type type, const double *q, double length, double expected) {
