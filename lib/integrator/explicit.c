@@ -221,19 +221,23 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     return KT_TRY_PASSED;
 }
 
-kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
-    if (need_slopes(it, result) != KT_TRY_PASSED)
-        return result->result;
+void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *const *k, double *y_out) {
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
     const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;
-    const size_t slots = it->sizes.slots, n = it->sizes.n;
+    const size_t n = it->sizes.n;
     kt_stage_term terms[KT_METHOD_STAGES_MAX + 1];
     double weight[KT_METHOD_STAGES_MAX + 1];
     kt_dense_weights(it->table, slots, it->fresh, theta, weight);
-    kt_combine(y_out, y0, it->memory.last_step, terms, kt_stage_terms(weight, slots, terms), it->k, n);
+    kt_combine(y_out, y0, it->memory.last_step, terms, kt_stage_terms(weight, slots, terms), k, n);
     for (size_t i = 0; i < n; i++)
         y_out[i] += part * (y1[i] - y0[i]);
+}
+
+kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    if (need_slopes(it, result) != KT_TRY_PASSED)
+        return result->result;
+    kt_dense_state(it, t, it->sizes.slots, it->k, y_out);
     return KT_TRY_PASSED;
 }
 

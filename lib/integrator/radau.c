@@ -305,24 +305,11 @@ static void radau_accept(kt_integrator *it) {
     kt_newton_accept(it);
 }
 
-/* y0 + h sum_j w_j k_j, and the part of a projection of y1: the form in the public header. */
 static kt_try_result radau_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
-    const size_t n = it->sizes.n;
-    const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
-    const double rest = 1.0 - theta, cubic = theta * theta * (3.0 - 2.0 * theta),
-                 *k = kt_newton_history(it) + HISTORY_SLOPES;
-    const double *y0 = it->previous_y, *y1 = it->y, *d = it->table->dense_d;
-    double weight[1 + STAGES];
-    for (int j = 0; j <= STAGES; j++)
-        weight[j] = theta * theta * rest * rest * d[j];
-    weight[0] += theta * rest * rest;
-    weight[STAGES] -= theta * theta * rest;
-    for (size_t l = 0; l < n; l++) {
-        double sum = 0.0;
-        for (size_t j = 0; j <= STAGES; j++)
-            sum += weight[j] * k[j * n + l];
-        y_out[l] = y0[l] + h * sum + cubic * (y1[l] - y0[l]);
-    }
+    double *k[1 + STAGES];
+    for (size_t j = 0; j <= STAGES; j++)
+        k[j] = kt_newton_history(it) + HISTORY_SLOPES + j * it->sizes.n;
+    kt_dense_state(it, t, 1 + STAGES, k, y_out);
     return result->result = KT_TRY_PASSED;
 }
 
