@@ -8,7 +8,13 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+#define COARSE 1e-6   /* relative to the largest of the differences: errors above it ask for a shorter step */
+#define ROUNDING 64.0 /* eps of the largest value over h: the largest differences of constants */
+
+enum { STEPS = 4 }; /* each an eighth of the one before */
 
 /* Whether forces are differenced in the coordinates; laws are in their variables (law_differences.c). */
 static bool has_differenced_forces(const kt_model *model) {
@@ -46,70 +52,83 @@ kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const dou
     return status;
 }
 
+/* ---- differences of one function --------------------------------------------------------------------------------- */
+
+/* The differences with the step h; *bound: of the error of order eight. */
+static int find_differences(const kt_differenced *of, double h, double *bound) {
+    static const double to_eight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    static const double to_six[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0};
+    double largest = 0.0, most = 0.0, apart = 0.0;
+    memset(of->eight, 0, of->n * sizeof *of->eight);
+    memset(of->six, 0, of->n * sizeof *of->six);
+    for (int k = -4; k <= 4; k++) {
+        const int code = k == 0 ? 0 : of->sample(of->user, k * h, of->values, &largest);
+        if (code != 0)
+            return code;
+        const double sign = k < 0 ? -1.0 : 1.0;
+        for (size_t i = 0; i < of->n && k != 0; i++) {
+            of->eight[i] += sign * to_eight[abs(k) - 1] / h * of->values[i];
+            of->six[i] += sign * to_six[abs(k) - 1] / h * of->values[i];
+        }
+    }
+    for (size_t i = 0; i < of->n; i++) {
+        most = fmax(most, fabs(of->eight[i]));
+        apart = fmax(apart, fabs(of->eight[i] - of->six[i]));
+    }
+    *bound = apart > ROUNDING * DBL_EPSILON * largest / h ? apart / most : 0.0;
+    return 0;
+}
+
+int kt_difference_find(const kt_differenced *of, double step, double *best, double *error) {
+    double least = HUGE_VAL, bound = 0.0;
+    for (int k = 0; k < STEPS && least > COARSE; k++) {
+        const int code = find_differences(of, ldexp(step, -3 * k), &bound);
+        if (code != 0)
+            return code;
+        if (!(bound < least))
+            continue;
+        least = bound;
+        memcpy(best, of->eight, of->n * sizeof *best);
+    }
+    *error = fmax(*error, least);
+    return 0;
+}
+
+/* ---- of forces --------------------------------------------------------------------------------------------------- */
+
 /* A column: by q_j, or if `rate` by v_j. */
 typedef struct column {
+    kt_linearized *w;
     const double *q, *v;
     size_t j;
     bool rate;
+    kt_error *error;
 } column;
 
-/* The forces k steps away, and the largest number that their rounding is relative to. */
-static kt_status sample_forces(kt_linearized *w, const column *c, double moved, double *largest, kt_error *error) {
+/* The forces, and the largest number that their rounding is relative to. */
+static int sample_forces(void *user, double moved, double *force, double *largest) {
+    const column *c = user;
+    kt_linearized *w = c->w;
     const size_t n = w->n;
     memset(w->v, 0, n * sizeof *w->v);
     w->v[c->j] = c->rate ? 0.0 : moved;
     kt_position_add(w->model, c->q, w->v, w->q);
     memcpy(w->v, c->v, n * sizeof *w->v);
     w->v[c->j] += c->rate ? moved : 0.0;
-    const kt_status status = kt_linearized_sum_effects(w, w->q, w->v, true, w->force, error);
+    const kt_status status = kt_linearized_sum_effects(w, w->q, w->v, true, force, c->error);
     for (size_t i = 0; i < n && status == KT_OK; i++)
-        *largest = fmax(*largest, fmax(fabs(w->force[i]), w->model->n.force_link ? fabs(w->weight[i]) : 0.0));
-    return status;
-}
-
-/* Sets w->change = d8 with the step h, and *bound to its error relative to the largest of it; 0 if this is rounding. */
-static kt_status difference_forces(kt_linearized *w, const column *c, double h, double *bound, kt_error *error) {
-    const size_t n = w->n;
-    double largest = 0.0, most = 0.0, apart = 0.0;
-    memset(w->change, 0, n * sizeof *w->change);
-    memset(w->coarse, 0, n * sizeof *w->coarse);
-    for (int k = -4; k <= 4; k++) {
-        if (k == 0)
-            continue;
-        const kt_status status = sample_forces(w, c, k * h, &largest, error);
-        if (status != KT_OK)
-            return status;
-        double to_eight, to_six;
-        kt_difference_weights(k, h, &to_eight, &to_six);
-        for (size_t i = 0; i < n; i++) {
-            w->change[i] += to_eight * w->force[i];
-            w->coarse[i] += to_six * w->force[i];
-        }
-    }
-    for (size_t i = 0; i < n; i++) {
-        most = fmax(most, fabs(w->change[i]));
-        apart = fmax(apart, fabs(w->change[i] - w->coarse[i]));
-    }
-    *bound = apart > KT_DIFFERENCE_ROUNDING * DBL_EPSILON * largest / h ? apart / most : 0.0;
-    return KT_OK;
+        *largest = fmax(*largest, fmax(fabs(force[i]), w->model->n.force_link ? fabs(w->weight[i]) : 0.0));
+    return (int)status;
 }
 
 /* Subtracts the best differences from column j of D. */
-static kt_status subtract_differences(kt_linearized *w, const column *c, double *d, kt_error *error) {
-    double least = HUGE_VAL, bound = 0.0;
-    for (int k = 0; k < KT_DIFFERENCE_STEPS && least > KT_DIFFERENCE_COARSE; k++) {
-        const kt_status status = difference_forces(w, c, ldexp(KT_DIFFERENCE_STEP, -3 * k), &bound, error);
-        if (status != KT_OK)
-            return status;
-        if (!(bound < least))
-            continue;
-        least = bound;
-        memcpy(w->best, w->change, w->n * sizeof *w->best);
-    }
-    for (size_t i = 0; i < w->n; i++)
-        d[c->j * w->n + i] -= w->best[i];
-    w->data->difference_error = fmax(w->data->difference_error, least);
-    return KT_OK;
+static kt_status subtract_differences(column c, double *d) {
+    kt_linearized *w = c.w;
+    const kt_differenced forces = {sample_forces, &c, w->n, w->force, w->change, w->coarse};
+    const int status = kt_difference_find(&forces, KT_DIFFERENCE_STEP, w->best, &w->data->difference_error);
+    for (size_t i = 0; i < w->n && status == KT_OK; i++)
+        d[c.j * w->n + i] -= w->best[i];
+    return (kt_status)status;
 }
 
 kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v, kt_error *error) {
@@ -117,9 +136,9 @@ kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, co
     if (!has_differenced_forces(w->model))
         return KT_OK;
     for (size_t j = 0; j < w->n && status == KT_OK; j++) {
-        status = subtract_differences(w, &(column){q, v, j, false}, w->d_q, error);
+        status = subtract_differences((column){w, q, v, j, false, error}, w->d_q);
         if (status == KT_OK)
-            status = subtract_differences(w, &(column){q, v, j, true}, w->d_v, error);
+            status = subtract_differences((column){w, q, v, j, true, error}, w->d_v);
     }
     return status;
 }
