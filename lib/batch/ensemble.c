@@ -97,7 +97,7 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
     const char *why = why_model(e, s->model);
     if (why)
         return why;
-    if (s->transformation || s->acceleration || s->projection)
+    if (s->transformation || s->options.acceleration || s->options.projection)
         return "its equations are not those of its own model";
     return s->size.n > s->size.work || s->watches_works ? "it records or watches works (balance)" : NULL;
 }

@@ -137,15 +137,14 @@ typedef enum kt_cached {
 
 /* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the nearest ones, in s. */
 typedef struct kt_breakpoints {
-    bool any;                /* steps end at breakpoints */
-    bool fixed;              /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
-    kt_corner_callback *own; /* breakpoints of the caller's equations; NULL: none */
-    double from, next;       /* there is none between these times */
-    bool jumps, cut;         /* at `next`: the accelerations jump; the search of features reached its limit */
-    bool strikes, struck;    /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
-    bool passing;            /* jumps of the state at `from` are a part of passing it: nothing is searched anew */
-    double begin, after;     /* a step that begins at a jump: its first slope is the slope at the time `after` */
-    double end, before;      /* a step that ends at a jump: its last slope is the slope at the time `before` */
+    bool any;             /* steps end at breakpoints */
+    bool fixed;           /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
+    double from, next;    /* there is none between these times */
+    bool jumps, cut;      /* at `next`: the accelerations jump; the search of features reached its limit */
+    bool strikes, struck; /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
+    bool passing;         /* jumps of the state at `from` are a part of passing it: nothing is searched anew */
+    double begin, after;  /* a step that begins at a jump: its first slope is the slope at the time `after` */
+    double end, before;   /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_breakpoints;
 
 /* A part of the last step, along which powers were integrated (balance.c). */
@@ -364,23 +363,17 @@ struct kt_simulation {
     const kt_transformation *transformation; /* from one to the other, or NULL */
     kt_data *data, *user_data;               /* scratch; identical if the models are identical */
     kt_integrator *integrator;
-    kt_method method;          /* the method of the run, if it is given by rho */
-    const double *tau;         /* inputs of the last step: nv, or NULL */
-    const kt_wrench *external; /* one for each body, or NULL */
-    int groups;                /* of loops */
-    bool unprojected;
-    bool smooth_inputs;
-    double switch_gap;                /* of the options */
-    bool records_contacts;            /* events of hard contacts are handed over */
-    size_t changed_contact;           /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
-    bool watches_works;               /* works are estimated at the ends of steps */
-    const double *end_slope;          /* slope of the evaluation that gave end_power; NULL: none in this step */
-    kt_power end_power;               /* power of the evaluation that may become that of the end */
-    kt_complex sigma[2];              /* implicit: of the real and the complex factors */
-    bool closes_loops;                /* a projection does more than renormalise quaternions: it overwrites data */
-    kt_right_hand_side *acceleration; /* the caller's, or NULL */
-    kt_projection *projection;        /* the caller's, or NULL */
-    void *user;                       /* passed to these two callbacks */
+    kt_method method;              /* the method of the run, if it is given by rho */
+    const double *tau;             /* inputs of the last step: nv, or NULL */
+    const kt_wrench *external;     /* one for each body, or NULL */
+    int groups;                    /* of loops */
+    kt_simulation_options options; /* as they were given */
+    size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
+    bool watches_works;            /* works are estimated at the ends of steps */
+    const double *end_slope;       /* slope of the evaluation that gave end_power; NULL: none in this step */
+    kt_power end_power;            /* power of the evaluation that may become that of the end */
+    kt_complex sigma[2];           /* implicit: of the real and the complex factors */
+    bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */
     kt_breakpoints breakpoints;
     bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
     bool watches_ends;           /* nor over changes of functions of time behind their last stage */
@@ -392,7 +385,6 @@ struct kt_simulation {
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* the number of events */
     size_t event_latest;         /* the event of the last instant, or at which a step was repeated; event_count: none */
-    uint64_t steps_per_call;     /* the most tries of steps in a call; 0: no limit */
 #if KT_HAS_EVENTS
     size_t contact_count;         /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */
@@ -406,11 +398,9 @@ struct kt_simulation {
     double event_end;          /* the end of the first try of this step */
     int event_evaluations;     /* the most values of an event that the search of a step takes */
     int event_most;            /* the number of values with which the search after this try ends */
-    kt_progress_callback *progress;
-    void *progress_user;
-    uint64_t progress_steps, progress_due; /* the number of steps from call to call, and to the next call */
-    bool event_searched;                   /* this step has been searched */
-    double contact_time;                   /* s, of the values of contacts; NaN: not available */
+    uint64_t progress_due;     /* the number of steps to the next call of options.progress */
+    bool event_searched;       /* this step has been searched */
+    double contact_time;       /* s, of the values of contacts; NaN: not available */
 #endif
     double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
     uint64_t event_cut; /* searches of features of events in this try that reached their limit */

@@ -122,7 +122,8 @@ size_t kt_motion_work_size(const kt_simulation *simulation) {
 }
 
 static kt_status check_differentiated_simulation(const kt_simulation *simulation, kt_error *error) {
-    if (simulation->transformation != NULL || simulation->acceleration != NULL || simulation->projection != NULL)
+    if (simulation->transformation != NULL || simulation->options.acceleration != NULL ||
+        simulation->options.projection != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "the simulation uses equations or a projection of the caller, or another formulation, "
                             "whose derivatives are unknown; use those of the engine");
@@ -176,7 +177,7 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
                           .end = to,
                           .tau = simulation->tau,
                           .external = simulation->external,
-                          .unprojected = simulation->unprojected};
+                          .unprojected = simulation->options.unprojected};
     const kt_variants *variants = simulation->model->variants;
     const bool masks = KT_HAS_SWITCHES && variants != NULL && variants->switches.masked != 0;
     if (KT_HAS_SWITCHES && (simulation->model != m->model || masks)) /* a mask may have changed in its place */

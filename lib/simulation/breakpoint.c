@@ -129,8 +129,8 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
             meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t k = effects; k < curves_of(model); k++)
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), -1);
-    if (simulation->breakpoints.own != NULL)
-        meet_breakpoint(&first, t, simulation->breakpoints.own(simulation->user, t), true);
+    if (simulation->options.corner != NULL)
+        meet_breakpoint(&first, t, simulation->options.corner(simulation->options.user, t), true);
     return first;
 }
 
@@ -237,7 +237,6 @@ static breakpoint enter_piece(kt_simulation *simulation, double t) {
     simulation->memory.before = before;
     *c = (kt_breakpoints){.any = true,
                           .fixed = c->fixed,
-                          .own = c->own,
                           .from = t,
                           .next = next.time,
                           .jumps = next.jumps,

@@ -38,10 +38,10 @@
     X(max_steps, "a largest number of steps of", adaptive ? (double)options->max_steps : 0.0)                          \
     X(duration, "a duration of", simulation->duration)                                                                 \
     X(interval, "an interval between records of", simulation->interval)                                                \
-    X(unprojected, "the option 'unprojected' at", simulation->unprojected)                                             \
-    X(smooth_inputs, "the option 'smooth_inputs' at", simulation->smooth_inputs)                                       \
-    X(accelerates, "accelerations of the caller's at", simulation->acceleration != NULL)                               \
-    X(projects, "a projection of the caller's at", simulation->projection != NULL)                                     \
+    X(unprojected, "the option 'unprojected' at", simulation->options.unprojected)                                     \
+    X(smooth_inputs, "the option 'smooth_inputs' at", simulation->options.smooth_inputs)                               \
+    X(accelerates, "accelerations of the caller's at", simulation->options.acceleration != NULL)                       \
+    X(projects, "a projection of the caller's at", simulation->options.projection != NULL)                             \
     KT_CHECKPOINT_EVENTS(X)
 
 typedef struct kt_checkpoint_settings {

@@ -457,7 +457,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .function = watch_contact,
                                 .action = act_on_contacts,
                                 .user = &c->item[k],
-                                .record = simulation->records_contacts,
+                                .record = simulation->options.record_contacts,
                                 .direction = KT_DIRECTION_FALLING};
         kt_event_append(simulation, &event);
     }

@@ -52,7 +52,8 @@ static void join_auxiliary_states(const kt_simulation *simulation, double t, dou
 
 kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error) {
     bool changed;
-    const bool may_be_dead = simulation->model->driven && simulation->closes_loops && simulation->projection == NULL;
+    const bool may_be_dead =
+        simulation->model->driven && simulation->closes_loops && simulation->options.projection == NULL;
     kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
     if (may_be_dead && simulation->integrator->memory.has_previous &&
         (status != KT_OK || !motion_can_reach(simulation, simulation->y))) {

@@ -59,20 +59,20 @@ static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *g
     *rate = at.v;
     if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
         kt_simulation_inputs(simulation, at.q, &at.tau, &at.external);
-    if (simulation->acceleration == NULL || power != NULL) {
+    if (simulation->options.acceleration == NULL || power != NULL) {
         const kt_status status = power != NULL ? kt_power_evaluate(model, simulation->data, at.t, at.q, at.v, at.tau,
                                                                    at.external, a, power, error)
                                                : kt_acceleration_trusted(model, simulation->data, &at, a, error);
         if (status != KT_OK)
             return kt_simulation_is_recoverable(status) ? 1 : -1;
     }
-    if (simulation->acceleration == NULL)
+    if (simulation->options.acceleration == NULL)
         return 0;
     const kt_instant instant = evaluated_instant_of(simulation, &at);
     kt_error made = {0};
     memcpy(simulation->rate, at.v, simulation->size.nv * sizeof(double));
     *rate = simulation->rate;
-    const int result = simulation->acceleration(&instant, simulation->rate, a, &made, simulation->user);
+    const int result = simulation->options.acceleration(&instant, simulation->rate, a, &made, simulation->options.user);
     return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
 }
 
@@ -160,11 +160,11 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
         return fail_slope(simulation, t, kt_simulation_is_recoverable(status));
     const int result =
         accelerate_state(simulation, &at, &rate, dydt + size->nq, works || at_end ? &power : NULL, &simulation->cause);
-    if (simulation->acceleration == NULL || works)
+    if (simulation->options.acceleration == NULL || works)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
     /* Powers and the caller's right-hand side may leave anything in data. */
     const bool left = !works && !(at_end && (simulation->model->driven || simulation->external != NULL));
-    simulation->cached = left && simulation->acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    simulation->cached = left && simulation->options.acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
     if (result != 0)
         return fail_slope(simulation, t, result > 0);
@@ -198,7 +198,8 @@ static kt_status project_by_caller(kt_simulation *simulation, double t, double *
     const kt_instant at =
         evaluated_instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
     kt_error made = {0};
-    const int result = simulation->projection(&at, y, y + simulation->size.nq, changed, &made, simulation->user);
+    const int result =
+        simulation->options.projection(&at, y, y + simulation->size.nq, changed, &made, simulation->options.user);
     if (result == 0)
         return KT_OK;
     return report_callback(result, "projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
@@ -209,11 +210,11 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     *changed = false;
     if (simulation->closes_loops)
         simulation->cached = KT_CACHED_NOTHING;
-    if (simulation->projection != NULL && !simulation->unprojected) {
+    if (simulation->options.projection != NULL && !simulation->options.unprojected) {
         const kt_status status = project_by_caller(simulation, t, y, changed, error);
         if (status != KT_OK)
             return status;
-    } else if (simulation->groups > 0 && !simulation->unprojected) {
+    } else if (simulation->groups > 0 && !simulation->options.unprojected) {
         simulation->memory.factorizations += (uint64_t)simulation->groups;
         const kt_status status = kt_state_project_trusted(simulation->model, simulation->data, t, y,
                                                           y + simulation->size.nq, changed, error);
@@ -247,7 +248,7 @@ double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
 static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     const kt_data *data = simulation->data;
-    const bool engine = simulation->projection == NULL;
+    const bool engine = simulation->options.projection == NULL;
     const kt_status status =
         kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), y, changed, &simulation->cause);
     simulation->ahead = true;
@@ -313,8 +314,9 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
 void kt_simulation_follow_model(kt_simulation *simulation) {
     const bool adapts = !(simulation->step > 0.0), breakpoints = kt_simulation_has_breakpoints(simulation->model);
     simulation->groups = kt_loop_group_count(simulation->model);
-    simulation->closes_loops = (simulation->groups > 0 || simulation->projection != NULL) && !simulation->unprojected;
-    simulation->breakpoints.any = adapts ? simulation->breakpoints.own != NULL || breakpoints
+    simulation->closes_loops =
+        (simulation->groups > 0 || simulation->options.projection != NULL) && !simulation->options.unprojected;
+    simulation->breakpoints.any = adapts ? simulation->options.corner != NULL || breakpoints
                                          : !KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false) &&
                                                kt_simulation_has_motion_breakpoints(simulation->model);
     simulation->breakpoints.fixed = !adapts && breakpoints;

@@ -46,7 +46,8 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
  * too far away may miss the closed position, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
-    if (!KT_HAS_LOOPS || !simulation->user_model->driven || simulation->unprojected || simulation->projection != NULL)
+    if (!KT_HAS_LOOPS || !simulation->user_model->driven || simulation->options.unprojected ||
+        simulation->options.projection != NULL)
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;
@@ -236,7 +237,7 @@ static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *
                         kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
                         "the %llu steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "
                         "shorter calls. The next call goes on from here",
-                        (unsigned long long)simulation->steps_per_call, last,
+                        (unsigned long long)simulation->options.steps_per_call, last,
                         contact ? "give the contact a larger rest_velocity or a smaller restitution, " : "");
 }
 
@@ -268,7 +269,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
     if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
         return kt_error_set(error, cause->code, where.text, "%s (the step is fixed at %g s: %s)", cause->message,
                             simulation->step, advise_fixed(simulation, advice));
-    if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->unprojected &&
+    if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->options.unprojected &&
         simulation->groups > 0)
         return kt_error_set(error, from->code, where.text,
                             "%s. Loops are left to drift open (unprojected), which makes accelerations uncertain near "

@@ -39,7 +39,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
             simulation->gap_time = (double)NAN;
             status = kt_integrator_jump(simulation->integrator, simulation->y, error);
         } else {
-            kt_integrator_change(simulation->integrator, simulation->smooth_inputs);
+            kt_integrator_change(simulation->integrator, simulation->options.smooth_inputs);
         }
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */

@@ -360,28 +360,17 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     kt_status status = init_data(simulation, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
-    simulation->unprojected = settings->options.unprojected;
-    simulation->smooth_inputs = settings->options.smooth_inputs;
+    simulation->options = settings->options;
 #if KT_HAS_EVENTS
-    simulation->progress = settings->options.progress;
-    simulation->progress_user = settings->options.progress_user;
-    simulation->progress_steps = simulation->progress_due = settings->options.progress_steps;
+    simulation->progress_due = settings->options.progress_steps;
     const int evaluations = settings->options.event_evaluations;
     simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
 #endif
-    if (KT_HAS_SWITCHES)
-        simulation->switch_gap = settings->options.switch_gap;
-    simulation->acceleration = settings->options.acceleration;
-    simulation->projection = settings->options.projection;
-    simulation->user = settings->options.user;
-    simulation->steps_per_call = settings->options.steps_per_call;
 #if KT_HAS_EVENTS
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
 #endif
-    simulation->records_contacts = settings->options.record_contacts;
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
-    simulation->breakpoints.own = settings->options.corner;
     simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
     simulation->lacks_inner_stage = KT_HAS_GAP && !kt_simulation_has_inner_stage(settings->method);
     find_quaternions(simulation);

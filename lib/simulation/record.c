@@ -242,7 +242,7 @@ static kt_status take_step_of_run(kt_simulation *simulation, kt_recorder *record
     const double t = kt_integrator_time(simulation->integrator);
     simulation->changed_contact = 0;
     const kt_status status = kt_simulation_take_step(simulation, simulation->duration, error);
-    if (!KT_HAS_EVENTS || status != KT_OK || simulation->changed_contact == 0 || !simulation->records_contacts)
+    if (!KT_HAS_EVENTS || status != KT_OK || simulation->changed_contact == 0 || !simulation->options.record_contacts)
         return status;
     return record_event_at(simulation, &simulation->event[simulation->changed_contact - 1], t, recorder, user, error);
 }
@@ -352,10 +352,10 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
 
 static void show_run_progress(kt_simulation *simulation) {
 #if KT_HAS_EVENTS
-    if (simulation->progress == NULL || --simulation->progress_due > 0)
+    if (simulation->options.progress == NULL || --simulation->progress_due > 0)
         return;
-    simulation->progress_due = simulation->progress_steps;
-    simulation->progress(simulation, simulation->progress_user);
+    simulation->progress_due = simulation->options.progress_steps;
+    simulation->options.progress(simulation, simulation->options.progress_user);
 #else
     (void)simulation;
 #endif

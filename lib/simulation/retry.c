@@ -44,7 +44,7 @@ bool kt_simulation_gains_energy(kt_simulation *simulation) {
     kt_simulation_energy from, to;
     kt_error ignored;
     if (!(h > finest * simulation->step) || simulation->step == 0.0 || simulation->model->n.slip == 0 ||
-        simulation->acceleration != NULL || memory->now.torque || memory->now.wrenches ||
+        simulation->options.acceleration != NULL || memory->now.torque || memory->now.wrenches ||
         !(h > growth * shortest_step_at(t0)) || memory->retries + 1 >= MOST ||
         kt_model_energetics(simulation->model) == KT_ENERGY_SUPPLIED ||
         kt_simulation_find_energy(simulation, integrator->previous_y, &from, &ignored) != KT_OK ||

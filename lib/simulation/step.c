@@ -198,7 +198,7 @@ static void begin_call(kt_simulation *simulation) {
     kt_simulation_renew_model(simulation);
     simulation->memory.stopped = 0;
     simulation->event_latest = simulation->event_count;
-    kt_integrator_limit_call(simulation->integrator, simulation->steps_per_call);
+    kt_integrator_limit_call(simulation->integrator, simulation->options.steps_per_call);
 }
 
 static kt_status end_call(kt_simulation *simulation, kt_status status) {

@@ -49,7 +49,8 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
     const kt_model *model = simulation->model;
     kt_residual residual;
     const kt_status status = kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
-    const double most = simulation->switch_gap > 0.0 ? simulation->switch_gap : OPEN_MOST * fmax(1.0, model->length);
+    const double most =
+        simulation->options.switch_gap > 0.0 ? simulation->options.switch_gap : OPEN_MOST * fmax(1.0, model->length);
     if (status != KT_OK || residual.position <= most)
         return status;
     return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text,

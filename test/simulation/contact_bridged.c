@@ -162,7 +162,7 @@ static bool run_scene(const kt_description *description, const char *method, boo
     kt_simulation *simulation = masks_start(model, method, 0.0);
     bool fine = true, ends = false;
     to->parts = to->linked = 0;
-    simulation->steps_per_call = LONGEST;
+    simulation->options.steps_per_call = LONGEST;
     for (int part = 0; part < PARTS && fine && !ends; part++) {
         fine = switch_loops(simulation, part, to);
         const kt_status status = fine ? kt_simulation_advance(simulation, 0.02 * (part + 1), &error) : KT_OK;
