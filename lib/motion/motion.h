@@ -323,11 +323,11 @@ typedef struct kt_contact_calls {
     kt_status (*strike)(kt_simulation *simulation, kt_error *error);
     /* Comes after data have been initialised for another model. */
     void (*follow)(kt_simulation *simulation);
-    /* Checks the multipliers of a record. Errors: a closed contact pulls, or sticking friction of a joint is beyond its
-     * limit. */
+    /* Checks the multipliers of a record; NULL: there is nothing to check. Errors: a closed contact pulls, or sticking
+     * friction of a joint is beyond its limit. */
     kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
     /* Lets contact k come to rest at this instant, at which it closes, since bounces accumulate. A contact without a
-     * rest velocity does not come to rest. Returns whether it does. */
+     * rest velocity does not come to rest. Returns whether it does. NULL: none does. */
     bool (*rest)(kt_simulation *simulation, size_t k);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);

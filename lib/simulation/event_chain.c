@@ -60,7 +60,8 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
 /* Whether the accumulating events are bounces of a hard contact, which end now. */
 static bool comes_to_rest(kt_simulation *simulation, size_t k) {
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
-    return k < simulation->contact_count && simulation->contact_calls->rest(simulation, k);
+    return k < simulation->contact_count && simulation->contact_calls->rest != NULL &&
+           simulation->contact_calls->rest(simulation, k);
 }
 
 /* Counts an instant of events. Returns an error if such instants have no end. */

@@ -366,22 +366,10 @@ static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
 
 static void follow_nothing(kt_simulation *simulation) { (void)simulation; }
 
-static kt_status check_nothing(const kt_simulation *simulation, double t, kt_error *error) {
-    (void)simulation, (void)t, (void)error;
-    return KT_OK;
-}
-
-static bool rest_never(kt_simulation *simulation, size_t k) {
-    (void)simulation, (void)k;
-    return false;
-}
-
-const kt_contact_calls kt_moreau_calls = {.rest = rest_never,
-                                          .open = begin_anew,
+const kt_contact_calls kt_moreau_calls = {.open = begin_anew,
                                           .model = kt_contacts_open_model,
                                           .resolve = commit_steps,
                                           .follow = follow_nothing,
-                                          .check = check_nothing,
                                           .keep = kt_simulation_keep,
                                           .undo = kt_simulation_undo_change,
                                           .renew = kt_contacts_renew_model,

@@ -77,8 +77,8 @@ static kt_status react(kt_simulation *simulation, const kt_record *record, kt_er
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
         status = kt_simulation_date_masses(simulation, record->time, error);
-    return status == KT_OK && calls != NULL && record->index >= 0 ? calls->check(simulation, record->time, error)
-                                                                  : status;
+    const bool checks = calls != NULL && calls->check != NULL && record->index >= 0;
+    return status == KT_OK && checks ? calls->check(simulation, record->time, error) : status;
 }
 
 /* Computes the kinematics and the quantities that follow from them. Energies belong to the model that is integrated. */
