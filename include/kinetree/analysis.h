@@ -29,7 +29,7 @@
  * instant, and their eigenvalues do not decide the stability. A wheel with a free joint is an example. Its axes turn
  * about a horizontal axis, so that its matrix is periodic even if it rolls straight ahead. Functions of the time can
  * change a matrix, too. kt_floquet_evaluate is for such motions.
- * Matrices are column-major. Calls do not allocate unless their docstring says so.
+ * Matrices are column-major. Calls do not allocate unless their docstring states this.
  */
 #ifndef KINETREE_ANALYSIS_H
 #define KINETREE_ANALYSIS_H

@@ -109,8 +109,8 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * Forces of effects are in NAME_effects, in NAME_acceleration and in the steps alone; add them to the tau of
  * NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on time, effects and steps have the time
- * as an argument before q. If there are auxiliary states, effects and steps have them as an argument x behind v, and a
- * step writes the next x behind the next v. NAME_acceleration has both arguments in any case. Effects call functions of
+ * as an argument before q. If there are auxiliary states, effects and steps have them as an argument x after v, and a
+ * step writes the next x after the next v. NAME_acceleration has both arguments in any case. Effects call functions of
  * the C library.
  *
  * A step also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from

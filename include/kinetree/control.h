@@ -221,9 +221,9 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
  * holds if that call computes accelerations at the state itself: next to a singular position of the loops it
  * interpolates them.
  *
- * actuated: the coordinates on which actuators act. forces has one number for each, N m or N. If there are as many as
- * degrees of freedom, the forces are unique. If there are more, the result has the least sum of weight[i] force[i]^2.
- * weights (count positive numbers) may be NULL: all 1.
+ * actuated: the coordinates on which actuators act. forces has one number for each, N m or N. If their number equals
+ * that of the degrees of freedom, the forces are unique. If there are more, the result has the least sum of weight[i]
+ * force[i]^2. weights (count positive numbers) may be NULL: all 1.
  *
  * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1, as that of kt_independent_basis. A
  * generalised force that the motion needs may take forces 1 / rcond times as large. Near a dead point of the actuators

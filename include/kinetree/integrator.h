@@ -45,7 +45,7 @@ typedef struct kt_integrator kt_integrator;
  *   > 0: recoverable. An adaptive method repeats the step with a smaller size. A fixed step fails;
  *   < 0: stop. A stopped step leaves the integrator unchanged and may be repeated.
  *
- * A caller can keep an own error message behind `user`.
+ * A caller can keep its own error message in the object that `user` points to.
  *
  * rhs: dydt = f(t, y), n values, a function of its arguments alone. It is never called with a t beyond the limit given
  * to kt_integrator_step (as long as 0 <= c_i <= 1, as in all built-in methods).

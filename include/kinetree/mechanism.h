@@ -371,9 +371,9 @@ typedef struct kt_effect_load {
  * also has a moment. Positions are those in the world: far from its origin a wrench loses digits that
  * kt_acceleration_evaluate keeps. The call allocates nothing.
  * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect. KT_ERROR_UNSUPPORTED if a
- * loop bears its force, since it is hard and closed, or sticks (kt_reaction_evaluate). KT_ERROR_ARGUMENT if there is no
- * such effect, or if it has ends and the data hold the kinematics of another q or v. The output *load is untouched
- * on failure.
+ * loop carries the force of the effect, since this is hard and closed, or sticks (kt_reaction_evaluate).
+ * KT_ERROR_ARGUMENT if there is no such effect, or if it has ends and the data hold the kinematics of another q or v.
+ * The output *load is untouched on failure.
  * Cost: O(nq + log effects). */
 KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double t, const double *q,
                                                const double *v, int effect, kt_effect_load *load, kt_error *error);
@@ -412,7 +412,7 @@ KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);
 
 /* Computes all quantities of all effects at (t, q, v), effect by effect in the description's order. The number of
  * values is the sum of kt_effect_quantity_count over all effects. A value is NaN if a callback cannot compute its
- * force. Forces and powers are NaN while a loop bears them: those of a hard contact or stop that is closed, and of
+ * force. Forces and powers are NaN while a loop carries them: those of a hard contact or stop that is closed, and of
  * friction that sticks. These are reactions (kt_reaction_evaluate, kt_multiplier_evaluate). Arguments and precision are
  * those of kt_effect_evaluate.
  * Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v. The output values is untouched on failure.

@@ -220,7 +220,7 @@ typedef struct kt_scene {
     void *memory;                   /* memory of the arrays and strings, for kt_scene_free */
     const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
     kt_scene_variables *variables;  /* for kt_scene_vary; NULL: none */
-    const kt_scene_fmu *fmus;       /* FMUs among `effects`, each with an event behind those of the file; NULL: none */
+    const kt_scene_fmu *fmus;       /* FMUs among `effects`, each with an event after those of the file; NULL: none */
     int fmu_count;                  /* length of fmus */
 } kt_scene;
 

@@ -147,8 +147,8 @@ KT_API void kt_simulation_free(kt_simulation *simulation);
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
-/* Returns the auxiliary states (kt_own_state_count) at that time, likewise. The velocities stand right behind the
- * positions in memory, and the auxiliary states behind the velocities. */
+/* Returns the auxiliary states (kt_own_state_count) at that time, likewise. In memory, the velocities follow the
+ * positions, and the auxiliary states follow the velocities. */
 KT_API const double *kt_simulation_own_states(const kt_simulation *simulation);
 
 /* Restarts at time t from q (nq) and v (nv; NULL: at rest). The state is projected: quaternions get unit norm, and
@@ -470,7 +470,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  *   KT_RECORD_MULTIPLIER requests multipliers alone.
  *   The option `kinematics` requests positions and velocities of points. With one of the first two bits it also
  *     requests their accelerations. Queries such as kt_point_position read them from record->data.
- * Where the speed of a drive jumps, accelerations and all that needs them are those behind the jump.
+ * If the speed of a drive jumps, accelerations and all quantities that need them are those after the jump.
  * Ownership: the simulation owns all that the record points to. It is valid until the next call with a simulation that
  * is not const.
  * Errors: as for a step; *record is then unchanged.
