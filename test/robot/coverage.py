@@ -12,10 +12,10 @@ from claims import claim, finish, note
 
 FORMATS = (("MJCF", "mjcf_attribute.c", "mjcf"), ("SDF", "sdf.c", "sdf"), ("URDF", "urdf_tree.c", "urdf"))
 TEXT = r'"(?:\\.|[^"\\])*"'
-HEAD = """# What is read of robot files
+HEAD = """# Elements of robot files
 
-This page lists all that the readers of [robots](robots.md) read, change and leave out. `test/robot/coverage.py` makes the page from
-the lists of the readers, and a test compares both. The messages are those of `import`, without numbers.
+This page lists all elements and attributes that the readers of [robots](robots.md) read, change and leave out. `test/robot/coverage.py` makes
+the page from the lists of the readers, and a test compares both. The messages are those of `import`, without numbers.
 """
 
 
@@ -94,8 +94,8 @@ def page_of(root):
         text += f"| {' '.join(f'`{element}`' for element, attributes in known if not attributes)} | none |\n"
         text += f"\n### Left out or changed, with a warning each\n\n{rows(changes | lost)}"
         text += "".join(f"- the name `{word}`\n" for word in words(code, "moving"))
-        text += f"\n### On the start and the limits, on one line\n\n{rows(start)}"
-        text += "\n### Passed over, since the motion does not need it\n\n"
+        text += f"\n### Notes on the start and the limits, printed on one line\n\n{rows(start)}"
+        text += "\n### Left out without a warning, since the motion does not need them\n\n"
         text += " ".join(f"`{word}`" for word in words(code, "harmless")) + "\n"
     return text
 
