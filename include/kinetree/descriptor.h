@@ -82,12 +82,12 @@ typedef struct kt_key {
     X(KT_QUANTITY_MOMENT_X, "mx", "mx", "N m", "N m", "moment about x, about the end's point")                         \
     X(KT_QUANTITY_MOMENT_Y, "my", "my", "N m", "N m", "moment about y, likewise")                                      \
     X(KT_QUANTITY_MOMENT_Z, "mz", "mz", "N m", "N m", "moment about z, likewise")                                      \
-    X(KT_QUANTITY_POWER, "power", "power", "W", "W", "that it delivers to the mechanism; negative: takes")             \
+    X(KT_QUANTITY_POWER, "power", "power", "W", "W", "delivered to the mechanism; negative: taken from it")            \
     X(KT_QUANTITY_COORDINATE, "position", "position", "rad", "m", "of the joint")                                      \
     X(KT_QUANTITY_COORDINATE_RATE, "rate", "rate", "rad/s", "m/s", "of the joint")                                     \
     X(KT_QUANTITY_LENGTH, "length", "length", "m", "m", "distance of the ends")                                        \
     X(KT_QUANTITY_LENGTH_RATE, "rate", "rate", "m/s", "m/s", "at which that distance grows")                           \
-    X(KT_QUANTITY_EXCESS, "depth", "depth", "rad", "m", "beyond the stop, below the plane; 0: it does not act")        \
+    X(KT_QUANTITY_EXCESS, "depth", "depth", "rad", "m", "beyond the stop or below the plane; 0: no contact")           \
     X(KT_QUANTITY_SLIP, "slip", "slip", "m/s", "m/s", "speed at which the surfaces slide")                             \
     X(KT_QUANTITY_POINT_X, "x", "x", "m", "m", "of the sphere's lowest point")                                         \
     X(KT_QUANTITY_POINT_Y, "y", "y", "m", "m", "likewise")                                                             \

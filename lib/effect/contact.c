@@ -206,13 +206,12 @@ static const kt_key keys[] = {
     {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", KT_WORDS("r; 0: a point"), .range = KT_RANGE_NOT_NEGATIVE},
     {"axle", KT_KEY_AXIS, KT_EFFECT_AT(axle), "",
      KT_WORDS(
-         "of a thin disc in place of the sphere, whose rim touches: its axis, in the frame of the point; of a hard "
-         "contact"),
+         "of hard contacts: the axis of a thin disc whose rim touches, in place of the sphere; frame of the point"),
      "a sphere", .needed = false},
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "",
      KT_WORDS("a frame in the plane, or the centre of a second sphere (radius2)"), .needed = true},
     {"radius2", KT_KEY_NUMBER, KT_EFFECT_AT(radius2), "m",
-     KT_WORDS("of a second sphere in place of the plane; of a hard contact"), "a plane",
+     KT_WORDS("of hard contacts: the radius of a second sphere in place of the plane"), "a plane",
      .range = KT_RANGE_NOT_NEGATIVE},
     {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
      KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
@@ -220,9 +219,9 @@ static const kt_key keys[] = {
     {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", KT_WORDS("m, 1 or more; 1.5 is that of Hertz"),
      .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
-     KT_WORDS("c; an impact at a slow v comes back with v - c v^2"), .range = KT_RANGE_NOT_NEGATIVE},
+     KT_WORDS("c; after a slow impact at v, the speed is v - c v^2"), .range = KT_RANGE_NOT_NEGATIVE},
     {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "",
-     KT_WORDS("mu, the coefficient of friction; of a hard contact it sticks"), .range = KT_RANGE_NOT_NEGATIVE},
+     KT_WORDS("mu, the coefficient of friction; hard contacts also stick"), .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s",
      KT_WORDS("v0, the speed of slip over which friction of an elastic contact builds up"), .range = KT_RANGE_POSITIVE},
     KT_HARD_KEYS("e: the contact is hard; a point that arrives at -w leaves at e w (Newton's rule)")};

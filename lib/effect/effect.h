@@ -130,7 +130,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_GAP(function) function
 #endif
 
-#define KT_COORDINATE_WORDS "the joint, or the loop, in which it acts; `NAME[k]`: in the k-th of its coordinates"
+#define KT_COORDINATE_WORDS "the joint or loop in which the effect acts; `NAME[k]`: in its coordinate k, from 0"
 
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
@@ -180,7 +180,7 @@ void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
 
 #if KT_HAS_SWITCHES
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE
-#define KT_ELASTIC_WORDS(words) KT_WORDS(words "; it or restitution is needed")
+#define KT_ELASTIC_WORDS(words) KT_WORDS(words "; stiffness or restitution is needed")
 #define KT_HARD_KEYS(words)                                                                                            \
     {"restitution",   KT_KEY_NUMBER, KT_EFFECT_AT(restitution),     "",                                                \
      KT_WORDS(words), "none",        .range = KT_RANGE_NOT_NEGATIVE},                                                  \
@@ -188,9 +188,9 @@ void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
          KT_KEY_NUMBER,                                                                                                \
          KT_EFFECT_AT(rest_velocity),                                                                                  \
          "rad/s|m/s",                                                                                                  \
-         KT_WORDS("of a hard one: a slower arrival does not bounce"),                                                  \
+         KT_WORDS("of a hard stop or contact: a slower arrival does not bounce"),                                      \
          .range = KT_RANGE_NOT_NEGATIVE},                                                                              \
-        KT_POISSON_KEY(KT_EFFECT_AT(poisson), "of a hard one: ")
+        KT_POISSON_KEY(KT_EFFECT_AT(poisson), "of a hard stop or contact: ")
 #else
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_POSITIVE, .needed = true
 #define KT_ELASTIC_WORDS(words) KT_WORDS(words)

@@ -78,8 +78,8 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = joint_limit_ch
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; at least one of both is needed"),
-     "none", .needed = false},
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; lower or upper is needed"), "none",
+     .needed = false},
     {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", KT_WORDS("the upper stop"), "none", .needed = false},
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
@@ -87,7 +87,7 @@ static const kt_key keys[] = {
     KT_HARD_KEYS("e: the stops are hard; a joint that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",
-    .help = KT_WORDS("elastic stops of a joint"),
+    .help = KT_WORDS("elastic or hard stops of a joint"),
     .formula = KT_WORDS(
         "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them"),
     .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_limit\n"

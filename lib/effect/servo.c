@@ -91,7 +91,7 @@ static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", KT_WORDS("r, the position to reach, a function of time"),
      .needed = true},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k; it or damping is needed"),
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k; stiffness or damping is needed"),
      .range = KT_RANGE_NOT_NEGATIVE},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c, of r' - v"),
      .range = KT_RANGE_NOT_NEGATIVE},

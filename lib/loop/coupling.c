@@ -45,7 +45,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",
-    .help = KT_WORDS("joint positions in a relation: gears, pulleys, joints that follow others; with a formula cams"),
+    .help = KT_WORDS("a relation of joint positions: gears, pulleys, joints that follow others; with a formula, cams"),
     .formula = KT_WORDS("sum of c_i q_i + f(q) = offset"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: pinion\n"

@@ -39,7 +39,8 @@ const kt_loop_kind KT_KERNEL(kt_loop_distance) = {
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
 #if KT_HAS_SWITCHES
-    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "", KT_WORDS("true: it only pulls, a rope, |d| <= L"), .needed = false},
+    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "",
+     KT_WORDS("true: a rope, which only pulls; the distance may be less than L"), .needed = false},
     {"restitution", KT_KEY_NUMBER, KT_LOOP_AT(restitution), "",
      KT_WORDS("e, of a rope that becomes taut: ends that part at w return at e w"), .range = KT_RANGE_NOT_NEGATIVE},
     {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",

@@ -22,7 +22,7 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_rates_descriptor = {
     .name = "rates",
-    .help = KT_WORDS("joint rates in a linear relation: a speed that is given, friction wheels, differentials"),
+    .help = KT_WORDS("a linear relation of joint rates: a given speed, friction wheels, differentials"),
     .formula = KT_WORDS("sum of c_i v_i = f(t)"),
     .example = KT_WORDS("bodies:\n"
                         "  - name: left\n"

@@ -54,7 +54,7 @@
      KT_KEY_FLAG,                                                                                                      \
      offset,                                                                                                           \
      "",                                                                                                               \
-     KT_WORDS(of "true: e is that of Poisson's rule, of impulses, not of Newton's, of speeds"),                        \
+     KT_WORDS(of "true: e follows Poisson's rule (impulses) instead of Newton's (speeds)"),                            \
      .needed = false},
 #define KT_BETWEEN_KEY(object)                                                                                         \
     { "between", KT_KEY_ENDS, offsetof(object, between), "", KT_WORDS("the two ends, on two bodies"), .needed = true }

@@ -175,7 +175,7 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_TABLE] =
         {
             .name = "table",
-            .help = KT_WORDS("interpolation between rows; before the first and after the last their values"),
+            .help = KT_WORDS("interpolation between rows; constant before the first row and after the last one"),
             .formula = KT_WORDS(
                 "linear:    straight lines; the slope jumps at rows, so not for motions\n"
                 "cubic:     the natural spline, with continuous y, y', y''; it overshoots: rows of 0, 0, 90, 90\n"
