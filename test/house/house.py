@@ -114,6 +114,16 @@ def picture_problems(path, pages):
         yield f"{path.name}: no page shows it"
 
 
+def torn_rows(path):
+    """Rows of tables with more or fewer cells than the row above, as a formula with |x| has, and rows after a text."""
+    above, cells = "", 0
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        seen = len(re.findall(r"(?<!\\)\|", line)) if line.startswith("|") else 0
+        if seen and (seen != cells if above.startswith("|") else above and not above.startswith("<!--")):
+            yield f"{path.name}:{number}: {line[:80]}"
+        above, cells = line, seen
+
+
 def main():
     root = pathlib.Path(sys.argv[1])
     faces = sorted((root / "include/kinetree").glob("*.h"))
@@ -150,7 +160,9 @@ def main():
     claim("library_is_plain_ascii",
           [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
 
-    pages = "".join(path.read_text() for path in [root / "README.md", *(root / "include/pages").glob("*.md")])
+    texts = [root / "README.md", *sorted((root / "include/pages").glob("*.md"))]
+    claim("rows_of_tables_have_the_cells_of_their_head", [row for path in texts for row in torn_rows(path)])
+    pages = "".join(path.read_text() for path in texts)
     pictures = [*sorted((root / "apps/pictures").glob("*.svg")), *sorted((root / "include/pages/pictures").glob("*.svg"))]
     claim("pictures_are_shown_and_small_and_keep_text_as_text",
           [problem for path in pictures for problem in picture_problems(path, pages)] if pictures else ["no pictures"])
