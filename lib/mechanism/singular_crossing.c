@@ -490,7 +490,8 @@ static kt_status reject_singular_position(const kt_model *model, size_t link, do
         return status;
     return kt_error_set(
         error, KT_ERROR_SINGULAR,
-        kt_where_format("joint '%.100s', t = %.9g s", model->text + model->body[model->link[link].body].name, t).text,
+        kt_where_format("joint '%.100s', t = %.9g s", model->text + model->body[model->link[link].body].joint_name, t)
+            .text,
         "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
         "leave: give the bodies that "
         "move there mass or inertia");

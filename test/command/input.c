@@ -153,6 +153,12 @@ KT_TEST(inertias_that_no_body_has_are_named_as_what_they_are) {
     (void)snprintf(text, sizeof text, scene, "1, 1, -0.5");
     kt_write_file("i.yaml", text);
     kt_expect(4, "no positive inertia along", "$K run i.yaml --out i.csv");
+    kt_write_file("massless.yaml",
+                  "kinetree: 1\ninertia_check: accept\nbodies:\n"
+                  "  - {name: a, joint: {name: hinge, type: revolute}, mass: 0, markers: {tip: [1, 0, 0]}}\n"
+                  "  - {name: b, joint: {name: wheel, type: revolute}, mass: 0, markers: {tip: [1, 0, 0]}}\n"
+                  "loops: [{name: l, type: coupling, coefficients: {hinge: 1, wheel: -1}}]\n");
+    kt_expect(4, "joint 'hinge', t = 0 s: the mechanism has no positive inertia", "$K run massless.yaml");
 }
 
 /* The contents identify a robot. Without masses it has places, and an acceleration that is null. */
