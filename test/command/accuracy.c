@@ -122,6 +122,16 @@ KT_TEST(accuracy_says_how_it_was_made) {
 #endif
 }
 
+/* A formulation that a scene cannot have is a line of the table, and no failure of the study. */
+KT_TEST(price_of_what_a_scene_cannot_have_is_its_reason) {
+    kt_write_file("lag.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                              "states: {x: {initial: 1, rate: \"-x\"}}\n"
+                              "simulate: {duration: 1}\n");
+    const kt_ran ran = kt_shell("$K accuracy lag.yaml --integrators rk4,dopri5 --budget 2 --prices");
+    kt_check_equal_int("exit code", ran.code, 0);
+    kt_check_contains("line", ran.out, "\n  absolute formulation       fails: the model has auxiliary states");
+}
+
 /* Two pendulums start from the horizontal. No double precision number can follow them for a hundred seconds. */
 KT_TEST(accuracy_stops_where_errors_mean_nothing_and_says_so) {
     kt_ran ran = kt_shell("$K make pendulum --links 2 --angle 120deg >c.yaml; $K accuracy c.yaml --duration 200 "

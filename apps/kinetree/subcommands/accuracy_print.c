@@ -336,11 +336,15 @@ int kt_findings_print_prices(const kt_findings *findings) {
         kt_error error = {0};
         kt_status status = kt_accuracy_measure(findings->study, &variants[i], curve->method, curve->adaptive,
                                                point->setting, &measured, &error);
-        if (status != KT_OK)
+        if (status != KT_OK && status != KT_ERROR_UNSUPPORTED)
             return kt_say_status(status, &error);
+        printf("  %-26s ", variants[i].label);
+        if (status == KT_ERROR_UNSUPPORTED) {
+            printf("fails: %s\n", kt_show(error.message).text);
+            continue;
+        }
         if (i == 0)
             base = measured.cpu;
-        printf("  %-26s ", variants[i].label);
         if (measured.usable)
             printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
                    (double)measured.counts.evaluations / results->duration, measured.error.position,
