@@ -72,6 +72,8 @@ KT_TEST(typing_errors_end_in_one_with_the_nearest_name) {
     kt_expect(1, "did you mean 'integrators'?", "$K integrator");
     kt_expect(1, "'kinetree --help' lists them", "$K xyzzy");
     kt_expect(1, "there is no subcommand 'p.yaml'; 'kinetree run p.yaml' simulates this file", "$K p.yaml");
+    kt_expect(1, "'kinetree run pendulum.yml' simulates this file", "$K pendulum.yml");
+    kt_expect(1, "'kinetree demo pendulum' runs the bundled scene of this name", "$K pendulum.yaml");
     kt_expect(1, "did you mean '--duration'?", "$K run p.yaml --duratoin 3");
     kt_expect(1, "did you mean '--tolerance'?", "$K run p.yaml --tolerence=3");
     kt_expect(1, "did you mean 'dopri5'?", "$K run p.yaml --integrator dopri");

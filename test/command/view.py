@@ -148,6 +148,7 @@ def check_thinning(folder):
     frames, codes = int(re.search(r'"frames":(\d+)', head)[1]), [w["code"] for w in json.loads((pathlib.Path(folder) / "long.json").read_text())["warnings"]]
     note(f"a thousand bodies, 3001 records: {frames} frames, {size} bytes")
     faults += [] if frames == 1501 and size < 70e6 else [f"{frames} frames, {size} bytes"]
+    faults += [] if f"it has {size / 1e6:.3g} MB; a longer --interval makes it smaller" in run.stderr else [f"size not said: {run.stderr}"]
     faults += [] if "thinned_view" in codes and "one record in 2" in run.stderr and "one record in 2" in head else [f"not said: {codes}, {run.stderr}"]
     return faults
 

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Returns an object that maps "BODY.MARKER" to [x, y, z] in the world frame, m. */
 static json_t *describe_markers(const kt_model *model, const kt_data *data) {
@@ -383,8 +384,13 @@ static void say_energy(const kt_outcome *outcome) {
 }
 
 static void say_result_file(const char *what, const char *path) {
+    enum { LARGE = 20000000 }; /* bytes; only frames need more */
+    struct stat status;
     if (path != NULL)
         fprintf(stderr, "  %s: %s\n", what, kt_show_result(path).text);
+    if (path != NULL && stat(path, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > LARGE)
+        fprintf(stderr, "    it has %.3g MB; a longer --interval makes it smaller, with fewer frames\n",
+                1e-6 * (double)status.st_size);
 }
 
 /* The energy that impacts and closings have dissipated; 0 if it is below the rounding of the energies of the motion. */

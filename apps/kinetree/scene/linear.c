@@ -14,6 +14,15 @@
 /* The dense matrices have twice as many rows; larger ones would take minutes. */
 enum { COORDINATES_MOST = 500 };
 
+int kt_reject_dense_size(const kt_model *model) {
+    if (kt_model_nv(model) <= COORDINATES_MOST)
+        return -1;
+    return kt_reject(KT_EXIT_INTEGRATION,
+                     "the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to "
+                     "%d: describe it with fewer bodies",
+                     kt_model_nv(model), COORDINATES_MOST);
+}
+
 int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings) {
     kt_error error = {0};
     memset(motion, 0, sizeof *motion);
@@ -30,11 +39,8 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     kt_say_fmus_left_out(&motion->scene);
     motion->name = base != NULL ? strdup(kt_title_of(model, base)) : NULL;
     free(base);
-    if (kt_model_nv(model) > COORDINATES_MOST)
-        return kt_reject(
-            KT_EXIT_INTEGRATION,
-            "the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to %d",
-            kt_model_nv(model), COORDINATES_MOST);
+    if ((code = kt_reject_dense_size(model)) >= 0)
+        return code;
     motion->q = calloc((size_t)kt_model_nq(model) + 1, sizeof(double));
     motion->v = calloc((size_t)kt_model_nv(model) + 1, sizeof(double));
     if (motion->q == NULL || motion->v == NULL || motion->name == NULL)

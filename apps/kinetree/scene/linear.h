@@ -22,6 +22,10 @@ typedef struct kt_small_motion {
     bool settled;        /* q is an equilibrium found by kt_small_motion_settle */
 } kt_small_motion;
 
+/* Rejects a model whose matrices would take minutes, and prints the reason. Returns an exit code, or -1 if the model is
+ * small enough. */
+int kt_reject_dense_size(const kt_model *model);
+
 /* Reads, compiles and assembles a scene. Returns KT_EXIT_DONE, or an exit code after printing the error;
  * kt_small_motion_close must be called in both cases. */
 int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings);

@@ -31,6 +31,8 @@ void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
 
 /* Returns whether a file is a robot, from the ending of its name. */
 bool kt_is_robot_name(const char *path);
+/* Does the same for a scene or a robot. */
+bool kt_is_scene_name(const char *path);
 
 /* Suggests a file for a path that does not exist. It tries the path with the ending .yaml, then a bundled scene of this
  * name. Then it takes the nearest name in the same folder, and at last that of a bundled scene. Prints nothing for a

@@ -38,9 +38,9 @@ static bool suggest_bundled(const char *path) {
     return true;
 }
 
-static int is_scene_or_robot(const struct dirent *entry) {
-    return kt_stem_length(entry->d_name, ".yaml|.yml") >= 0 || kt_is_robot_name(entry->d_name);
-}
+bool kt_is_scene_name(const char *path) { return kt_stem_length(path, ".yaml|.yml") >= 0 || kt_is_robot_name(path); }
+
+static int is_scene_or_robot(const struct dirent *entry) { return kt_is_scene_name(entry->d_name); }
 
 /* Returns the index of the file whose name is nearest to that of a path; -1: none is near. Endings do not count, since
  * they make short names alike. */

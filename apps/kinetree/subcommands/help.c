@@ -1,5 +1,6 @@
 /* The table of subcommands, and kinetree help, which shows it on a terminal, as man pages or as shell completions. All
  * are generated from the tables of options by which command lines are parsed. */
+#include "scene/load.h"
 #include "text/reference.h"
 
 #include <stdio.h>
@@ -78,12 +79,14 @@ static const kt_subcommand *find_subcommand(const char *name, kt_nearest *neares
 const kt_subcommand *kt_subcommand_find(const char *name) {
     kt_nearest nearest;
     const kt_subcommand *found = find_subcommand(name, &nearest);
-    if (found == NULL && nearest.best == NULL && access(name, F_OK) == 0)
+    if (found == NULL && (kt_is_scene_name(name) || (nearest.best == NULL && access(name, F_OK) == 0)))
         kt_say("there is no subcommand '%s'; 'kinetree run %s' simulates this file, and 'kinetree --help' lists the "
                "subcommands",
                kt_show(name).text, kt_show(name).text);
     else if (found == NULL)
         kt_say("there is no subcommand '%s'%s", name, kt_ask(&nearest, "", "; 'kinetree --help' lists them").text);
+    if (found == NULL && kt_is_scene_name(name))
+        kt_missing_suggest(name);
     return found;
 }
 
