@@ -19,11 +19,12 @@
 /* Makes room for a cell of `length` bytes, with a comma before and a zero after it. Returns where it goes; NULL: memory
  * is insufficient. */
 static char *start_cell(kt_lines *lines, size_t length) {
-    if (!kt_lines_make_room(lines, length + 2))
-        return NULL;
-    if (lines->used > lines->whole)
-        lines->text[lines->used++] = ',';
-    return lines->text + lines->used;
+    char *cell = kt_bytes_room(&lines->buffer, length + 1);
+    if (cell != NULL && lines->buffer.used > lines->whole) {
+        *cell++ = ',';
+        lines->buffer.used++;
+    }
+    return cell;
 }
 
 static void add_header(kt_csv *csv) {
@@ -31,7 +32,7 @@ static void add_header(kt_csv *csv) {
         const int length = kt_column_header(csv->columns, i, NULL, 0);
         char *cell = start_cell(&csv->lines, (size_t)length);
         if (cell != NULL)
-            csv->lines.used += (size_t)kt_column_header(csv->columns, i, cell, (size_t)length + 1);
+            csv->lines.buffer.used += (size_t)kt_column_header(csv->columns, i, cell, (size_t)length + 1);
     }
 }
 
@@ -39,8 +40,8 @@ static void add_csv_line(kt_csv *csv, const double *values) {
     for (size_t i = 0; i < csv->columns->count; i++) {
         char *cell = start_cell(&csv->lines, KT_DIGITS_SIZE);
         if (cell != NULL)
-            csv->lines.used += (size_t)(isnan(values[i]) ? snprintf(cell, KT_DIGITS_SIZE, "nan") /* never -nan */
-                                                         : kt_digits_write(cell, values[i]));
+            csv->lines.buffer.used += (size_t)(isnan(values[i]) ? snprintf(cell, KT_DIGITS_SIZE, "nan") /* never -nan */
+                                                                : kt_digits_write(cell, values[i]));
     }
 }
 
@@ -86,9 +87,9 @@ int kt_csv_close(kt_csv *csv, kt_output_fate fate) {
 
 /* Returns whether the file begins with the line that is being built (the header). */
 static bool begins_with_line(const kt_lines *lines) {
-    char *text = malloc(lines->used + 1);
-    bool same = text != NULL && pread(lines->file, text, lines->used + 1, 0) >= (ssize_t)lines->used &&
-                memcmp(text, lines->text, lines->used) == 0 && text[lines->used] == '\n';
+    char *text = malloc(lines->buffer.used + 1);
+    bool same = text != NULL && pread(lines->file, text, lines->buffer.used + 1, 0) >= (ssize_t)lines->buffer.used &&
+                memcmp(text, lines->buffer.text, lines->buffer.used) == 0 && text[lines->buffer.used] == '\n';
     free(text);
     return same;
 }
@@ -141,7 +142,8 @@ bool kt_csv_sum(int file, long long from, long long to, uint64_t *sum) {
 static const char *find_fault(const kt_lines *lines, const kt_written *before) {
     struct stat status;
     uint64_t sum = KT_SUM_START;
-    if (fstat(lines->file, &status) != 0 || !S_ISREG(status.st_mode) || lines->full || !begins_with_line(lines))
+    if (fstat(lines->file, &status) != 0 || !S_ISREG(status.st_mode) || lines->buffer.is_short ||
+        !begins_with_line(lines))
         return "these are not the records until the checkpoint: other columns, or no records; give the --out of the "
                "run that wrote it";
     if (status.st_size < before->bytes)
@@ -176,7 +178,7 @@ int kt_csv_reopen(kt_csv *csv, const char *path, const kt_columns *columns, cons
     const char *wrong = find_fault(lines, before);
     if (wrong == NULL && (ftruncate(file, before->bytes) != 0 || lseek(file, before->bytes, SEEK_SET) != before->bytes))
         wrong = strerror(errno);
-    lines->used = 0;
+    lines->buffer.used = 0;
     if (wrong == NULL)
         return -1;
     kt_say("%s: %s", copied ? path : name, wrong);

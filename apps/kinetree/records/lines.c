@@ -33,8 +33,8 @@ int kt_write_bytes(int file, const void *bytes, size_t size, size_t *done) {
  * 0 or the errno. */
 static int write_whole(const kt_lines *lines) {
     size_t done;
-    const int reason = kt_write_bytes(lines->file, lines->text, lines->whole, &done);
-    while (reason != 0 && done > 0 && lines->text[done - 1] != '\n')
+    const int reason = kt_write_bytes(lines->file, lines->buffer.text, lines->whole, &done);
+    while (reason != 0 && done > 0 && lines->buffer.text[done - 1] != '\n')
         done--;
     if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
         (void)ftruncate(lines->file, lines->written + (long long)done);
@@ -78,19 +78,6 @@ void kt_lines_start(kt_lines *lines, int file, const char *path, long long writt
     (void)signal(SIGCHLD, SIG_DFL); /* waitpid works even if SIGCHLD was inherited as ignored */
 }
 
-bool kt_lines_make_room(kt_lines *lines, size_t more) {
-    if (lines->room - lines->used >= more)
-        return true;
-    const size_t room = 2 * lines->room + more;
-    char *text = realloc(lines->text, room);
-    lines->full = lines->full || text == NULL;
-    if (text == NULL)
-        return false;
-    lines->text = text;
-    lines->room = room;
-    return true;
-}
-
 static const char *shown_path(const kt_lines *lines) {
     return lines->file == STDOUT_FILENO ? "standard output" : lines->path;
 }
@@ -99,7 +86,7 @@ static const char *shown_path(const kt_lines *lines) {
 static long long count_lines_after(const kt_lines *lines, size_t done) {
     long long count = 0;
     for (size_t i = done; i < lines->whole; i++)
-        count += lines->text[i] == '\n';
+        count += lines->buffer.text[i] == '\n';
     return count;
 }
 
@@ -115,7 +102,8 @@ int kt_lines_flush(kt_lines *lines) {
     size_t done = 0;
     int reason = 0;
     if (lines->whole > 0)
-        reason = lines->is_regular ? write_apart(lines) : kt_write_bytes(lines->file, lines->text, lines->whole, &done);
+        reason = lines->is_regular ? write_apart(lines)
+                                   : kt_write_bytes(lines->file, lines->buffer.text, lines->whole, &done);
     if (reason != 0) {
         done = lines->is_regular ? measure_written(lines) : done;
         lines->lost += count_lines_after(lines, done);
@@ -124,21 +112,19 @@ int kt_lines_flush(kt_lines *lines) {
     } else {
         lines->written += (long long)lines->whole;
     }
-    lines->used = lines->whole = 0; /* after an error the lines are dropped, so that it is reported once */
+    lines->buffer.used = lines->whole = 0; /* after an error the lines are dropped, so that it is reported once */
     lines->last = kt_clock();
     return reason == 0 ? 0 : -1;
 }
 
 int kt_lines_end(kt_lines *lines) {
-    if (!lines->full && kt_lines_make_room(lines, 1)) {
-        lines->text[lines->used++] = '\n';
-        lines->whole = lines->used;
-    }
-    if (lines->full) {
-        lines->used = lines->whole;
+    kt_bytes_add(&lines->buffer, "\n", 1);
+    if (lines->buffer.is_short) {
+        lines->buffer.used = lines->whole;
         kt_say("there is not enough memory for a line of %s", shown_path(lines));
         return -1;
     }
+    lines->whole = lines->buffer.used;
     const bool waits = lines->is_regular && lines->whole < MOST_BYTES && kt_clock() - lines->last < longest;
     return waits ? 0 : kt_lines_flush(lines);
 }
@@ -149,7 +135,7 @@ int kt_lines_close(kt_lines *lines) {
         kt_say("%s cannot be written: %s", lines->path, strerror(errno));
         failed = -1;
     }
-    free(lines->text);
+    free(lines->buffer.text);
     *lines = (kt_lines){.file = -1, .lost = lines->lost};
     return failed;
 }

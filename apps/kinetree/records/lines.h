@@ -3,8 +3,7 @@
 #ifndef KT_COMMAND_RECORDS_LINES_H
 #define KT_COMMAND_RECORDS_LINES_H
 
-#include <stdbool.h>
-#include <stddef.h>
+#include "text/bytes.h"
 
 typedef struct kt_lines {
     int file; /* descriptor; -1: closed */
@@ -13,18 +12,16 @@ typedef struct kt_lines {
     long long written; /* bytes in the file */
     long long before;  /* bytes of another program in standard output if it is a regular file */
     double last;       /* s, time of the last write (kt_clock) */
-    char *text;        /* buffer: `whole` bytes of whole lines, then the line being built */
-    size_t whole, used, room;
-    bool full;      /* memory was insufficient for the line */
+    kt_bytes buffer;   /* `whole` bytes of whole lines, then the line being built, unless it is short of memory */
+    size_t whole;
     long long lost; /* lines that could not be written; kt_lines_close keeps the number */
 } kt_lines;
 
 /* Takes ownership of an open descriptor; standard output (1) is not closed at the end. `written`: bytes that the file
  * already contains. */
 void kt_lines_start(kt_lines *lines, int file, const char *path, long long written);
-/* Makes room for `more` bytes at text + used. Returns false if memory is insufficient: then the line is not written. */
-bool kt_lines_make_room(kt_lines *lines, size_t more);
-/* Ends the current line, and writes the buffer if it is due. Returns 0, or -1 after printing the error. */
+/* Ends the current line, which is in the buffer, and writes the buffer if it is due. Returns 0, or -1 after printing
+ * the error. */
 int kt_lines_end(kt_lines *lines);
 /* Writes the buffer. Returns 0, or -1 after printing the error. */
 int kt_lines_flush(kt_lines *lines);
