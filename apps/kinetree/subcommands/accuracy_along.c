@@ -2,10 +2,10 @@
  * the cheapest setting for each goal, and its cost. */
 #include "subcommands/accuracy.h"
 
+#include "records/output.h"
 #include "scene/load.h"
 #include "sweep/sweep.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -84,30 +84,39 @@ static kt_settings settings_of_run(const kt_accuracy_arguments *arguments, const
     return settings;
 }
 
+/* The studies of a file of lines, and the exit code of the last one that failed. */
+typedef struct kt_studies {
+    const kt_accuracy_arguments *arguments;
+    const kt_sweep_plan *plan;
+    kt_accuracy_study *study;
+    const char *path, *base;
+    int *code;
+} kt_studies;
+
 /* Runs all studies, one after the other, because parallel studies would disturb each other's measured times. */
-static int write_all_studies(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, FILE *file,
-                             kt_accuracy_study *study, const char *path, const char *base) {
-    int code = write_header(file, arguments, plan);
-    for (int64_t run = 0; run < kt_sweep_plan_runs(plan); run++) {
+static void write_all_studies(FILE *file, const void *what) {
+    const kt_studies *all = what;
+    const kt_accuracy_arguments *arguments = all->arguments;
+    *all->code = write_header(file, arguments, all->plan);
+    for (int64_t run = 0; run < kt_sweep_plan_runs(all->plan); run++) {
         double values[KT_SWEEP_AXES_MAX];
         kt_sweep_texts texts;
         kt_accuracy_arguments one = *arguments;
-        kt_sweep_plan_values(plan, run, values);
-        one.settings = settings_of_run(arguments, plan, run, &texts);
+        kt_sweep_plan_values(all->plan, run, values);
+        one.settings = settings_of_run(arguments, all->plan, run, &texts);
         kt_accuracy_along along = {
-            .arguments = arguments, .plan = plan, .file = file, .number = run, .values = values, .written = false};
+            .arguments = arguments, .plan = all->plan, .file = file, .number = run, .values = values};
         one.along = &along;
-        const int studied = study(&one, path, base);
+        const int studied = all->study(&one, all->path, all->base);
         const int written = along.written ? KT_EXIT_DONE : kt_accuracy_along_line(&along, NULL);
         if (!arguments->quiet)
-            fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(plan));
-        code = studied != KT_EXIT_DONE ? studied : written != KT_EXIT_DONE ? written : code;
+            fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(all->plan));
+        *all->code = studied != KT_EXIT_DONE ? studied : written != KT_EXIT_DONE ? written : *all->code;
         (void)fflush(file);
     }
-    return code;
 }
 
-/* Rejects values that vary and that the scene does not have or use, before the file of lines is emptied. If the scene
+/* Rejects values that vary and that the scene does not have or use, before the file of lines is written. If the scene
  * is wrong with each of the first thousand values, the errors of the first one are printed. Returns -1, or an exit code
  * after printing the error. */
 static int check_varied_values(const kt_accuracy_arguments *arguments, const kt_sweep_plan *plan, const char *path) {
@@ -142,16 +151,13 @@ int kt_accuracy_study_all(const kt_accuracy_arguments *arguments, kt_accuracy_st
                           const char *base) {
     const kt_sweep_arguments sweep = {.settings = arguments->settings, .vary = arguments->vary, .repeats = 1};
     kt_sweep_plan plan;
-    const bool to_stream = strcmp(arguments->out, "-") == 0;
     int code = kt_sweep_plan_make(&sweep, columns, &plan);
     code = code < 0 ? check_varied_values(arguments, &plan, path) : code;
-    FILE *file = code >= 0 ? NULL : to_stream ? stdout : fopen(arguments->out, "w");
-    if (code < 0 && file == NULL)
-        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", arguments->out, strerror(errno));
-    if (code < 0)
-        code = write_all_studies(arguments, &plan, file, study, path, base);
-    if (file != NULL && !to_stream && fclose(file) != 0)
-        code = kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written: %s", arguments->out, strerror(errno));
+    if (code < 0) {
+        const kt_studies all = {arguments, &plan, study, path, base, &code};
+        const int written = kt_output_write(arguments->out, write_all_studies, &all);
+        code = written != KT_EXIT_DONE ? written : code;
+    }
     kt_sweep_plan_free(&plan);
-    return to_stream ? kt_finish_output(code) : code;
+    return code;
 }
