@@ -223,6 +223,7 @@ KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
     kt_expect(2, "none.yaml", "$K accuracy none.yaml");
     kt_expect(1, "RESULT... is missing", "$K plot");
     kt_expect(2, "none.csv", "$K plot none.csv --out a.svg");
+    kt_expect(1, "--out writes lines as CSV, not 'a.svg'; did you mean --plot?", "$K accuracy p.yaml --out a.svg");
     kt_expect(1, "nothing moves", "printf 'kinetree: 1\\nbodies: [{name: a, mass: 1}]\\n' | $K accuracy -");
 }
 

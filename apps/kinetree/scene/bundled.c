@@ -1,7 +1,5 @@
-/* Finds the folder of the bundled scenes. If the environment variable KINETREE_SCENES is set, it names the folder.
- * Otherwise three folders are tried, in this order. The first is relative to the installed program, so that an
- * installation can be moved, if the system provides the program's own path. The second is in the source tree from which
- * the program was built. The third is the folder in which the build was configured to install the scenes. */
+/* Finds the folder of the bundled scenes, and other installed files. If the environment variable KINETREE_SCENES is
+ * set, it names the folder of the scenes. */
 #include "scene/bundled.h"
 #include "command.h"
 
@@ -20,7 +18,7 @@ static bool is_folder(const char *path) {
 }
 
 /* Linux has /proc/self/exe; on other systems this returns false. */
-bool kt_own_folder(char *folder, size_t size) {
+static bool find_own_folder(char *folder, size_t size) {
     ssize_t length = readlink("/proc/self/exe", folder, size - 1);
     if (length <= 0)
         return false;
@@ -32,12 +30,14 @@ bool kt_own_folder(char *folder, size_t size) {
     return true;
 }
 
-static bool find_near_program(char *folder, size_t size) {
+bool kt_find_installed(const char *const places[KT_PLACES], const char *name, char *path, size_t size) {
     char own[FOLDER_SIZE];
-    if (!kt_own_folder(own, sizeof own))
-        return false;
-    int length = snprintf(folder, size, "%s/%s", own, KT_SCENES_FROM_PROGRAM);
-    return length > 0 && (size_t)length < size && is_folder(folder);
+    for (int i = find_own_folder(own, sizeof own) ? 0 : 1; i < KT_PLACES; i++)
+        if ((size_t)snprintf(path, size, "%s%s%s%s%s", i == 0 ? own : "", i == 0 ? "/" : "", places[i],
+                             *name != '\0' ? "/" : "", name) < size &&
+            access(path, R_OK) == 0)
+            return true;
+    return false;
 }
 
 int kt_is_bundled_scene(const struct dirent *entry) {
@@ -46,7 +46,7 @@ int kt_is_bundled_scene(const struct dirent *entry) {
 }
 
 bool kt_bundled_find(char *folder, size_t size, bool reports) {
-    static const char *const configured[] = {KT_SCENES_SOURCE, KT_SCENES_INSTALLED};
+    static const char *const places[KT_PLACES] = {KT_SCENES_FROM_PROGRAM, KT_SCENES_SOURCE, KT_SCENES_INSTALLED};
     const char *given = getenv("KINETREE_SCENES");
     if (given != NULL && *given != '\0') {
         snprintf(folder, size, "%s", given);
@@ -56,13 +56,8 @@ bool kt_bundled_find(char *folder, size_t size, bool reports) {
             kt_say("demo: KINETREE_SCENES is '%s', which is no folder", given);
         return false;
     }
-    if (find_near_program(folder, size))
+    if (kt_find_installed(places, "", folder, size))
         return true;
-    for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
-        snprintf(folder, size, "%s", configured[i]);
-        if (is_folder(folder))
-            return true;
-    }
     if (reports)
         kt_say("demo: the bundled scenes are neither next to the program (%s) nor in %s; set KINETREE_SCENES=FOLDER to "
                "their folder",

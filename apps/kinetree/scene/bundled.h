@@ -1,12 +1,15 @@
-/* Location of the bundled scenes. */
+/* Location of the bundled scenes and of other installed files. */
 #ifndef KT_COMMAND_SCENE_BUNDLED_H
 #define KT_COMMAND_SCENE_BUNDLED_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Finds the folder of this program, without a trailing slash. Returns false if the system hides it. */
-bool kt_own_folder(char *folder, size_t size);
+/* Finds a file in folders, or a folder if its name is empty. places: one from the folder of this program, so that an
+ * installation can be moved; one in the tree of the build; one in which the build was configured to install files.
+ * Returns false if none of them has it. */
+enum { KT_PLACES = 3 };
+bool kt_find_installed(const char *const places[KT_PLACES], const char *name, char *path, size_t size);
 
 /* Whether an entry of the folder is a scene; for scandir. */
 struct dirent;

@@ -308,6 +308,8 @@ static int check_results(const kt_accuracy_arguments *arguments, const char *pat
                                 {"--plot", arguments->plot, true},
                                 {"--plot-dark", arguments->plot_dark, true}};
     int code = kt_check_files("accuracy", uses, sizeof uses / sizeof uses[0]);
+    if (code < 0 && kt_stem_length(arguments->out, ".svg|.png|.pdf") >= 0)
+        code = kt_misuse("accuracy: --out writes lines as CSV, not '%s'; did you mean --plot?", arguments->out);
     if (code < 0 && arguments->plot != NULL)
         code = kt_plot_check(arguments->plot);
     if (code < 0 && arguments->plot_dark != NULL)

@@ -26,7 +26,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const char ending[] = ".fmu";
 
@@ -63,29 +62,16 @@ static int read_content(const char *path, kt_bytes *content) {
     return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
 }
 
-/* Finds an installed file: next to the installed program, in the folder of the build, or in the configured folder. */
-static bool find_installed(const char *name, char path[KT_FMU_PATH]) {
-    static const char *const configured[] = {KT_FMU_BUILT, KT_FMU_INSTALLED};
-    char own[KT_FMU_PATH / 2];
-    if (kt_own_folder(own, sizeof own)) {
-        (void)snprintf(path, KT_FMU_PATH, "%s/%s/%s", own, KT_FMU_FROM_PROGRAM, name);
-        if (access(path, R_OK) == 0)
-            return true;
-    }
-    for (size_t i = 0; i < sizeof configured / sizeof *configured; i++) {
-        (void)snprintf(path, KT_FMU_PATH, "%s/%s", configured[i], name);
-        if (access(path, R_OK) == 0)
-            return true;
-    }
-    kt_say("export: %s, a part of FMUs, is neither in %s next to the program nor in %s; install Kinetree as a whole",
-           name, KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
-    return false;
-}
-
-/* Reads such a file. Returns an exit code after printing an error. */
+/* Reads an installed file. Returns an exit code after printing an error. */
 static int read_installed(const char *name, kt_bytes *content) {
+    static const char *const places[KT_PLACES] = {KT_FMU_FROM_PROGRAM, KT_FMU_BUILT, KT_FMU_INSTALLED};
     char path[KT_FMU_PATH];
-    return find_installed(name, path) ? read_content(path, content) : KT_EXIT_INTEGRATION;
+    if (kt_find_installed(places, name, path, sizeof path))
+        return read_content(path, content);
+    return kt_reject(
+        KT_EXIT_INTEGRATION,
+        "export: %s, a part of FMUs, is neither in %s next to the program nor in %s; install Kinetree as a whole", name,
+        KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
 }
 
 /* ---- the archive ------------------------------------------------------------------------------------------------- */
