@@ -66,7 +66,12 @@ void kt_say(const char *format, ...) KT_PRINTF(1, 2);
 /* Does the same, and returns the exit code: `code`, or KT_EXIT_USAGE for a wrong command line. */
 int kt_reject(int code, const char *format, ...) KT_PRINTF(2, 3);
 #define kt_misuse(...) kt_reject(KT_EXIT_USAGE, __VA_ARGS__)
-/* Prints the error in the same form. */
+/* The words of an error: "WHERE: MESSAGE", or the message alone. */
+typedef struct kt_error_words {
+    char text[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 8];
+} kt_error_words;
+kt_error_words kt_words_of(const kt_error *error);
+/* Prints them in the same form. */
 void kt_say_error(const kt_error *error);
 /* Does the same, with the position in the file if the scene has it (kt_scene_locate). */
 void kt_say_located(const kt_scene *scene, kt_error *error);

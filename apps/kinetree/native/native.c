@@ -91,8 +91,8 @@ static int generate_native(const char *command, const kt_model *model, native_te
                          "%s: --native cannot compute this scene: its code has %.1f MB, which compilers take minutes "
                          "for, and is slower than the library; leave --native out",
                          command, 1e-6 * (double)size[0]);
-    return kt_reject(KT_EXIT_SCENE, "%s: --native cannot compute this scene: %s%s%s; leave --native out", command,
-                     error.where, error.where[0] != '\0' ? ": " : "", error.message);
+    return kt_reject(KT_EXIT_SCENE, "%s: --native cannot compute this scene: %s; leave --native out", command,
+                     kt_words_of(&error).text);
 }
 
 /* Writes the name of the compiled file, made of two sums. */

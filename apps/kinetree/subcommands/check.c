@@ -201,7 +201,7 @@ static void check_axis_inertia(check *c) {
 
 /* Prints an error of the scene, and returns its exit code. */
 static int reject_scene(const check *c, kt_status status, const kt_error *error) {
-    fprintf(stderr, "%s: %s%s%s\n", c->path, error->where, error->where[0] != '\0' ? ": " : "", error->message);
+    fprintf(stderr, "%s: %s\n", c->path, kt_words_of(error).text);
     return kt_exit_code(status);
 }
 

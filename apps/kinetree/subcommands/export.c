@@ -143,8 +143,7 @@ int kt_command_export(int argc, char **argv) {
         const kt_status status = kt_output_fill(a.out, write_robot, &written, &error);
         code = status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
         if (status != KT_OK)
-            kt_say("%s cannot be exported: %s%s%s", argv[1], error.where, error.where[0] != '\0' ? ": " : "",
-                   error.message);
+            kt_say("%s cannot be exported: %s", argv[1], kt_words_of(&error).text);
     }
     kt_scene_free(&scene);
     return code;

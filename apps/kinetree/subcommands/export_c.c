@@ -130,8 +130,7 @@ static int write_source_and_header(const kt_export_c *c, const kt_model *model, 
     if (header != NULL) {
         status = kt_codegen_write(model, name, read_function_names(c->functions), c->constant, source, header, &error);
         if (status != KT_OK)
-            kt_say("%s cannot be exported as C: %s%s%s", c->scene, error.where, error.where[0] != '\0' ? ": " : "",
-                   error.message);
+            kt_say("%s cannot be exported as C: %s", c->scene, kt_words_of(&error).text);
         size = ftell(source);
     }
     if (source != NULL && fclose(source) != 0 && status == KT_OK)

@@ -260,8 +260,8 @@ static int check_fmu_start(const kt_export_fmu *fmu, const kt_scene *scene, cons
         return KT_EXIT_DONE;
     for (int k = 0; k < inputs->count; k++)
         has_functions |= inputs->items[k].key != NULL;
-    return kt_reject(kt_exit_code(status), "%s cannot be exported as an FMU, because the FMU would not start: %s%s%s%s",
-                     fmu->scene, error.where, error.where[0] != '\0' ? ": " : "", error.message,
+    return kt_reject(kt_exit_code(status), "%s cannot be exported as an FMU, because the FMU would not start: %s%s",
+                     fmu->scene, kt_words_of(&error).text,
                      has_functions ? "; functions that are inputs begin at rest, so give the scene such a start, or "
                                      "remove them from --input"
                                    : "");

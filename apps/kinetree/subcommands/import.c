@@ -6,7 +6,8 @@
 #include <string.h>
 
 typedef struct kt_import_arguments {
-    const char *out, *inertia;
+    const char *out;
+    int inertia; /* kt_robot_inertia */
     double stops, stop_damping, density;
     kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
 } kt_import_arguments;
@@ -18,10 +19,10 @@ static const kt_option options[] = {
               "make limits of position elastic stops, N m/rad or N/m; default: they are left out"),
     KT_OPTION(POSITIVE, "stop-damping", stop_damping, "DAMPING",
               "set the damping of these stops, N m s/rad or N s/m; default: 0"),
-    KT_OPTION(
-        TEXT, "inertia", inertia, "HOW",
-        "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a warning; "
-        "'strict' accepts none, 'accept' all; default: warn"),
+    KT_CHOICE("inertia", inertia, "HOW",
+              "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a "
+              "warning; 'strict' accepts none, 'accept' all; default: warn",
+              "warn|strict|accept"),
     KT_OPTION(POSITIVE, "density", density, "DENSITY",
               "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia of "
               "their shapes, kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2"),
@@ -57,29 +58,18 @@ const kt_usage kt_usage_import = {
     KT_RULES_OF(rules),
 };
 
-/* Returns the choice of a word, or -1 after printing the error. */
-static int choose_inertia(const char *word) {
-    static const char *const words[] = {"warn", "strict", "accept"}; /* as kt_robot_inertia */
-    for (int i = 0; i < 3; i++)
-        if (word == NULL || strcmp(word, words[i]) == 0)
-            return i;
-    kt_say("import: --inertia is warn, strict or accept, not '%s'", word);
-    return -1;
-}
-
 int kt_command_import(int argc, char **argv) {
     kt_import_arguments a = {.out = "-"};
     int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, NULL);
     if (code >= 0)
         return code;
-    const int inertia = choose_inertia(a.inertia);
     kt_robot_options how = {.stop_stiffness = a.stops,
                             .stop_damping = a.stop_damping,
-                            .inertia = (kt_robot_inertia)inertia,
+                            .inertia = (kt_robot_inertia)a.inertia,
                             .density = a.density,
                             .masses = a.masses.text,
                             .mass_count = a.masses.count};
-    if (inertia < 0 || !kt_robot_how_apply(&a.settings.robot, &how))
+    if (!kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
     code = kt_check_result("import", "the robot", argv[1], "--out", a.out);
     if (code >= 0)

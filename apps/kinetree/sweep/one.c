@@ -22,10 +22,10 @@
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-/* Three parts of a text in quotes, those in them doubled, on one line. */
-static void add_quoted(kt_bytes *to, const char *const parts[3]) {
+/* Both parts of a text in quotes, those in them doubled, on one line. */
+static void add_quoted(kt_bytes *to, const char *const parts[2]) {
     kt_bytes_print(to, ",\"");
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 2; i++)
         for (const char *c = parts[i]; *c != '\0'; c++)
             kt_bytes_print(to, *c == '"' ? "\"\"" : "%c", *c == '\n' ? ' ' : *c);
     kt_bytes_print(to, "\"");
@@ -271,7 +271,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
     kt_sweep_plan_head(&sweep->plan, KT_SWEEP_LEADING, &line);
     for (size_t i = 0; i < sweep->event_count; i++)
         if (strpbrk(sweep->events[i], ",\"\n") != NULL)
-            add_quoted(&line, (const char *const[]){"event.", sweep->events[i], ""});
+            add_quoted(&line, (const char *const[]){"event.", sweep->events[i]});
         else
             kt_bytes_print(&line, ",event.%s", sweep->events[i]);
     for (size_t i = 0; i < sweep->column_count; i++)
@@ -307,7 +307,7 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     if (status == KT_OK)
         kt_bytes_print(&line, ",");
     else
-        add_quoted(&line, (const char *const[]){error->where, error->where[0] != '\0' ? ": " : "", error->message});
+        add_quoted(&line, (const char *const[]){"", kt_words_of(error).text});
     return end_line(&line);
 }
 

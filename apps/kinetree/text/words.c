@@ -52,13 +52,14 @@ kt_shown kt_show(const char *name) {
 
 kt_shown kt_show_result(const char *path) { return kt_show(strcmp(path, "-") == 0 ? "standard output" : path); }
 
-void kt_say_error(const kt_error *error) {
-    const char *message = error->message[0] != '\0' ? error->message : kt_status_text(error->code);
-    if (error->where[0] != '\0')
-        kt_say("%s: %s", error->where, message);
-    else
-        kt_say("%s", message);
+kt_error_words kt_words_of(const kt_error *error) {
+    kt_error_words words;
+    (void)snprintf(words.text, sizeof words.text, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "",
+                   error->message[0] != '\0' ? error->message : kt_status_text(error->code));
+    return words;
 }
+
+void kt_say_error(const kt_error *error) { kt_say("%s", kt_words_of(error).text); }
 
 int kt_say_status(kt_status status, const kt_error *error) {
     if (status != KT_OK)

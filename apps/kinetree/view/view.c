@@ -367,11 +367,8 @@ static void put_related(kt_json_writer *out, const kt_motion *motion, const kt_e
 /* Writes the elements that a failure names, as numbers of bodies and of `loops`. */
 static void put_failure(kt_json_writer *out, const kt_motion *motion, const kt_error *error) {
     const kt_picture *picture = motion->picture;
-    char message[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 8];
-    (void)snprintf(message, sizeof message, "%s%s%s", error->where, error->where[0] != '\0' ? ": " : "",
-                   error->message[0] != '\0' ? error->message : kt_status_text(error->code));
     kt_put_open(out, "failed", '{');
-    kt_put_text(out, "message", message);
+    kt_put_text(out, "message", kt_words_of(error).text);
     kt_put_open(out, "bodies", '[');
     for (int body = 1; body < picture->body_count; body++)
         if (error_names(error, kt_body_name(motion->model, body)) ||
