@@ -107,6 +107,20 @@ def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
     assert len(cases) == 17
 
 
+def test_a_call_that_fails_leaves_its_outputs(scenes):
+    """`project` and `assemble` wrote their inputs to `out` before they computed, so that out=(v, q) exchanged nothing but lost v."""
+    model = kt.load(scenes / "four-bar.yaml").model
+    data = model.data()
+    q, v = data.assemble()
+    for call in (data.project, data.assemble, lambda q, v, out: data.step(1e-3, q, v, 0 * v, out=out)):
+        out = np.full(model.nq, 7.0), np.full(model.nv, 7.0)
+        with pytest.raises(kt.StepError):
+            call(np.nan * q, v, out=out)
+        assert (np.array(out) == 7.0).all()
+        first, second = q.copy(), v.copy()
+        assert all(np.array_equal(*pair) for pair in zip(call(first, second, out=(second, first)), call(q, v, out=out)))
+
+
 def test_arrays_of_doubles_take_the_short_way_and_others_give_equal_bits(scenes, random_state, monkeypatch):
     model = kt.load(scenes / "arm7.yaml").model
     data, n = model.data(), model.nv
@@ -165,6 +179,8 @@ def test_inputs_that_are_no_rows_of_doubles_are_converted_or_rejected(scenes, ra
     for wrong in ("q", 1j * q, [object()] * 7, {"q": 1}, np.zeros((7, 1)), np.zeros(8), q[:, None]):
         with pytest.raises(kt.ArgumentError, match="^q: expected"):
             data.forward_dynamics(wrong, v, tau)
+    with pytest.raises(kt.ArgumentError, match=r"q: expected shape \(7,\), got \(\)"):
+        data.forward_dynamics(0.0, v, tau)
     batch = model.batch(3)
     with pytest.raises(kt.ArgumentError, match=r"Q: expected shape \(3, 7\), got \(7,\)"):
         batch.forward_dynamics(q)

@@ -153,7 +153,7 @@ def test_a_loop_is_closed_at_the_place_of_its_body():
 kinetree: 1
 gravity: [0, 0, 0]
 bodies:
-  - {name: rod, joint: {type: planar}, mass: 1, shape: {type: rod, to: [1, 0, 0]}}
+  - {name: rod, joint: {type: planar}, mass: 1, shape: {type: rod, to: [1, 0, 0]}, markers: {tip: [1, 0, 0]}}
 loops:
   - {name: pin, type: spherical, between: [{body: world, at: [5, 5, 0]}, {body: rod, at: [0, 0, 0]}], switched: off}
 """
@@ -164,8 +164,9 @@ loops:
     assert np.abs(place[:3] - [0.3, 0.2, 0]).max() < 1e-15
     model.set("loop pin.place", place)
     assert np.abs(np.asarray(model.get("loop pin.place")) - place).max() < 1e-15
-    with pytest.raises(kt.ArgumentError, match="no loop"):
-        data.place("pn")
+    for ask, name in ((data.place, "pn"), (data.position, "ro"), (data.position, "rod.ti")):
+        with pytest.raises(kt.ArgumentError, match="did you mean '(pin|rod|tip)'"):
+            ask(name)
     with pytest.raises(kt.Error, match="leaves the plane"):
         model.set("loop pin.place", [0, 0, 1, 0, 0, 0])
 

@@ -76,6 +76,17 @@ def test_faults_name_the_argument():
     scene = kt.Scene(ROD)
     with pytest.raises(kt.ArgumentError, match="option 'ground'"):
         kt.Scene(ROD, ground=0)
+    with pytest.raises(kt.ArgumentError, match="^set: expected a mapping, such as"):
+        kt.Scene(ROD, set="L=2")
+    copy = scene.model.copy()
+    for wrong in ([[1], [2, 3]], None, "1", [1, 2]):
+        with pytest.raises(kt.ArgumentError, match="^value of 'rod.mass': expected"):
+            copy.set("rod.mass", wrong)
+    data = scene.model.data()
+    for call in (data.forward_dynamics, data.effect_forces, data.forward_derivatives):
+        for wrong in ("a", np.nan):
+            with pytest.raises(kt.ArgumentError, match="^t: expected a"):
+                call([0], [0], t=wrong)
     with pytest.raises(kt.StepError, match="point: expected finite numbers"):
         scene.model.data().kinematics([0.0], [0.0]).position(("rod", [0, np.nan, 0]))
     simulation = scene.simulation(step=1e-3, duration=0.1)
@@ -83,9 +94,13 @@ def test_faults_name_the_argument():
     with pytest.raises(kt.StepError, match="event 'doubt' at t = 0 s: its value is NaN"):
         simulation.advance(0.05)
     again = scene.simulation(step=1e-3, duration=0.1)
+    for k in range(15):
+        again.on(f"event {k}", lambda at: at.t - 1.0)
     again.on("stop", lambda at: at.t - 0.01, lambda at: at.advance(0.09))
     with pytest.raises(kt.Busy, match="by the call that runs this function"):
         again.run()
+    with pytest.raises(kt.ArgumentError, match="takes 16 events by functions; write others into `events` of the scene"):
+        again.on("more", lambda at: at.t - 1.0)
 
 
 def test_copies_of_a_batch_have_its_states():

@@ -241,7 +241,7 @@ def doubles(value: Any, shape: Shape, what: str) -> Vector:
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":  # numpy would read texts, and drop imaginary parts
             raise TypeError
-        array = np.ascontiguousarray(array, np.float64)
+        array = np.asarray(array, np.float64, order="C")
     except (TypeError, ValueError):
         kind = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {kind}") from None

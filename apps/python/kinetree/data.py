@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, busy, check, doubles, fail, ffi, finite,
-                    lib, method_of, name_of, output, outputs, pointer)
+                    hint, lib, method_of, name_of, output, outputs, pointer, text)
 from ._kinetree import Evaluator, quicken
 from .model import Model, Point, vector
 
@@ -113,7 +113,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         v = address(v, self._nv, self._v, "v")
         tau = address(tau, self._nv, self._tau, "tau")
         out = output(out, self._nv)
-        self._check(_forward(self._call, t, q, v, tau, pointer(out)))
+        self._check(_forward(self._call, finite(t, "t"), q, v, tau, pointer(out)))
         return out
 
     def inverse_dynamics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, a: Optional[Numbers] = None, *,
@@ -200,7 +200,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         v = address(v, self._nv, self._v, "v")
         out = output(out, (m.nv,))
         with self._guard:
-            self._check(lib.kt_effect_forces(self._m, self._data, t, q, v, pointer(out), self._error))
+            self._check(lib.kt_effect_forces(self._m, self._data, finite(t, "t"), q, v, pointer(out), self._error))
         return out
 
     def _workspace(self, name: str, size: int) -> Memory:
@@ -234,7 +234,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         work = self._workspace("acceleration", size)
         by = outputs(out, [(m.nv, m.nv)] * 3, "F")
         with self._guard:
-            self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, t, q, v, tau, ffi.NULL,
+            self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, finite(t, "t"), q, v, tau, ffi.NULL,
                                                         pointer(by[0]), pointer(by[1]), pointer(by[2]), self._error))
         return by
 
@@ -365,17 +365,14 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return self._closed(lambda m, d, t, q, v, e: lib.kt_state_project(m, d, t, q, v, changed, e), q, v, t, out)
 
     def _closed(self, call: Any, q: Any, v: Any, t: float, out: Any) -> Tuple[Vector, ...]:
-        m, at = self.model, [self.q, self.v]
-        given = [own if value is None else doubles(value, own.shape, what) for value, own, what in zip((q, v), at, "qv")]
-        if out is not None:
-            at = list(outputs(out, [(m.nq,), (m.nv,)]))
-        else:
-            at = [own if value is None else np.empty_like(own) for value, own in zip((q, v), at)]
-        for target, values in zip(at, given):
-            target[:] = values
+        own = self.q, self.v
+        given = [doubles(mine if value is None else value, mine.shape, what).copy() for value, mine, what in zip((q, v), own, "qv")]
+        at = outputs(out, [self._nq, self._nv]) if out is not None else tuple(mine if value is None else new for value, mine, new in zip((q, v), own, given))
         with self._guard:
-            self._check(call(self._m, self._data, finite(t, "t"), pointer(at[0]), pointer(at[1]), self._error))
-        return at[0], at[1]
+            self._check(call(self._m, self._data, finite(t, "t"), pointer(given[0]), pointer(given[1]), self._error))
+            for target, values in zip(at, given):
+                target[:] = values
+        return at
 
     # ---- kinematics -------------------------------------------------------------------------------------------------
 
@@ -510,7 +507,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         out = output(out, (6,))
         found = lib.kt_loop_find(self._m, name_of(loop, "loop"))
         if found < 0:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "loop", f"there is no loop '{loop}'")
+            loops = [text(lib.kt_loop_name(self._m, i)) for i in range(lib.kt_loop_count(self._m))]
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "loop", f"there is no loop '{loop}'{hint(loop, loops)}")
         self._check(lib.kt_loop_place_here(self._m, self._data, found, pointer(out), self._error))
         return out
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Memory, Numbers, Vector, check, count, doubles, fail, ffi, lib, name_of, output, pointer, text)
+from ._core import (ArgumentError, Fixed, Memory, Numbers, Vector, check, count, doubles, fail, ffi, hint, lib, name_of, output, pointer, text)
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -111,7 +111,7 @@ class Model(Fixed):
         """
         found: int = lib.kt_body_find(self._pointer, name_of(name, "body"))
         if found < 0:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "body", f"there is no body '{name}'; there are {', '.join(self.bodies[1:9])}")
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "body", f"there is no body '{name}'{hint(name, self.bodies)}")
         return found
 
     def _frame(self, name: str) -> Tuple[int, int]:
@@ -123,7 +123,7 @@ class Model(Fixed):
         found: int = lib.kt_marker_find(self._pointer, at, name_of(marker, "marker"))
         if found < 0:
             names = [text(lib.kt_marker_name(self._pointer, at, i)) for i in range(lib.kt_marker_count(self._pointer, at))]
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f"body '{body}' has no marker '{marker}'; it has {', '.join(names) or 'none'}")
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f"body '{body}' has no marker '{marker}'{hint(marker, names)}")
         return at, found
 
     def point(self, name: str) -> Tuple[int, Vector]:
@@ -306,7 +306,7 @@ class ModelCopy(Model):
     def _given(self, name: str, value: Numbers) -> Tuple[Any, Vector]:
         """A parameter, and its new numbers."""
         found = self._parameter(name)
-        return found, doubles(np.atleast_1d(np.asarray(value)), (found.count,), f"value of '{name}'")
+        return found, doubles(value, (found.count,), f"value of '{name}'")
 
     def _remember(self, name: str, values: Vector) -> None:
         """Keep what was set, the latest last: pickle sets it again."""

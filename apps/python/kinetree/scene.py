@@ -81,6 +81,8 @@ class Scene:
             content = json.dumps(content, default=command.plain, indent=1, ensure_ascii=False)  # YAML knows no pairs of escapes
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
+        if not isinstance(set or {}, Mapping):
+            raise ArgumentError(1, "set", f"expected a mapping, such as {{'bodies.crank.mass': 2}}, got {set!r}")
         self.path = None if path is None else os.fsdecode(path)
         self._place = self.path and os.path.abspath(self.path)  # the file, also if the program changes its folder later
         self._robot = self.path is not None and _is_robot(self.path)

@@ -455,7 +455,7 @@ class Simulation(Fixed):
 
     def on(self, name: str, function: Callable[[Instant], float], action: Optional[Callable[["Simulation"], Any]] = None, *,
            direction: str = "either", stop: bool = False) -> None:
-        """Add an event: steps end where ``function(instant)`` changes its sign.
+        """Add an event: steps end where ``function(instant)`` changes its sign. A simulation takes 16 events by functions.
 
         Parameters
         ----------
@@ -472,6 +472,8 @@ class Simulation(Fixed):
         """
         if direction not in _DIRECTIONS:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
+        if len(self._events) == _ROOM:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"a simulation takes {_ROOM} events by functions; write others into `events` of the scene")
         address = callbacks.address_of(function, "function")
         event = Event(self, name, function, action, direction, stop)
         handle, label = ffi.new_handle(event), ffi.new("char[]", name_of(name, "name"))
