@@ -320,8 +320,8 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     double norm = 0.0;
     if ((size_t)system->coordinates != nv || (size_t)system->own_states != m->x || n > m->n)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
-                            "the modes are for a model of %zu coordinates, the linear system is one of %d", nv,
-                            system->coordinates);
+                            "the modes are for a model of %lu coordinates, the linear system is one of %d",
+                            (unsigned long)nv, system->coordinates);
     const kt_status status = kt_lapack_open(error);
     if (status != KT_OK)
         return status;

@@ -72,7 +72,8 @@ static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearizatio
                            const double *v, const double *tau, kt_error *error) {
     const size_t nv = spectrum->size.nv;
     if ((size_t)spectrum->samples >= spectrum->size.samples)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %zu states", spectrum->size.samples);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "there is room for %lu states",
+                            (unsigned long)spectrum->size.samples);
     kt_status status = kt_linearization_evaluate(linearization, t, q, v, tau, error);
     if (status != KT_OK)
         return status;

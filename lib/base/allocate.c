@@ -5,7 +5,8 @@
 void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error) {
     void *memory = kt_aligned_allocate(bytes);
     if (memory == NULL)
-        (void)kt_error_set(error, KT_ERROR_MEMORY, NULL, "%zu bytes for %s cannot be allocated", bytes, what);
+        (void)kt_error_set(error, KT_ERROR_MEMORY, NULL, "%lu bytes for %s cannot be allocated", (unsigned long)bytes,
+                           what);
     return memory;
 }
 

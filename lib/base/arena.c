@@ -9,8 +9,8 @@ kt_status kt_arena_check(const char *where, const char *query, const void *memor
     if (memory != NULL && size >= needed && aligned)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_MEMORY, where,
-                        "%zu bytes at a multiple of %d are needed (%s); given: %zu bytes%s", needed, KT_ARENA_ALIGNMENT,
-                        query, memory ? size : 0, aligned ? "" : ", misaligned");
+                        "%lu bytes at a multiple of %d are needed (%s); given: %lu bytes%s", (unsigned long)needed,
+                        KT_ARENA_ALIGNMENT, query, memory ? (unsigned long)size : 0, aligned ? "" : ", misaligned");
 }
 
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,

@@ -12,8 +12,8 @@ const void *kt_options_read(const kt_options_kind *kind, void *own, const void *
         size = kind->first;
     if (size < kind->first || size > kind->now) {
         (void)kt_error_set(error, KT_ERROR_ARGUMENT, "options.size",
-                           "%zu: %s has %zu bytes in this library; begin with %s_default, or leave size 0", size,
-                           kind->name, kind->now, kind->name);
+                           "%lu: %s has %lu bytes in this library; begin with %s_default, or leave size 0",
+                           (unsigned long)size, kind->name, (unsigned long)kind->now, kind->name);
         return NULL;
     }
     if (size == kind->now)

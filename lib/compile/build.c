@@ -371,8 +371,8 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
     n.plane = planes;
     if (n.q > INT32_MAX || n.marker > INT32_MAX || n.text > UINT32_MAX) /* the ranges of the indices */
         return kt_error_set(error, KT_ERROR_MEMORY, "",
-                            "the description is too large: %zu coordinates, %zu markers, names of %zu bytes", n.q,
-                            n.marker, n.text);
+                            "the description is too large: %lu coordinates, %lu markers, names of %lu bytes",
+                            (unsigned long)n.q, (unsigned long)n.marker, (unsigned long)n.text);
     n.rest = n.link; /* at most: the axes at rest are found later */
     const size_t bytes = kt_model_layout(NULL, &n);
     kt_model *m = kt_arena_allocate(bytes, "the model", error);

@@ -44,8 +44,8 @@ static bool check_counts(kt_checker *checker) {
     for (int i = 0; i < d->body_count; i++)
         markers += (size_t)kt_checker_marker_count(&d->bodies[i]);
     if (markers > KT_COUNT_MOST) {
-        kt_checker_fault(checker, "bodies", -1, "bodies have %zu markers in all; %d is the most", markers,
-                         KT_COUNT_MOST);
+        kt_checker_fault(checker, "bodies", -1, "bodies have %lu markers in all; %d is the most",
+                         (unsigned long)markers, KT_COUNT_MOST);
         return false;
     }
     return true;

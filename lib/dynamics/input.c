@@ -91,11 +91,11 @@ kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *err
         return kt_error_set(error, KT_ERROR_ARGUMENT, "columns", "there are no %d columns; give 0 or more", columns);
     const size_t count = n * (size_t)columns;
     if (!x && count > 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "x", "it is NULL; give %zu numbers", count);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "x", "it is NULL; give %lu numbers", (unsigned long)count);
     for (size_t i = 0; i < count; i++)
         if (!(fabs(x[i]) <= KT_COLUMN_MOST))
             return kt_error_set(error, KT_ERROR_NOT_FINITE, "x",
-                                "number %zu of column %zu is %g; give finite numbers up to %g", i % n, i / n, x[i],
-                                KT_COLUMN_MOST);
+                                "number %lu of column %lu is %g; give finite numbers up to %g", (unsigned long)(i % n),
+                                (unsigned long)(i / n), x[i], KT_COLUMN_MOST);
     return KT_OK;
 }

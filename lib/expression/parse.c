@@ -434,8 +434,8 @@ kt_status kt_expression_parse(const char *text, const kt_symbols *symbols, void 
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "text, memory and expression cannot be NULL");
     if (size < kt_expression_size(text) || (uintptr_t)memory % _Alignof(kt_expression) != 0)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL,
-                            "the formula takes %zu bytes, aligned as a double; %zu are given", kt_expression_size(text),
-                            size);
+                            "the formula takes %lu bytes, aligned as a double; %lu are given",
+                            (unsigned long)kt_expression_size(text), (unsigned long)size);
     kt_parser p = {.text = text, .at = text, .symbols = symbols, .to = memory, .spot = text, .error = error};
     *p.to = (kt_expression){.count = 0};
     const bool is_long = strlen(text) > KT_EXPRESSION_LENGTH_MAX;

@@ -65,9 +65,9 @@ static kt_status check_component_tolerances(const kt_integrator_options *o, size
         if (!kt_is_not_negative(o->absolute_tolerances[i]) ||
             (o->absolute_tolerances[i] == 0.0 && o->relative_tolerance == 0.0))
             return kt_error_set(error, KT_ERROR_ARGUMENT, "options",
-                                "absolute_tolerances[%zu] is %g; it must be finite and "
+                                "absolute_tolerances[%lu] is %g; it must be finite and "
                                 "not negative, and above 0 where the relative tolerance is 0",
-                                i, o->absolute_tolerances[i]);
+                                (unsigned long)i, o->absolute_tolerances[i]);
     if (o->absolute_tolerances == NULL && o->absolute_tolerance == 0.0 && o->relative_tolerance == 0.0)
         return reject_argument(error, "options", "one of the tolerances must be above 0");
     return KT_OK;
@@ -128,7 +128,7 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     const size_t needed = kt_integrator_size_with(method, n, options);
     if (needed == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_init",
-                            "there are %zu equations; give one or more, as many as fit into memory", n);
+                            "there are %lu equations; give one or more, as many as fit into memory", (unsigned long)n);
     if (!kt_is_not_negative(options->step))
         return reject_argument(error, "options", "step must be above 0, or 0 for adaptive steps");
     if (options->quadratures >= n || options->positions > n)
@@ -140,7 +140,8 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
         return status;
     if (memory == NULL || size < needed)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_integrator_init",
-                            "%zu bytes were given, kt_integrator_size needs %zu", memory == NULL ? 0 : size, needed);
+                            "%lu bytes were given, kt_integrator_size needs %lu",
+                            memory == NULL ? 0 : (unsigned long)size, (unsigned long)needed);
 
     kt_integrator *it =
         (kt_integrator *)(void *)((unsigned char *)memory +
@@ -169,7 +170,8 @@ static kt_status check_given_state(const kt_integrator *it, double t, const doub
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the time %g is not finite", t);
     const size_t bad = kt_first_not_finite(y, it->sizes.n);
     if (bad < it->sizes.n)
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "y[%zu] = %g is not finite", bad, y[bad]);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "y[%lu] = %g is not finite", (unsigned long)bad,
+                            y[bad]);
     return KT_OK;
 }
 

@@ -144,15 +144,15 @@ static kt_status count_try(kt_integrator *it, kt_error *error) {
         return KT_OK;
     it->used_up = true;
     return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
-                        "the %llu steps of a call are used up", (unsigned long long)it->tries_in_call);
+                        "the %.0f steps of a call are used up", (double)it->tries_in_call);
 }
 
 /* ---- adaptive ---------------------------------------------------------------------------------------------------- */
 
 static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) {
     return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
-                        "max_steps = %llu are used up; allow more, or loosen the tolerances",
-                        (unsigned long long)it->options.max_steps);
+                        "max_steps = %.0f are used up; allow more, or loosen the tolerances",
+                        (double)it->options.max_steps);
 }
 
 static const char advice_on_model[] =
@@ -209,7 +209,8 @@ static void blame_component(kt_integrator *it, const kt_try *r, double h) {
 static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
     char reason[160];
     if (r->result == KT_TRY_NOT_FINITE)
-        snprintf(reason, sizeof reason, "component %zu of %s was not finite at t = %.17g", r->component, r->what, r->t);
+        snprintf(reason, sizeof reason, "component %lu of %s was not finite at t = %.17g", (unsigned long)r->component,
+                 r->what, r->t);
     else if (r->result == KT_TRY_RECOVERABLE)
         snprintf(reason, sizeof reason, "%s could not be computed at t = %.17g (code %d)", r->what, r->t, r->code);
     else if (r->result == KT_TRY_DIVERGED)

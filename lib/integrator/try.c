@@ -69,8 +69,8 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *r, const char *ad
         return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "%s could not be computed (code %d); %s", r->what,
                             r->code, advice);
     case KT_TRY_NOT_FINITE:
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "component %zu of %s is not finite; %s",
-                            r->component, r->what, advice);
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "component %lu of %s is not finite; %s",
+                            (unsigned long)r->component, r->what, advice);
     case KT_TRY_TOO_LONG:
     case KT_TRY_DIVERGED:
         return it->family->report(it, where.text, error);

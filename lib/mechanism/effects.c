@@ -542,8 +542,8 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
         return KT_ERROR_ARGUMENT;
     const kt_effect_record *record = kt_effect_record_find(model, effect);
     if (!record)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %zu", effect,
-                            model->n.effect + model->n.effect_off);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "effect", "there is no effect %d: the model has %lu", effect,
+                            (unsigned long)(model->n.effect + model->n.effect_off));
     kt_status status = kt_effect_state_check(model, data, q, v, record->ends > 0 || record->variable_count > 0, error);
     if (status == KT_OK)
         status = reject_borne(model, record, t, error);

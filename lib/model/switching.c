@@ -63,9 +63,9 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
                             KT_SWITCH_MAX);
     if (data && data->bytes < (*model)->variants->data)
         return kt_error_set(error, KT_ERROR_MEMORY, call,
-                            "the data have %zu bytes, and need %zu for all models; make them for one of these "
+                            "the data have %lu bytes, and need %lu for all models; make them for one of these "
                             "(kt_data_create)",
-                            data->bytes, (*model)->variants->data);
+                            (unsigned long)data->bytes, (unsigned long)(*model)->variants->data);
     if (data && to != *model)
         kt_data_rebind(to, data);
     *model = to;

@@ -275,9 +275,9 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "these bytes are not a checkpoint of a simulation");
     if (head->nq != own.nq || head->nv != own.nv || head->body != own.body)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                            "it is of another model: %llu bodies, %llu positions, %llu velocities; here: %zu, %zu, %zu",
-                            (unsigned long long)head->body, (unsigned long long)head->nq, (unsigned long long)head->nv,
-                            simulation->size.body, simulation->size.nq, simulation->size.nv);
+                            "it is of another model: %lu bodies, %lu positions, %lu velocities; here: %lu, %lu, %lu",
+                            (unsigned long)head->body, (unsigned long)head->nq, (unsigned long)head->nv,
+                            (unsigned long)own.body, (unsigned long)own.nq, (unsigned long)own.nv);
     if (memcmp(head->method, own.method, sizeof own.method) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                             "it was made with another integrator: %.31s, and this is %.31s", head->method, own.method);
@@ -285,8 +285,8 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
             "it is of another model or version of the library, or only one of the two keeps an energy balance: "
-            "%llu bytes; here: %llu",
-            (unsigned long long)head->size, (unsigned long long)own.size);
+            "%lu bytes; here: %lu",
+            (unsigned long)head->size, (unsigned long)own.size);
     if (head->model != own.model)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                             "it belongs to another model (with the same number of coordinates, but other names, types "

@@ -25,9 +25,9 @@ enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     return kt_error_set(
         error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
-        "events follow each other without end: there were %llu instants with events, and the last two are %.3g s "
+        "events follow each other without end: there were %.0f instants with events, and the last two are %.3g s "
         "apart; %s",
-        (unsigned long long)simulation->memory.event_instants + 1, t - simulation->memory.event_last,
+        (double)simulation->memory.event_instants + 1.0, t - simulation->memory.event_last,
         k < kt_simulation_contact_events(simulation)
             ? "give its contact a larger rest_velocity, from which it rests; let no prescribed motion close a gap"
             : "give it a limit, let it stop the run, or change what it sets so that the chain ends");

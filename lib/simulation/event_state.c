@@ -45,8 +45,8 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
             "sticks are events of the names of their loops, and `until` is one); give this one another");
     if (simulation->event_count == simulation->size.event)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
-                            "there is room for %zu events; give their number in the simulation's options (events)",
-                            simulation->size.event);
+                            "there is room for %lu events; give their number in the simulation's options (events)",
+                            (unsigned long)simulation->size.event);
     kt_event_append(simulation, event);
     simulation->integrator->may_end_early |= event->stop || event->action != NULL;
     return KT_OK;

@@ -235,9 +235,9 @@ static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *
                        simulation->event[k].name);
     return kt_error_set(error, KT_ERROR_STEP,
                         kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
-                        "the %llu steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "
+                        "the %.0f steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "
                         "shorter calls. The next call goes on from here",
-                        (unsigned long long)simulation->options.steps_per_call, last,
+                        (double)simulation->options.steps_per_call, last,
                         contact ? "give the contact a larger rest_velocity or a smaller restitution, " : "");
 }
 

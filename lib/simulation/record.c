@@ -192,7 +192,7 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
     if (code == 0)
         return KT_OK;
     return kt_error_set(error, KT_ERROR_CALLBACK, kt_where_format("t = %.9g s", record->time).text,
-                        "the recorder stopped at record %lld", (long long)record->index);
+                        "the recorder stopped at record %.0f", (double)record->index);
 }
 
 kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *from,
