@@ -24,7 +24,7 @@ _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RIS
 
 
 def _sensor_bits(sensors: Sequence[str]) -> int:
-    names = {text(lib.kt_record_name(1 << i)): 1 << i for i in range(31) if lib.kt_record_name(1 << i) != ffi.NULL}
+    names = {name: getattr(lib, f"KT_RECORD_{name.upper()}") for name in ("acceleration", "energy", "reaction")}
     if isinstance(sensors, str) or not all(isinstance(each, str) and each in names for each in sensors):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, "sensors", f"expected a list of {', '.join(names)}; got {sensors!r}")
     return sum({names[each] for each in sensors})
