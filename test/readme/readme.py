@@ -268,6 +268,10 @@ def main():
             page.take(found)
             if command and path.suffix == ".md":
                 page.faults(path.read_text(), scenes[path.name])
+    asked = {word: subprocess.run([root / "apps/quickstart", word], capture_output=True, text=True, timeout=60) for word in ("--help", "--hepl")}
+    claim("quickstart answers to options and builds nothing then",
+          [done.stdout + done.stderr for word, done in asked.items()
+           if "[BUILD-DIRECTORY]" not in done.stdout or (done.returncode == 0) != (word == "--help")])
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
     table = (root / "include/pages/c-interface.md").read_text()
