@@ -76,6 +76,9 @@ def test_faults_name_the_argument():
     scene = kt.Scene(ROD)
     with pytest.raises(kt.ArgumentError, match="option 'ground'"):
         kt.Scene(ROD, ground=0)
+    with pytest.raises(kt.ArgumentError, match=r"got the name of a file; kinetree.load\('rod.yaml'\) reads it"):
+        kt.Scene("rod.yaml")
+    assert kt.Scene(ROD + "# rod.yaml").name == "scene"
     with pytest.raises(kt.ArgumentError, match="^set: expected a mapping, such as"):
         kt.Scene(ROD, set="L=2")
     copy = scene.model.copy()

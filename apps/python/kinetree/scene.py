@@ -81,6 +81,8 @@ class Scene:
             content = json.dumps(content, default=command.plain, indent=1, ensure_ascii=False)  # YAML knows no pairs of escapes
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
+        elif content is not None and "\n" not in content and content.lower().endswith((".yaml", ".yml", *_ROBOTS)):
+            raise ArgumentError(1, "Scene", f"expected the text of a scene, got the name of a file; kinetree.load({content!r}) reads it")
         if not isinstance(set or {}, Mapping):
             raise ArgumentError(1, "set", f"expected a mapping, such as {{'bodies.crank.mass': 2}}, got {set!r}")
         self.path = None if path is None else os.fsdecode(path)
