@@ -126,7 +126,8 @@ static kt_status check_batch_options(const kt_model *model, const kt_batch_optio
     const bool states_fit = fits_memory(model, options, options->states);
     if (!states_fit || !fits_memory(model, options, options->threads))
         return kt_error_set(error, KT_ERROR_ARGUMENT, states_fit ? "options.threads" : "options.states",
-                            "%zu: more than memory can hold", states_fit ? options->threads : options->states);
+                            "%lu: more than memory can hold",
+                            (unsigned long)(states_fit ? options->threads : options->states));
     return KT_OK;
 }
 
@@ -211,8 +212,8 @@ size_t kt_batch_count(const kt_batch *batch) { return batch ? batch->n.states : 
 static bool is_other_state(const kt_batch *batch, size_t state, kt_error *error) {
     if (state < batch->n.states)
         return false;
-    (void)kt_error_set(error, KT_ERROR_ARGUMENT, "state", "there is no state %zu: the batch has %zu", state,
-                       batch->n.states);
+    (void)kt_error_set(error, KT_ERROR_ARGUMENT, "state", "there is no state %lu: the batch has %lu",
+                       (unsigned long)state, (unsigned long)batch->n.states);
     return true;
 }
 
@@ -227,7 +228,8 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
     if (KT_IS_MISSING(error, batch, q || !batch->n.nq) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     if (!isfinite(t))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "t", "the time %g s of state %zu is not finite", t, state);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "t", "the time %g s of state %lu is not finite", t,
+                            (unsigned long)state);
     const size_t width = batch->n.width, nq = batch->n.nq, nv = batch->n.nv;
     double *y = group_in(batch, batch->y, state, batch->n.N);
     kt_lane_put(q, width, state % width, nq, y);

@@ -61,11 +61,11 @@ kt_status kt_batch_compute_block(kt_batch *batch, size_t thread, size_t block, c
     if (KT_IS_MISSING(error, batch, job))
         return KT_ERROR_ARGUMENT;
     if (thread >= batch->n.threads)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "thread", "there is no thread %zu: the batch was made for %zu",
-                            thread, batch->n.threads);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "thread", "there is no thread %lu: the batch was made for %lu",
+                            (unsigned long)thread, (unsigned long)batch->n.threads);
     if (block >= batch->n.groups)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "block", "there is no block %zu: the batch has %zu", block,
-                            batch->n.groups);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "block", "there is no block %lu: the batch has %lu",
+                            (unsigned long)block, (unsigned long)batch->n.groups);
     kt_batch_fault fault = {KT_OK, 0, error};
     const kt_status status = check_job(batch, job, error);
     if (status != KT_OK)

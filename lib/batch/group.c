@@ -59,10 +59,11 @@ void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const k
     if (fault->status != KT_OK && fault->state < state)
         return;
     fault->state = state;
-    fault->status = kt_error_set(
-        fault->error, made->code,
-        kt_where_format("state %zu%s%.*s", state, made->where[0] ? ": " : "", KT_WHERE_SIZE - 40, made->where).text,
-        "%s", made->message);
+    fault->status = kt_error_set(fault->error, made->code,
+                                 kt_where_format("state %lu%s%.*s", (unsigned long)state, made->where[0] ? ": " : "",
+                                                 KT_WHERE_SIZE - 40, made->where)
+                                     .text,
+                                 "%s", made->message);
 }
 
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane) {

@@ -127,13 +127,14 @@ kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *
     if (KT_IS_MISSING(error, sensors))
         return KT_ERROR_ARGUMENT;
     if (sensors->count > 0 && !sensors->frames)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "sensors.frames", "is NULL, and count is %zu", sensors->count);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "sensors.frames", "is NULL, and count is %lu",
+                            (unsigned long)sensors->count);
     for (size_t i = 0; i < sensors->count; i++) {
         const kt_batch_frame *frame = &sensors->frames[i];
         if (KT_IS_INDEX(frame->body, batch->model->n.body) &&
             (frame->marker == -1 || KT_IS_INDEX(frame->marker, batch->model->body[frame->body].marker_count)))
             continue;
-        return kt_error_set(error, KT_ERROR_ARGUMENT, kt_where_format("sensors.frames[%zu]", i).text,
+        return kt_error_set(error, KT_ERROR_ARGUMENT, kt_where_format("sensors.frames[%lu]", (unsigned long)i).text,
                             "there is no marker %d of a body %d", frame->marker, frame->body);
     }
     return KT_OK;
