@@ -84,7 +84,8 @@ static const kt_note later_notes[] = {
     KT_NOTE(kt_sdf, reversed, DETAIL, "joints that carry their parent, since another joint carries the child:"),
     KT_NOTE(kt_sdf, loops, DETAIL, "joints that close loops:"),
     KT_NOTE(kt_sdf, loop_forces, MOTION,
-            "joints whose damping, friction and springs are left out, since they close loops and have several axes:"),
+            "joints whose damping, friction, springs and stops are left out, since they close loops and have several "
+            "axes:"),
     KT_NOTE(kt_sdf, still_joints, DETAIL, "joints within one rigid part, left out:"),
     KT_NOTE(kt_sdf, gearboxes, DETAIL, "gearboxes, which are couplings of the joints between their links:"),
     KT_NOTE(kt_sdf, lost_gears, MOTION,

@@ -154,8 +154,9 @@ void kt_sdf_grow_tree(kt_sdf *m);
 void kt_sdf_make_bodies(kt_sdf *m);
 void kt_sdf_make_loops(kt_sdf *m);
 
-/* Adds the spring, damping and friction of a joint of one coordinate; in a loop, `name` is that of the loop. */
-void kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name);
+/* Adds the spring, damping, friction and stop of a joint of one coordinate; in a loop, `name` is that of the loop.
+ * Without a name it adds nothing, and returns whether there is one of these. */
+bool kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name);
 void kt_sdf_make_effects(kt_sdf *m);
 void kt_sdf_couple(kt_sdf *m); /* gearboxes and mimics */
 

@@ -197,18 +197,6 @@ static kt_end sdf_end_of(const kt_sdf *m, const kt_sdf_joint *j, int link) {
     return kt_end_at(on->body, kt_sdf_pose(m, j->frame, on->frame));
 }
 
-/* Whether damping, friction or a spring acts in a joint. */
-static bool has_forces(const kt_sdf_joint *j) {
-    static const char *const names[] = {"damping", "friction", "spring_stiffness"};
-    const kt_element *dynamics = j->axis != NULL ? kt_xml_child(j->axis, "dynamics") : NULL;
-    double value;
-    for (size_t i = 0; i < sizeof names / sizeof *names && dynamics != NULL; i++)
-        if (kt_sdf_text(dynamics, names[i]) != NULL &&
-            (kt_parse_numbers(kt_sdf_text(dynamics, names[i]), 1, &value) != 1 || value != 0.0))
-            return true;
-    return false;
-}
-
 /* Whether effects that name a loop act in it: a joint of its name comes first. */
 static bool is_joint_name(const kt_sdf *m, const char *name) {
     for (int i = 0; i < m->joints.count; i++)
@@ -227,11 +215,9 @@ static void fill_loop(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf_joint *
         loop->axis2 = kt_sdf_axis_in(m, last, first->frame);
     loop->pitch = first->pitch;
     kt_left_count(&m->loops, first->element);
-    if (!has_forces(first) && !has_forces(last))
-        return;
-    if (first == last && kt_sdf_is_scalar(first) && !is_joint_name(m, loop->name))
-        kt_sdf_resist(m, first, loop->name);
-    else
+    const bool has_name = first == last && kt_sdf_is_scalar(first) && !is_joint_name(m, loop->name);
+    const bool first_is_lost = kt_sdf_resist(m, first, has_name ? loop->name : NULL);
+    if ((first != last && kt_sdf_resist(m, last, NULL)) || first_is_lost)
         kt_left_count(&m->loop_forces, first->element);
 }
 

@@ -30,30 +30,29 @@ static double read_rate(kt_sdf *m, const kt_element *limit, const char *which) {
     return value >= 0.0 ? value : (double)INFINITY;
 }
 
-static void make_stop(kt_sdf *m, const kt_sdf_joint *j) {
-    const kt_element *limit = j->axis != NULL ? kt_xml_child(j->axis, "limit") : NULL;
-    const char *type = kt_xml_attribute(j->element, "type");
-    if (limit == NULL)
+static const kt_element *limit_of(const kt_sdf_joint *j) {
+    return j->axis != NULL ? kt_xml_child(j->axis, "limit") : NULL;
+}
+
+/* Limits of position; false if there are none. */
+static bool read_position_limits(kt_sdf *m, const kt_sdf_joint *j, double *lower, double *upper) {
+    *lower = read_limit(m, limit_of(j), "lower", -(double)INFINITY);
+    *upper = read_limit(m, limit_of(j), "upper", (double)INFINITY);
+    return !(isinf(*lower) && isinf(*upper)) && strcmp(kt_xml_attribute(j->element, "type"), "continuous") != 0;
+}
+
+/* The limits of a joint in the tree, which are data. */
+static void set_limits(kt_sdf *m, const kt_sdf_joint *j) {
+    kt_joint *joint = &((kt_body *)m->draft.bodies.items)[j->body].joint;
+    double lower, upper;
+    joint->limits.effort = read_rate(m, limit_of(j), "effort");
+    joint->limits.velocity = read_rate(m, limit_of(j), "velocity");
+    if (!read_position_limits(m, j, &lower, &upper) || lower > upper)
         return;
-    kt_joint_limits *data = &((kt_body *)m->draft.bodies.items)[j->body].joint.limits;
-    const double lower = read_limit(m, limit, "lower", -(double)INFINITY);
-    const double upper = read_limit(m, limit, "upper", (double)INFINITY);
-    data->effort = read_rate(m, limit, "effort");
-    data->velocity = read_rate(m, limit, "velocity");
-    if ((isinf(lower) && isinf(upper)) || strcmp(type, "continuous") == 0)
-        return;
-    if (lower > upper) {
-        kt_left_count(&m->disordered, limit);
-        return;
-    }
-    data->lower = lower;
-    data->upper = upper;
-    if (m->source->options->stop_stiffness == 0.0)
-        kt_left_count(&m->limits, limit);
-    const double start = ((const kt_body *)m->draft.bodies.items)[j->body].joint.position[0];
-    if (lower > start || upper < start)
-        kt_left_count(&m->outside, limit);
-    kt_draft_stop(&m->draft, j->element, m->source->options, j->name, lower, upper);
+    joint->limits.lower = lower;
+    joint->limits.upper = upper;
+    if (lower > joint->position[0] || upper < joint->position[0])
+        kt_left_count(&m->outside, limit_of(j));
 }
 
 /* A joint starts at its initial_position, else at zero. */
@@ -63,16 +62,27 @@ static void start_joint(kt_sdf *m, const kt_sdf_joint *j) {
         joint->position[0] = kt_sdf_number(m, j->axis, "initial_position", joint->position[0]);
 }
 
-void kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
+bool kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
+    const kt_robot_options *options = m->source->options;
     const kt_element *dynamics = j->axis != NULL ? kt_xml_child(j->axis, "dynamics") : NULL;
     const double damping = kt_sdf_number(m, dynamics, "damping", 0.0);
     const double friction = kt_sdf_number(m, dynamics, "friction", 0.0);
     const double stiffness = kt_sdf_number(m, dynamics, "spring_stiffness", 0.0);
+    double lower, upper;
+    const bool has_limits = read_position_limits(m, j, &lower, &upper);
+    if (has_limits && (lower > upper || options->stop_stiffness == 0.0))
+        kt_left_count(lower > upper ? &m->disordered : &m->limits, limit_of(j));
+    const bool has_stop = has_limits && lower <= upper && options->stop_stiffness != 0.0;
+    if (name == NULL)
+        return damping != 0.0 || friction != 0.0 || stiffness != 0.0 || has_stop;
     if (stiffness != 0.0)
         kt_draft_spring(&m->draft, j->element, name, stiffness, kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     kt_draft_resistance(&m->draft, j->element, name, damping, friction);
     if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
+    if (has_stop)
+        kt_draft_stop(&m->draft, j->element, options, name, lower, upper);
+    return false;
 }
 
 /* ---- links without weight ---------------------------------------------------------------------------------------- */
@@ -91,9 +101,9 @@ void kt_sdf_make_effects(kt_sdf *m) {
         const kt_sdf_joint *j = kt_sdf_joint_at(m, i);
         if (j->name == NULL || !kt_sdf_is_scalar(j))
             continue;
-        kt_sdf_resist(m, j, j->name);
+        (void)kt_sdf_resist(m, j, j->name);
         start_joint(m, j);
-        make_stop(m, j);
+        set_limits(m, j);
     }
     for (int i = 1; i < m->links.count && !m->r->out_of_memory; i++)
         if (!kt_sdf_link_at(m, i)->is_between)

@@ -221,18 +221,21 @@ KT_TEST(joints_that_close_loops_are_loops_of_their_kind) {
     }
 }
 
-/* The angle of `crank` after a while. */
+/* The angle of `crank` after a while, with elastic stops at limits. */
 static double crank_after(const char *text, double duration) {
+    const kt_robot_options stops = {.stop_stiffness = 200.0};
     kt_error error = {0};
-    kt_scene *scene = test_robot(text, NULL);
-    kt_check_true("no force is lost", !has_note(scene, "damping, friction and springs are left out"));
+    kt_scene *scene = test_robot(text, &stops);
+    kt_check_true("no force is lost", !has_note(scene, "springs and stops are left out"));
+    kt_check_near("stop", find_effect(scene, KT_EFFECT_JOINT_LIMIT)->stiffness, 200.0, 0.0);
     const kt_model *model = kt_test_model(&scene->description, NULL);
     kt_simulation *simulation = kt_test_simulation(model, &scene->run, NULL);
     kt_need_fine("run", kt_simulation_advance(simulation, duration, &error), &error);
     return kt_simulation_positions(simulation)[kt_body_coordinates(model, kt_body_find(model, "crank")).q];
 }
 
-/* A linkage whose last joint has a spring, a damper and friction. Either this joint or another closes the loop. */
+/* A linkage whose last joint has a spring, a damper, friction and limits. Either this joint or another closes the loop.
+ */
 #define MASS(at)                                                                                                       \
     "<inertial><pose>" at " 0 0 0</pose><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>"
 #define BAR(name, at, com) "<link name='" name "'><pose>" at " 0 0 0</pose>" MASS(com) "</link>"
@@ -240,7 +243,7 @@ static double crank_after(const char *text, double duration) {
 #define CUT "<physics><simbody><must_be_loop_joint>true</must_be_loop_joint></simbody></physics>"
 #define FORCES                                                                                                         \
     "<dynamics><damping>0.5</damping><friction>0.2</friction><spring_stiffness>40</spring_stiffness>"                  \
-    "<spring_reference>0.3</spring_reference></dynamics>"
+    "<spring_reference>0.3</spring_reference></dynamics><limit><lower>-0.05</lower><upper>0.05</upper></limit>"
 #define LINKAGE(cut, other, last)                                                                                      \
     SDF(BAR("crank", "0 0 0", "0 0 0.2") BAR("coupler", "0 0 0.4", "0 0.5 0") BAR("rocker", "0 1 0", "0 0 0.3")        \
             PIN("a", "world", "crank", "") PIN("b", "crank", "coupler", other)                                         \
@@ -261,6 +264,23 @@ KT_TEST(forces_act_in_joints_that_close_loops_as_in_others) {
         kt_check_above("it moves, rad", fabs(in_tree), 0.02);
         kt_check_near("angle, rad", in_loop, in_tree, 1e-8);
     }
+}
+
+KT_TEST(forces_of_several_axes_in_a_loop_are_warnings) {
+    static const char *const within[] = {"<dynamics><damping>1</damping></dynamics>",
+                                         "<limit><lower>-1</lower><upper>1</upper></limit>", ""};
+    for (int stop = 0; stop < 2; stop++)
+        for (int i = 0; i < 3; i++) {
+            const kt_robot_options options = {.stop_stiffness = 1e3 * stop};
+            const kt_scene *scene = test_robot_of(
+                &options,
+                SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "") JOINT(
+                    "u", "universal", "a", "b", "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz>%s</axis2>")),
+                within[i]);
+            const bool is_lost = i == 0 || (i == 1 && stop == 1);
+            kt_check_equal_int("lost", count_notes(scene, "springs and stops are left out"), is_lost);
+            kt_check_equal_int("without stops", count_notes(scene, "without --stops: 1"), i == 1 && stop == 0);
+        }
 }
 
 KT_TEST(joint_carries_its_parent_where_another_carries_the_child) {
