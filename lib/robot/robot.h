@@ -48,6 +48,11 @@ typedef struct kt_known_list {
     const char *moving; /* those that do */
 } kt_known_list;
 
+/* Elements by which Drake extends URDF and SDF, and which change the motion. */
+#define KT_MOVING_OF_DRAKE                                                                                             \
+    "drake:joint drake:mimic drake:linear_bushing_rpy drake:linear_spring_damper drake:ball_constraint "               \
+    "drake:distance_constraint drake:tendon_constraint drake:weld_constraint "
+
 /* Names that are left out. Harmless and moving ones are of the format; only the moving ones change the motion. Unknown
  * ones are not of the format, such as misspelt ones. */
 typedef struct kt_strange {

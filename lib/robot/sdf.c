@@ -39,8 +39,11 @@ static const kt_known_list all_known = {
     .read = " self_collide material transparency cast_shadows state density viscosity ",
     .harmless = " surface sensor light scene physics gui audio spherical_coordinates magnetic_field atmosphere wind "
                 "laser_retro max_contacts meta battery projector particle_emitter road grid audio_sink audio_source "
-                "visibility_flags enable_metrics population actor stiffness dissipation allow_auto_disable ",
-    .moving = " plugin velocity_decay fluid_added_mass enable_wind "};
+                "visibility_flags enable_metrics actor stiffness dissipation allow_auto_disable ",
+    .moving = " plugin velocity_decay fluid_added_mass enable_wind population experimental:params " KT_MOVING_OF_DRAKE
+              "drake:rotor_inertia "};
+
+void kt_sdf_count_strange(kt_sdf *m, const kt_element *e) { kt_strange_search(&m->strange, &all_known, e); }
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
@@ -185,8 +188,8 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
         return;
     const bool is_world = strcmp(chosen->name, "world") == 0;
     read_gravity(&m, is_world ? chosen : NULL);
+    kt_sdf_count_strange(&m, m.root);
     kt_sdf_collect(&m, chosen, is_world, version);
-    kt_strange_search(&m.strange, &all_known, m.root);
     if (kt_draft_is_wrong(&m.draft))
         return;
     kt_sdf_place(&m);

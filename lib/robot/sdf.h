@@ -89,6 +89,11 @@ typedef struct kt_sdf {
     kt_appearance appearance;
 } kt_sdf;
 
+/* ---- sdf.c ------------------------------------------------------------------------------------------------------- */
+
+/* Counts what is left out of an element, and in it. */
+void kt_sdf_count_strange(kt_sdf *m, const kt_element *e);
+
 /* ---- sdf_value.c: numbers in elements ---------------------------------------------------------------------------- */
 
 /* Reads the numbers of a child element; without it, values stay as they are. Returns whether there are numbers now, and

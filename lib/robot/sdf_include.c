@@ -213,5 +213,7 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, int *version) {
     const kt_element *model = kt_xml_child(root, "model");
     if (model == NULL && kt_xml_child(root, "light") == NULL && kt_xml_child(root, "actor") == NULL)
         omit(m, e, uri);
+    else if (model != NULL)
+        kt_sdf_count_strange(m, model);
     return *version > 0 ? model : NULL;
 }

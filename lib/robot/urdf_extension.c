@@ -75,6 +75,9 @@ void kt_urdf_read_extensions(kt_urdf *u) {
         const int joint = reference != NULL ? kt_names_find(&u->names, JOINTS, reference) : -1;
         if (fixed != NULL && is_extension_of(fixed, " true yes 1 "))
             kt_unknown_count(&u->strange.moving, "static", fixed);
+        for (const kt_element *part = reference == NULL ? e->first : NULL; part != NULL; part = part->next)
+            if (kt_words_have(" joint link ", part->name)) /* which Gazebo adds to the robot */
+                kt_unknown_count(&u->strange.moving, part->name, part);
         if (link >= 0)
             extend_link(u, e, &u->links[link]);
         if (joint >= 0)

@@ -46,7 +46,8 @@ static const kt_known_list all_known = {
                 "balanceinertia autolimits convexhull usethread timestep integrator solver "
                 "iterations tolerance cone impratio jacobian size ",
     .moving = " plugin dampingFactor velocity_decay boundmass boundinertia "
-              "settotalmass inertiafromgeom density viscosity wind flag "};
+              "settotalmass inertiafromgeom density viscosity wind flag "
+              "kinematic enable_wind loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 

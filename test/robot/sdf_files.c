@@ -143,3 +143,28 @@ KT_TEST(a_merged_model_follows_its_own_canonical_link) {
         kt_check_text("carried by", find_body(scene, "c")->parent, rows[i].parent);
     }
 }
+
+/* Names of the including file come first. */
+KT_TEST(what_included_models_lose_is_a_warning_at_its_place) {
+    static const char wind[] = "<enable_wind>true</enable_wind><plugin name='p' filename='lift.so'/>";
+    static const char *const warnings[] = {"'plugin' is left out: 3", "'enable_wind' is left out: 2",
+                                           "'experimental:params' is left out: 1"};
+    const char *folder = kt_test_folder();
+    char inner[400];
+    (void)snprintf(inner, sizeof inner, SDF("%s<misspelt/><link name='b'/>"), wind);
+    (void)kt_test_file(folder, "inner.sdf", inner);
+    const char *path =
+        kt_test_file(folder, "m.sdf",
+                     SDF("<include><uri>inner.sdf</uri><name>one</name><experimental:params/></include>"
+                         "<include><uri>inner.sdf</uri><name>two</name><plugin name='q' filename='q.so'/></include>"));
+    const kt_scene *scene = test_robot_file(path, NULL);
+    for (size_t i = 0; i < sizeof warnings / sizeof *warnings; i++)
+        kt_check_true(warnings[i], has_ranked_note(scene, KT_NOTE_RANK_MOTION, warnings[i]));
+    kt_check_true("of no format", has_ranked_note(scene, KT_NOTE_RANK_NAME, "misspelt (2)"));
+    for (int i = 0; i < scene->note_count; i++) {
+        const bool is_outer = strstr(scene->notes[i].what, "'plugin'") != NULL;
+        const bool is_inner = strstr(scene->notes[i].what, "'enable_wind'") != NULL;
+        if (is_outer || is_inner)
+            kt_check_contains("place", scene->notes[i].where, is_outer ? "m.sdf:1:" : "inner.sdf:1:");
+    }
+}

@@ -54,6 +54,24 @@ KT_TEST(extensions_have_their_value_as_an_attribute_or_as_text) {
     }
 }
 
+KT_TEST(extensions_that_move_the_robot_are_warnings) {
+    static const char *const extensions[][2] = {
+        {"<gazebo><joint name='k' type='revolute'><parent>a</parent><child>b</child></joint></gazebo>", "joint"},
+        {"<gazebo><link name='c'/></gazebo>", "link"},
+        {"<gazebo><joint:hinge name='k'/></gazebo>", "joint:hinge"},
+        {"<gazebo reference='b'><kinematic>true</kinematic></gazebo>", "kinematic"},
+        {"<gazebo reference='b'><enable_wind>true</enable_wind></gazebo>", "enable_wind"},
+        {"<loop_joint name='k'/>", "loop_joint"},
+        {"<drake:joint name='k' type='ball'/>", "drake:joint"},
+        {"<drake:ball_constraint/>", "drake:ball_constraint"}};
+    for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
+        char warning[100];
+        (void)snprintf(warning, sizeof warning, "'%s' is left out: 1", extensions[i][1]);
+        const kt_scene *scene = read_extended(extensions[i][0]);
+        kt_check_true(warning, has_ranked_note(scene, KT_NOTE_RANK_MOTION, warning));
+    }
+}
+
 /* In sdformat, any `turnGravityOff` but false, no and 0 takes the weight away. Of `gravity`, these words do. */
 KT_TEST(only_words_for_no_decide_about_weight) {
     static const struct {
