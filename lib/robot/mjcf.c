@@ -83,10 +83,10 @@ static const kt_note contact_notes[] = {
 };
 
 static bool is_flying(const kt_mjcf *m) {
+    bool is_free = m->freed.count > 0;
     for (int i = 0; i < m->joints.count; i++)
-        if (kt_mjcf_joint_at(m, i)->type == KT_MJCF_FREE)
-            return true;
-    return false;
+        is_free = is_free || kt_mjcf_joint_at(m, i)->type == KT_MJCF_FREE;
+    return is_free;
 }
 
 static void note_contacts(kt_notes *n, const kt_mjcf *m) {

@@ -553,6 +553,10 @@ bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
 static inline bool kt_mjcf_is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
+/* Whether the options let a body move freely, which is fixed to the world. */
+static inline bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b) {
+    return m->source->options->floating && b->joint_count == 0 && b->parent == 0;
+}
 /* Whether a body is another one, or is carried by it. */
 static inline bool kt_mjcf_is_carried(const kt_mjcf *m, int body, int by) {
     while (body > by)

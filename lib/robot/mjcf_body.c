@@ -298,7 +298,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         body->parent = parent;
         body->joint.at = frame.position;
         body->joint.rotation = kt_rotation_of_matrix(frame.rotation);
-        if (b->joint_count == 0 && b->parent == 0 && m->source->options->floating) {
+        if (kt_mjcf_is_freed(m, b)) {
             body->joint.type = KT_JOINT_FREE;
             kt_left_count(&m->freed, b->element);
         } else if (b->joint_count == 0 && b->parent == 0) {

@@ -184,6 +184,31 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
     }
 }
 
+/* A body without joints that --floating frees is as one with a free joint: alone, and with a body on a hinge. */
+KT_TEST(bodies_that_are_freed_touch_planes_as_free_ones_do) {
+#define ROBOT_OF(joint, rest)                                                                                          \
+    "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='a' pos='0 0 .4'>" joint                           \
+    "<geom type='box' size='.1 .2 .3'/>" rest "</body></worldbody></mujoco>"
+#define ARM "<body name='b' pos='.5 0 0'><joint axis='0 1 0'/><geom size='.1'/></body>"
+    static const char *const texts[][2] = {{ROBOT_OF("<freejoint/>", ""), ROBOT_OF("", "")},
+                                           {ROBOT_OF("<freejoint/>", ARM), ROBOT_OF("", ARM)}};
+    const kt_robot_options freed = {.contacts = true, .floating = true}, falls = {.floating = true};
+    for (int i = 0; i < 2; i++) {
+        const kt_description d = test_robot(texts[i][0], &with_contacts)->description;
+        const kt_description other = test_robot(texts[i][1], &freed)->description;
+        kt_check_equal_int("of the free one", d.effect_count, 8 + i);
+        kt_need(kt_check_equal_int("of the freed one", other.effect_count, d.effect_count));
+        for (int k = 0; k < d.effect_count; k++) {
+            const kt_effect *a = &d.effects[k], *b = &other.effects[k];
+            kt_check_near("stiffness, N/m^m", b->stiffness, a->stiffness, 1e-12 * a->stiffness);
+            kt_check_near("slip, m/s", b->slip, a->slip, 1e-12 * a->slip);
+        }
+        kt_check_true("told to fall", has_ranked_note(test_robot(texts[i][1], &falls), KT_NOTE_RANK_MOTION, "falls, "));
+    }
+#undef ROBOT_OF
+#undef ARM
+}
+
 /* A ball of 1 kg with a constant impedance: A = 1, and K = k d^2 / (1 - d) = 1 / (T^2 (1 - d)) with d = dmax. The
  * margin raises the plane; a ground is one more. */
 KT_TEST(contacts_have_the_stiffness_of_the_file) {
