@@ -140,45 +140,37 @@ void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_e
 static const double far_larger = 5.0; /* times the robot's reach */
 
 typedef struct sizes {
-    kt_names names;
-    kt_body *bodies;
-    int count;
+    const kt_draft *d;
     double *away; /* distance of each body's origin from the root, along the joints; -1: not computed yet */
     int *path;
 } sizes;
 
-static bool take_sizes(sizes *s, kt_appearance *appearance, kt_body *bodies, int count) {
-    kt_reader *r = appearance->r;
-    *s = (sizes){.bodies = bodies, .count = count};
-    s->away = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *s->away);
-    s->path = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *s->path);
-    if (s->away == NULL || s->path == NULL || !kt_robot_names(r, &s->names, (size_t)count + 1))
+static bool take_sizes(sizes *s, kt_draft *d) {
+    const size_t room = (size_t)d->bodies.count + 1;
+    *s = (sizes){.d = d};
+    s->away = kt_reader_take(d->r, &d->r->scratch, room, sizeof *s->away);
+    s->path = kt_reader_take(d->r, &d->r->scratch, room, sizeof *s->path);
+    if (s->away == NULL || s->path == NULL || (d->parents == NULL && !kt_draft_find_parents(d)))
         return false;
-    for (int i = 0; i < count; i++) {
-        (void)kt_names_add(&s->names, 0, bodies[i].name, i);
+    for (int i = 0; i < d->bodies.count; i++)
         s->away[i] = -1.0;
-    }
     return true;
-}
-
-static int parent_of(const sizes *s, int body) {
-    const char *parent = s->bodies[body].parent;
-    return parent != NULL ? kt_names_find(&s->names, 0, parent) : -1;
 }
 
 /* The distance of a body on the world is zero, at any position of its origin. A circle of parents ends the walk; the
  * check of the description reports it. */
 static void find_distances(sizes *s) {
-    for (int i = 0; i < s->count; i++) {
+    const kt_draft *d = s->d;
+    for (int i = 0; i < d->bodies.count; i++) {
         int length = 0, at = i;
-        while (at >= 0 && s->away[at] < 0.0 && length < s->count) {
+        while (at >= 0 && s->away[at] < 0.0 && length < d->bodies.count) {
             s->path[length++] = at;
-            at = parent_of(s, at);
+            at = d->parents[at];
         }
         double away = at >= 0 ? fmax(s->away[at], 0.0) : 0.0;
         while (length-- > 0) {
             const int body = s->path[length];
-            away += parent_of(s, body) >= 0 ? kt_vec3_norm(s->bodies[body].joint.at) : 0.0;
+            away += d->parents[body] >= 0 ? kt_vec3_norm(kt_draft_body_at(d, body)->joint.at) : 0.0;
             s->away[body] = away;
         }
     }
@@ -205,8 +197,8 @@ static double reach_of_robot(const sizes *s, const kt_appearance *appearance) {
     const kt_seen_collision *collision = appearance->collisions.items;
     double reach = 0.0;
     bool has_length = false;
-    for (int i = 0, next = 0; i < s->count; i++) {
-        const kt_body *body = &s->bodies[i];
+    for (int i = 0, next = 0; i < s->d->bodies.count; i++) {
+        const kt_body *body = kt_draft_body_at(s->d, i);
         const bool of_collisions = next < appearance->collisions.count && strcmp(collision[next].body, body->name) == 0;
         const double own = of_collisions ? 0.0 : reach_of_shapes(body);
         has_length = has_length || s->away[i] > 0.0 || own > 0.0;
@@ -232,19 +224,19 @@ static void drop_larger(kt_appearance *appearance, const kt_seen_collision *coll
     body->shape_count = kept;
 }
 
-void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count, kt_scene *scene) {
+void kt_appearance_finish(kt_appearance *appearance, kt_draft *d, kt_scene *scene) {
     sizes s;
     scene->meshes = appearance->meshes.items;
     scene->mesh_count = appearance->meshes.count;
-    if (appearance->collisions.count == 0 || !take_sizes(&s, appearance, bodies, count))
+    if (appearance->collisions.count == 0 || !take_sizes(&s, d))
         return;
     find_distances(&s);
     const double most = far_larger * reach_of_robot(&s, appearance);
     for (int i = 0; i < appearance->collisions.count && most > 0.0; i++) {
         const kt_seen_collision *collision = (const kt_seen_collision *)appearance->collisions.items + i;
-        const int body = kt_names_find(&s.names, 0, collision->body);
+        const int body = kt_names_find(&d->body_names, 0, collision->body);
         if (body >= 0)
-            drop_larger(appearance, collision, most, &bodies[body]);
+            drop_larger(appearance, collision, most, kt_draft_body_at(d, body));
     }
 }
 

@@ -18,7 +18,6 @@ typedef struct touching {
     kt_collisions *c;
     kt_draft *d;
     const kt_robot_source *source;
-    const kt_judge *judge;
     double gravity;
     kt_namer names;
     double *mobility; /* of bodies */
@@ -39,9 +38,10 @@ void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
 static void find_moving(touching *t) {
-    for (int i = 0; i < t->judge->count; i++)
-        for (int at = i, steps = 0; at >= 0 && steps < t->judge->count; at = t->judge->parents[at], steps++)
-            t->moves[i] = t->moves[i] || t->judge->bodies[at].joint.type != KT_JOINT_FIXED;
+    const kt_draft *d = t->d;
+    for (int i = 0; i < d->bodies.count; i++)
+        for (int at = i, steps = 0; at >= 0 && steps < d->bodies.count; at = d->parents[at], steps++)
+            t->moves[i] = t->moves[i] || kt_draft_body_at(d, at)->joint.type != KT_JOINT_FIXED;
 }
 
 static kt_status find_mobilities(touching *t, const kt_contact_tree *tree, kt_error *error) {
@@ -54,8 +54,8 @@ static kt_status find_mobilities(touching *t, const kt_contact_tree *tree, kt_er
         return status;
     if (!kt_dense_cholesky(mass, nv, (int)nv, NULL))
         return KT_ERROR_SINGULAR;
-    for (int i = 0; i < t->judge->count; i++) {
-        const kt_body *b = &t->judge->bodies[i];
+    for (int i = 0; i < t->d->bodies.count; i++) {
+        const kt_body *b = kt_draft_body_at(t->d, i);
         const int body = kt_body_find(tree->model, b->name);
         if (t->moves[i] && body > 0)
             t->mobility[i] = kt_contact_mobility(tree, body, b->com, mass, mass + nv * nv);
@@ -67,13 +67,13 @@ static bool prepare_bodies(touching *t) {
     kt_reader *r = t->d->r;
     kt_contact_tree tree;
     kt_error error = {0};
-    const size_t count = (size_t)t->judge->count + 1;
+    const size_t count = (size_t)t->d->bodies.count + 1;
     t->mobility = kt_reader_take(r, &r->scratch, count, sizeof *t->mobility);
     t->moves = kt_reader_take(r, &r->scratch, count, sizeof *t->moves);
     if (t->mobility == NULL || t->moves == NULL)
         return false;
     find_moving(t);
-    kt_status status = kt_contact_tree_make(r, t->judge->bodies, t->judge->count, &tree, &error);
+    kt_status status = kt_contact_tree_make(r, t->d->bodies.items, t->d->bodies.count, &tree, &error);
     if (status == KT_OK) {
         status = find_mobilities(t, &tree, &error);
         kt_contact_tree_free(&tree);
@@ -84,15 +84,15 @@ static bool prepare_bodies(touching *t) {
 /* The mass of all that the root of a body carries. */
 static double touching_tree_mass(const touching *t, int body) {
     double mass = 0.0;
-    const int *parents = t->judge->parents;
+    const int *parents = t->d->parents, count = t->d->bodies.count;
     int root = body;
-    for (int steps = 0; parents[root] >= 0 && steps < t->judge->count; steps++)
+    for (int steps = 0; parents[root] >= 0 && steps < count; steps++)
         root = parents[root];
-    for (int i = 0; i < t->judge->count; i++) {
+    for (int i = 0; i < count; i++) {
         int at = i;
-        for (int steps = 0; parents[at] >= 0 && steps < t->judge->count; steps++)
+        for (int steps = 0; parents[at] >= 0 && steps < count; steps++)
             at = parents[at];
-        mass += at == root ? t->judge->bodies[i].mass : 0.0;
+        mass += at == root ? kt_draft_body_at(t->d, i)->mass : 0.0;
     }
     return mass;
 }
@@ -122,7 +122,7 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
 
 /* Makes contacts of a collision with all planes. */
 static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
-    const kt_body *body = &t->judge->bodies[item->body];
+    const kt_body *body = kt_draft_body_at(t->d, item->body);
     kt_vec3 points[KT_CONTACT_POINTS_MOST];
     kt_contact_shape shape = {.element = item->element,
                               .name = kt_element_name(item->element, body->name),
@@ -140,7 +140,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
         const kt_collision *plane = i < 0 ? floor : collision_at(t->c, i);
         if (!plane->is_plane || (plane->mask & item->mask) == 0 || (plane->body >= 0 && t->moves[plane->body]))
             continue;
-        const kt_ground ground = {.body = plane->body >= 0 ? t->judge->bodies[plane->body].name : NULL,
+        const kt_ground ground = {.body = plane->body >= 0 ? kt_draft_body_at(t->d, plane->body)->name : NULL,
                                   .pose = plane->pose};
         kt_contact_law law = kt_contact_law_standard();
         law.friction = fmin(item->friction, plane->friction);
@@ -148,16 +148,15 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
     }
 }
 
-void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, const kt_judge *judge,
-                            kt_vec3 gravity) {
+void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, kt_vec3 gravity) {
     const kt_robot_options *o = source->options;
-    touching t = {.c = c, .d = d, .source = source, .judge = judge, .gravity = kt_vec3_norm(gravity)};
+    touching t = {.c = c, .d = d, .source = source, .gravity = kt_vec3_norm(gravity)};
     kt_collision floor = {.element = d->root, .body = -1, .is_plane = true, .friction = (double)INFINITY, .mask = ~0U};
     floor.pose = kt_pose_identity();
     floor.pose.position.z = o->ground;
-    for (int i = 0; i < judge->count; i++)
-        c->moves_freely = c->moves_freely || judge->bodies[i].joint.type == KT_JOINT_FREE;
-    if (!o->contacts || !prepare_bodies(&t) ||
+    for (int i = 0; i < d->bodies.count; i++)
+        c->moves_freely = c->moves_freely || kt_draft_body_at(d, i)->joint.type == KT_JOINT_FREE;
+    if (!o->contacts || d->parents == NULL || !prepare_bodies(&t) ||
         !kt_namer_init(&t.names, d->r, KT_CONTACT_POINTS_MOST * (c->items.count + 1)))
         return;
     if (o->has_ground)

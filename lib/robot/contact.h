@@ -139,8 +139,7 @@ typedef struct kt_collisions {
 void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o, const kt_collision *item);
 
 /* Adds the contacts of all collisions with planes that do not move. */
-void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, const kt_judge *judge,
-                            kt_vec3 gravity);
+void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, kt_vec3 gravity);
 
 /* Their notes; `root` is the element of the whole. */
 void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,

@@ -14,14 +14,29 @@ static void *add(kt_draft *d, kt_list *items, kt_list *elements, size_t size, co
 
 kt_body *kt_draft_body(kt_draft *d, const kt_element *e, const kt_element *link) {
     kt_body *body = add(d, &d->bodies, &d->body_elements, sizeof *body, e);
-    const char **name = kt_list_add(d->r, &d->r->scratch, &d->joint_names, sizeof *name);
+    const char **joint = kt_list_add(d->r, &d->r->scratch, &d->joint_names, sizeof *joint);
+    const char **name = kt_list_add(d->r, &d->r->scratch, &d->link_names, sizeof *name);
     const kt_element **of = kt_list_add(d->r, &d->r->scratch, &d->links, sizeof *of);
-    if (body == NULL || name == NULL || of == NULL)
+    if (body == NULL || joint == NULL || name == NULL || of == NULL)
         return NULL;
     *body = kt_body_default();
-    *name = NULL;
     *of = link;
     return body;
+}
+
+bool kt_draft_find_parents(kt_draft *d) {
+    const size_t room = (size_t)d->bodies.count + 1;
+    int *parents = kt_reader_take(d->r, &d->r->scratch, room, sizeof *parents);
+    if (parents == NULL || !kt_robot_names(d->r, &d->body_names, room))
+        return false;
+    for (int i = 0; i < d->bodies.count; i++)
+        (void)kt_names_add(&d->body_names, 0, kt_draft_body_at(d, i)->name, i);
+    for (int i = 0; i < d->bodies.count; i++) {
+        const char *parent = kt_draft_body_at(d, i)->parent;
+        parents[i] = parent != NULL ? kt_names_find(&d->body_names, 0, parent) : -1;
+    }
+    d->parents = parents;
+    return true;
 }
 
 static bool has_own_joint_name(const kt_draft *d, int body) {
@@ -187,7 +202,7 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
 
 bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene) {
     kt_error error;
-    kt_appearance_finish(appearance, d->bodies.items, d->bodies.count, scene);
+    kt_appearance_finish(appearance, d, scene);
     fill_description(d, name, &scene->description);
     if (!d->r->out_of_memory && kt_description_check(&scene->description, take_fault, d, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(d->r);

@@ -32,15 +32,16 @@ typedef struct parts {
 } parts;
 
 static bool take_parts(parts *p, kt_judge *j) {
-    const size_t count = (size_t)j->count + 1;
+    kt_reader *r = j->d->r;
+    const size_t count = (size_t)j->d->bodies.count + 1;
     *p = (parts){.j = j};
-    p->first = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->first);
-    p->pose = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->pose);
-    p->path = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->path);
-    p->part = kt_reader_take(j->r, &j->r->scratch, count, sizeof *p->part);
+    p->first = kt_reader_take(r, &r->scratch, count, sizeof *p->first);
+    p->pose = kt_reader_take(r, &r->scratch, count, sizeof *p->pose);
+    p->path = kt_reader_take(r, &r->scratch, count, sizeof *p->path);
+    p->part = kt_reader_take(r, &r->scratch, count, sizeof *p->part);
     if (p->first == NULL || p->pose == NULL || p->path == NULL || p->part == NULL)
         return false;
-    for (int i = 0; i < j->count; i++) {
+    for (int i = 0; i < j->d->bodies.count; i++) {
         p->first[i] = -1;
         p->part[i] = (part){.moment = kt_vec3_make(0.0, 0.0, 0.0)};
     }
@@ -49,27 +50,28 @@ static bool take_parts(parts *p, kt_judge *j) {
 
 /* The body that a body is fixed to; -1: it moves on its parent, or is fixed to the world. */
 static int fixed_to(const parts *p, int b) {
-    return p->j->bodies[b].joint.type == KT_JOINT_FIXED ? p->j->parents[b] : -1;
+    return kt_draft_body_at(p->j->d, b)->joint.type == KT_JOINT_FIXED ? p->j->d->parents[b] : -1;
 }
 
 /* A walk over all bodies has met a circle of parents: it ends there, and the check of the description reports the
  * circle. */
 static void find_firsts(parts *p) {
-    for (int i = 0; i < p->j->count; i++) {
+    const kt_draft *d = p->j->d;
+    for (int i = 0; i < d->bodies.count; i++) {
         int count = 0, at = i;
-        while (p->first[at] < 0 && fixed_to(p, at) >= 0 && count < p->j->count) {
+        while (p->first[at] < 0 && fixed_to(p, at) >= 0 && count < d->bodies.count) {
             p->path[count++] = at;
             at = fixed_to(p, at);
         }
         if (p->first[at] < 0) {
             p->first[at] = at;
             p->pose[at] = kt_pose_identity();
-            p->part[at].moves = p->j->bodies[at].joint.type != KT_JOINT_FIXED;
+            p->part[at].moves = kt_draft_body_at(d, at)->joint.type != KT_JOINT_FIXED;
         }
         while (count-- > 0) {
             const int b = p->path[count];
             p->first[b] = p->first[at];
-            p->pose[b] = kt_pose_compose(p->pose[at], kt_frame_of_joint(&p->j->bodies[b].joint));
+            p->pose[b] = kt_pose_compose(p->pose[at], kt_frame_of_joint(&kt_draft_body_at(d, b)->joint));
             at = b;
         }
     }
@@ -80,7 +82,7 @@ static void find_firsts(parts *p) {
 /* Centre of mass and inertia of a body, about the axes of its part. */
 static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inertia) {
     const kt_pose pose = p->pose[b];
-    kt_properties_of(&p->j->bodies[b], centre, inertia);
+    kt_properties_of(kt_draft_body_at(p->j->d, b), centre, inertia);
     *centre = kt_pose_apply(pose, *centre);
     *inertia = kt_sym3_rotate(pose.rotation, *inertia);
 }
@@ -88,14 +90,15 @@ static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inert
 static part *part_of(const parts *p, int body) { return &p->part[p->first[body]]; }
 
 static void sum_parts(parts *p) {
-    const int count = p->j->count;
+    const kt_draft *d = p->j->d;
+    const int count = d->bodies.count;
     for (int b = 0; b < count; b++) {
         part *all = part_of(p, b);
         kt_vec3 centre;
         kt_sym3 ignored;
         properties_of(p, b, &centre, &ignored);
-        all->mass += p->j->bodies[b].mass;
-        all->moment = kt_vec3_add(all->moment, kt_vec3_scale(p->j->bodies[b].mass, centre));
+        all->mass += kt_draft_body_at(d, b)->mass;
+        all->moment = kt_vec3_add(all->moment, kt_vec3_scale(kt_draft_body_at(d, b)->mass, centre));
     }
     for (int b = 0; b < count; b++) {
         part *all = part_of(p, b);
@@ -103,12 +106,12 @@ static void sum_parts(parts *p) {
         kt_sym3 own;
         properties_of(p, b, &at, &own);
         const kt_vec3 centre = all->mass > 0.0 ? kt_vec3_scale(1.0 / all->mass, all->moment) : all->moment;
-        const kt_vec3 d = kt_vec3_sub(at, centre);
-        const double m = p->j->bodies[b].mass, dd = kt_vec3_dot(d, d);
+        const kt_vec3 e = kt_vec3_sub(at, centre);
+        const double m = kt_draft_body_at(d, b)->mass, ee = kt_vec3_dot(e, e);
         all->inertia = kt_sym3_make(
-            all->inertia.xx + own.xx + m * (dd - d.x * d.x), all->inertia.yy + own.yy + m * (dd - d.y * d.y),
-            all->inertia.zz + own.zz + m * (dd - d.z * d.z), all->inertia.xy + own.xy - m * d.x * d.y,
-            all->inertia.xz + own.xz - m * d.x * d.z, all->inertia.yz + own.yz - m * d.y * d.z);
+            all->inertia.xx + own.xx + m * (ee - e.x * e.x), all->inertia.yy + own.yy + m * (ee - e.y * e.y),
+            all->inertia.zz + own.zz + m * (ee - e.z * e.z), all->inertia.xy + own.xy - m * e.x * e.y,
+            all->inertia.xz + own.xz - m * e.x * e.z, all->inertia.yz + own.yz - m * e.y * e.z);
     }
 }
 
@@ -132,7 +135,7 @@ static bool accepts(const kt_judge *j, double odd) {
 }
 
 static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
-    (void)kt_robot_fault(j->r, e,
+    (void)kt_robot_fault(j->d->r, e,
                          "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: no body has a "
                          "negative one, or one above the sum of the two others; check units, order and the axes of "
                          "<origin>, or let 'kinetree import --inertia %s' accept it",
@@ -143,15 +146,19 @@ static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double o
 /* Whether an inertia is the rounding error of a zero. The scale is the inertia of the part plus the moment m c^2 about
  * the link's origin. The parallel-axis theorem subtracts a term as large as this moment. */
 static bool is_rounding(const parts *p, int b) {
-    const kt_body *body = &p->j->bodies[b];
+    const kt_body *body = kt_draft_body_at(p->j->d, b);
     const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);
     return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
+}
+
+static const kt_element *link_of(const kt_judge *j, int body) {
+    return ((const kt_element *const *)j->d->links.items)[body];
 }
 
 /* Checks a body whose own inertia is invalid, using the inertia of its part. */
 static void judge(parts *p, int b, double own, kt_vec3 moments) {
     kt_judge *j = p->j;
-    const kt_element *link = j->elements[b], *inertial = kt_xml_child(link, "inertial");
+    const kt_element *link = link_of(j, b), *inertial = kt_xml_child(link, "inertial");
     const kt_element *e =
         inertial != NULL && kt_xml_child(inertial, "inertia") ? kt_xml_child(inertial, "inertia") : link;
     const part *all = part_of(p, b);
@@ -167,39 +174,22 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
         j->limit = KT_INERTIA_ACCEPT;
 }
 
-/* The bodies that carry the bodies, by their names. */
-static bool find_carriers(kt_judge *j) {
-    int *parents = kt_reader_take(j->r, &j->r->scratch, (size_t)j->count + 1, sizeof *parents);
-    kt_names names;
-    if (parents == NULL || !kt_robot_names(j->r, &names, (size_t)j->count + 1))
-        return false;
-    for (int b = 0; b < j->count; b++)
-        (void)kt_names_add(&names, 0, j->bodies[b].name, b);
-    for (int b = 0; b < j->count; b++)
-        parents[b] = j->bodies[b].parent != NULL ? kt_names_find(&names, 0, j->bodies[b].parent) : -1;
-    j->parents = parents;
-    return true;
-}
-
-void kt_judge_inertias(kt_judge *j, const kt_draft *d, const kt_robot_options *options) {
+void kt_judge_inertias(kt_judge *j, kt_draft *d, const kt_robot_options *options) {
     parts p;
-    *j = (kt_judge){.r = d->r, .options = options, .bodies = d->bodies.items, .elements = d->links.items};
-    j->count = d->bodies.count;
-    j->limit = KT_INERTIA_WARN;
-    if (!find_carriers(j) || !take_parts(&p, j)) {
-        j->count = 0;
+    *j = (kt_judge){.d = d, .options = options, .limit = KT_INERTIA_WARN};
+    if (!kt_draft_find_parents(d) || !take_parts(&p, j))
         return;
-    }
     find_firsts(&p);
     sum_parts(&p);
-    for (int b = 0; b < j->count; b++) {
+    for (int b = 0; b < d->bodies.count; b++) {
+        kt_sym3 *inertia = &kt_draft_body_at(d, b)->inertia;
         kt_vec3 moments;
-        const double own = oddness(j->bodies[b].inertia, &moments);
+        const double own = oddness(*inertia, &moments);
         if (!(own > 0.0))
             continue;
         if (is_rounding(&p, b)) {
-            kt_left_count(&j->nothings, j->elements[b]);
-            j->bodies[b].inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+            kt_left_count(&j->nothings, link_of(j, b));
+            *inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         } else {
             judge(&p, b, own, moments);
         }

@@ -64,26 +64,33 @@ static void give_mass(kt_body *body, double mass) {
     body->mass = mass;
 }
 
-static void give(kt_reader *r, const kt_element *root, const char *text, kt_body *bodies, kt_find_link *find,
-                 const void *user) {
+/* The body of a link by its name in the file, else by that in the scene; NULL: there is none. */
+static kt_body *find_link(const kt_draft *d, const char *name) {
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < d->bodies.count; i++)
+            if (kt_text_is(pass == 0 ? *kt_draft_link_name(d, i) : kt_draft_body_at(d, i)->name, name))
+                return kt_draft_body_at(d, i);
+    return NULL;
+}
+
+static void give(kt_draft *d, const char *text) {
     const char *sign = strrchr(text, '=');
     double mass = 0.0;
-    const char *link = kt_reader_text(r, &r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
+    const char *link = kt_reader_text(d->r, &d->r->scratch, text, sign != NULL ? (size_t)(sign - text) : 0);
     if (link == NULL)
         return;
     if (sign == NULL || kt_parse_numbers(sign + 1, 1, &mass) != 1 || !(mass > 0.0)) {
-        (void)kt_robot_fault(r, root, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
+        (void)kt_robot_fault(d->r, d->root, "mass '%.60s': expected LINK=MASS, with a mass above zero", text);
         return;
     }
-    const int body = find(user, link);
-    if (body >= 0)
-        give_mass(&bodies[body], mass);
+    kt_body *body = find_link(d, link);
+    if (body != NULL)
+        give_mass(body, mass);
     else
-        (void)kt_robot_fault(r, root, "mass '%.60s': there is no link of this name", text);
+        (void)kt_robot_fault(d->r, d->root, "mass '%.60s': there is no link of this name", text);
 }
 
-void kt_masses_give(kt_reader *r, const kt_robot_options *options, const kt_element *root, kt_body *bodies,
-                    kt_find_link *find, const void *user) {
-    for (int i = 0; i < options->mass_count && !r->out_of_memory; i++)
-        give(r, root, options->masses[i], bodies, find, user);
+void kt_masses_give(kt_draft *d, const kt_robot_options *options) {
+    for (int i = 0; i < options->mass_count && !d->r->out_of_memory; i++)
+        give(d, options->masses[i]);
 }

@@ -305,6 +305,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
             kt_left_count(&m->fixed_bodies, b->element);
         }
     }
+    *kt_draft_link_name(&m->draft, m->draft.bodies.count - 1) = kt_element_name(b->element, NULL);
     fill_body(b, body);
 }
 
@@ -336,18 +337,6 @@ static void name_mjcf_joints(kt_mjcf *m) {
     }
 }
 
-/* The body of the scene that has a body's mass: by its name there, or by that of the file. */
-static int find_mjcf_body(const void *user, const char *name) {
-    const kt_mjcf *m = user;
-    const kt_body *bodies = m->draft.bodies.items;
-    const int index = kt_names_find(&m->names, KT_MJCF_BODIES, name);
-    const char *wanted = index > 0 ? kt_mjcf_body_at(m, index)->name : name;
-    for (int i = 0; i < m->draft.bodies.count; i++)
-        if (strcmp(bodies[i].name, wanted) == 0)
-            return i;
-    return -1;
-}
-
 void kt_mjcf_make_bodies(kt_mjcf *m) {
     make_markers(m);
     kt_mjcf_place_media(m);
@@ -356,5 +345,5 @@ void kt_mjcf_make_bodies(kt_mjcf *m) {
     if (m->r->out_of_memory)
         return;
     name_mjcf_joints(m);
-    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_mjcf_body, m);
+    kt_masses_give(&m->draft, m->source->options);
 }

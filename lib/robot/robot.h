@@ -213,7 +213,10 @@ typedef struct kt_draft {
     kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
     kt_list joint_names;  /* of bodies: const char *, the name of the joint in the file; NULL: none */
+    kt_list link_names;   /* likewise of the link whose mass the body has */
     kt_list links;        /* of bodies: const kt_element *, the element around their <inertial> */
+    kt_names body_names;  /* with kt_draft_find_parents */
+    const int *parents;   /* of bodies; -1: the world; NULL: not found yet */
     bool has_link_places; /* faults of masses are at elements in the links */
     kt_namer loop_names;
 } kt_draft;
@@ -231,6 +234,15 @@ kt_loop *kt_draft_coupling(kt_draft *d, const kt_element *e, const char *name, i
 static inline const char **kt_draft_joint_name(const kt_draft *d, int body) {
     return (const char **)d->joint_names.items + body;
 }
+
+static inline const char **kt_draft_link_name(const kt_draft *d, int body) {
+    return (const char **)d->link_names.items + body;
+}
+
+/* Finds the bodies that carry the bodies, by their names; false if there is no memory. */
+bool kt_draft_find_parents(kt_draft *d);
+
+static inline kt_body *kt_draft_body_at(const kt_draft *d, int i) { return (kt_body *)d->bodies.items + i; }
 
 /* Gives joints the names of the file, if those are not the bodies'; names of joints differ. If a name had to be
  * changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
@@ -264,19 +276,15 @@ bool kt_draft_is_wrong(const kt_draft *d);
 /* ---- inertia.c: inertias that no body has ------------------------------------------------------------------------ */
 
 typedef struct kt_judge {
-    kt_reader *r;
+    kt_draft *d;
     const kt_robot_options *options;
-    kt_body *bodies;
-    const int *parents;                        /* of bodies; -1: the world */
-    const kt_element *const *elements;         /* of bodies: their links, with <inertial> and <inertia> in it */
-    int count;                                 /* of bodies */
     kt_inertia_limit limit;                    /* the result, for the description */
     kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
     double worst_excess;                       /* of the first */
 } kt_judge;
 
 /* Checks the inertias of the rigid parts of a draft, according to the options. */
-void kt_judge_inertias(kt_judge *judge, const kt_draft *d, const kt_robot_options *options);
+void kt_judge_inertias(kt_judge *judge, kt_draft *d, const kt_robot_options *options);
 void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
 /* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */
@@ -284,12 +292,8 @@ void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 /* Gives a body mass, com and inertia of its shapes, as solids of a density; false if they have no volume. */
 bool kt_mass_by_shapes(kt_body *body, double density);
 
-/* The index of the body of a link of this name; -1: there is none. */
-typedef int kt_find_link(const void *user, const char *name);
-
 /* Gives links the masses that the options name. */
-void kt_masses_give(kt_reader *r, const kt_robot_options *options, const kt_element *root, kt_body *bodies,
-                    kt_find_link *find, const void *user);
+void kt_masses_give(kt_draft *d, const kt_robot_options *options);
 
 /* ---- solid.c: what uniform solids weigh -------------------------------------------------------------------------- */
 
@@ -359,7 +363,7 @@ bool kt_appearance_add_builtin(kt_appearance *appearance, const char *text, kt_p
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);
 
 /* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
-void kt_appearance_finish(kt_appearance *appearance, kt_body *bodies, int count, kt_scene *scene);
+void kt_appearance_finish(kt_appearance *appearance, kt_draft *d, kt_scene *scene);
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 
 /* Makes the scene of a draft and the pictures, checks it and marks its items; returns false after reporting. `name` may

@@ -199,7 +199,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     require_bodies(&m, chosen);
     if (kt_draft_is_wrong(&m.draft))
         return;
-    kt_collisions_contacts(&m.collisions, &m.draft, source, &m.judge, m.gravity);
+    kt_collisions_contacts(&m.collisions, &m.draft, source, m.gravity);
     scene->description.gravity = m.gravity;
     scene->description.inertia_check = m.judge.limit;
     if (kt_draft_finish(&m.draft, &m.appearance, kt_xml_attribute(chosen, "name"), scene))

@@ -24,6 +24,14 @@ static void add_path(const kt_sdf *m, kt_phrase *phrase, int frame) {
     kt_phrase_add(phrase, "%s", f->name != NULL ? f->name : "");
 }
 
+/* The whole path, and an ending. */
+static const char *keep_path(kt_sdf *m, int frame, const char *ending) {
+    kt_phrase path = {.length = 0};
+    add_path(m, &path, frame);
+    kt_phrase_add(&path, "%s", ending);
+    return kt_reader_text(m->r, &m->r->scratch, path.text, strlen(path.text));
+}
+
 static const char *make_sdf_name(kt_sdf *m, int frame, const kt_element *e) {
     kt_phrase path = {.length = 0};
     add_path(m, &path, frame);
@@ -104,11 +112,8 @@ static bool ends_a_loop(const kt_sdf *m, const kt_sdf_link *link) {
 /* The last body has the joint, and its name. The second of two axes has the suffix "_2". */
 static void want_name(kt_sdf *m, kt_sdf_joint *j) {
     const bool is_second = kt_sdf_joint_at(m, kt_sdf_frame_at(m, j->frame)->link) != j;
-    kt_phrase path = {.length = 0};
-    add_path(m, &path, j->frame);
-    kt_phrase_add(&path, "%s", is_second ? "_2" : "");
     j->body = m->draft.bodies.count - 1;
-    *kt_draft_joint_name(&m->draft, j->body) = kt_reader_text(m->r, &m->r->scratch, path.text, strlen(path.text));
+    *kt_draft_joint_name(&m->draft, j->body) = keep_path(m, j->frame, is_second ? "_2" : "");
 }
 
 static void make_sdf_body(kt_sdf *m, int index) {
@@ -146,6 +151,7 @@ static void make_sdf_body(kt_sdf *m, int index) {
     link->index = m->draft.bodies.count - 1;
     if (body == NULL || link->is_between)
         return;
+    *kt_draft_link_name(&m->draft, link->index) = keep_path(m, link->frame, "");
     kt_sdf_masses(m, link, body);
     kt_sdf_picture(m, link, body);
 }
@@ -160,21 +166,6 @@ static void name_sdf_joints(kt_sdf *m) {
     }
 }
 
-/* A link by its name in the scene, or by that of the file, A::B. */
-static int find_sdf_link(const void *user, const char *name) {
-    const kt_sdf *m = user;
-    for (int i = 1; i < m->links.count; i++) {
-        const kt_sdf_link *link = kt_sdf_link_at(m, i);
-        kt_phrase path = {.length = 0};
-        if (link->is_between || link->index < 0)
-            continue;
-        add_path(m, &path, link->frame);
-        if (strcmp(path.text, name) == 0 || strcmp(link->body, name) == 0)
-            return link->index;
-    }
-    return -1;
-}
-
 void kt_sdf_make_bodies(kt_sdf *m) {
     const int most = m->links.count + m->joints.count + 1;
     if (!kt_namer_init(&m->bodies_named, m->r, most) || !kt_namer_init(&m->joints_named, m->r, 2 * most))
@@ -186,7 +177,7 @@ void kt_sdf_make_bodies(kt_sdf *m) {
         return;
     name_sdf_joints(m);
     kt_judge_inertias(&m->judge, &m->draft, m->source->options);
-    kt_masses_give(m->r, m->source->options, m->root, m->draft.bodies.items, find_sdf_link, m);
+    kt_masses_give(&m->draft, m->source->options);
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */

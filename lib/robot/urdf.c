@@ -90,7 +90,7 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_judge_inertias(&u->judge, &u->draft, u->source->options);
     kt_urdf_given_masses(u);
     kt_urdf_extend(u);
-    kt_collisions_contacts(&u->collisions, &u->draft, u->source, &u->judge, u->gravity);
+    kt_collisions_contacts(&u->collisions, &u->draft, u->source, u->gravity);
     scene->description.gravity = u->gravity;
     scene->description.inertia_check = u->judge.limit;
     if (kt_draft_finish(&u->draft, &u->appearance, kt_xml_attribute(u->robot, "name"), scene))

@@ -148,6 +148,7 @@ static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
         return;
     link->index = u->draft.bodies.count - 1;
     body->name = link->body;
+    *kt_draft_link_name(&u->draft, link->index) = kt_element_name(link->element, NULL);
     read_urdf_inertial(u->r, link->element, body);
     read_picture(u, link, body);
     set_mass_of_shape(u, link->element, body);

@@ -58,12 +58,6 @@ void kt_urdf_transmissions(kt_urdf *u) {
 
 /* ---- masses of the options --------------------------------------------------------------------------------------- */
 
-static int find_urdf_link(const void *user, const char *name) {
-    const kt_urdf *u = user;
-    const int index = kt_names_find(&u->names, LINKS, name);
-    return index >= 0 ? u->links[index].index : -1;
-}
-
 /* A robot without any mass has poses and pictures, but no accelerations. */
 static void find_masses(kt_urdf *u) {
     const kt_body *bodies = u->draft.bodies.items;
@@ -80,6 +74,6 @@ static void find_masses(kt_urdf *u) {
 }
 
 void kt_urdf_given_masses(kt_urdf *u) {
-    kt_masses_give(u->r, u->source->options, u->robot, u->draft.bodies.items, find_urdf_link, u);
+    kt_masses_give(&u->draft, u->source->options);
     find_masses(u);
 }
