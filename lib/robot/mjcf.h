@@ -339,6 +339,8 @@ void kt_mjcf_start(kt_mjcf *m);                                /* the requested 
 kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b); /* at the start */
 void kt_mjcf_keep_start(kt_mjcf *m);  /* loops of lengths move none of its positions and velocities */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
+/* Whether the options let a body move freely, which is fixed to the world. */
+bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b);
 void kt_mjcf_passive(kt_mjcf *m);
 void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper`; reaches of muscles */
 /* The coordinates of a joint in a model of the tree; none (nv = 0) if the model does not have it. */
@@ -553,10 +555,6 @@ bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
 static inline bool kt_mjcf_is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 
 static inline kt_mjcf_body *kt_mjcf_body_at(const kt_mjcf *m, int i) { return (kt_mjcf_body *)m->bodies.items + i; }
-/* Whether the options let a body move freely, which is fixed to the world. */
-static inline bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b) {
-    return m->source->options->floating && b->joint_count == 0 && b->parent == 0;
-}
 /* Whether a body is another one, or is carried by it. */
 static inline bool kt_mjcf_is_carried(const kt_mjcf *m, int body, int by) {
     while (body > by)

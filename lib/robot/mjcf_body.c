@@ -266,6 +266,10 @@ static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
     return j->type == KT_MJCF_FREE && kt_same_bits(&b->frame, &identity, sizeof identity);
 }
 
+bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b) {
+    return m->source->options->floating && b->joint_count == 0 && b->parent == 0;
+}
+
 static void make_mjcf_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;

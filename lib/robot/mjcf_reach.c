@@ -53,11 +53,8 @@ static const kt_mjcf_tendon *tendon_of(const length *l) {
 }
 
 kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j) {
-    const kt_body *bodies = m->draft.bodies.items;
-    for (int b = 1; b < kt_model_body_count(model); b++)
-        if (strcmp(kt_body_name(model, b), bodies[j->carrier_index].name) == 0)
-            return kt_body_coordinates(model, b);
-    return (kt_coordinates){.nv = 0};
+    const int body = kt_body_find(model, kt_draft_body_at(&m->draft, j->carrier_index)->name);
+    return body > 0 ? kt_body_coordinates(model, body) : (kt_coordinates){.nv = 0};
 }
 
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
