@@ -44,19 +44,22 @@ static bool has_own_joint_name(const kt_draft *d, int body) {
     return name != NULL && strcmp(name, ((const kt_body *)d->bodies.items)[body].name) != 0;
 }
 
-/* Joints without a name of their own have that of their body, and keep it. */
+/* Joints without a name of their own have that of their body. Those that move keep it; a body that is fixed without a
+ * joint of the file takes another one, if a joint of the file has it. */
 void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed) {
-    kt_body *bodies = d->bodies.items;
-    for (int i = 0; i < d->bodies.count; i++)
-        if (!has_own_joint_name(d, i))
-            (void)kt_namer_make(joints, bodies[i].name);
-    for (int i = 0; i < d->bodies.count; i++) {
-        if (!has_own_joint_name(d, i))
-            continue;
-        bodies[i].joint.name = kt_namer_make(joints, *kt_draft_joint_name(d, i));
-        if (strcmp(bodies[i].joint.name, *kt_draft_joint_name(d, i)) != 0)
-            kt_left_count(renamed, ((const kt_element *const *)d->body_elements.items)[i]);
-    }
+    for (int pass = 0; pass < 3; pass++)
+        for (int i = 0; i < d->bodies.count; i++) {
+            kt_body *body = kt_draft_body_at(d, i);
+            const bool has_own = has_own_joint_name(d, i), is_fixed = body->joint.type == KT_JOINT_FIXED;
+            if (pass != (has_own ? 1 : is_fixed && *kt_draft_joint_name(d, i) == NULL ? 2 : 0))
+                continue;
+            const char *wanted = has_own ? *kt_draft_joint_name(d, i) : body->name;
+            const char *name = kt_namer_make(joints, wanted);
+            if (has_own && strcmp(name, wanted) != 0)
+                kt_left_count(renamed, ((const kt_element *const *)d->body_elements.items)[i]);
+            if (has_own || strcmp(name, wanted) != 0)
+                body->joint.name = name;
+        }
 }
 
 void kt_joint_set_free(kt_joint *joint, kt_pose pose) {

@@ -134,7 +134,9 @@ KT_TEST(joints_keep_their_names_and_limits) {
     kt_check_text("carries", kt_body_name(model, j), "b");
     const kt_joint_limits limits = kt_joint_limits_of(model, j);
     kt_check_equal_bits("limits", &limits.lower, (const double[]){-2.0, 0.5, 3.0, 7.0}, 4);
-    kt_check_equal_int("the name of the root", kt_joint_find(model, "a_2", &c, &error), KT_OK);
+    kt_check_equal_int("the name of the fixed root", kt_joint_find(model, "a", &c, &error), KT_OK);
+    kt_check_text("carries", kt_body_name(model, c), "c");
+    kt_check_true("no name is changed", !has_note(scene, "names of joints"));
     const kt_joint_limits other = kt_joint_limits_of(model, c);
     kt_check_equal_bits("a speed below zero is none", &other.lower,
                         (const double[]){-HUGE_VAL, HUGE_VAL, HUGE_VAL, 2.0}, 4);
