@@ -145,12 +145,12 @@ typedef struct sizes {
     int *path;
 } sizes;
 
-static bool take_sizes(sizes *s, kt_draft *d) {
+static bool take_sizes(sizes *s, const kt_draft *d) {
     const size_t room = (size_t)d->bodies.count + 1;
     *s = (sizes){.d = d};
     s->away = kt_reader_take(d->r, &d->r->scratch, room, sizeof *s->away);
     s->path = kt_reader_take(d->r, &d->r->scratch, room, sizeof *s->path);
-    if (s->away == NULL || s->path == NULL || (d->parents == NULL && !kt_draft_find_parents(d)))
+    if (s->away == NULL || s->path == NULL || d->parents == NULL)
         return false;
     for (int i = 0; i < d->bodies.count; i++)
         s->away[i] = -1.0;
@@ -224,7 +224,7 @@ static void drop_larger(kt_appearance *appearance, const kt_seen_collision *coll
     body->shape_count = kept;
 }
 
-void kt_appearance_finish(kt_appearance *appearance, kt_draft *d, kt_scene *scene) {
+void kt_appearance_finish(kt_appearance *appearance, const kt_draft *d, kt_scene *scene) {
     sizes s;
     scene->meshes = appearance->meshes.items;
     scene->mesh_count = appearance->meshes.count;

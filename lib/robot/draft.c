@@ -205,6 +205,8 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
 
 bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene) {
     kt_error error;
+    if (d->parents == NULL)
+        (void)kt_draft_find_parents(d);
     kt_appearance_finish(appearance, d, scene);
     fill_description(d, name, &scene->description);
     if (!d->r->out_of_memory && kt_description_check(&scene->description, take_fault, d, &error) == KT_ERROR_MEMORY)

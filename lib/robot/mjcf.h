@@ -77,6 +77,7 @@ typedef struct kt_mjcf_body {
     int shape_count;
     kt_list markers; /* kt_marker */
     int first_joint, joint_count;
+    bool is_freed;   /* fixed to the world, and moved freely by the options */
     int lost_meshes; /* geoms of unknown mass */
     int heavy_geoms; /* geoms that have mass */
     bool has_mesh;   /* one of these is a mesh */
@@ -339,8 +340,6 @@ void kt_mjcf_start(kt_mjcf *m);                                /* the requested 
 kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b); /* at the start */
 void kt_mjcf_keep_start(kt_mjcf *m);  /* loops of lengths move none of its positions and velocities */
 void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
-/* Whether the options let a body move freely, which is fixed to the world. */
-bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b);
 void kt_mjcf_passive(kt_mjcf *m);
 void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper`; reaches of muscles */
 /* The coordinates of a joint in a model of the tree; none (nv = 0) if the model does not have it. */

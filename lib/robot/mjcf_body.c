@@ -135,6 +135,8 @@ static void add_mjcf_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose f
     if (kt_mjcf_flag(m, e, NULL, "mocap", false))
         kt_left_count(&m->mocap, e);
     collect_body(m, index);
+    b = kt_mjcf_body_at(m, index); /* the list may have moved */
+    b->is_freed = m->source->options->floating && b->joint_count == 0 && parent == 0;
 }
 
 /* Names in the order of the file. Bodies with a given name come first, so that they keep it. */
@@ -266,10 +268,6 @@ static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
     return j->type == KT_MJCF_FREE && kt_same_bits(&b->frame, &identity, sizeof identity);
 }
 
-bool kt_mjcf_is_freed(const kt_mjcf *m, const kt_mjcf_body *b) {
-    return m->source->options->floating && b->joint_count == 0 && b->parent == 0;
-}
-
 static void make_mjcf_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;
@@ -302,7 +300,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         body->parent = parent;
         body->joint.at = frame.position;
         body->joint.rotation = kt_rotation_of_matrix(frame.rotation);
-        if (kt_mjcf_is_freed(m, b)) {
+        if (b->is_freed) {
             body->joint.type = KT_JOINT_FREE;
             kt_left_count(&m->freed, b->element);
         } else if (b->joint_count == 0 && b->parent == 0) {

@@ -92,7 +92,7 @@ static kt_contact_cone read_cone(kt_mjcf *m) {
 static bool is_still(const kt_mjcf *m, int body) {
     bool still = true;
     for (int i = body; i > 0; i = kt_mjcf_body_at(m, i)->parent)
-        still = still && kt_mjcf_body_at(m, i)->joint_count == 0 && !kt_mjcf_is_freed(m, kt_mjcf_body_at(m, i));
+        still = still && kt_mjcf_body_at(m, i)->joint_count == 0 && !kt_mjcf_body_at(m, i)->is_freed;
     return still;
 }
 

@@ -363,7 +363,7 @@ bool kt_appearance_add_builtin(kt_appearance *appearance, const char *text, kt_p
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);
 
 /* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
-void kt_appearance_finish(kt_appearance *appearance, kt_draft *d, kt_scene *scene);
+void kt_appearance_finish(kt_appearance *appearance, const kt_draft *d, kt_scene *scene);
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
 
 /* Makes the scene of a draft and the pictures, checks it and marks its items; returns false after reporting. `name` may

@@ -43,8 +43,6 @@ static const kt_known_list all_known = {
     .moving = " plugin velocity_decay fluid_added_mass enable_wind population experimental:params " KT_MOVING_OF_DRAKE
               "drake:rotor_inertia "};
 
-void kt_sdf_count_strange(kt_sdf *m, const kt_element *e) { kt_strange_search(&m->strange, &all_known, e); }
-
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
 static const kt_note first_notes[] = {
@@ -180,6 +178,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
     kt_sdf m = {.r = r,
                 .source = source,
                 .root = (kt_element *)source->root,
+                .known = &all_known,
                 .draft = {.r = r, .root = source->root},
                 .appearance = {.r = r, .source = source}};
     const int version = kt_sdf_version(&m, m.root);
@@ -188,7 +187,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
         return;
     const bool is_world = strcmp(chosen->name, "world") == 0;
     read_gravity(&m, is_world ? chosen : NULL);
-    kt_sdf_count_strange(&m, m.root);
+    kt_strange_search(&m.strange, &all_known, m.root);
     kt_sdf_collect(&m, chosen, is_world, version);
     if (kt_draft_is_wrong(&m.draft))
         return;

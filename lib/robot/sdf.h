@@ -77,7 +77,8 @@ typedef struct kt_sdf {
     int *owners, *first_owner;     /* likewise by their children's links */
     kt_judge judge;
 
-    kt_strange strange;
+    const kt_known_list *known; /* of the format */
+    kt_strange strange;         /* what the files have besides */
     kt_left renamed, renamed_joints, renamed_frames, renamed_models, unversioned, others, missing, newer, older,
         no_gravity, floating, reserved, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;
@@ -88,11 +89,6 @@ typedef struct kt_sdf {
     kt_collisions collisions;
     kt_appearance appearance;
 } kt_sdf;
-
-/* ---- sdf.c ------------------------------------------------------------------------------------------------------- */
-
-/* Counts what is left out of an element, and in it. */
-void kt_sdf_count_strange(kt_sdf *m, const kt_element *e);
 
 /* ---- sdf_value.c: numbers in elements ---------------------------------------------------------------------------- */
 

@@ -214,6 +214,6 @@ const kt_element *kt_sdf_include(kt_sdf *m, const kt_element *e, int *version) {
     if (model == NULL && kt_xml_child(root, "light") == NULL && kt_xml_child(root, "actor") == NULL)
         omit(m, e, uri);
     else if (model != NULL)
-        kt_sdf_count_strange(m, model);
+        kt_strange_search(&m->strange, m->known, model);
     return *version > 0 ? model : NULL;
 }
