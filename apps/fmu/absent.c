@@ -60,4 +60,12 @@ KT_FMU_ABSENT_CALL(GetVariableDependencies, void *instance, kt_fmi_reference dep
 KT_FMU_ABSENT_CALL(EnterConfigurationMode, void *instance)
 KT_FMU_ABSENT_CALL(ExitConfigurationMode, void *instance)
 KT_FMU_ABSENT_CALL(ActivateModelPartition, void *instance, kt_fmi_reference clock, double time)
+
+KT_FMI(void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *folder, bool visible,
+                                               bool logging, void *environment, kt_fmi_log *log, void *clock_update,
+                                               void *lock, void *unlock)) {
+    if (log != NULL)
+        log(environment, KT_FMI_ERROR, "error", "this FMU has no scheduled execution");
+    return NULL;
+}
 /* NOLINTEND(misc-unused-parameters) */

@@ -16,11 +16,8 @@ typedef struct kt_fmi2_event_info {
 typedef struct kt_fmi2_side {
     kt_fmi2_log *log;
     void *environment;
-    double start;
     char name[];
 } kt_fmi2_side;
-
-static kt_fmi2_side *side_of(void *instance) { return ((kt_fmu *)instance)->environment; }
 
 static void pass_message(void *environment, kt_fmi_status status, const char *category, const char *message) {
     const kt_fmi2_side *side = environment;
@@ -65,7 +62,7 @@ KT_FMI(void *fmi2Instantiate(const char *name, kt_fmi2_kind kind, const char *to
     void *instance = NULL;
     if (side != NULL && path != NULL) {
         *side = (kt_fmi2_side){callbacks != NULL ? callbacks->log : NULL,
-                               callbacks != NULL ? callbacks->environment : NULL, 0.0};
+                               callbacks != NULL ? callbacks->environment : NULL};
         memcpy(side->name, shown, strlen(shown) + 1);
         write_uri_path(uri, path);
         kt_fmi_log *log = side->log != NULL ? pass_message : NULL;
@@ -81,7 +78,7 @@ KT_FMI(void *fmi2Instantiate(const char *name, kt_fmi2_kind kind, const char *to
 }
 
 KT_FMI(void fmi2FreeInstance(void *instance)) {
-    kt_fmi2_side *side = instance != NULL ? side_of(instance) : NULL;
+    kt_fmi2_side *side = instance != NULL ? ((kt_fmu *)instance)->environment : NULL;
     fmi3FreeInstance(instance);
     free(side);
 }
@@ -96,27 +93,12 @@ KT_FMI(kt_fmi_status fmi2SetupExperiment(void *instance, int has_tolerance, doub
                                          int has_stop, double stop)) {
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
     KT_FMU_TAKE(instance);
-    side_of(fmu)->start = start;
-    return KT_FMI_OK;
+    return kt_fmu_set_start(fmu, start);
 }
 
 KT_FMI(kt_fmi_status fmi2EnterInitializationMode(void *instance)) {
     KT_FMU_TAKE(instance);
-    return fmi3EnterInitializationMode(fmu, false, 0.0, side_of(fmu)->start, false, 0.0);
-}
-
-/* Functions that differ by their names alone: with the instance as the only argument, and with further ones. */
-#define KT_FMI2_CALL(name, of)                                                                                         \
-    KT_FMI(kt_fmi_status fmi2##name(void *instance)) { return fmi3##of(instance); }
-KT_FMI2_CALL(ExitInitializationMode, ExitInitializationMode)
-KT_FMI2_CALL(EnterEventMode, EnterEventMode)
-KT_FMI2_CALL(EnterContinuousTimeMode, EnterContinuousTimeMode)
-KT_FMI2_CALL(Terminate, Terminate)
-
-KT_FMI(kt_fmi_status fmi2Reset(void *instance)) {
-    KT_FMU_TAKE(instance);
-    side_of(fmu)->start = 0.0;
-    return fmi3Reset(fmu);
+    return fmi3EnterInitializationMode(fmu, false, 0.0, fmu->start, false, 0.0);
 }
 
 KT_FMI(kt_fmi_status fmi2NewDiscreteStates(void *instance, kt_fmi2_event_info *info)) {
@@ -150,7 +132,7 @@ KT_FMI(kt_fmi_status fmi2DoStep(void *instance, double from, double step, int is
     return status == KT_FMI_OK && terminate ? KT_FMI_DISCARD : status;
 }
 
-/* ---- variables and states ---------------------------------------------------------------------------------------- */
+/* ---- variables --------------------------------------------------------------------------------------------------- */
 
 KT_FMI(kt_fmi_status fmi2GetReal(void *instance, const kt_fmi_reference *references, size_t count, double *values)) {
     return fmi3GetFloat64(instance, references, count, values, count);
@@ -168,38 +150,35 @@ KT_FMI(kt_fmi_status fmi2GetDirectionalDerivative(void *instance, const kt_fmi_r
                                         sensitivity, unknown_count);
 }
 
-KT_FMI(kt_fmi_status fmi2SetTime(void *instance, double time)) { return fmi3SetTime(instance, time); }
+/* ---- other names ------------------------------------------------------------------------------------------------- */
 
-KT_FMI(kt_fmi_status fmi2SetContinuousStates(void *instance, const double *states, size_t count)) {
-    return fmi3SetContinuousStates(instance, states, count);
-}
+/* Functions that differ by their names alone: the other name, the arguments and their names. */
+#define KT_FMI2_CALL(name, of, arguments, names)                                                                       \
+    KT_FMI(kt_fmi_status fmi2##name arguments) { return fmi3##of names; }
+#define KT_FMI2_PHASE(name) KT_FMI2_CALL(name, name, (void *instance), (instance))
+#define KT_FMI2_NUMBERS(name, of, type)                                                                                \
+    KT_FMI2_CALL(name, of, (void *instance, type *numbers, size_t count), (instance, numbers, count))
 
-#define KT_FMI2_NUMBERS(name, of)                                                                                      \
-    KT_FMI(kt_fmi_status fmi2##name(void *instance, double *values, size_t count)) {                                   \
-        return fmi3##of(instance, values, count);                                                                      \
-    }
-KT_FMI2_NUMBERS(GetContinuousStates, GetContinuousStates)
-KT_FMI2_NUMBERS(GetDerivatives, GetContinuousStateDerivatives)
-KT_FMI2_NUMBERS(GetNominalsOfContinuousStates, GetNominalsOfContinuousStates)
-KT_FMI2_NUMBERS(GetEventIndicators, GetEventIndicators)
-
-KT_FMI(kt_fmi_status fmi2GetFMUstate(void *instance, void **state)) { return fmi3GetFMUState(instance, state); }
-
-KT_FMI(kt_fmi_status fmi2SetFMUstate(void *instance, void *state)) { return fmi3SetFMUState(instance, state); }
-
-KT_FMI(kt_fmi_status fmi2FreeFMUstate(void *instance, void **state)) { return fmi3FreeFMUState(instance, state); }
-
-KT_FMI(kt_fmi_status fmi2SerializedFMUstateSize(void *instance, void *state, size_t *size)) {
-    return fmi3SerializedFMUStateSize(instance, state, size);
-}
-
-KT_FMI(kt_fmi_status fmi2SerializeFMUstate(void *instance, void *state, unsigned char *bytes, size_t size)) {
-    return fmi3SerializeFMUState(instance, state, bytes, size);
-}
-
-KT_FMI(kt_fmi_status fmi2DeSerializeFMUstate(void *instance, const unsigned char *bytes, size_t size, void **state)) {
-    return fmi3DeserializeFMUState(instance, bytes, size, state);
-}
+KT_FMI2_PHASE(ExitInitializationMode)
+KT_FMI2_PHASE(EnterEventMode)
+KT_FMI2_PHASE(EnterContinuousTimeMode)
+KT_FMI2_PHASE(Terminate)
+KT_FMI2_PHASE(Reset)
+KT_FMI2_CALL(SetTime, SetTime, (void *instance, double time), (instance, time))
+KT_FMI2_NUMBERS(SetContinuousStates, SetContinuousStates, const double)
+KT_FMI2_NUMBERS(GetContinuousStates, GetContinuousStates, double)
+KT_FMI2_NUMBERS(GetDerivatives, GetContinuousStateDerivatives, double)
+KT_FMI2_NUMBERS(GetNominalsOfContinuousStates, GetNominalsOfContinuousStates, double)
+KT_FMI2_NUMBERS(GetEventIndicators, GetEventIndicators, double)
+KT_FMI2_CALL(GetFMUstate, GetFMUState, (void *instance, void **state), (instance, state))
+KT_FMI2_CALL(SetFMUstate, SetFMUState, (void *instance, void *state), (instance, state))
+KT_FMI2_CALL(FreeFMUstate, FreeFMUState, (void *instance, void **state), (instance, state))
+KT_FMI2_CALL(SerializedFMUstateSize, SerializedFMUStateSize, (void *instance, void *state, size_t *size),
+             (instance, state, size))
+KT_FMI2_CALL(SerializeFMUstate, SerializeFMUState, (void *instance, void *state, unsigned char *bytes, size_t size),
+             (instance, state, bytes, size))
+KT_FMI2_CALL(DeSerializeFMUstate, DeserializeFMUState,
+             (void *instance, const unsigned char *bytes, size_t size, void **state), (instance, bytes, size, state))
 
 /* ---- state of a step --------------------------------------------------------------------------------------------- */
 

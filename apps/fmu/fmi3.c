@@ -39,7 +39,7 @@ typedef struct kt_fmu_request {
     void *environment;
     kt_fmi_log *log;
     kt_fmi_update *update;
-    bool is_logging, is_exchange, has_event_mode, returns_early;
+    bool is_exchange, has_event_mode, returns_early;
 } kt_fmu_request;
 
 static kt_fmu *instantiate_fmu(const kt_fmu_request *request) {
@@ -49,7 +49,6 @@ static kt_fmu *instantiate_fmu(const kt_fmu_request *request) {
         return NULL;
     fmu->log = request->log;
     fmu->environment = request->environment;
-    fmu->is_logging = request->is_logging;
     fmu->is_exchange = request->is_exchange;
     fmu->has_event_mode = request->has_event_mode;
     fmu->returns_early = request->returns_early;
@@ -74,26 +73,17 @@ static kt_fmu *instantiate_fmu(const kt_fmu_request *request) {
 
 KT_FMI(void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *folder, bool visible,
                                           bool logging, void *environment, kt_fmi_log *log)) {
-    (void)name, (void)visible;
-    return instantiate_fmu(&(kt_fmu_request){token, folder, environment, log, NULL, logging, true, false, false});
+    (void)name, (void)visible, (void)logging;
+    return instantiate_fmu(&(kt_fmu_request){token, folder, environment, log, NULL, true, false, false});
 }
 
 KT_FMI(void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *folder, bool visible,
                                          bool logging, bool event_mode, bool early_return,
                                          const kt_fmi_reference *required, size_t required_count, void *environment,
                                          kt_fmi_log *log, kt_fmi_update *update)) {
-    (void)name, (void)visible, (void)required, (void)required_count; /* all variables are there in updates */
-    return instantiate_fmu(
-        &(kt_fmu_request){token, folder, environment, log, update, logging, false, event_mode, early_return});
-}
-
-KT_FMI(void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *folder, bool visible,
-                                               bool logging, void *environment, kt_fmi_log *log, void *clock_update,
-                                               void *lock, void *unlock)) {
-    (void)name, (void)token, (void)folder, (void)visible, (void)logging, (void)clock_update, (void)lock, (void)unlock;
-    if (log != NULL)
-        log(environment, KT_FMI_ERROR, "error", "this FMU has no scheduled execution");
-    return NULL;
+    (void)name, (void)visible, (void)logging;
+    (void)required, (void)required_count; /* all variables are there in updates */
+    return instantiate_fmu(&(kt_fmu_request){token, folder, environment, log, update, false, event_mode, early_return});
 }
 
 KT_FMI(void fmi3FreeInstance(void *instance)) {
@@ -105,9 +95,8 @@ KT_FMI(void fmi3FreeInstance(void *instance)) {
 KT_FMI(const char *fmi3GetVersion(void)) { return "3.0"; }
 
 KT_FMI(kt_fmi_status fmi3SetDebugLogging(void *instance, bool logging, size_t count, const char *const *names)) {
-    (void)count, (void)names;
+    (void)logging, (void)count, (void)names; /* errors are always reported, and there is nothing else */
     KT_FMU_TAKE(instance);
-    fmu->is_logging = logging;
     return KT_FMI_OK;
 }
 
@@ -131,15 +120,20 @@ static kt_fmi_status settle_into(kt_fmu *fmu, kt_fmu_phase phase) {
     return status;
 }
 
+kt_fmi_status kt_fmu_set_start(kt_fmu *fmu, double start) {
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_INSTANTIATED, "the initialization must follow the instantiation");
+    KT_FMU_REQUIRE(isfinite(start), "the start time is not finite");
+    fmu->is_stale |= fmu->start != start;
+    fmu->start = fmu->time = start;
+    return KT_FMI_OK;
+}
+
 KT_FMI(kt_fmi_status fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
                                                  bool has_stop, double stop)) {
     KT_FMU_TAKE(instance);
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    KT_FMU_REQUIRE(fmu->phase == KT_FMU_INSTANTIATED, "fmi3EnterInitializationMode must follow the instantiation");
-    KT_FMU_REQUIRE(isfinite(start), "the start time is not finite");
-    fmu->is_stale |= fmu->start != start;
-    fmu->start = fmu->time = start;
-    return settle_into(fmu, KT_FMU_INITIALIZATION);
+    const kt_fmi_status status = kt_fmu_set_start(fmu, start);
+    return status == KT_FMI_OK ? settle_into(fmu, KT_FMU_INITIALIZATION) : status;
 }
 
 KT_FMI(kt_fmi_status fmi3ExitInitializationMode(void *instance)) {
@@ -172,6 +166,8 @@ KT_FMI(kt_fmi_status fmi3EnterStepMode(void *instance)) {
 
 KT_FMI(kt_fmi_status fmi3Terminate(void *instance)) {
     KT_FMU_TAKE(instance);
+    KT_FMU_REQUIRE(fmu->phase >= KT_FMU_EVENT && fmu->phase < KT_FMU_TERMINATED,
+                   "an instance can be terminated between its initialization and its end, outside of steps");
     fmu->phase = KT_FMU_TERMINATED;
     return KT_FMI_OK;
 }
@@ -281,6 +277,7 @@ static kt_fmi_status set_referenced_value(kt_fmu *fmu, kt_fmi_reference referenc
     int i;
     KT_FMU_REQUIRE(isfinite(value), "the value of the variable %u is not finite", (unsigned)reference);
     KT_FMU_REQUIRE_NO_UPDATE;
+    KT_FMU_REQUIRE(fmu->phase != KT_FMU_TERMINATED, "a terminated instance only reads variables");
     if ((i = reference_index_of(reference, KT_FMU_INPUT, fmu->nv)) >= 0) {
         if (fmu->torque[i] != value)
             kt_fmu_change(fmu);
@@ -316,7 +313,7 @@ KT_FMI(kt_fmi_status fmi3SetFloat64(void *instance, const kt_fmi_reference *refe
 
 /* Whether a step must be rejected, after a message. */
 static kt_fmi_status check_requested_step(kt_fmu *fmu, double from, double step) {
-    KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "fmi3DoStep needs step mode");
+    KT_FMU_REQUIRE(fmu->phase == KT_FMU_STEP, "a step needs step mode");
     KT_FMU_REQUIRE(!fmu->is_over, "an event of the scene has ended the simulation at %g s", fmu->time);
     KT_FMU_REQUIRE(isfinite(step) && step > 0.0, "a step of %g s is not finite and above zero; steps go forwards",
                    step);

@@ -104,7 +104,6 @@ typedef struct kt_fmu {
     kt_fmi_log *log;
     kt_fmi_update *update; /* NULL: the importer needs no intermediate updates */
     void *environment;
-    bool is_logging;
 } kt_fmu;
 
 /* Reads the resource in a folder into *fmu, which is zero but for the importer's members, and computes its token.
@@ -253,5 +252,8 @@ kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error
 
 /* Compiles the scene again if parameters were given. */
 kt_fmi_status kt_fmu_settle(kt_fmu *fmu);
+
+/* Sets the time of the start, before the initialization. */
+kt_fmi_status kt_fmu_set_start(kt_fmu *fmu, double start);
 
 #endif

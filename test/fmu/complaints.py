@@ -94,13 +94,13 @@ def check_rollback(fmu):
     claim("rollbacks_end_and_have_equal_bits", [] if fine else [str(results)])
 
 
-def pushed_block(folder):
+def pushed_scene(folder):
     """x = offset + F t^2 / 2 m."""
     scene = folder / "shared.yaml"
     scene.write_text("kinetree: 1\nparameters: {m: 2, offset: 0}\nbodies:\n"
                      "  - {name: block, mass: =m, joint: {name: slide, type: prismatic, axis: x, position: =offset}}\n"
                      "simulate: {integrator: rk4, step: 0.001, duration: 1}\noutput: {record: [position]}\n")
-    return Fmu(scene, folder, "--input", "slide")
+    return scene
 
 
 def check_shared(fmu):
@@ -185,6 +185,6 @@ def check_complaints(folder):
     check_damage(fmu)
     check_rollback(fmu)
     check_steps(fmu)
-    block = pushed_block(folder)
+    block = Fmu(pushed_scene(folder), folder, "--input", "slide")
     check_shared(block)
     check_start(block)

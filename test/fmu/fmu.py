@@ -7,7 +7,6 @@ with that of FMI 2.0 in one file, fmi2Merged.xsd. KT_FMUSIM is the program fmusi
 KT_FMILIB the shared library of modelon-community/fmi-library. KT_FMPY is a Python with the package fmpy. What is not
 there is skipped with a message.
 """
-import ctypes
 import math
 import os
 import pathlib
@@ -16,7 +15,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from archive import (COMMAND, FIXED, IMPORTER, PAGE, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records,
+from archive import (COMMAND, FIXED, PAGE, SCENES, STEP, STEPS, WORKS, Fmu, differences, fixed_scene, records,
                      rows, run)
 from claims import claim, finish, note
 from complaints import check_complaints
@@ -25,6 +24,7 @@ from footholds import check_footholds
 from foreign import check_fmpy, check_fmusim, check_fmusim_early, check_fmusim_inputs, check_library, check_schema
 from instance import REAL, SIZE, Instance, reals
 from recovery import check_recovery
+from second import check_second
 from signals import check_signals
 from steps import check_steps
 from tunable import check_tunables
@@ -85,92 +85,6 @@ def check_cosimulation(folder):
     claim("another_instance_continues_a_serialised_state_with_equal_bits", serial)
     claim("another_process_continues_a_serialised_state_with_equal_bits", process)
     claim("a_second_instance_changes_nothing", second)
-
-
-class Second:
-    """The functions of FMI 2.0 of a binary; each must return 0."""
-
-    LOG = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
-
-    def __init__(self, fmu, exchange):
-        self.library, self.messages = ctypes.CDLL(str(fmu.binary)), []
-        self.log = self.LOG(lambda *words: self.messages.append(words))
-        self.callbacks = (ctypes.c_void_p * 5)(ctypes.cast(self.log, ctypes.c_void_p).value)
-        self.library.fmi2Instantiate.restype = ctypes.c_void_p
-        uri = "file://" + str(fmu.folder / "resources").replace("e", "%65")
-        self.instance = ctypes.c_void_p(self.library.fmi2Instantiate(
-            b"one", 0 if exchange else 1, fmu.root.get("guid").encode(), uri.encode(), self.callbacks, 0, 0))
-        self.call("SetupExperiment", 0, ctypes.c_double(0), ctypes.c_double(0), 0, ctypes.c_double(0))
-        self.call("EnterInitializationMode")
-        self.call("ExitInitializationMode")
-
-    def call(self, name, *arguments):
-        if not self.instance or getattr(self.library, "fmi2" + name)(self.instance, *arguments) != 0:
-            raise RuntimeError(f"fmi2{name}: {self.messages}")
-
-    def real(self, references):
-        values = (ctypes.c_double * len(references))()
-        self.call("GetReal", (ctypes.c_uint32 * len(references))(*references), ctypes.c_size_t(len(references)), values)
-        return list(values)
-
-
-def second_play(fmu):
-    """Rows of co-simulation with FMI 2.0, as those of the importer."""
-    second, table = Second(fmu, False), []
-    for k in range(STEPS + 1):
-        if k > 0:
-            second.call("DoStep", ctypes.c_double((k - 1) * STEP), ctypes.c_double(STEP), 1)
-        table.append(second.real([int(word) for word in fmu.outputs()]))
-    second.library.fmi2FreeInstance(second.instance)
-    return table
-
-
-def wrong_places(fmu):
-    """Faults of the places of variables in a list, by which FMI 2.0 refers to them."""
-    variables = list(fmu.root.find("ModelVariables"))
-    problems = [v.get("name") for v in variables if v[0].get("derivative") is not None
-                and v.get("name") != f"der({variables[int(v[0].get('derivative')) - 1].get('name')})"]
-    for group, kinds in (("Outputs", "output"), ("Derivatives", "local"), ("InitialUnknowns", None)):
-        for unknown in fmu.root.find(f"ModelStructure/{group}"):
-            v = variables[int(unknown.get("index")) - 1]
-            if (kinds and v.get("causality") != kinds) or v.get("initial") != "calculated":
-                problems.append(f"{group}: {v.get('name')}")
-    return problems
-
-
-def check_second(folder):
-    """FMI 2.0: the bits of the run in co-simulation, those of FMI 3.0 in model exchange, and the places of variables."""
-    bits, places = [], []
-    for name, options in (("arm7", ["--input", "elbow"]), ("bouncing-ball", []), ("thruster-lag", [])):
-        scene = fixed_scene(name, folder)
-        fmu = Fmu(scene, folder, "--fmi", 2, *options)
-        places += [f"{name}: {fault}" for fault in wrong_places(fmu)]
-        table = second_play(fmu)
-        times = {row[0] for row in table}
-        found = differences(table, [row for row in records(scene)[0] if row[0] in times])
-        note(f"{name}: largest difference {found:g}, bound 0")
-        bits += [] if found == 0.0 else [f"{name}: {found:g}"]
-    claim("cosimulation_of_fmi_2_has_the_bits_of_a_run", bits)
-    claim("descriptions_of_fmi_2_refer_to_the_right_places", places)
-    scene, exchanged, size = fixed_scene("arm7", folder), [], ctypes.c_size_t
-    second, third = Second(Fmu(scene, folder, "--fmi", 2), True), Fmu(scene, folder)
-    rates = [int(v.get("valueReference")) for v in third.variables.values() if v.get("derivative")]
-    states = [int(v.get("derivative")) for v in third.variables.values() if v.get("derivative")]
-    derivatives, event = (ctypes.c_double * len(rates))(), (ctypes.c_int * 8)()
-    second.call("NewDiscreteStates", event)
-    second.call("EnterContinuousTimeMode")
-    second.call("GetDerivatives", derivatives, size(len(rates)))
-    _, text, _ = third.play("me", *map(str, rates), steps=1)
-    found = differences([list(derivatives)], rows(text)[:1])
-    # The derivative of q' = v along v alone is the direction itself.
-    seed = [math.sin(k + 1) if k >= len(rates) // 2 else 0.0 for k in range(len(rates))]
-    result = (ctypes.c_double * len(rates))()
-    second.call("GetDirectionalDerivative", (ctypes.c_uint32 * len(rates))(*rates), size(len(rates)),
-                (ctypes.c_uint32 * len(rates))(*states), size(len(rates)), (ctypes.c_double * len(rates))(*seed), result)
-    along = differences([list(result)[:len(rates) // 2]], [seed[len(rates) // 2:]])
-    note(f"arm7: derivatives differ by {found:g}, those along a direction by {along:g}, bound 0")
-    exchanged += [] if found == 0.0 and along == 0.0 else [f"{found:g}, {along:g}"]
-    claim("model_exchange_of_fmi_2_is_that_of_fmi_3", exchanged)
 
 
 def check_exchange(folder):
