@@ -127,6 +127,22 @@ def check_projection(folder):
     claim("a_reset_instance_forgets_a_projection", [] if not moves and anew == start else [f"{moves}, {anew}"])
 
 
+def check_far_states(folder):
+    """A state that an importer tries, whose loops cannot be closed, is kept and restored as it is."""
+    problems, fmu = [], Fmu(SCENES / "rope.yaml", folder)
+    instance, other = Instance(fmu, exchange=True), Instance(fmu, exchange=True)
+    start = instance.states()
+    far = [x + 1.0 for x in start]
+    for trial in (far, start):
+        instance.call("SetContinuousStates", reals(trial), SIZE(len(trial)))
+        kept = instance.keep()
+        for one in (instance, other):
+            one.call("SetContinuousStates", reals(start), SIZE(len(start)))
+            one.restore(kept)
+            problems += [] if one.states() == trial else [f"{one.states()} instead of {trial}"]
+    claim("states_off_the_loops_are_kept_and_restored", problems)
+
+
 def check_early_states(folder):
     """Time and states of model exchange are those of its run."""
     instance = Instance(written(folder, "early", SCENE), exchange=True, initializes=True)
@@ -175,6 +191,7 @@ def check_recovery(folder):
     check_wrong_parameters(folder)
     check_wrong_inputs(folder)
     check_projection(folder)
+    check_far_states(folder)
     check_early_states(folder)
     check_no_instance(folder)
     check_no_start(folder)
