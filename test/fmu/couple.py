@@ -274,7 +274,7 @@ def failures(b):
         missing = [word for word in words if word not in errors]
         if code != status or missing:
             problems.append(f"{name}: exit {code} instead of {status}, without {missing}: {errors.strip()[:300]}")
-        if status == 2 and name not in ("elsewhere", "mixed", "climbs", "loads", "cut"):
+        if status == 2 and name != "mixed":  # the functions of a binary are found as it is loaded, which runs it
             code, _, errors = b.run("check", folder / f"{name}.yaml")
             if code != 2 or any(word not in errors for word in words):
                 problems.append(f"{name}: check exits with {code}: {errors.strip()[:300]}")

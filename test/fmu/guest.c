@@ -19,7 +19,7 @@ enum { COUNT, LAST, FAILS, WHOLES };
 typedef struct guest {
     double real[REALS];
     int32_t whole[WHOLES];
-    bool off;
+    bool off, has_failed;
     void (*log)(void);
     void *environment;
     const char *name;
@@ -48,7 +48,8 @@ static bool advance(guest *g, double t, double h, bool *ends) {
     g->real[INTEGRAL] += h * g->real[ANGLE];
     g->real[DELAYED] = torque_of(g);
     *ends = g->whole[COUNT] == g->whole[LAST];
-    return g->whole[COUNT] == g->whole[FAILS];
+    g->has_failed = g->whole[COUNT] == g->whole[FAILS];
+    return g->has_failed;
 }
 
 /* Saves and restores all but the addresses. */
@@ -103,7 +104,13 @@ typedef bool truth;
     }
 
 void NAME(FreeInstance)(void *instance) { free(instance); }
-int NAME(Terminate)(void *instance) { return instance == NULL; }
+/* After an error the instance may only be released: a call ends the program. */
+int NAME(Terminate)(void *instance) {
+    const guest *g = instance;
+    if (g != NULL && g->has_failed)
+        abort();
+    return g == NULL;
+}
 int NAME(ExitInitializationMode)(void *instance) { return instance == NULL; }
 
 #ifndef WITHOUT_STATE

@@ -14,7 +14,7 @@
 typedef struct kt_fmu_partner {
     const kt_scene_fmu *of;
     kt_fmi_instance fmi;
-    const kt_fmi_variable **inputs, **outputs, **parameters;
+    const kt_fmi_variable **variables[KT_FMU_ROLES]; /* of the ports of each role */
     bool has_started;
     kt_fmu_clock *clock; /* of the first FMU: that of the simulation */
 } kt_fmu_partner;
@@ -26,19 +26,16 @@ struct kt_fmu_clock {
 
 /* ---- checks ------------------------------------------------------------------------------------------------------ */
 
-/* The ports of one role. */
+/* The ports of a role. */
 typedef struct kt_fmu_ports {
     const kt_scene_port *ports;
     int count;
-    kt_fmu_role role;
 } kt_fmu_ports;
 
-enum { ROLES = 3 };
-
-static void list_ports(const kt_scene_fmu *fmu, kt_fmu_ports to[ROLES]) {
-    to[0] = (kt_fmu_ports){fmu->inputs, fmu->input_count, KT_FMU_INPUT};
-    to[1] = (kt_fmu_ports){fmu->outputs, fmu->output_count, KT_FMU_OUTPUT};
-    to[2] = (kt_fmu_ports){fmu->parameters, fmu->parameter_count, KT_FMU_PARAMETER};
+static kt_fmu_ports ports_of(const kt_scene_fmu *fmu, kt_fmu_role role) {
+    return role == KT_FMU_INPUT    ? (kt_fmu_ports){fmu->inputs, fmu->input_count}
+           : role == KT_FMU_OUTPUT ? (kt_fmu_ports){fmu->outputs, fmu->output_count}
+                                   : (kt_fmu_ports){fmu->parameters, fmu->parameter_count};
 }
 
 /* Sets the place of an error of a file or its description. */
@@ -50,6 +47,15 @@ static void place_error(const kt_scene_fmu *fmu, kt_error *error) {
 
 static void print_at(const char *where, const char *kind, const char *message) {
     fprintf(stderr, "%s: %s%s\n", where, kind, message);
+}
+
+/* Prints the error of a file or its description. Returns the number of faults. */
+static int print_fault(const kt_scene_fmu *fmu, kt_status status, kt_error *error) {
+    if (status == KT_OK)
+        return 0;
+    place_error(fmu, error);
+    print_at(error->where, "", error->message);
+    return 1;
 }
 
 /* Prints the inputs of the FMU that the scene does not set. */
@@ -71,27 +77,24 @@ static void print_unset(const kt_scene_fmu *fmu, const kt_fmi_description *descr
         print_at(fmu->where, "warning: ", text);
 }
 
-/* Checks all variables of an FMU. Returns the number of faults. */
+/* Checks the variables of a role. Returns the number of faults. */
 static int check_ports(const kt_scene *scene, const kt_scene_fmu *fmu, const kt_fmi_description *description,
-                       bool is_quiet) {
-    kt_fmu_ports lists[ROLES];
+                       kt_fmu_role role, bool is_quiet) {
+    const kt_fmu_ports list = ports_of(fmu, role);
     char text[KT_MESSAGE_SIZE];
     int faults = 0;
-    list_ports(fmu, lists);
-    for (int i = 0; i < ROLES; i++)
-        for (int k = 0; k < lists[i].count; k++) {
-            const kt_scene_port *port = &lists[i].ports[k];
-            kt_error error = {0};
-            const kt_fmi_variable *variable = kt_fmu_port_find(description, fmu, port, lists[i].role, &error);
-            const bool is_wrong = variable == NULL || (lists[i].role == KT_FMU_PARAMETER &&
-                                                       !kt_fmu_value_fits(variable, port->value, &error));
-            faults += is_wrong;
-            if (is_wrong)
-                print_at(port->where, "", error.message);
-            else if (!is_quiet &&
-                     kt_fmu_units_differ(&scene->description, description, port, lists[i].role, text, sizeof text))
-                print_at(port->where, "warning: units differ: ", text);
-        }
+    for (int k = 0; k < list.count; k++) {
+        const kt_scene_port *port = &list.ports[k];
+        kt_error error = {0};
+        const kt_fmi_variable *variable = kt_fmu_port_find(description, fmu, port, role, &error);
+        const bool is_wrong =
+            variable == NULL || (role == KT_FMU_PARAMETER && !kt_fmu_value_fits(variable, port->value, &error));
+        faults += is_wrong;
+        if (is_wrong)
+            print_at(port->where, "", error.message);
+        else if (!is_quiet && kt_fmu_units_differ(&scene->description, description, port, role, text, sizeof text))
+            print_at(port->where, "warning: units differ: ", text);
+    }
     return faults;
 }
 
@@ -102,16 +105,21 @@ int kt_fmus_check(const kt_scene *scene, bool is_quiet) {
         kt_fmi_description description;
         kt_error error = {0};
         const kt_status status = kt_fmi_description_read(fmu->file, &description, &error);
-        if (status != KT_OK) {
-            place_error(fmu, &error);
-            print_at(error.where, "", error.message);
-            faults++;
-        } else {
-            faults += check_ports(scene, fmu, &description, is_quiet);
-            if (!is_quiet)
-                print_unset(fmu, &description);
-        }
+        faults += print_fault(fmu, status, &error);
+        for (int role = 0; role < KT_FMU_ROLES && status == KT_OK; role++)
+            faults += check_ports(scene, fmu, &description, (kt_fmu_role)role, is_quiet);
+        if (status == KT_OK && !is_quiet)
+            print_unset(fmu, &description);
         kt_fmi_description_free(&description);
+    }
+    return faults > 0 ? KT_EXIT_SCENE : KT_EXIT_DONE;
+}
+
+int kt_fmus_inspect(const kt_scene *scene) {
+    int faults = 0;
+    for (int i = 0; i < scene->fmu_count; i++) {
+        kt_error error = {0};
+        faults += print_fault(&scene->fmus[i], kt_fmi_inspect(scene->fmus[i].file, &error), &error);
     }
     return faults > 0 ? KT_EXIT_SCENE : KT_EXIT_DONE;
 }
@@ -131,7 +139,7 @@ static kt_status set_partner_value(kt_fmu_partner *p, const kt_fmi_variable *var
 static kt_status set_inputs(kt_fmu_partner *p, const double *inputs, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < p->of->input_count; i++)
-        status = set_partner_value(p, p->inputs[i], inputs[i], error);
+        status = set_partner_value(p, p->variables[KT_FMU_INPUT][i], inputs[i], error);
     return status;
 }
 
@@ -139,8 +147,9 @@ static kt_status get_outputs(kt_fmu_partner *p, double *outputs, kt_error *error
     kt_status status = KT_OK;
     char what[KT_FMI_TEXT];
     for (int i = 0; status == KT_OK && i < p->of->output_count; i++) {
-        (void)snprintf(what, sizeof what, "Get%.20s of '%.60s'", p->outputs[i]->type_name, p->outputs[i]->name);
-        status = kt_fmi_check(&p->fmi, p->fmi.calls->get(&p->fmi, p->outputs[i], &outputs[i]), what, error);
+        const kt_fmi_variable *variable = p->variables[KT_FMU_OUTPUT][i];
+        (void)snprintf(what, sizeof what, "Get%.20s of '%.60s'", variable->type_name, variable->name);
+        status = kt_fmi_check(&p->fmi, p->fmi.calls->get(&p->fmi, variable, &outputs[i]), what, error);
     }
     return status;
 }
@@ -152,12 +161,12 @@ static kt_status start_fmu(kt_fmu_partner *p, const kt_scene_sample *sample, kt_
     p->has_started = true;
     f->time = sample->time;
     for (int i = 0; status == KT_OK && i < p->of->parameter_count; i++)
-        status = set_partner_value(p, p->parameters[i], p->of->parameters[i].value, error);
+        status = set_partner_value(p, p->variables[KT_FMU_PARAMETER][i], p->of->parameters[i].value, error);
     if (status == KT_OK)
         status = kt_fmi_check(f, f->calls->begin(f, sample->time), "EnterInitializationMode", error);
     if (status == KT_OK)
         status = set_inputs(p, sample->inputs, error);
-    return status == KT_OK ? kt_fmi_check(f, f->common.end(f->instance), "ExitInitializationMode", error) : status;
+    return status == KT_OK ? kt_fmi_check(f, f->call.end(f->instance), "ExitInitializationMode", error) : status;
 }
 
 static int sample_fmu(const kt_scene_sample *sample, kt_error *error, void *user) {
@@ -187,44 +196,35 @@ static int sample_fmu(const kt_scene_sample *sample, kt_error *error, void *user
 
 static void release_fmu(void *user) {
     kt_fmu_partner *p = user;
-    kt_fmi_instance *f = &p->fmi;
-    if (f->instance != NULL && p->has_started && !f->is_broken)
-        f->is_broken = f->common.terminate(f->instance) == KT_FMI_FATAL;
-    kt_fmi_close(f);
-    free(p->inputs);
-    free(p->outputs);
-    free(p->parameters);
+    if (p->has_started)
+        kt_fmi_terminate(&p->fmi);
+    kt_fmi_close(&p->fmi);
+    for (int role = 0; role < KT_FMU_ROLES; role++)
+        free(p->variables[role]);
     free(p->clock);
     free(p);
 }
 
-static const kt_fmi_variable **find_ports(const kt_fmu_partner *p, const kt_fmu_ports *list, kt_error *error) {
-    const kt_fmi_variable **found = calloc((size_t)list->count + 1, sizeof *found);
+/* Finds the variables of a role. */
+static kt_status find_ports(kt_fmu_partner *p, kt_fmu_role role, kt_error *error) {
+    const kt_fmu_ports list = ports_of(p->of, role);
+    const kt_fmi_variable **found = p->variables[role] = calloc((size_t)list.count + 1, sizeof *found);
     if (found == NULL)
-        (void)kt_reject_memory(error);
-    for (int i = 0; found != NULL && i < list->count; i++) {
-        found[i] = kt_fmu_port_find(&p->fmi.description, p->of, &list->ports[i], list->role, error);
-        if (found[i] == NULL) {
-            free(found);
-            return NULL;
-        }
-    }
-    return found;
+        return kt_reject_memory(error);
+    for (int i = 0; i < list.count; i++)
+        if ((found[i] = kt_fmu_port_find(&p->fmi.description, p->of, &list.ports[i], role, error)) == NULL)
+            return error->code;
+    return KT_OK;
 }
 
 static kt_status open_fmu(const kt_scene_fmu *fmu, kt_fmu_partner *p, kt_error *error) {
-    kt_fmu_ports lists[ROLES];
     kt_status status = kt_fmi_open(&p->fmi, fmu->name, fmu->file, error);
     p->of = fmu;
-    list_ports(fmu, lists);
-    if (status != KT_OK) {
+    if (status != KT_OK)
         place_error(fmu, error);
-        return status;
-    }
-    p->inputs = find_ports(p, &lists[0], error);
-    p->outputs = p->inputs != NULL ? find_ports(p, &lists[1], error) : NULL;
-    p->parameters = p->outputs != NULL ? find_ports(p, &lists[2], error) : NULL;
-    return p->parameters != NULL ? KT_OK : error->code;
+    for (int role = 0; role < KT_FMU_ROLES && status == KT_OK; role++)
+        status = find_ports(p, (kt_fmu_role)role, error);
+    return status;
 }
 
 static double next_sample(void *user, double t) {

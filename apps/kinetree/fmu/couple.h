@@ -10,6 +10,10 @@
  * quiet: units that differ, inputs without a value. Returns an exit code. */
 int kt_fmus_check(const kt_scene *scene, bool is_quiet);
 
+/* Checks their archives and binaries, as a simulation does before it runs them. Returns an exit code after printing all
+ * faults. Other uses of a scene leave its FMUs out. */
+int kt_fmus_inspect(const kt_scene *scene);
+
 /* The communication points of a simulation, at which its steps end. */
 typedef struct kt_fmu_clock kt_fmu_clock;
 

@@ -71,6 +71,7 @@ void kt_fmi_binary_name(const kt_fmi_description *description, char *name, size_
 
 /* How a scene uses a variable. */
 typedef enum kt_fmu_role { KT_FMU_INPUT, KT_FMU_OUTPUT, KT_FMU_PARAMETER } kt_fmu_role;
+enum { KT_FMU_ROLES = KT_FMU_PARAMETER + 1 };
 
 /* Finds the variable of a port. Returns NULL after an error at the place of the port: a name that the FMU lacks, a
  * variable for another role, a type that is no number. */

@@ -1,63 +1,23 @@
 /* The functions of an FMU of FMI 3.0. Event mode and early returns are not used: the FMU handles its events itself. */
 #include "fmu/instance.h"
 
-#include <stdlib.h>
-
-#define GETTERS(id, name, type)                                                                                        \
-    kt_fmi_status (*Get##name)(void *, const kt_fmi_reference *, size_t, type *, size_t);                              \
-    kt_fmi_status (*Set##name)(void *, const kt_fmi_reference *, size_t, const type *, size_t);
-
-/* Functions that every FMU for co-simulation has. */
-#define FUNCTIONS(X)                                                                                                   \
-    X(InstantiateCoSimulation, void *,                                                                                 \
-      (const char *, const char *, const char *, bool, bool, bool, bool, const kt_fmi_reference *, size_t, void *,     \
-       kt_fmi_log *, kt_fmi_update *))                                                                                 \
-    X(EnterInitializationMode, kt_fmi_status, (void *, bool, double, double, bool, double))                            \
-    X(DoStep, kt_fmi_status, (void *, double, double, bool, bool *, bool *, bool *, double *))
-#define MEMBER(name, result, arguments) result(*name) arguments;
-
-typedef struct functions {
-    FUNCTIONS(MEMBER)
-    KT_FMI_TYPE_LIST(GETTERS)
-} functions;
-
-static const functions *fmi3_functions_of(const kt_fmi_instance *f) { return f->functions; }
-
-/* Functions of types that no variable has may be missing. */
-static const char *load_fmi3(kt_fmi_instance *f) {
-    functions *to = f->functions = calloc(1, sizeof *to);
-    if (to == NULL)
-        return "for want of memory";
-#define LOAD(name, result, arguments)                                                                                  \
-    if (!kt_find_symbol(f->library, "fmi3" #name, &to->name))                                                          \
-        return "fmi3" #name;
-    FUNCTIONS(LOAD)
-#undef LOAD
-#define LOAD(id, name, type)                                                                                           \
-    (void)kt_find_symbol(f->library, "fmi3Get" #name, &to->Get##name);                                                 \
-    (void)kt_find_symbol(f->library, "fmi3Set" #name, &to->Set##name);
-    KT_FMI_TYPE_LIST(LOAD)
-#undef LOAD
-    return NULL;
-}
-
 static void take_fmi3_message(void *environment, kt_fmi_status status, const char *category, const char *message) {
     kt_fmi_note(environment, status, category, message);
 }
 
 static bool instantiate_fmi3(kt_fmi_instance *f) {
     const char *resources = f->resources[0] != '\0' ? f->resources : NULL;
-    f->instance = fmi3_functions_of(f)->InstantiateCoSimulation(f->name, f->description.token, resources, false, false,
-                                                                false, false, NULL, 0, f, take_fmi3_message, NULL);
+    f->instance = f->call.instantiate3(f->name, f->description.token, resources, false, false, false, false, NULL, 0, f,
+                                       take_fmi3_message, NULL);
     return f->instance != NULL;
 }
 
 static kt_fmi_status begin_fmi3(kt_fmi_instance *f, double start) {
-    return fmi3_functions_of(f)->EnterInitializationMode(f->instance, false, 0.0, start, false, 0.0);
+    return f->call.begin3(f->instance, false, 0.0, start, false, 0.0);
 }
 
 static kt_fmi_status set_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variable, double value) {
-    const functions *call = fmi3_functions_of(f);
+    const kt_fmi_functions *call = &f->call;
     switch (variable->type) {
 #define SET(id, name, type)                                                                                            \
     case id: {                                                                                                         \
@@ -74,7 +34,7 @@ static kt_fmi_status set_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variabl
 }
 
 static kt_fmi_status get_fmi3(kt_fmi_instance *f, const kt_fmi_variable *variable, double *value) {
-    const functions *call = fmi3_functions_of(f);
+    const kt_fmi_functions *call = &f->call;
     switch (variable->type) {
 #define GET(id, name, type)                                                                                            \
     case id: {                                                                                                         \
@@ -96,8 +56,7 @@ static kt_fmi_status step_fmi3(kt_fmi_instance *f, double from, double h, bool *
     bool needs_event = false, early = false;
     double last = from;
     *terminates = false;
-    const kt_fmi_status status =
-        fmi3_functions_of(f)->DoStep(f->instance, from, h, true, &needs_event, terminates, &early, &last);
+    const kt_fmi_status status = f->call.step3(f->instance, from, h, true, &needs_event, terminates, &early, &last);
     if (kt_fmi_is_fine(status) && early && !*terminates) {
         kt_fmi_note(f, KT_FMI_ERROR, NULL, "the step returned early, which this importer does not allow");
         return KT_FMI_ERROR;
@@ -105,4 +64,4 @@ static kt_fmi_status step_fmi3(kt_fmi_instance *f, double from, double h, bool *
     return status;
 }
 
-const kt_fmi_interface kt_fmi3_interface = {load_fmi3, instantiate_fmi3, begin_fmi3, set_fmi3, get_fmi3, step_fmi3};
+const kt_fmi_interface kt_fmi3_interface = {instantiate_fmi3, begin_fmi3, set_fmi3, get_fmi3, step_fmi3};

@@ -8,65 +8,74 @@
 #include <ctype.h>
 #include <dlfcn.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+
+enum { KT_FMI_BINARY = KT_FMU_PATH + KT_FMU_PATH / 4 }; /* bytes of the path of a binary */
 
 #ifdef __linux__
 #include <link.h>
 
 /* Whether a file has all bytes that its parts name. The loader ends the program at the first one that is missing. */
-static bool has_all_parts(FILE *file, uint64_t size) {
-    ElfW(Ehdr) head;
+static bool has_all_parts(FILE *file, const ElfW(Ehdr) * head, uint64_t size) {
     ElfW(Phdr) part;
-    bool fine = fread(&head, sizeof head, 1, file) == 1;
-    if (!fine || memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_phentsize != sizeof part)
-        return true; /* the loader rejects the file, and names the fault */
-    fine = head.e_phoff <= size && fseek(file, (long)head.e_phoff, SEEK_SET) == 0;
-    for (int i = 0; i < head.e_phnum && fine; i++)
+    bool fine = head->e_phoff <= size && fseek(file, (long)head->e_phoff, SEEK_SET) == 0;
+    for (int i = 0; i < head->e_phnum && fine; i++)
         fine = fread(&part, sizeof part, 1, file) == 1 &&
                (part.p_type != PT_LOAD || (part.p_offset <= size && part.p_filesz <= size - part.p_offset));
     return fine;
 }
 
-static bool is_whole_binary(const char *path) {
-    struct stat status;
+/* Returns the fault of a binary; NULL: it has none that shows in its file. */
+static const char *fault_of_binary(const char *path) {
+    ElfW(Ehdr) head = {.e_phnum = 0};
+    struct stat status = {.st_size = 0};
     FILE *file = fopen(path, "rb");
-    const bool fine =
-        file == NULL || fstat(fileno(file), &status) != 0 || has_all_parts(file, (uint64_t)status.st_size);
+    const bool is_read = file != NULL && fstat(fileno(file), &status) == 0 && fread(&head, sizeof head, 1, file) == 1;
+    const char *fault = NULL;
+    if (!is_read || memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_phentsize != sizeof(ElfW(Phdr)))
+        fault = "cannot be loaded: it is no shared library of this system";
+    else if (!has_all_parts(file, &head, (uint64_t)status.st_size))
+        fault = "is cut off";
     if (file != NULL)
         (void)fclose(file);
-    return fine;
+    return fault;
 }
 #else
-static bool is_whole_binary(const char *path) {
+static const char *fault_of_binary(const char *path) {
     (void)path;
-    return true;
+    return NULL;
 }
 #endif
 
-static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *error) {
-    char binary[KT_FMU_PATH / 4], path[KT_FMU_PATH + KT_FMU_PATH / 4];
+/* Unpacks an archive. Writes the path of its binary. */
+static kt_status unpack_binary(kt_fmi_instance *f, const char *file, char path[KT_FMI_BINARY], kt_error *error) {
+    char binary[KT_FMU_PATH / 4];
     kt_fmi_binary_name(&f->description, binary, sizeof binary);
     if (!kt_fmu_has_entry(file, binary, false))
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
                             "%.200s has no binary for this system, %s; export the FMU for it, or build its sources",
                             file, binary);
-    kt_status status = kt_fmu_unpack(file, f->folder, error);
+    const kt_status status = kt_fmu_unpack(file, f->folder, error);
     if (status != KT_OK)
         return status;
-    (void)snprintf(path, sizeof path, "%s/%s", f->folder, binary);
-    if (!is_whole_binary(path))
-        return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary is cut off; export the FMU again", file);
+    (void)snprintf(path, KT_FMI_BINARY, "%s/%s", f->folder, binary);
+    const char *fault = fault_of_binary(path);
+    return fault == NULL
+               ? KT_OK
+               : kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary %s; export the FMU again", file, fault);
+}
+
+static kt_status load_binary(kt_fmi_instance *f, const char *file, kt_error *error) {
+    char path[KT_FMI_BINARY];
+    const kt_status status = unpack_binary(f, file, path, error);
+    if (status != KT_OK)
+        return status;
     f->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (f->library == NULL)
         return kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary cannot be loaded: %.300s", file,
                             dlerror());
-    const char *missing = f->calls->load(f);
-    missing = missing == NULL ? kt_fmi_find_common(f) : missing;
-    return missing == NULL
-               ? KT_OK
-               : kt_error_set(error, KT_ERROR_SCENE, NULL, "%.200s: its binary has no function %s", file, missing);
+    return kt_fmi_find_functions(f, file, error);
 }
 
 /* Writes the URI of the resources in a folder, in which other characters than those of names have their number. */
@@ -92,11 +101,23 @@ static void name_resources(kt_fmi_instance *f, const char *file) {
 kt_status kt_fmi_renew(kt_fmi_instance *f, kt_error *error) {
     char where[KT_WHERE_SIZE];
     kt_fmi_free_instance(f);
-    if (!f->is_broken && f->calls->instantiate(f))
+    const bool is_broken = f->worst == KT_FMI_FATAL;
+    f->worst = is_broken ? KT_FMI_FATAL : KT_FMI_OK;
+    if (!is_broken && f->calls->instantiate(f))
         return KT_OK;
     (void)snprintf(where, sizeof where, "FMU '%.60s'", f->name);
     return kt_error_set(error, KT_ERROR_CALLBACK, where, "no instance can be made%s%s",
                         f->message[0] != '\0' ? ": " : "", f->message);
+}
+
+kt_status kt_fmi_inspect(const char *file, kt_error *error) {
+    char path[KT_FMI_BINARY];
+    kt_fmi_instance f = {.name = NULL};
+    kt_status status = kt_fmi_description_read(file, &f.description, error);
+    if (status == KT_OK)
+        status = unpack_binary(&f, file, path, error);
+    kt_fmi_close(&f);
+    return status;
 }
 
 kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt_error *error) {
@@ -112,8 +133,6 @@ kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt
 
 void kt_fmi_close(kt_fmi_instance *f) {
     kt_fmi_free_instance(f);
-    free(f->callbacks);
-    free(f->functions);
     if (f->library != NULL)
         (void)dlclose(f->library);
     kt_fmu_remove(f->folder);
