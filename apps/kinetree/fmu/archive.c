@@ -103,24 +103,6 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
     return status;
 }
 
-bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
-    char name[NAME_SIZE];
-    kt_error error;
-    unzFile zip = open_archive(path, &error);
-    bool found = false;
-    for (int code = zip != NULL ? unzGoToFirstFile(zip) : UNZ_ERRNO; code == UNZ_OK && !found;
-         code = unzGoToNextFile(zip)) {
-        if (unzGetCurrentFileInfo64(zip, NULL, name, sizeof name, NULL, 0, NULL, 0) != UNZ_OK)
-            break;
-        name[sizeof name - 1] = '\0';
-        const size_t length = strlen(entry);
-        found = is_begin ? strncmp(name, entry, length) == 0 && name[length] != '\0' : strcmp(name, entry) == 0;
-    }
-    if (zip != NULL)
-        (void)unzClose(zip);
-    return found;
-}
-
 /* Makes the folders of a name. */
 static bool make_folders(char *path, size_t from) {
     for (char *slash = strchr(path + from, '/'); slash != NULL; slash = strchr(slash + 1, '/')) {
@@ -194,11 +176,6 @@ kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, si
     (void)path, (void)entry, (void)size;
     *text = NULL;
     return reject_build(error);
-}
-
-bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin) {
-    (void)path, (void)entry, (void)is_begin;
-    return false;
 }
 
 kt_status kt_fmu_unpack(const char *path, char *folder, kt_error *error) {

@@ -4,7 +4,6 @@
 
 #include "kinetree/status.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 enum { KT_FMU_PATH = 4096 };
@@ -12,9 +11,6 @@ enum { KT_FMU_PATH = 4096 };
 /* Reads an entry into *text, with a terminating zero; the caller frees it. Errors: KT_ERROR_SCENE: the file is no
  * archive, or does not have the entry; KT_ERROR_FILE, KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_fmu_read_entry(const char *path, const char *entry, char **text, size_t *size, kt_error *error);
-
-/* Whether an archive that can be read has an entry, or any entry whose name begins so. */
-bool kt_fmu_has_entry(const char *path, const char *entry, bool is_begin);
 
 /* Writes all entries to a new temporary folder, whose name goes to `folder` (KT_FMU_PATH bytes). Errors: as above. The
  * folder is removed after an error. */

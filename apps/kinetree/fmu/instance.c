@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 enum { KT_FMI_BINARY = KT_FMU_PATH + KT_FMU_PATH / 4 }; /* bytes of the path of a binary */
 
@@ -52,14 +53,14 @@ static const char *fault_of_binary(const char *path) {
 static kt_status unpack_binary(kt_fmi_instance *f, const char *file, char path[KT_FMI_BINARY], kt_error *error) {
     char binary[KT_FMU_PATH / 4];
     kt_fmi_binary_name(&f->description, binary, sizeof binary);
-    if (!kt_fmu_has_entry(file, binary, false))
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
-                            "%.200s has no binary for this system, %s; export the FMU for it, or build its sources",
-                            file, binary);
     const kt_status status = kt_fmu_unpack(file, f->folder, error);
     if (status != KT_OK)
         return status;
     (void)snprintf(path, KT_FMI_BINARY, "%s/%s", f->folder, binary);
+    if (access(path, F_OK) != 0)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL,
+                            "%.200s has no binary for this system, %s; export the FMU for it, or build its sources",
+                            file, binary);
     const char *fault = fault_of_binary(path);
     return fault == NULL
                ? KT_OK
@@ -89,8 +90,12 @@ static void write_resources_uri(const char *folder, char *uri, size_t size) {
     (void)snprintf(uri + used, size - used, "/resources");
 }
 
-static void name_resources(kt_fmi_instance *f, const char *file) {
-    if (!kt_fmu_has_entry(file, "resources/", true))
+/* A folder of resources that is empty is none. */
+static void name_resources(kt_fmi_instance *f) {
+    char path[KT_FMI_BINARY];
+    (void)snprintf(path, sizeof path, "%s/resources", f->folder);
+    (void)rmdir(path);
+    if (access(path, F_OK) != 0)
         kt_fmu_remove(f->folder);
     else if (f->description.version == 3)
         (void)snprintf(f->resources, sizeof f->resources, "%s/resources/", f->folder);
@@ -127,7 +132,7 @@ kt_status kt_fmi_open(kt_fmi_instance *f, const char *name, const char *file, kt
     if (status == KT_OK)
         status = load_binary(f, file, error);
     if (status == KT_OK)
-        name_resources(f, file);
+        name_resources(f);
     return status == KT_OK ? kt_fmi_renew(f, error) : status;
 }
 
