@@ -6,15 +6,6 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 /* NOLINTBEGIN(misc-unused-parameters): the standard sets the arguments */
 
-static kt_fmi_status report_absence(void *instance, const char *what, size_t count) {
-    const kt_fmu *fmu = instance;
-    if (count == 0)
-        return KT_FMI_OK;
-    if (fmu != NULL && fmu->log != NULL)
-        fmu->log(fmu->environment, KT_FMI_ERROR, "error", what);
-    return KT_FMI_ERROR;
-}
-
 /* Getters and setters of a type: references and their number, values and their number. */
 #define KT_FMU_ABSENT_TYPES(X)                                                                                         \
     X(Float32)                                                                                                         \
@@ -23,18 +14,18 @@ static kt_fmi_status report_absence(void *instance, const char *what, size_t cou
 #define KT_FMU_ABSENT(type)                                                                                            \
     KT_FMI(kt_fmi_status fmi3Get##type(void *instance, const kt_fmi_reference *references, size_t count, void *values, \
                                        size_t value_count)) {                                                          \
-        return report_absence(instance, "this FMU has no variables of the type " #type, count);                        \
+        return kt_fmu_reject_list(instance, count, "this FMU has no variables of the type " #type);                    \
     }                                                                                                                  \
     KT_FMI(kt_fmi_status fmi3Set##type(void *instance, const kt_fmi_reference *references, size_t count,               \
                                        const void *values, size_t value_count)) {                                      \
-        return report_absence(instance, "this FMU has no variables of the type " #type, count);                        \
+        return kt_fmu_reject_list(instance, count, "this FMU has no variables of the type " #type);                    \
     }
 KT_FMU_ABSENT_TYPES(KT_FMU_ABSENT)
 
 /* Lists of another form: references, their number, and further arguments. */
 #define KT_FMU_ABSENT_LIST(name, ...)                                                                                  \
     KT_FMI(kt_fmi_status fmi3##name(void *instance, const kt_fmi_reference *references, size_t count, __VA_ARGS__)) {  \
-        return report_absence(instance, "this FMU does not have fmi3" #name, count);                                   \
+        return kt_fmu_reject_list(instance, count, "this FMU does not have fmi3" #name);                               \
     }
 KT_FMU_ABSENT_LIST(GetBinary, size_t *sizes, const uint8_t **values, size_t value_count)
 KT_FMU_ABSENT_LIST(SetBinary, const size_t *sizes, const uint8_t *const *values, size_t value_count)
@@ -52,7 +43,7 @@ KT_FMU_ABSENT_LIST(GetOutputDerivatives, const int32_t *orders, double *values, 
 
 #define KT_FMU_ABSENT_CALL(name, ...)                                                                                  \
     KT_FMI(kt_fmi_status fmi3##name(__VA_ARGS__)) {                                                                    \
-        return report_absence(instance, "this FMU does not have fmi3" #name, 1);                                       \
+        return kt_fmu_reject_list(instance, 1, "this FMU does not have fmi3" #name);                                   \
     }
 KT_FMU_ABSENT_CALL(GetNumberOfVariableDependencies, void *instance, kt_fmi_reference reference, size_t *count)
 KT_FMU_ABSENT_CALL(GetVariableDependencies, void *instance, kt_fmi_reference dependent, size_t *dependent_elements,

@@ -213,20 +213,16 @@ KT_FMI2_DISCARDED(GetStringStatus, const char *)
 
 KT_FMI(kt_fmi_status fmi2CancelStep(void *instance)) { return kt_fmu_report(instance, "no step is pending"); }
 
-static kt_fmi_status report_no_variables(void *instance, size_t count) {
-    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "all variables of this FMU are real numbers");
-}
-
 #define KT_FMI2_ABSENT(type, c_type)                                                                                   \
     KT_FMI(kt_fmi_status fmi2Get##type(void *instance, const kt_fmi_reference *references, size_t count,               \
                                        c_type *values)) {                                                              \
         (void)references, (void)values;                                                                                \
-        return report_no_variables(instance, count);                                                                   \
+        return kt_fmu_reject_list(instance, count, "all variables of this FMU are real numbers");                      \
     }                                                                                                                  \
     KT_FMI(kt_fmi_status fmi2Set##type(void *instance, const kt_fmi_reference *references, size_t count,               \
                                        const c_type *values)) {                                                        \
         (void)references, (void)values;                                                                                \
-        return report_no_variables(instance, count);                                                                   \
+        return kt_fmu_reject_list(instance, count, "all variables of this FMU are real numbers");                      \
     }
 KT_FMI2_ABSENT(Integer, int)
 KT_FMI2_ABSENT(Boolean, int)
@@ -235,12 +231,12 @@ KT_FMI2_ABSENT(String, char *)
 KT_FMI(kt_fmi_status fmi2SetRealInputDerivatives(void *instance, const kt_fmi_reference *references, size_t count,
                                                  const int *orders, const double *values)) {
     (void)references, (void)orders, (void)values;
-    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "inputs are constant during a step");
+    return kt_fmu_reject_list(instance, count, "inputs are constant during a step");
 }
 
 KT_FMI(kt_fmi_status fmi2GetRealOutputDerivatives(void *instance, const kt_fmi_reference *references, size_t count,
                                                   const int *orders, double *values)) {
     (void)references, (void)orders, (void)values;
-    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "outputs have no derivatives by time");
+    return kt_fmu_reject_list(instance, count, "outputs have no derivatives by time");
 }
 /* NOLINTEND(readability-non-const-parameter) */

@@ -508,11 +508,20 @@ typedef struct kt_fmu_results {
     const double *y, *rates, *columns;
 } kt_fmu_results;
 
-static kt_fmi_status differentiate_along(kt_fmu *fmu, const kt_fmu_direction *along, bool has_columns,
-                                         kt_fmu_results *results) {
+/* Computes them along a seed in known variables. */
+static kt_fmi_status differentiate_along(kt_fmu *fmu, const kt_fmi_reference *knowns, const double *seed, size_t count,
+                                         bool has_columns, kt_fmu_results *results) {
     kt_error error = {0};
-    *results = (kt_fmu_results){.y = along->y};
-    kt_status status = kt_fmu_rates_along(fmu, &results->rates, &error);
+    kt_fmu_direction along;
+    kt_status status = kt_fmu_direction_make(fmu, &along, &error);
+    for (size_t k = 0; k < count && status == KT_OK; k++) {
+        const kt_fmi_status added = add_seed(fmu, knowns[k], seed[k], &along);
+        if (added != KT_FMI_OK)
+            return added;
+    }
+    *results = (kt_fmu_results){.y = along.y};
+    if (status == KT_OK)
+        status = kt_fmu_rates_along(fmu, &results->rates, &error);
     if (status == KT_OK && has_columns)
         status = kt_fmu_columns_along(fmu, &results->columns, &error);
     return kt_fmu_report_status(fmu, status, &error);
@@ -548,8 +557,6 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
                                                   size_t known_count, const double *seed, size_t seed_count,
                                                   double *sensitivity, size_t sensitivity_count)) {
     KT_FMU_TAKE(instance);
-    kt_error error = {0};
-    kt_fmu_direction along;
     kt_fmu_results results;
     bool has_columns = false;
     KT_FMU_REQUIRE(known_count == seed_count && unknown_count == sensitivity_count,
@@ -557,11 +564,7 @@ KT_FMI(kt_fmi_status fmi3GetDirectionalDerivative(void *instance, const kt_fmi_r
                    unknown_count, sensitivity_count);
     kt_fmi_status status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     if (status == KT_FMI_OK)
-        status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
-    for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++)
-        status = add_seed(fmu, knowns[k], seed[k], &along);
-    if (status == KT_FMI_OK)
-        status = differentiate_along(fmu, &along, has_columns, &results);
+        status = differentiate_along(fmu, knowns, seed, known_count, has_columns, &results);
     for (size_t i = 0; i < unknown_count && status == KT_FMI_OK; i++)
         sensitivity[i] = *result_of(fmu, &results, unknowns[i]);
     return status;
@@ -572,8 +575,7 @@ KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_refer
                                               const kt_fmi_reference *knowns, size_t known_count, const double *seed,
                                               size_t seed_count, double *sensitivity, size_t sensitivity_count)) {
     KT_FMU_TAKE(instance);
-    kt_error error = {0};
-    kt_fmu_direction along;
+    static const double one = 1.0;
     kt_fmu_results results;
     bool has_columns = false;
     KT_FMU_REQUIRE(unknown_count == seed_count && known_count == sensitivity_count,
@@ -581,11 +583,7 @@ KT_FMI(kt_fmi_status fmi3GetAdjointDerivative(void *instance, const kt_fmi_refer
                    known_count, sensitivity_count);
     kt_fmi_status status = check_unknowns(fmu, unknowns, unknown_count, &has_columns);
     for (size_t k = 0; k < known_count && status == KT_FMI_OK; k++) {
-        status = kt_fmu_report_status(fmu, kt_fmu_direction_make(fmu, &along, &error), &error);
-        if (status == KT_FMI_OK)
-            status = add_seed(fmu, knowns[k], 1.0, &along);
-        if (status == KT_FMI_OK)
-            status = differentiate_along(fmu, &along, has_columns, &results);
+        status = differentiate_along(fmu, &knowns[k], &one, 1, has_columns, &results);
         double sum = 0.0;
         for (size_t i = 0; i < unknown_count && status == KT_FMI_OK; i++)
             sum += seed[i] != 0.0 ? seed[i] * *result_of(fmu, &results, unknowns[i]) : 0.0;

@@ -237,6 +237,11 @@ kt_status kt_fmu_restore_signals(kt_fmu *fmu, const double *from, kt_error *erro
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);
 kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error);
 
+/* Rejects a list of variables that these FMUs do not have, with the reason; an empty list is fine. */
+static inline kt_fmi_status kt_fmu_reject_list(void *instance, size_t count, const char *reason) {
+    return count == 0 ? KT_FMI_OK : kt_fmu_report(instance, "%s", reason);
+}
+
 /* Begins a function of FMI with its instance. Importers go on with NULL if the instantiation failed. */
 #define KT_FMU_TAKE(instance)                                                                                          \
     kt_fmu *fmu = instance;                                                                                            \
