@@ -1,4 +1,5 @@
 """FMUs with the functions of FMI 2.0 (fmu.py)."""
+import concurrent.futures
 import ctypes
 import math
 
@@ -125,6 +126,30 @@ def check_sequences(folder):
     claim("a_state_of_fmi_2_holds_its_start", [] if found == [0, 0, 5, 5] * 2 else [str(found)])
 
 
+def outputs_of(fmu):
+    """The outputs of a motion in steps of 1 s, which take milliseconds each."""
+    one, seen = Second(fmu, False), []
+    for k in range(10):
+        one.call("DoStep", REAL(k), REAL(1), 1)
+        seen += one.real([int(word) for word in fmu.outputs()])
+    one.library.fmi2FreeInstance(one.instance)
+    return bytes((REAL * len(seen))(*seen))
+
+
+def check_threads(folder):
+    """Eight instances in as many threads. They run at the same time, since calls release the lock of Python."""
+    problems, count = [], 0
+    for name in ("arm7", "four-bar", "bouncing-ball", "lugre"):
+        fmu = Fmu(fixed_scene(name, folder), folder, "--fmi", 2)
+        alone = outputs_of(fmu)
+        with concurrent.futures.ThreadPoolExecutor(8) as pool:
+            others = list(pool.map(lambda _: outputs_of(fmu), range(8)))
+        problems += [f"{name}: instance {k}" for k, other in enumerate(others) if other != alone]
+        count += len(alone) // 8
+    note(f"{count} numbers in each of eight threads")
+    claim("instances_in_threads_have_the_bits_of_one_alone", problems + ([] if count >= 500 else ["too few numbers"]))
+
+
 def check_second(folder):
     """FMI 2.0: the bits of the run in co-simulation, those of FMI 3.0 in model exchange, and the places of variables."""
     bits, places = [], []
@@ -159,3 +184,4 @@ def check_second(folder):
     exchanged += [] if found == 0.0 and along == 0.0 else [f"{found:g}, {along:g}"]
     claim("model_exchange_of_fmi_2_is_that_of_fmi_3", exchanged)
     check_sequences(folder)
+    check_threads(folder)
