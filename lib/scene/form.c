@@ -3,18 +3,7 @@
 #include "scene/part.h"
 
 #include <stddef.h>
-#include <stdio.h>
 #include <string.h>
-
-/* A family of forms: a table whose keys are their names, in the order of their types from 1 on. The type is the first
- * member of their struct. */
-typedef struct forms {
-    const char *what; /* "a surface" */
-    const char *names;
-    const kt_field *fields;
-    int count;
-    size_t size; /* of the struct */
-} forms;
 
 /* A surface or a curve. */
 typedef union form {
@@ -24,52 +13,25 @@ typedef union form {
 } form;
 _Static_assert(offsetof(kt_surface, type) == 0 && offsetof(kt_track, type) == 0, "the first member");
 
-/* The type of the one form that the mapping has; 0 after reporting a fault. */
-static int find_stated_form(kt_reader *r, const kt_scope *scope, kt_node *node, const forms *f) {
-    int found = 0;
-    for (int i = 0; i < f->count; i++) {
-        if (kt_node_find(node, f->fields[i].key) == NULL)
-            continue;
-        if (found) {
-            kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' and '%s' are two of them; leave one out",
-                        f->fields[found - 1].key, f->fields[i].key);
-            return 0;
-        }
-        found = i + 1;
-    }
-    if (!found && !kt_node_is_faulty(node))
-        kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s is missing; give one of %s", f->what, f->names);
-    return found;
-}
-
 static bool read_form(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    const forms *f = kt_detail_of(field);
-    const kt_table table = {.fields = f->fields, .count = f->count, .flow = true};
+    const kt_forms *forms = kt_detail_of(field);
+    const kt_table table = {.fields = forms->fields, .count = forms->count, .flow = true};
     form value;
-    if (node->kind != KT_NODE_MAP) {
-        char expected[96];
-        (void)snprintf(expected, sizeof expected, "%s (one of %s)", f->what, f->names);
-        return kt_fault_expected(r, scope, node, expected);
-    }
+    if (node->kind != KT_NODE_MAP)
+        return kt_fault_expected(r, scope, node, forms->expected);
     memset(&value, 0, sizeof value);
     (void)kt_table_read(r, scope, node, &table, &value);
-    value.type = find_stated_form(r, scope, node, f);
+    value.type = kt_form_find(r, scope, node, forms);
     if (value.type == 0 || kt_node_is_faulty(node) || r->out_of_memory)
         return false;
-    memcpy(kt_field_in(object, field), &value, f->size);
+    memcpy(kt_field_in(object, field), &value, forms->size);
     return true;
 }
 
 static void write_form(kt_emitter *e, const kt_member *m) {
-    const forms *f = kt_detail_of(m->field);
-    const void *value = kt_member_value(m);
     int type;
-    memcpy(&type, value, sizeof type);
-    const kt_field *stated = &f->fields[type - 1];
-    kt_emit_map(e, true);
-    kt_emit_key(e, stated->key);
-    stated->kind->write(e, &(kt_member){stated, value, kt_member_standard(m)});
-    kt_emit_end(e);
+    memcpy(&type, kt_member_value(m), sizeof type);
+    kt_form_write(e, kt_detail_of(m->field), type, kt_member_value(m), kt_member_standard(m));
 }
 
 /* ---- surfaces ---------------------------------------------------------------------------------------------------- */
@@ -86,7 +48,14 @@ static const kt_field surface_fields[] = {
     {.key = "sphere", .kind = &kt_kind_map, .detail = &sphere_table},
     {.key = "torus", .kind = &kt_kind_map, .detail = &torus_table},
 };
-static const forms surfaces = {"a surface", "plane, cylinder, sphere, torus", surface_fields, 4, sizeof(kt_surface)};
+static const int surface_types[] = {KT_SURFACE_PLANE, KT_SURFACE_CYLINDER, KT_SURFACE_SPHERE, KT_SURFACE_TORUS};
+static const kt_forms surfaces = {.several = "surfaces",
+                                  .expected = "a surface (one of plane, cylinder, sphere, torus)",
+                                  .missing = "a surface is missing; give one of plane, cylinder, sphere, torus",
+                                  .fields = surface_fields,
+                                  .types = surface_types,
+                                  .count = KT_COUNT_OF(surface_fields),
+                                  .size = sizeof(kt_surface)};
 const kt_kind kt_kind_surface = {.read = read_form, .write = write_form, .size = sizeof(int), .detail = &surfaces};
 
 /* ---- curves ------------------------------------------------------------------------------------------------------ */
@@ -118,5 +87,12 @@ static const kt_field track_fields[] = {
     {.key = "helix", .kind = &kt_kind_map, .detail = &helix_table},
     {.key = "spline", .kind = &kind_points},
 };
-static const forms tracks = {"a curve", "line, circle, helix, spline", track_fields, 4, sizeof(kt_track)};
+static const int track_types[] = {KT_TRACK_LINE, KT_TRACK_CIRCLE, KT_TRACK_HELIX, KT_TRACK_SPLINE};
+static const kt_forms tracks = {.several = "curves",
+                                .expected = "a curve (one of line, circle, helix, spline)",
+                                .missing = "a curve is missing; give one of line, circle, helix, spline",
+                                .fields = track_fields,
+                                .types = track_types,
+                                .count = KT_COUNT_OF(track_fields),
+                                .size = sizeof(kt_track)};
 const kt_kind kt_kind_track = {.read = read_form, .write = write_form, .size = sizeof(int), .detail = &tracks};

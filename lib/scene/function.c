@@ -159,41 +159,24 @@ static const kt_field form_fields[] = {
     {.key = "unit", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.unit)},
     {.key = "time_unit", .kind = &kt_kind_text, .offset = offsetof(form_read, choice.time_unit)},
 };
-static const kt_function_type form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
-                                                        KT_FUNCTION_TABLE,  KT_FUNCTION_BUMP, KT_FUNCTION_SUM,
-                                                        KT_FUNCTION_PRODUCT};
+static const int form_types[FORM_COUNT] = {KT_FUNCTION_SINE,   KT_FUNCTION_RAMP, KT_FUNCTION_POLYNOMIAL,
+                                           KT_FUNCTION_TABLE,  KT_FUNCTION_BUMP, KT_FUNCTION_SUM,
+                                           KT_FUNCTION_PRODUCT};
 #define FORMS "sine, ramp, polynomial, table, bump, sum, product"
+static const kt_forms forms = {.several = "functions",
+                               .expected = "a function of time (a number, a formula of t, or one of " FORMS ")",
+                               .missing = "the function is missing; give a number, a formula of t, or one of " FORMS,
+                               .fields = form_fields,
+                               .types = form_types,
+                               .count = FORM_COUNT};
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields), .flow = true};
-
-/* Returns the one form that the mapping has; NONE after reporting a fault. */
-static kt_function_type find_function_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
-    int found = -1;
-    for (int i = 0; i < FORM_COUNT; i++) {
-        if (kt_node_find(node, form_fields[i].key) == NULL)
-            continue;
-        if (found >= 0) {
-            kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' and '%s' are two functions; leave one of them out",
-                        form_fields[found].key, form_fields[i].key);
-            return KT_FUNCTION_NONE;
-        }
-        found = i;
-    }
-    if (found < 0) {
-        if (!kt_node_is_faulty(node))
-            kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                        "the function is missing; give a number, a formula of t, or one of " FORMS);
-        return KT_FUNCTION_NONE;
-    }
-    if (form_types[found] != KT_FUNCTION_TABLE && kt_node_find(node, "interpolation") != NULL)
-        kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "interpolation"),
-                    "only a table is interpolated; remove the key");
-    return form_types[found];
-}
 
 /* Keys of a table that has none of their kind, and the file of one that has. */
 static void read_table_file(kt_reader *r, const kt_scope *scope, kt_node *node, form_read *form) {
     static const char *const keys[] = {"time", "value", "unit", "time_unit"};
-    kt_node *slopes = kt_node_find(node, "slopes");
+    kt_node *slopes = kt_node_find(node, "slopes"), *interpolation = kt_node_find(node, "interpolation");
+    if (interpolation != NULL && form->function.type != KT_FUNCTION_NONE && form->function.type != KT_FUNCTION_TABLE)
+        kt_fault_at(r, KT_ERROR_SCENE, scope, interpolation, "only a table is interpolated; remove the key");
     for (int k = 0; form->file == NULL && k < KT_COUNT_OF(keys); k++)
         if (kt_node_find(node, keys[k]) != NULL)
             (void)kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, keys[k]),
@@ -238,7 +221,7 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
     kt_function function = {.type = KT_FUNCTION_CONSTANT};
     r->scene->quantity = (int)quantity;
     if (node->kind == KT_NODE_LIST)
-        return kt_fault_expected(r, scope, node, "a function of time (a number, a formula of t, or one of " FORMS ")");
+        return kt_fault_expected(r, scope, node, forms.expected);
     if (node->kind == KT_NODE_TEXT && is_formula(node)) {
         if (!read_function_formula(r, scope, node, quantity, &function))
             return false;
@@ -248,7 +231,7 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
     } else {
         form_read form = {.function = function};
         (void)kt_table_read(r, scope, node, &form_table, &form);
-        form.function.type = find_function_form(r, scope, node);
+        form.function.type = (kt_function_type)kt_form_find(r, scope, node, &forms);
         read_table_file(r, scope, node, &form);
         function = form.function;
         if (kt_node_is_faulty(node) || r->out_of_memory)
@@ -269,11 +252,5 @@ void kt_write_function(kt_emitter *e, const kt_function *function) {
         kt_emit_text(e, function->text);
         return;
     }
-    kt_emit_map(e, true);
-    for (int i = 0; i < FORM_COUNT; i++)
-        if (form_types[i] == function->type) {
-            kt_emit_key(e, form_fields[i].key);
-            form_fields[i].kind->write(e, &(kt_member){&form_fields[i], function, &zero});
-        }
-    kt_emit_end(e);
+    kt_form_write(e, &forms, (int)function->type, function, &zero);
 }

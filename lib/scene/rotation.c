@@ -112,49 +112,37 @@ static const kt_field form_fields[] = {
     {.key = "axis", .kind = &kt_kind_axis, VALUE},
     {.key = "angle", .kind = &kt_kind_angle, .offset = offsetof(kt_rotation, value) + 3 * sizeof(double)},
 };
-static const kt_rotation_type form_types[] = {
+static const int form_types[] = {
     KT_ROTATION_QUATERNION, KT_ROTATION_RPY,    KT_ROTATION_EULER,      KT_ROTATION_VECTOR,
     KT_ROTATION_CGR,        KT_ROTATION_MATRIX, KT_ROTATION_AXIS_ANGLE, KT_ROTATION_AXIS_ANGLE,
 };
 static const kt_table form_table = {.fields = form_fields, .count = KT_COUNT_OF(form_fields)};
+static const kt_forms forms = {.several = "rotations",
+                               .expected = "a rotation, such as {rpy: [0, 0, 90 deg]}",
+                               .missing = "the rotation is missing; give one of quaternion, rpy, euler, vector, cgr, "
+                                          "matrix, or axis and angle",
+                               .fields = form_fields,
+                               .types = form_types,
+                               .count = KT_COUNT_OF(form_fields)};
 
-/* Returns the one form that the mapping has; NONE after reporting that there is none, or more than one. */
-static kt_rotation_type find_rotation_form(kt_reader *r, const kt_scope *scope, kt_node *node) {
-    kt_rotation_type type = KT_ROTATION_NONE;
-    const char *first = NULL;
-    for (int i = 0; i < form_table.count; i++) {
-        if (kt_node_find(node, form_fields[i].key) == NULL)
-            continue;
-        if (type != KT_ROTATION_NONE && type != form_types[i]) {
-            kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' and '%s' are two rotations; leave one of them out", first,
-                        form_fields[i].key);
-            return KT_ROTATION_NONE;
-        }
-        type = form_types[i];
-        first = form_fields[i].key;
-    }
-    bool has_axis = kt_node_find(node, "axis") != NULL, has_angle = kt_node_find(node, "angle") != NULL;
-    if (has_axis != has_angle && kt_node_has_stray(node))
-        return KT_ROTATION_NONE;
-    if (has_axis != has_angle) {
+/* Whether a rotation by axis and angle has both; if not, that is reported, unless a wrong key may be the other one. */
+static bool has_axis_and_angle(kt_reader *r, const kt_scope *scope, kt_node *node) {
+    const bool has_axis = kt_node_find(node, "axis") != NULL;
+    if (has_axis == (kt_node_find(node, "angle") != NULL))
+        return true;
+    if (!kt_node_has_stray(node))
         kt_fault_at(r, KT_ERROR_SCENE, scope, node, "the key '%s' is missing; a rotation is given by axis and angle",
                     has_axis ? "angle" : "axis");
-        return KT_ROTATION_NONE;
-    }
-    if (type == KT_ROTATION_NONE && !kt_node_is_faulty(node))
-        kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                    "the rotation is missing; give one of quaternion, rpy, euler, vector, cgr, matrix, or axis and "
-                    "angle");
-    return type;
+    return false;
 }
 
 bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rotation *out) {
     kt_rotation rotation = {.type = KT_ROTATION_NONE};
     if (node->kind != KT_NODE_MAP)
-        return kt_fault_expected(r, scope, node, "a rotation, such as {rpy: [0, 0, 90 deg]}");
+        return kt_fault_expected(r, scope, node, forms.expected);
     (void)kt_table_read(r, scope, node, &form_table, &rotation);
-    rotation.type = find_rotation_form(r, scope, node);
-    if (rotation.type == KT_ROTATION_NONE || kt_node_is_faulty(node))
+    rotation.type = (kt_rotation_type)kt_form_find(r, scope, node, &forms);
+    if (rotation.type == KT_ROTATION_NONE || !has_axis_and_angle(r, scope, node) || kt_node_is_faulty(node))
         return false;
     kt_mat3 matrix;
     kt_error error;
@@ -167,13 +155,7 @@ bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rot
 /* ---- writing ----------------------------------------------------------------------------------------------------- */
 
 void kt_write_rotation(kt_emitter *e, const kt_rotation *rotation) {
-    kt_emit_map(e, true);
-    for (int i = 0; i < form_table.count; i++)
-        if (form_types[i] == rotation->type) {
-            kt_emit_key(e, form_fields[i].key);
-            form_fields[i].kind->write(e, &(kt_member){&form_fields[i], rotation, rotation});
-        }
-    kt_emit_end(e);
+    kt_form_write(e, &forms, (int)rotation->type, rotation, rotation);
 }
 
 /* Only the values that the type has are compared. */

@@ -1,4 +1,4 @@
-/* Numbers, vectors, axes, texts, words, mappings. */
+/* Numbers, vectors, axes, texts, words, mappings, forms of values. */
 #include "scene/value.h"
 
 #include "document/number.h"
@@ -353,3 +353,32 @@ bool kt_map_same(const kt_member *m) {
 }
 
 const kt_kind kt_kind_map = {.read = read_map, .write = kt_map_write, .same = kt_map_same};
+
+/* ---- forms ------------------------------------------------------------------------------------------------------- */
+
+int kt_form_find(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_forms *forms) {
+    int found = -1;
+    for (int i = 0; i < forms->count; i++) {
+        if (kt_node_find(node, forms->fields[i].key) == NULL)
+            continue;
+        if (found >= 0 && forms->types[found] != forms->types[i]) {
+            kt_fault_at(r, KT_ERROR_SCENE, scope, node, "'%s' and '%s' are two %s; leave one of them out",
+                        forms->fields[found].key, forms->fields[i].key, forms->several);
+            return 0;
+        }
+        found = i;
+    }
+    if (found < 0 && !kt_node_is_faulty(node))
+        kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", forms->missing);
+    return found < 0 ? 0 : forms->types[found];
+}
+
+void kt_form_write(kt_emitter *e, const kt_forms *forms, int type, const void *value, const void *standard) {
+    kt_emit_map(e, true);
+    for (int i = 0; i < forms->count; i++)
+        if (forms->types[i] == type) {
+            kt_emit_key(e, forms->fields[i].key);
+            forms->fields[i].kind->write(e, &(kt_member){&forms->fields[i], value, standard});
+        }
+    kt_emit_end(e);
+}

@@ -41,6 +41,19 @@ bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out
 /* A function of time; `quantity` is that of its values. */
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out);
 
+/* The forms of a value: a mapping has one key of several, and the key gives the type. */
+typedef struct kt_forms {
+    const char *several, *expected, *missing; /* texts of faults: "surfaces", "a surface (one of ...)", and the whole */
+    const kt_field *fields;
+    const int *types; /* of each field; equal types belong to one form */
+    int count;        /* of the fields that are forms */
+    size_t size;      /* of the value, whose first member is the type */
+} kt_forms;
+
+/* The type of the one form that the mapping has; 0 after reporting that there is none, or more than one. */
+int kt_form_find(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_forms *forms);
+void kt_form_write(kt_emitter *e, const kt_forms *forms, int type, const void *value, const void *standard);
+
 /* Scales q to unit norm unless it has it to rounding, so that a second call changes no bit. */
 void kt_quaternion_settle(double q[4]);
 

@@ -162,7 +162,7 @@ KT_TEST(wrong_surfaces_and_curves_are_told) {
         {"type: surface, surface: {}", "one of plane, cylinder, sphere, torus"},
         {"type: surface, surface: 3", "a surface (one of plane, cylinder, sphere, torus)"},
         {"type: surface, surface: {cone: {}}", "cone"},
-        {"type: surface, surface: {plane: {}, sphere: {radius: 1}}", "'plane' and 'sphere' are two of them"},
+        {"type: surface, surface: {plane: {}, sphere: {radius: 1}}", "'plane' and 'sphere' are two surfaces"},
         {"type: surface, surface: {sphere: {}}", "radius"},
         {"type: surface, surface: {sphere: {radius: -1}}", "must be greater than 0"},
         {"type: curve, curve: {helix: {radius: 1, pitch: 0}}", "which is a circle"},
