@@ -4,6 +4,7 @@
 #include "scene/foothold.h"
 
 #include "base/sum.h"
+#include "base/text.h"
 #include "expression/expression.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
@@ -12,16 +13,19 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Whether events set parameters or auxiliary states by name. */
-static bool assigns(const kt_scene *scene) {
+bool kt_is_velocity_name(const char *name) { return kt_text_begins(name, "velocity."); }
+
+bool kt_events_set(const kt_scene *scene, bool velocities) {
     bool any = false;
     for (int i = 0; i < scene->event_count; i++)
         for (int k = 0; k < scene->events[i].set_count; k++)
-            any = any || !kt_is_velocity_name(scene->events[i].sets[k].name);
+            any = any || kt_is_velocity_name(scene->events[i].sets[k].name) == velocities;
     return any;
 }
 
-bool kt_scene_sets(const kt_scene *scene) { return scene != NULL && (assigns(scene) || kt_footholds_count(scene) > 0); }
+bool kt_scene_sets(const kt_scene *scene) {
+    return scene != NULL && (kt_events_set(scene, false) || kt_footholds_count(scene) > 0);
+}
 
 /* ---- checksums --------------------------------------------------------------------------------------------------- */
 
@@ -225,7 +229,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
     const kt_assigned_number *next;
     size_t count = 0;
     *assignments = NULL;
-    if (!assigns(scene))
+    if (!kt_events_set(scene, false))
         return KT_OK;
     for (size_t k = 0; kt_assignments_next(scene, &k) != NULL;)
         count++;

@@ -90,13 +90,13 @@ KT_CHECKED kt_status kt_assignments_apply(kt_assignments *assignments, kt_simula
 /* Sets the model's parameters by the states that the simulation has, and leaves the simulation as it is. */
 KT_CHECKED kt_status kt_assignments_sync(kt_assignments *assignments, const kt_simulation *simulation, kt_error *error);
 
-/* Velocities that events set: {set: {velocity.arm: "-0.8*velocity.arm"}} (impulse.c). */
-
 /* Whether a name that an event sets is that of a velocity. */
 bool kt_is_velocity_name(const char *name);
 
-/* Whether an event of the scene sets velocities. */
-bool kt_impulses_are_set(const kt_scene *scene);
+/* Whether an event of the scene sets velocities, or else parameters or auxiliary states. */
+bool kt_events_set(const kt_scene *scene, bool velocities);
+
+/* Velocities that events set: {set: {velocity.arm: "-0.8*velocity.arm"}} (impulse.c). */
 
 typedef struct kt_impulses kt_impulses;
 

@@ -28,16 +28,6 @@ struct kt_impulses {
 
 static const double least = 1e-9; /* of a row of N, whose entries are at most 1: a smaller remainder is rounding */
 
-bool kt_is_velocity_name(const char *name) { return strncmp(name, "velocity.", 9) == 0; }
-
-bool kt_impulses_are_set(const kt_scene *scene) {
-    bool any = false;
-    for (int i = 0; i < scene->event_count; i++)
-        for (int k = 0; k < scene->events[i].set_count; k++)
-            any = any || kt_is_velocity_name(scene->events[i].sets[k].name);
-    return any;
-}
-
 kt_impulses *kt_impulses_create(kt_pool *pool, const kt_model *model, int count) {
     const size_t nv = (size_t)kt_model_nv(model);
     kt_impulses *made = kt_pool_take(pool, 1, sizeof *made);

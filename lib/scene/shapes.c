@@ -6,21 +6,12 @@
  */
 #include "scene/shapes.h"
 
+#include "compile/compile.h"
+
 #include <math.h>
 
 static double shape_length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;
-}
-
-static double shape_area_of(const kt_shape *shape) {
-    double twice = 0.0;
-    for (int i = 0; i < shape->point_count; i++) {
-        const double *p = shape->points + 2 * (size_t)i,
-                     *q = shape->points + 2 * (size_t)((i + 1) % shape->point_count);
-        twice += (p[0] - shape->points[0]) * (q[1] - shape->points[1]) -
-                 (p[1] - shape->points[1]) * (q[0] - shape->points[0]);
-    }
-    return 0.5 * fabs(twice);
 }
 
 double kt_shape_volume(const kt_shape *shape) {
@@ -34,7 +25,7 @@ double kt_shape_volume(const kt_shape *shape) {
     case KT_SHAPE_CYLINDER:
         return disc * shape->length;
     case KT_SHAPE_POLYGON:
-        return shape_area_of(shape) * shape->length;
+        return kt_polygon_measure(shape->points, shape->point_count).area * shape->length;
     default:
         return disc * shape_length_of(shape);
     }

@@ -256,7 +256,7 @@ static kt_status make_impulses(kt_scene_watch *watch, const kt_scene *scene, kt_
     int count = 0;
     for (int i = 0; i < scene->event_count; i++)
         count = scene->events[i].set_count > count ? scene->events[i].set_count : count;
-    if (!kt_impulses_are_set(scene))
+    if (!kt_events_set(scene, true))
         return KT_OK;
     watch->impulses = kt_impulses_create(&watch->pool, watch->model, count);
     return watch->impulses != NULL
