@@ -75,17 +75,17 @@ static const char *list_formula_name(void *user, int k) {
     return names->shown;
 }
 
-static bool is_joint(const kt_description *description, const char *name) {
+int kt_body_with_joint(const kt_description *description, const char *name) {
     for (int i = 0; i < description->body_count; i++)
         if (kt_joint_name_of(&description->bodies[i]) && strcmp(kt_joint_name_of(&description->bodies[i]), name) == 0)
-            return true;
-    return false;
+            return i;
+    return -1;
 }
 
 kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect) {
     kt_formula_names names = {.description = description, .ends = effect->end_count};
-    if (KT_HAS_RELATIVE && effect->end_count == 0 && effect->joint && !is_joint(description, effect->joint) &&
-        kt_coordinate_loop(description, effect->joint, 0) >= 0)
+    if (KT_HAS_RELATIVE && effect->end_count == 0 && effect->joint &&
+        kt_body_with_joint(description, effect->joint) < 0 && kt_coordinate_loop(description, effect->joint, 0) >= 0)
         names.coordinate = effect->joint;
     return names;
 }

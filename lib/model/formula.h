@@ -27,6 +27,9 @@ KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description,
 /* The symbols of kt_expression_parse whose indices are those of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
 
+/* The index of the body that a joint of this name carries; -1 if there is none. O(bodies). */
+KT_INNER int kt_body_with_joint(const kt_description *description, const char *name);
+
 /* Whether a loop is a coupling with a formula. */
 static inline bool kt_loop_has_formula(const kt_loop *loop) {
     return KT_HAS_FORMULAS && loop->type == KT_LOOP_COUPLING && loop->formula != NULL;

@@ -11,6 +11,7 @@
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "model/formula.h"
 #include "model/joint_name.h"
 #include "model/switching.h"
 #include "scene/part.h"
@@ -86,13 +87,6 @@ static int find_response_body(const kt_description *d, const char *name) {
     return -1;
 }
 
-static int find_response_joint(const kt_description *d, const char *name) {
-    for (int i = 0; i < d->body_count; i++)
-        if (kt_joint_name_of(&d->bodies[i]) != NULL && strcmp(kt_joint_name_of(&d->bodies[i]), name) == 0)
-            return i;
-    return -1;
-}
-
 /* A loop, or the beginning of the name of a loop that belongs to an effect. */
 static bool is_loop(const kt_description *d, const char *name) {
     if (kt_find_loop(d, name) >= 0)
@@ -116,7 +110,7 @@ bool kt_response_is_named(const kt_description *d, const char *name) {
         return false;
     if (p.type == KT_RESPONSE_ANGULAR_VELOCITY || p.type == KT_RESPONSE_ANGULAR_ACCELERATION)
         return find_response_body(d, p.of) >= 0;
-    return (p.type == KT_RESPONSE_JOINT_REACTION && find_response_joint(d, p.of) >= 0) || is_loop(d, p.of);
+    return (p.type == KT_RESPONSE_JOINT_REACTION && kt_body_with_joint(d, p.of) >= 0) || is_loop(d, p.of);
 }
 
 /* The name of an acceleration, from that of the velocity. */
@@ -198,7 +192,7 @@ kt_status kt_response_bind(const kt_description *d, const kt_model *model, const
     if (!find_parts(name, &p))
         return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "there is no '%s'", name);
     *out = (kt_event_response){.type = p.type, .component = p.component, .item = -1};
-    const int joint = p.type == KT_RESPONSE_JOINT_REACTION ? find_response_joint(d, p.of) : -1;
+    const int joint = p.type == KT_RESPONSE_JOINT_REACTION ? kt_body_with_joint(d, p.of) : -1;
     if (joint >= 0) {
         out->item = kt_body_find(model, d->bodies[joint].name);
     } else if (p.type == KT_RESPONSE_ANGULAR_VELOCITY || p.type == KT_RESPONSE_ANGULAR_ACCELERATION) {
