@@ -10,32 +10,25 @@
 /* With shorter steps of time, second derivatives would overflow. */
 static const double least_step = 1e-50;
 
-static bool check_sine(kt_checker *checker, const char *field, const kt_function *f) {
-    bool fine = kt_checker_value(checker, field, -1, ".sine.amplitude", -1, f->amplitude);
-    fine = kt_checker_not_negative(checker, field, ".sine.frequency", f->frequency) && fine;
-    fine = kt_checker_value(checker, field, -1, ".sine.phase", -1, f->phase) && fine;
-    return kt_checker_value(checker, field, -1, ".sine.offset", -1, f->offset) && fine;
-}
-
-/* Checks the times of a ramp or a bump, which start and end; `form` is its key. */
-static bool check_times(kt_checker *checker, const char *field, const char *form, const kt_function *f) {
-    char start[16], end[16];
-    snprintf(start, sizeof start, ".%s.start", form);
-    snprintf(end, sizeof end, ".%s.end", form);
-    bool fine = kt_checker_value(checker, field, -1, start, -1, f->start);
-    fine = kt_checker_value(checker, field, -1, end, -1, f->end) && fine;
-    if (fine && !(f->end - f->start >= least_step)) {
-        kt_checker_fault(checker, field, -1, "%s.%s starts at %.17g and ends at %.17g; it must end later", field, form,
-                         f->start, f->end);
+/* Checks the numbers of a sine, a ramp or a bump, which are its keys. The last two start and end. */
+static bool check_numbers_of_keys(kt_checker *checker, const char *field, const kt_function *f) {
+    const kt_descriptor *form = kt_function_descriptor(f->type);
+    bool fine = true;
+    for (int i = 0; i < form->key_count; i++) {
+        const kt_key *key = &form->keys[i];
+        const double *x = (const double *)(const void *)((const char *)f + key->offset);
+        char suffix[32];
+        snprintf(suffix, sizeof suffix, ".%s.%s", form->name, key->name);
+        fine = (key->range == KT_RANGE_NOT_NEGATIVE ? kt_checker_not_negative(checker, field, suffix, *x)
+                                                    : kt_checker_value(checker, field, -1, suffix, -1, *x)) &&
+               fine;
+    }
+    if (fine && f->type != KT_FUNCTION_SINE && !(f->end - f->start >= least_step)) {
+        kt_checker_fault(checker, field, -1, "%s.%s starts at %.17g and ends at %.17g; it must end later", field,
+                         form->name, f->start, f->end);
         fine = false;
     }
     return fine;
-}
-
-static bool check_ramp(kt_checker *checker, const char *field, const kt_function *f) {
-    bool fine = kt_checker_value(checker, field, -1, ".ramp.from", -1, f->from);
-    fine = kt_checker_value(checker, field, -1, ".ramp.to", -1, f->to) && fine;
-    return check_times(checker, field, "ramp", f) && fine;
 }
 
 static bool check_polynomial(kt_checker *checker, const char *field, const kt_function *f) {
@@ -89,11 +82,6 @@ static bool check_table(kt_checker *checker, const char *field, const kt_functio
     return true;
 }
 
-static bool check_bump(kt_checker *checker, const char *field, const kt_function *f) {
-    const bool fine = kt_checker_value(checker, field, -1, ".bump.height", -1, f->amplitude);
-    return check_times(checker, field, "bump", f) && fine;
-}
-
 static bool check_expression(kt_checker *checker, const char *field, const kt_function *f) {
     const kt_symbols time = kt_time_symbols();
     if (f->text != NULL)
@@ -124,7 +112,7 @@ static bool check_parts(kt_checker *checker, const char *field, const kt_functio
 
 static bool check_function_formula(kt_checker *checker, const char *field, const kt_function *function, int depth) {
     if (function->type == KT_FUNCTION_BUMP)
-        return check_bump(checker, field, function);
+        return check_numbers_of_keys(checker, field, function);
     if (function->type == KT_FUNCTION_EXPRESSION)
         return check_expression(checker, field, function);
     return check_parts(checker, field, function, depth);
@@ -137,9 +125,8 @@ static bool check_any(kt_checker *checker, const char *field, const kt_function 
     case KT_FUNCTION_CONSTANT:
         return kt_checker_number(checker, field, function->value);
     case KT_FUNCTION_SINE:
-        return check_sine(checker, field, function);
     case KT_FUNCTION_RAMP:
-        return check_ramp(checker, field, function);
+        return check_numbers_of_keys(checker, field, function);
     case KT_FUNCTION_POLYNOMIAL:
         return check_polynomial(checker, field, function);
     case KT_FUNCTION_TABLE:
