@@ -105,7 +105,6 @@ static double median_length(const kt_picture_maker *m, double *lengths) {
     return n > 0 ? lengths[n / 2] : 0.0;
 }
 
-/* Whether a body has solids of its own, of those that are listed so far. */
 /* Size of the mechanism, and lengths that suit this size. Centres of mass count, too: a body may have no shape. */
 kt_bounds kt_picture_measure(kt_picture_maker *m, double *lengths) {
     kt_picture *p = m->picture;

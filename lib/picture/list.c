@@ -1,4 +1,5 @@
 /* Joints, loops, relations and effects of a picture, with their frames, as the description has them. */
+#include "effect/effect.h"
 #include "kinetree/descriptor.h"
 #include "mechanism/path_force.h"
 #include "picture/maker.h"
@@ -134,17 +135,6 @@ void kt_picture_list_relations(kt_picture_maker *m) {
     }
 }
 
-/* How many ends the keys of a type fill. A caller's own effect and an expression have a number of their own. */
-static int end_count_of(const kt_effect *effect) {
-    const kt_descriptor *type = effect->type == KT_EFFECT_EXPRESSION ? NULL : kt_effect_descriptor(effect->type);
-    int count = type == NULL ? effect->end_count : 0;
-    for (int i = 0; type != NULL && i < type->key_count; i++) {
-        const kt_key_kind kind = type->keys[i].kind;
-        count += kind == KT_KEY_ENDS ? 2 : kind == KT_KEY_END || kind == KT_KEY_BODY;
-    }
-    return count;
-}
-
 /* An end of an effect; of a path its first or last point. */
 static const kt_end *picture_end_of(const kt_effect *effect, int k) {
     if (effect->path_count == 0)
@@ -191,7 +181,7 @@ void kt_picture_list_effects(kt_picture_maker *m) {
         *shown = (kt_picture_effect){.type = effect->type,
                                      .effect = i,
                                      .joint = -1,
-                                     .end_count = end_count_of(effect),
+                                     .end_count = kt_effect_end_count(effect),
                                      .radius = is_sphere ? effect->radius : 0.0,
                                      .has_plane = is_contact && effect->radius2 == 0.0,
                                      .lower = effect->lower,
