@@ -79,6 +79,16 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
                                   size_t *number, size_t *variable, size_t *part, kt_error *error);
 
+/* The body of a name that has been checked; no name is the world. */
+static inline int kt_attach_body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
+
+/* The link of a chain that has a velocity coordinate; `link` is the last one of the joint. */
+static inline int32_t kt_attach_link_of_velocity(const kt_model *m, int32_t link, int32_t v) {
+    while (v < m->link[link].v)
+        link = m->link[link].parent;
+    return link;
+}
+
 /* Finds an end's body, link, and frame in the link's frame, before it is rotated to the axis of the item. */
 kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
                               kt_error *error);

@@ -24,7 +24,7 @@ static bool link_turns(const kt_link *link) { return kt_motion_facts_of(link->mo
 /* Marks the links from that of a body, on which an effect has an end, to the ground. */
 static void mark(kt_attach *a, kt_counts *n, const char *body) {
     const kt_model *m = a->tree;
-    int32_t link = body ? m->body[kt_body_find(m, body)].link : 0;
+    int32_t link = m->body[kt_attach_body_named(m, body)].link;
     for (; link > 0 && a->force_link[link] == 0; link = m->link[link].parent) {
         a->force_link[link] = 1;
         n->force_link++;

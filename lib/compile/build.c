@@ -4,6 +4,7 @@
  * bodies. Links are numbered depth first, so that the recursions mostly pass from a link to the next one in memory.
  * Bodies fixed to one another share a link, whose inertia is that of all of them.
  */
+#include "algebra/parts.h"
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/compile.h"
@@ -69,10 +70,6 @@ static void order_bodies(build *b) {
     }
 }
 
-static int body_elements_of(const kt_body *body, kt_element *elements) {
-    return kt_joint_elements(&body->joint, elements);
-}
-
 static void count_all(const build *b, kt_counts *n) {
     const kt_description *d = b->description;
     *n = (kt_counts){.link = 1, .body = (size_t)d->body_count + 1, .spatial = 1};
@@ -81,7 +78,7 @@ static void count_all(const build *b, kt_counts *n) {
         const kt_body *body = &d->bodies[i];
         const kt_joint_size *size = &kt_joint_sizes[body->joint.type];
         kt_element elements[KT_ELEMENT_MAX];
-        const int count = body_elements_of(body, elements);
+        const int count = kt_joint_elements(&body->joint, elements);
         const bool is_spatial = b->moves[b->moves[b->body_of[i]].tree].plane < 0;
         n->link += (size_t)count;
         n->spatial += is_spatial ? (size_t)count : 0;
@@ -201,15 +198,10 @@ static kt_status keep_bodies(build *b, kt_error *error) {
     return status;
 }
 
-static bool matrices_are_same(kt_mat3 a, kt_mat3 b) {
-    return a.x.x == b.x.x && a.y.y == b.y.y && a.z.z == b.z.z && a.x.y == b.x.y && a.x.z == b.x.z && a.y.x == b.y.x &&
-           a.y.z == b.y.z && a.z.x == b.z.x && a.z.y == b.z.y;
-}
-
 /* Stores the axes at rest and the pitch of the last link. Unrotated axes with a pitch of 0 are the default and need no
  * entry. */
 static void keep_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
-    link->rest_is_rotated = !matrices_are_same(axes, kt_mat3_identity());
+    link->rest_is_rotated = !kt_mat3_is_same(axes, kt_mat3_identity());
     if (!link->rest_is_rotated && pitch == 0.0)
         return;
     kt_link_rest *rest = &m->rest[m->n.rest++];
@@ -224,14 +216,14 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     const kt_body_record *parent = &m->body[body->parent];
     kt_pose frame = kt_pose_compose(parent->in_link, body->joint); /* joint frame in the parent's link */
     kt_element elements[KT_ELEMENT_MAX];
-    const int element_count = body_elements_of(&d->bodies[body->source], elements);
+    const int element_count = kt_joint_elements(&d->bodies[body->source].joint, elements);
     int32_t q = body->q, v = body->v, up = parent->link;
     for (int k = 0; k < element_count; k++) {
         const kt_element *e = &elements[k];
         kt_link *link = &m->link[*count];
         memset(link, 0, sizeof *link);
         link->group = -1;
-        const bool same = k > 0 && matrices_are_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
+        const bool same = k > 0 && kt_mat3_is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = frame.position;
         keep_rest(m, link, rest, e->pitch);

@@ -4,9 +4,9 @@
 
 /* Returns the index of a body among those of a path's first points, or `count` if it is a new one. */
 static int find_path_link(const kt_model *m, const kt_path_link *links, int count, const kt_end *end) {
-    const int32_t body = end->body != NULL ? kt_body_find(m, end->body) : 0;
+    const int32_t link = m->body[kt_attach_body_named(m, end->body)].link;
     int k = 0;
-    while (k < count && links[k].link != m->body[body].link)
+    while (k < count && links[k].link != link)
         k++;
     return k;
 }
@@ -16,9 +16,8 @@ void kt_attach_count_path(const kt_model *tree, const kt_effect *effect, kt_coun
     int count = 0;
     for (int i = 0; i < effect->path_count; i++) {
         const kt_end *end = &effect->path[i].end;
-        const int32_t body = end->body != NULL ? kt_body_find(tree, end->body) : 0;
         if (find_path_link(tree, links, count, end) == count)
-            links[count++].link = tree->body[body].link;
+            links[count++].link = tree->body[kt_attach_body_named(tree, end->body)].link;
     }
     n->path_point += (size_t)effect->path_count;
     n->path_link += (size_t)count;

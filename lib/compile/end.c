@@ -1,12 +1,9 @@
 /* The ends of loops and effects: their bodies, links and frames. */
 #include "compile/attach.h"
 
-/* Returns the body of a name; a missing name is the world. Names have been checked. */
-static int end_body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
-
 kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
                               kt_error *error) {
-    *body = end_body_named(m, end->body);
+    *body = kt_attach_body_named(m, end->body);
     const kt_body_record *b = &m->body[*body];
     const kt_pose *on[] = {&b->in_link,
                            &b->in_link}; /* the frame that carries the end, and the carrier of that frame */

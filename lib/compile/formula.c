@@ -72,13 +72,6 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
     return status;
 }
 
-/* The link of a chain that has a velocity coordinate; `link` is the last one of the joint. */
-static int32_t link_of_velocity(const kt_model *m, int32_t link, int32_t v) {
-    while (v < m->link[link].v)
-        link = m->link[link].parent;
-    return link;
-}
-
 static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
     kt_variable_record r = {.type = (int32_t)variable->type};
     r.x = variable->type == KT_VARIABLE_STATE ? variable->component : 0;
@@ -89,7 +82,7 @@ static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const
     r.q = to->q + variable->component;
     r.v = to->v + variable->component;
     r.component = variable->component;
-    r.link = variable->type == KT_VARIABLE_GRAVITY ? link_of_velocity(m, to->link, r.v) : to->link;
+    r.link = variable->type == KT_VARIABLE_GRAVITY ? kt_attach_link_of_velocity(m, to->link, r.v) : to->link;
     if (variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY) {
         const kt_pose local = {.position = body->markers[variable->marker].at, .rotation = kt_mat3_identity()};
         r.arm = kt_pose_compose(to->in_link, local).position;

@@ -48,13 +48,17 @@ static void leave_unknown(const kt_model *m, int32_t link, unsigned char *verdic
         verdict[i] = KT_INERTIA_UNKNOWN;
 }
 
+static int32_t end_link_of(const kt_model *m, const kt_end *end) {
+    return m->body[kt_attach_body_named(m, end->body)].link;
+}
+
 static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
     for (int i = 0; i < d->loop_count && KT_HAS_LOOPS; i++) {
         const kt_loop *loop = &d->loops[i];
         if (KT_IS_OFF(loop))
             continue;
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
-            leave_unknown(m, loop->between[k].body ? m->body[kt_body_find(m, loop->between[k].body)].link : 0, verdict);
+            leave_unknown(m, end_link_of(m, &loop->between[k]), verdict);
         for (int k = 0; k < kt_loop_term_count(loop); k++)
             leave_unknown(m, kt_attach_joint_link(m, kt_loop_term(loop, k).joint), verdict);
     }
@@ -143,10 +147,6 @@ static void report_inertia(reporter *t, const kt_body *body, int index) {
 }
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
-
-static int32_t end_link_of(const kt_model *m, const kt_end *end) {
-    return m->body[end->body ? kt_body_find(m, end->body) : 0].link;
-}
 
 static void report_rigid(reporter *t, const kt_loop *loop, int index) {
     kt_error error;

@@ -38,8 +38,6 @@ static bool link_carries_body(const kt_model *m, size_t link, int body) {
     return at == (int32_t)link;
 }
 
-static int massless_body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
-
 /* The body whose joint an effect names, perhaps one coordinate of it; 0: none. */
 static int body_of_joint(const kt_model *m, const char *name) {
     char joint[KT_WHERE_SIZE];
@@ -56,9 +54,9 @@ bool kt_massless_is_carried(const kt_model *tree, const kt_description *descript
         const kt_effect *effect = &description->effects[i];
         bool acts = link_carries_body(tree, link, body_of_joint(tree, effect->joint));
         for (int k = 0; k < 2; k++)
-            acts |= link_carries_body(tree, link, massless_body_named(tree, effect->between[k].body));
+            acts |= link_carries_body(tree, link, kt_attach_body_named(tree, effect->between[k].body));
         for (int k = 0; kt_effect_has_path(effect) && k < effect->path_count; k++)
-            acts |= link_carries_body(tree, link, massless_body_named(tree, effect->path[k].end.body));
+            acts |= link_carries_body(tree, link, kt_attach_body_named(tree, effect->path[k].end.body));
         if (acts && !KT_IS_OFF(effect))
             return true;
     }

@@ -36,12 +36,6 @@ static bool is_parallel(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_cros
 
 static bool is_normal(kt_vec3 a, kt_vec3 b) { return fabs(kt_vec3_dot(a, b)) <= PARALLEL; }
 
-static bool is_identity(const kt_mat3 *r) {
-    const kt_mat3 one = kt_mat3_identity();
-    return r->x.x == one.x.x && r->y.y == one.y.y && r->z.z == one.z.z && r->x.y == 0.0 && r->x.z == 0.0 &&
-           r->y.x == 0.0 && r->y.z == 0.0 && r->z.x == 0.0 && r->z.y == 0.0;
-}
-
 /* The joint frame's rotation on the parent's body. If it cannot be evaluated, it is rejected when bodies are stored. */
 static kt_mat3 joint_rotation(const kt_joint *joint) {
     kt_mat3 r;
@@ -49,15 +43,13 @@ static kt_mat3 joint_rotation(const kt_joint *joint) {
     return kt_rotation_evaluate(&joint->rotation, &r, &ignored) == KT_OK ? r : kt_mat3_identity();
 }
 
-static int joint_elements_of(const kt_joint *joint, kt_element *elements) { return kt_joint_elements(joint, elements); }
-
 /* ---- normals ----------------------------------------------------------------------------------------------------- */
 
 /* Considers one more joint of a tree. The first revolute motion gives the normal (in basis.z). Before there is one, two
  * prismatic motions that are not parallel give the normal (the first is kept in basis.x). */
 static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
     kt_element elements[KT_ELEMENT_MAX];
-    const int count = joint_elements_of(joint, elements);
+    const int count = kt_joint_elements(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = kt_mat3_apply(*rest, kt_mat3_column(elements[k].frame, elements[k].axis));
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
@@ -86,7 +78,7 @@ static void find_trees(const kt_description *d, kt_body_plane *body, size_t coun
         const kt_body_plane *up = &body[b->parent];
         const kt_joint *joint = &d->bodies[b->source].joint;
         const kt_mat3 r = joint_rotation(joint);
-        b->rest = is_identity(&r) ? up->rest : kt_mat3_multiply(up->rest, r);
+        b->rest = kt_mat3_is_same(r, kt_mat3_identity()) ? up->rest : kt_mat3_multiply(up->rest, r);
         b->tree = up->tree || joint->type == KT_JOINT_FIXED ? up->tree : (int32_t)i;
         b->component = (int32_t)i;
         b->plane = UNDECIDED;
@@ -153,7 +145,7 @@ static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
 /* Whether a joint moves in the plane of b->basis, whose third column is replaced by the axis of a revolute motion. */
 static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
     kt_element elements[KT_ELEMENT_MAX];
-    const int count = joint_elements_of(joint, elements);
+    const int count = kt_joint_elements(joint, elements);
     for (int k = 0; k < count; k++) {
         const kt_vec3 along = kt_mat3_column(elements[k].frame, elements[k].axis);
         const kt_motion_facts motion = kt_motion_facts_of(elements[k].motion);
@@ -181,7 +173,7 @@ static void check_planes(const kt_description *d, kt_body_plane *body, size_t co
         b->height =
             kt_vec3_dot(above.z, joint->at) + (root ? kt_vec3_dot(plane[tree->plane].basis.z, up->at) : up->height);
         b->basis = above;
-        if (!is_identity(&r))
+        if (!kt_mat3_is_same(r, kt_mat3_identity()))
             b->basis = kt_mat3_multiply(kt_mat3_transpose(r), b->basis);
         if (!keeps_to_plane(joint, b))
             tree->plane = SPATIAL;

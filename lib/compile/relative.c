@@ -28,10 +28,7 @@ static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joi
 
 /* The k-th link of a joint is that of its coordinate k. */
 static int32_t component_link_of(const kt_model *m, int body, int component) {
-    int32_t link = m->body[body].link;
-    while (m->link[link].v > m->body[body].v + component)
-        link = m->link[link].parent;
-    return link;
+    return kt_attach_link_of_velocity(m, m->body[body].link, m->body[body].v + component);
 }
 
 int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
