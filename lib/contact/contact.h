@@ -275,9 +275,9 @@ static inline double kt_contacts_own(const struct kt_contacts *c, const double *
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
-/* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction of a
- * contact that has reached its limit twice at this instant does not stick again within it. Counts how often it leaves
- * at this instant (directions.c). */
+/* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction that
+ * has reached its limit twice at this instant does not stick again within it. Counts how often it leaves at this
+ * instant (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
  * there is none. */

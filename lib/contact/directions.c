@@ -227,9 +227,10 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     const bool same = has_left_at(memory, t);
     memory->left = same ? memory->left + due : (uint64_t)due;
     memory->left_at = due ? t : memory->left_at;
-    if (!kt_contact_rubs(simulation->contacts, k))
+    if (k < simulation->contacts->sides)
         return due;
-    simulation->memory.contacts.rested += due && count_friction_end(memory, t, simulation->step);
+    if (due && kt_contact_rubs(simulation->contacts, k))
+        simulation->memory.contacts.rested += count_friction_end(memory, t, simulation->step);
     return due || memory->left > 1;
 }
 

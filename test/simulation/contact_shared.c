@@ -139,8 +139,8 @@ KT_TEST(frictions_of_a_joint_share_the_load_by_their_limits) {
 /* A car of 3 kg on four discs of 0.5 kg and 0.2 m, each with a motor. Three of the wheels can carry the car, but the
  * torque of the fourth drives it, too. */
 typedef struct car {
-    double torque[4], com[2];
-    bool late; /* the torques rise from 0.2 s to 0.7 s */
+    double torque[4], com[2], bearing[4]; /* bearing: friction of the wheels' joints */
+    bool late;                            /* the torques rise from 0.2 s to 0.7 s */
 } car;
 
 static kt_simulation *start_car(const car *c) {
@@ -157,6 +157,11 @@ static kt_simulation *start_car(const car *c) {
                                  "mass: 0.5, shape: {type: cylinder, radius: 0.2, length: 0.02, axis: y}}\n",
                                  i, i < 2 ? 0.3 : -0.3, i % 2 ? 0.2 : -0.2);
     used += (size_t)snprintf(text + used, sizeof text - used, "effects:\n");
+    for (int i = 0; i < 4; i++)
+        if (c->bearing[i] > 0.0)
+            used += (size_t)snprintf(text + used, sizeof text - used,
+                                     "  - {type: joint_friction, joint: w%d, coulomb: %.17g, stick: true}\n", i,
+                                     c->bearing[i]);
     for (int i = 0; i < 4; i++)
         used += (size_t)snprintf(
             text + used, sizeof text - used,
@@ -237,6 +242,32 @@ KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
     kt_simulation *simulation = start_car(&(car){.torque = {0.0, 0.0, 4.0, 4.0}, .com = {0.28, 0.15}});
     kt_need_fine("drives", kt_simulation_advance(simulation, 0.5, &error), &error);
     kt_check_above("undecided", (double)kt_simulation_contacts(simulation).undecided, 0.5);
+}
+
+/* Frictions of several wheels hold a car, in shares that are not unique, until its torque is the sum S of their limits.
+ * The torque T (3 s^2 - 2 s^3) of a ramp is S at s = 1/2 if T = 2 S. */
+KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
+    static const car cars[] = {{.bearing = {0.05, 0.15, 0.0, 0.0}},
+                               {.bearing = {0.1, 0.1, 0.0, 0.0}},
+                               {.bearing = {0.0, 0.05, 0.0, 0.1}},
+                               {.bearing = {0.1, 0.02, 0.05, 0.0}}};
+    for (int k = 0; k < 4; k++) {
+        car c = cars[k];
+        double sum = 0.0;
+        kt_error error = {0};
+        kt_note("case %d", k);
+        for (int i = 0; i < 4; i++)
+            sum += c.bearing[i];
+        c.torque[0] = 2.0 * sum;
+        c.late = true;
+        /* the integral of T (3 s^2 - 2 s^3) - S from 1/2 to 1, then S */
+        const double impulse = 0.5 * (2.0 * sum * (0.5 - 0.09375) - 0.5 * sum) + 0.3 * sum;
+        kt_simulation *simulation = start_car(&c);
+        kt_need_fine("rests", kt_simulation_advance(simulation, 0.45 - 1e-6, &error), &error);
+        kt_check_near("at rest, m/s", kt_simulation_velocities(simulation)[0], 0.0, 1e-12);
+        kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
+        kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], impulse / 0.2 / 6.0, 1e-9);
+    }
 }
 
 /* J0, J1 and L1 are a rigid triangle. The other loops repeat four of its equations, and two freedoms are left. */
