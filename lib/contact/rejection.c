@@ -204,7 +204,7 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                : status;
 }
 
-/* Returns the reserve of a closed contact until it pulls, or of joint friction until its limit. *size: the scale of
+/* Returns the reserve of a closed contact until it opens, or of joint friction until its limit. *size: the scale of
  * the reserve. */
 static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const struct kt_contacts *c = simulation->contacts;
@@ -212,7 +212,7 @@ static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const double reaction = contact->sign * simulation->multiplier[kt_contact_row(simulation->model, contact)];
     const double limit = k < c->sides ? 0.0 : kt_contact_limit(simulation->model, contact);
     *size = fmax(fmax(fabs(reaction), limit), simulation->event_memory[k].size);
-    return k < c->sides ? reaction : limit - fabs(reaction);
+    return k < c->sides ? reaction - simulation->contact_state[k].opens_at : limit - fabs(reaction);
 }
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {

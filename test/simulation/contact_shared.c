@@ -270,6 +270,48 @@ KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
     }
 }
 
+static int count_record(const kt_record *record, void *user) {
+    *(int *)user += record->time >= 0.0;
+    return 0;
+}
+
+/* A leg of a table carries nothing: its contact is closed without a reaction. Rounding of this reaction is no error. */
+KT_TEST(contact_that_grazes_may_pull_by_rounding) {
+    kt_parsed m;
+    kt_error error = {0};
+    int records = 0;
+    char text[4096];
+    size_t used = (size_t)snprintf(text, sizeof text,
+                                   "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                                   "  - {name: top, joint: {type: free, position: {position: [1.5, 0, 0.3]}, velocity: "
+                                   "{linear: [0.43007, -0.68441, -0.67249]}}, mass: 2, inertia: [0.05, 0.05, 0.08]}\n");
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: l%d, parent: top, joint: {type: revolute, axis: y, at: [%g, %g, 0]}, "
+                                 "mass: 0.2, com: [0, 0, -0.15], inertia: [0.002, 0.002, 0.0002], markers: {m: [0, 0, "
+                                 "-0.3]}}\n",
+                                 i, i < 2 ? -0.2 : 0.2, i % 2 ? 0.15 : -0.15);
+    used += (size_t)snprintf(text + used, sizeof text - used,
+                             "effects:\n"
+                             "  - {type: joint_limit, joint: l0, lower: -0.08586, upper: 0.17433, restitution: 0.3}\n"
+                             "  - {type: joint_friction, joint: l1, coulomb: 2.50596, stick: true}\n"
+                             "  - {type: joint_spring, joint: l2, stiffness: 50, damping: 0.5}\n"
+                             "  - {type: joint_limit, joint: l3, lower: -0.08364, upper: 0.15821, restitution: 0}\n");
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: c%d, type: contact, point: l%d.m, radius: 0, plane: world, restitution: "
+                                 "0, rest_velocity: 1e-4}\n",
+                                 i, i);
+    kt_parsed_make(&m, text);
+    kt_run run = kt_run_fixed("rk4", 1e-3, 1.5);
+    kt_simulation_options options = kt_simulation_options_default();
+    run.interval = 0.01;
+    options.record = KT_RECORD_MULTIPLIER | KT_RECORD_REACTION;
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+    kt_need_fine("runs", kt_simulation_run(simulation, count_record, &records, &error), &error);
+    kt_check_equal_int("records", records, 151);
+}
+
 /* J0, J1 and L1 are a rigid triangle. The other loops repeat four of its equations, and two freedoms are left. */
 static kt_simulation *start_rigid_triangle(const char *friction) {
     char text[2048];
