@@ -9,8 +9,21 @@
 #define KT_DERIVATIVE_DIFFERENCE_H
 
 #include <stddef.h>
+#include <stdlib.h>
 
-#define KT_DIFFERENCE_STEP 0.002 /* rad or m, and of their rates */
+#define KT_DIFFERENCE_STEP 0.002    /* rad or m, and of their rates */
+#define KT_DIFFERENCE_ROUNDING 64.0 /* eps of the largest value over h: the largest differences of constants */
+
+enum { KT_DIFFERENCE_STEPS = 4 }; /* each an eighth of the one before */
+
+/* w_k / h of order eight and six, for k from -4 to 4 without 0. */
+static inline void kt_difference_weights(int k, double h, double *eight, double *six) {
+    static const double of_eight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    static const double of_six[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0};
+    const int at = abs(k) - 1;
+    *eight = (k < 0 ? -of_eight[at] : of_eight[at]) / h;
+    *six = (k < 0 ? -of_six[at] : of_six[at]) / h;
+}
 
 /* n values at x + moved. *largest is raised to the size that their rounding is relative to. Returns 0, or an error. */
 typedef int kt_difference_sample(void *user, double moved, double *values, double *largest);

@@ -8,13 +8,9 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#define COARSE 1e-6   /* relative to the largest of the differences: errors above it ask for a shorter step */
-#define ROUNDING 64.0 /* eps of the largest value over h: the largest differences of constants */
-
-enum { STEPS = 4 }; /* each an eighth of the one before */
+#define COARSE 1e-6 /* relative to the largest of the differences: errors above it ask for a shorter step */
 
 /* Whether forces are differenced in the coordinates; laws are in their variables (law_differences.c). */
 static bool has_differenced_forces(const kt_model *model) {
@@ -56,32 +52,31 @@ kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const dou
 
 /* The differences with the step h; *bound: of the error of order eight. */
 static int find_differences(const kt_differenced *of, double h, double *bound) {
-    static const double to_eight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
-    static const double to_six[] = {3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0};
     double largest = 0.0, most = 0.0, apart = 0.0;
     memset(of->eight, 0, of->n * sizeof *of->eight);
     memset(of->six, 0, of->n * sizeof *of->six);
-    for (int k = -4; k <= 4; k++) {
-        const int code = k == 0 ? 0 : of->sample(of->user, k * h, of->values, &largest);
+    for (int k = -4; k <= 4; k += k == -1 ? 2 : 1) {
+        double to_eight, to_six;
+        const int code = of->sample(of->user, k * h, of->values, &largest);
         if (code != 0)
             return code;
-        const double sign = k < 0 ? -1.0 : 1.0;
-        for (size_t i = 0; i < of->n && k != 0; i++) {
-            of->eight[i] += sign * to_eight[abs(k) - 1] / h * of->values[i];
-            of->six[i] += sign * to_six[abs(k) - 1] / h * of->values[i];
+        kt_difference_weights(k, h, &to_eight, &to_six);
+        for (size_t i = 0; i < of->n; i++) {
+            of->eight[i] += to_eight * of->values[i];
+            of->six[i] += to_six * of->values[i];
         }
     }
     for (size_t i = 0; i < of->n; i++) {
         most = fmax(most, fabs(of->eight[i]));
         apart = fmax(apart, fabs(of->eight[i] - of->six[i]));
     }
-    *bound = apart > ROUNDING * DBL_EPSILON * largest / h ? apart / most : 0.0;
+    *bound = apart > KT_DIFFERENCE_ROUNDING * DBL_EPSILON * largest / h ? apart / most : 0.0;
     return 0;
 }
 
 int kt_difference_find(const kt_differenced *of, double step, double *best, double *error) {
     double least = HUGE_VAL, bound = 0.0;
-    for (int k = 0; k < STEPS && least > COARSE; k++) {
+    for (int k = 0; k < KT_DIFFERENCE_STEPS && least > COARSE; k++) {
         const int code = find_differences(of, ldexp(step, -3 * k), &bound);
         if (code != 0)
             return code;
