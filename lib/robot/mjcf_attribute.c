@@ -441,7 +441,7 @@ static const kt_known known[] = {
     {" pair ", " class condim friction gap margin solimp solref solreffriction "},
     {" attach ", " model body prefix "},
     {" model ", " name file content_type "},
-    {" actuator asset keyframe ", " "},
+    {" actuator asset keyframe deformable ", " "},
     {" mesh ", " name class file scale refpos refquat vertex face inertia maxhullvert builtin params "},
     {" option ", " gravity actuatorgroupdisable density viscosity wind timestep cone impratio "},
     {" key ", " name time qpos qvel act ctrl mpos mquat "},
@@ -462,7 +462,7 @@ static const kt_known_list all_known = {
         "sdf_initpoints sleep_tolerance o_margin o_solref o_solimp o_friction apirate collision magnetic sleep "
         "simple "
         "saveinertial conflict smoothnormal normal texcoord material content_type "
-        "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default deformable "
+        "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default "
         "octree_maxdepth needsdf ",
     .moving = " flex flexvert flexstrain plugin armature damping adhesion "};
 

@@ -422,6 +422,9 @@ KT_TEST(flexcomps_that_are_another_model_here_have_a_warning) {
          "file='none.msh'/></body></worldbody><equality>"
          "<connect body1='f_0' anchor='0 0 0'/><weld body1='a' body2='f_8'/></equality></mujoco>",
          "equality of a point of a flexcomp that is left out: 2", 1},
+        {"<mujoco><worldbody><body name='a'><joint/><geom size='.1'/></body></worldbody>"
+         "<deformable><flex name='f' dim='1' body='world a' element='0 1'/></deformable></mujoco>",
+         "'flex' is left out: 1", 1},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         kt_scene *scene = test_robot(table[i].text, NULL);
