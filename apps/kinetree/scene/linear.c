@@ -11,16 +11,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The dense matrices have twice as many rows; larger ones would take minutes. */
-enum { COORDINATES_MOST = 500 };
+/* The dense matrices have twice as many rows as there are velocity coordinates n. Their eigenvalues take
+ * (n / ONE_SECOND)^3 seconds on a processor of 2020. */
+enum { ONE_SECOND = 300, COORDINATES_MOST = 2000 };
 
 int kt_reject_dense_size(const kt_model *model) {
-    if (kt_model_nv(model) <= COORDINATES_MOST)
-        return -1;
-    return kt_reject(KT_EXIT_INTEGRATION,
-                     "the scene has %d degrees of freedom; small motions are computed with dense matrices, for up to "
-                     "%d: describe it with fewer bodies",
-                     kt_model_nv(model), COORDINATES_MOST);
+    const int n = kt_model_nv(model);
+    if (n > COORDINATES_MOST)
+        return kt_reject(KT_EXIT_INTEGRATION,
+                         "the scene has %d degrees of freedom; small motions are computed with dense matrices, for up "
+                         "to %d: describe it with fewer bodies",
+                         n, COORDINATES_MOST);
+    if (n > ONE_SECOND)
+        kt_say("small motions of %d degrees of freedom take about %.0f s, since their matrices are dense", n,
+               pow((double)n / ONE_SECOND, 3.0));
+    return -1;
 }
 
 int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_settings *settings) {

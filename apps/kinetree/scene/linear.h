@@ -22,8 +22,8 @@ typedef struct kt_small_motion {
     bool settled;        /* q is an equilibrium found by kt_small_motion_settle */
 } kt_small_motion;
 
-/* Rejects a model whose matrices would take minutes, and prints the reason. Returns an exit code, or -1 if the model is
- * small enough. */
+/* Rejects a model whose matrices would take many minutes, and prints the reason. Announces the time if it is above a
+ * second. Returns an exit code, or -1 if the model is small enough. */
 int kt_reject_dense_size(const kt_model *model);
 
 /* Reads, compiles and assembles a scene. Returns KT_EXIT_DONE, or an exit code after printing the error;
