@@ -7,6 +7,7 @@
 #include "instance.h"
 
 #include "base/sum.h"
+#include "simulation/simulation.h"
 
 #include <stddef.h>
 #include <stdlib.h>
@@ -124,9 +125,12 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     for (int k = 0; k < fmu->event_count; k++, events += 3)
         fmu->events[k] = (kt_fmu_event){events[0], events[1], events[2], false};
     fmu->time = from[0];
-    if (fmu->is_exchange) /* parameters that events set are in the importer's state, which may be off the loops */
-        status = kt_simulation_set_own_states(fmu->simulation, fmu->y + fmu->nq + fmu->nv, error);
-    if (status == KT_OK && fmu->watch != NULL)
+    /* Parameters that events set follow from the auxiliary states of the importer. Its state may be off the loops, and
+     * that of the simulation an old one: no loop is closed. */
+    if (fmu->is_exchange && fmu->nx > 0)
+        memcpy(fmu->simulation->state + fmu->nq + fmu->nv, fmu->y + fmu->nq + fmu->nv,
+               (size_t)fmu->nx * sizeof *torque);
+    if (fmu->watch != NULL)
         status = kt_scene_watch_sync(fmu->watch, fmu->simulation, error);
     if (status != KT_OK)
         return status;

@@ -148,7 +148,8 @@ static PyObject *kt_python_evaluate(PyObject *object, PyObject *const *args, Py_
     const double *q = kt_python_input(given[KT_PYTHON_Q], at->nq, at->q);
     const double *v = kt_python_input(given[KT_PYTHON_V], at->nv, at->v);
     const double *third = kt_python_input(given[KT_PYTHON_THIRD], at->nv, is_inverse ? at->a : at->tau);
-    const bool has_time = !given[KT_PYTHON_T] || PyFloat_Check(given[KT_PYTHON_T]);
+    const bool has_time =
+        !given[KT_PYTHON_T] || (PyFloat_Check(given[KT_PYTHON_T]) && isfinite(PyFloat_AsDouble(given[KT_PYTHON_T])));
     if (!q || !v || !third || !has_time)
         return kt_python_convert(method, object, args, count, keywords);
     const double t = given[KT_PYTHON_T] ? PyFloat_AsDouble(given[KT_PYTHON_T]) : 0.0;

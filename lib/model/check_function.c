@@ -23,7 +23,8 @@ static bool check_numbers_of_keys(kt_checker *checker, const char *field, const 
                                                     : kt_checker_value(checker, field, -1, suffix, -1, *x)) &&
                fine;
     }
-    if (fine && f->type != KT_FUNCTION_SINE && !(f->end - f->start >= least_step)) {
+    if (f->type != KT_FUNCTION_SINE && kt_number_is_fine(f->start) && kt_number_is_fine(f->end) &&
+        !(f->end - f->start >= least_step)) {
         kt_checker_fault(checker, field, -1, "%s.%s starts at %.17g and ends at %.17g; it must end later", field,
                          form->name, f->start, f->end);
         fine = false;

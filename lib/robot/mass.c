@@ -68,7 +68,8 @@ static void give_mass(kt_body *body, double mass) {
 static kt_body *find_link(const kt_draft *d, const char *name) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < d->bodies.count; i++)
-            if (kt_text_is(pass == 0 ? *kt_draft_link_name(d, i) : kt_draft_body_at(d, i)->name, name))
+            if (*kt_draft_link_name(d, i) != NULL &&
+                kt_text_is(pass == 0 ? *kt_draft_link_name(d, i) : kt_draft_body_at(d, i)->name, name))
                 return kt_draft_body_at(d, i);
     return NULL;
 }

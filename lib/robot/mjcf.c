@@ -15,7 +15,7 @@ static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, several, DETAIL,
             "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
     KT_NOTE(kt_mjcf, offsets, DETAIL,
-            "joints that are not at the origin of their body, on a body of their own, which has the joint's name:"),
+            "joints that are not at the origin of their body, on a body of their own, named after the joint:"),
     KT_NOTE(kt_mjcf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_mjcf, attached, MOTION,
             "bodies of this model that it attaches again (attach without a model), left out:"),

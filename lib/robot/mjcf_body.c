@@ -307,7 +307,7 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
             kt_left_count(&m->fixed_bodies, b->element);
         }
     }
-    *kt_draft_link_name(&m->draft, m->draft.bodies.count - 1) = kt_element_name(b->element, NULL);
+    *kt_draft_link_name(&m->draft, m->draft.bodies.count - 1) = kt_element_name(b->element, b->name);
     fill_body(b, body);
 }
 

@@ -213,7 +213,7 @@ typedef struct kt_draft {
     kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
     kt_list joint_names;  /* of bodies: const char *, the name of the joint in the file; NULL: none */
-    kt_list link_names;   /* likewise of the link whose mass the body has */
+    kt_list link_names;   /* likewise of the link whose mass the body has; NULL: of none */
     kt_list links;        /* of bodies: const kt_element *, the element around their <inertial> */
     kt_names body_names;  /* with kt_draft_find_parents */
     const int *parents;   /* of bodies; -1: the world; NULL: not found yet */

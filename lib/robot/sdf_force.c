@@ -43,7 +43,7 @@ static bool read_position_limits(kt_sdf *m, const kt_sdf_joint *j, double *lower
 
 /* The limits of a joint in the tree, which are data. */
 static void set_limits(kt_sdf *m, const kt_sdf_joint *j) {
-    kt_joint *joint = &((kt_body *)m->draft.bodies.items)[j->body].joint;
+    kt_joint *joint = &kt_draft_body_at(&m->draft, j->body)->joint;
     double lower, upper;
     joint->limits.effort = read_rate(m, limit_of(j), "effort");
     joint->limits.velocity = read_rate(m, limit_of(j), "velocity");
@@ -57,7 +57,7 @@ static void set_limits(kt_sdf *m, const kt_sdf_joint *j) {
 
 /* A joint starts at its initial_position, else at zero. */
 static void start_joint(kt_sdf *m, const kt_sdf_joint *j) {
-    kt_joint *joint = &((kt_body *)m->draft.bodies.items)[j->body].joint;
+    kt_joint *joint = &kt_draft_body_at(&m->draft, j->body)->joint;
     if (j->axis != NULL && kt_sdf_is_scalar(j))
         joint->position[0] = kt_sdf_number(m, j->axis, "initial_position", joint->position[0]);
 }
@@ -70,18 +70,22 @@ bool kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
     const double stiffness = kt_sdf_number(m, dynamics, "spring_stiffness", 0.0);
     double lower, upper;
     const bool has_limits = read_position_limits(m, j, &lower, &upper);
-    if (has_limits && (lower > upper || options->stop_stiffness == 0.0))
-        kt_left_count(lower > upper ? &m->disordered : &m->limits, limit_of(j));
-    const bool has_stop = has_limits && lower <= upper && options->stop_stiffness != 0.0;
+    if (has_limits && lower > upper)
+        kt_left_count(&m->disordered, limit_of(j));
+    const bool has_order = has_limits && lower <= upper;
     if (name == NULL)
-        return damping != 0.0 || friction != 0.0 || stiffness != 0.0 || has_stop;
+        return damping != 0.0 || friction != 0.0 || stiffness != 0.0 || has_order;
+    if (has_order && options->stop_stiffness == 0.0)
+        kt_left_count(&m->limits, limit_of(j));
     if (stiffness != 0.0)
         kt_draft_spring(&m->draft, j->element, name, stiffness, kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     kt_draft_resistance(&m->draft, j->element, name, damping, friction);
     if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
-    if (has_stop)
+    if (has_order && options->stop_stiffness != 0.0)
         kt_draft_stop(&m->draft, j->element, options, name, lower, upper);
+    if (has_order && j->name == NULL && (lower > 0.0 || upper < 0.0)) /* in a loop, which starts at zero */
+        kt_left_count(&m->outside, limit_of(j));
     return false;
 }
 

@@ -68,13 +68,16 @@ static void extend_joint(kt_urdf *u, const kt_element *e, kt_urdf_joint *j) {
 
 /* Later elements count before earlier ones. */
 void kt_urdf_read_extensions(kt_urdf *u) {
+    static const char *const flags[] = {"static", "kinematic", "enable_wind"}; /* the first one of the whole robot */
     for (const kt_element *e = kt_xml_child(u->robot, "gazebo"); e != NULL; e = kt_xml_next(e, "gazebo")) {
         const char *reference = kt_xml_attribute(e, "reference");
-        const kt_element *fixed = reference == NULL ? kt_xml_child(e, "static") : NULL;
         const int link = reference != NULL ? kt_names_find(&u->names, LINKS, reference) : -1;
         const int joint = reference != NULL ? kt_names_find(&u->names, JOINTS, reference) : -1;
-        if (fixed != NULL && is_extension_of(fixed, " true yes 1 "))
-            kt_unknown_count(&u->strange.moving, "static", fixed);
+        for (size_t i = reference == NULL ? 0 : 1; i < sizeof flags / sizeof *flags; i++) {
+            const kt_element *flag = kt_xml_child(e, flags[i]);
+            if (flag != NULL && is_extension_of(flag, " true yes 1 "))
+                kt_unknown_count(&u->strange.moving, flags[i], flag);
+        }
         for (const kt_element *part = reference == NULL ? e->first : NULL; part != NULL; part = part->next)
             if (kt_words_have(" joint link ", part->name)) /* which Gazebo adds to the robot */
                 kt_unknown_count(&u->strange.moving, part->name, part);

@@ -18,7 +18,7 @@ static const kt_known known[] = {
     {" axis ", " xyz "},
     {" parent child ", " link "},
     {" inertial geometry mujoco compiler ", " "},
-    {" mass mu mu1 static gravity turnGravityOff springStiffness springReference ", " value "},
+    {" mass mu mu1 static kinematic enable_wind gravity turnGravityOff springStiffness springReference ", " value "},
     {" inertia ", " ixx ixy ixz iyy iyz izz "},
     {" limit ", " lower upper effort velocity "},
     {" dynamics ", " damping friction "},
@@ -47,7 +47,7 @@ static const kt_known_list all_known = {
                 "iterations tolerance cone impratio jacobian size ",
     .moving = " plugin dampingFactor velocity_decay boundmass boundinertia "
               "settotalmass inertiafromgeom density viscosity wind flag "
-              "kinematic enable_wind loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};
+              "loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 

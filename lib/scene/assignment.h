@@ -93,7 +93,8 @@ KT_CHECKED kt_status kt_assignments_sync(kt_assignments *assignments, const kt_s
 /* Whether a name that an event sets is that of a velocity. */
 bool kt_is_velocity_name(const char *name);
 
-/* Whether an event of the scene sets velocities, or else parameters or auxiliary states. */
+/* velocities: whether an event of the scene sets velocities; otherwise whether one sets parameters or auxiliary
+ * states. */
 bool kt_events_set(const kt_scene *scene, bool velocities);
 
 /* Velocities that events set: {set: {velocity.arm: "-0.8*velocity.arm"}} (impulse.c). */

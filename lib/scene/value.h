@@ -43,11 +43,11 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
 
 /* The forms of a value: a mapping has one key of several, and the key gives the type. */
 typedef struct kt_forms {
-    const char *several, *expected, *missing; /* texts of faults: "surfaces", "a surface (one of ...)", and the whole */
+    const char *several, *expected, *missing; /* texts of faults; the first two are "surfaces" and "a surface (one of ...)" */
     const kt_field *fields;
     const int *types; /* of each field; equal types belong to one form */
     int count;        /* of the fields that are forms */
-    size_t size;      /* of the value, whose first member is the type */
+    size_t size;      /* of the value, whose first member is the type; only for the kinds of surfaces and tracks */
 } kt_forms;
 
 /* The type of the one form that the mapping has; 0 after reporting that there is none, or more than one. */

@@ -274,10 +274,10 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
     if (memcmp(head->kind, own.kind, sizeof own.kind) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "these bytes are not a checkpoint of a simulation");
     if (head->nq != own.nq || head->nv != own.nv || head->body != own.body)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                            "it is of another model: %lu bodies, %lu positions, %lu velocities; here: %lu, %lu, %lu",
-                            (unsigned long)head->body, (unsigned long)head->nq, (unsigned long)head->nv,
-                            (unsigned long)own.body, (unsigned long)own.nq, (unsigned long)own.nv);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "checkpoint",
+            "it is of another model: %.0f bodies, %.0f positions, %.0f velocities; here: %.0f, %.0f, %.0f",
+            (double)head->body, (double)head->nq, (double)head->nv, (double)own.body, (double)own.nq, (double)own.nv);
     if (memcmp(head->method, own.method, sizeof own.method) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                             "it was made with another integrator: %.31s, and this is %.31s", head->method, own.method);
@@ -285,8 +285,8 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
             "it is of another model or version of the library, or only one of the two keeps an energy balance: "
-            "%lu bytes; here: %lu",
-            (unsigned long)head->size, (unsigned long)own.size);
+            "%.0f bytes; here: %.0f",
+            (double)head->size, (double)own.size);
     if (head->model != own.model)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                             "it belongs to another model (with the same number of coordinates, but other names, types "

@@ -92,7 +92,7 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     static const double beyond = 1.1; /* of the remaining time */
     const double t = kt_integrator_time(simulation->integrator),
                  length = t - kt_integrator_previous_time(simulation->integrator);
-    if (missed && simulation->memory.event_missed == MISSED)
+    if (missed && simulation->memory.event_missed >= MISSED)
         return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
                             "%d successive steps were cut short for this event, and none reached it (the last one has "
                             "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",

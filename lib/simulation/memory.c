@@ -365,8 +365,6 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     simulation->progress_due = settings->options.progress_steps;
     const int evaluations = settings->options.event_evaluations;
     simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
-#endif
-#if KT_HAS_EVENTS
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
 #endif
     simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && has_model_equations(settings) &&

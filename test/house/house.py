@@ -19,7 +19,7 @@ FACES = {"status": "base", "description": "model", "descriptor": "model", "funct
          "formulation": "study", "dae": "study", "kinetree": None, "compat": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
-NEW_FORMAT = re.compile(r"%(?:[zjt]|ll)[diu]")  # newlib takes the wrong argument for the %s after these: it reads a wild address
+NEW_FORMAT = re.compile(r"%[-+ 0#]*[\d.*]*(?:[zjt][diouxX]|ll[diu])")  # newlib takes the wrong argument for the %s after these: it reads a wild address
 LONG = 600
 WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone
 NAME_FILES_MOST = 5  # files that have a static function of one name

@@ -63,6 +63,9 @@ KT_TEST(ramps_end_after_they_start) {
     rejects(kt_function_ramp(0.0, 1.0, 2.0, 1.5), AT_DRIVE ".ramp starts at 2 and ends at 1.5; it must end later\n");
     rejects(kt_function_ramp(0.0, 1.0, 0.0, 1e-60),
             AT_DRIVE ".ramp starts at 0 and ends at 9.9999999999999997e-61; it must end later\n");
+    rejects(kt_function_ramp(nan_value, 1.0, 2.0, 1.5),
+            AT_DRIVE ".ramp.from is nan; give a finite number\n" AT_DRIVE
+                     ".ramp starts at 2 and ends at 1.5; it must end later\n");
     passes("ramp downwards", DRIVE, kt_function_ramp(1.0, 0.0, -2.0, 1.5));
     passes("ramp that stays", DRIVE, kt_function_ramp(1.0, 1.0, 0.0, 1.0));
 }

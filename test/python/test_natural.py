@@ -90,6 +90,8 @@ def test_faults_name_the_argument():
         for wrong in ("a", np.nan):
             with pytest.raises(kt.ArgumentError, match="^t: expected a"):
                 call([0], [0], t=wrong)
+            with pytest.raises(kt.ArgumentError, match="^t: expected a"):
+                call(np.zeros(1), np.zeros(1), t=wrong)
     with pytest.raises(kt.StepError, match="point: expected finite numbers"):
         scene.model.data().kinematics([0.0], [0.0]).position(("rod", [0, np.nan, 0]))
     simulation = scene.simulation(step=1e-3, duration=0.1)

@@ -93,6 +93,16 @@ KT_TEST(links_of_nested_models_are_named_as_in_the_file_or_in_the_scene) {
     }
 }
 
+KT_TEST(body_between_two_axes_is_no_link) {
+    static const char text[] = "<sdf version='1.9'><model name='m'><link name='a'/><joint name='f' type='universal'>"
+                               "<parent>world</parent><child>a</child><axis><xyz>1 0 0</xyz></axis>"
+                               "<axis2><xyz>0 1 0</xyz></axis2></joint></model></sdf>";
+    const kt_robot_options options = {.masses = (const char *[]){"f=3"}, .mass_count = 1};
+    kt_scene scene;
+    kt_check_equal_int("status", parse(text, &options, &scene), KT_ERROR_SCENE);
+    kt_check_contains("message", faults.text, "mass 'f=3': there is no link of this name");
+}
+
 KT_TEST(what_does_not_fit_is_rejected_by_name) {
     static const char *const wrong[] = {"x=1", "a=-1", "a"};
     for (int i = 0; i < 3; i++) {

@@ -70,6 +70,9 @@ KT_TEST(extensions_that_move_the_robot_are_warnings) {
         const kt_scene *scene = read_extended(extensions[i][0]);
         kt_check_true(warning, has_ranked_note(scene, KT_NOTE_RANK_MOTION, warning));
     }
+    const kt_scene *scene =
+        read_extended("<gazebo reference='b'><kinematic>false</kinematic><enable_wind>0</enable_wind></gazebo>");
+    kt_check_true("what is off is not left out", !has_note(scene, "'kinematic'") && !has_note(scene, "'enable_wind'"));
 }
 
 /* In sdformat, any `turnGravityOff` but false, no and 0 takes the weight away. Of `gravity`, these words do. */

@@ -166,7 +166,11 @@ static kt_status start_fmu(kt_fmu_partner *p, const kt_scene_sample *sample, kt_
         status = kt_fmi_check(f, f->calls->begin(f, sample->time), "EnterInitializationMode", error);
     if (status == KT_OK)
         status = set_inputs(p, sample->inputs, error);
-    return status == KT_OK ? kt_fmi_check(f, f->call.end(f->instance), "ExitInitializationMode", error) : status;
+    if (status == KT_OK)
+        status = kt_fmi_check(f, f->call.end(f->instance), "ExitInitializationMode", error);
+    if (status != KT_OK && f->worst < KT_FMI_ERROR)
+        f->worst = KT_FMI_ERROR; /* an instance that has not started is not terminated */
+    return status;
 }
 
 static int sample_fmu(const kt_scene_sample *sample, kt_error *error, void *user) {

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from typing import TYPE_CHECKING, Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
@@ -151,7 +152,7 @@ def finite(value: Any, what: str, least: Optional[float] = None) -> float:
         number = float(value)
     except (TypeError, ValueError):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a number, got {value!r}") from None
-    if not np.isfinite(number) or (least is not None and number < least):
+    if not math.isfinite(number) or (least is not None and number < least):
         bound = "" if least is None else f" of at least {least}"
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a finite number{bound}, got {number}")
     return number
