@@ -368,6 +368,14 @@ bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
     return any;
 }
 
+bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier) {
+    bool any = false;
+    for (int k = c->sides; k < c->n; k++)
+        any = any || (!kt_contact_rubs(c, k) && kt_contact_is_closed(model, &c->item[k]) &&
+                      fabs(multiplier[kt_contact_row(model, &c->item[k])]) > kt_contact_limit(model, &c->item[k]));
+    return any;
+}
+
 /* The rows of contacts of a group that share their load. */
 typedef struct loads {
     int n;
@@ -452,37 +460,42 @@ static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const d
     return status;
 }
 
-/* The part of its friction that contact friction k uses; -1: it does not stick, or the contact does not press. */
+/* The part of its limit that friction k uses; -1: it does not stick, or its contact does not press. */
 static double part_in_use(const struct kt_contacts *c, const kt_model *model, int k) {
-    if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]))
+    if (!kt_contact_is_closed(model, &c->item[k]))
         return -1.0;
-    const int row = kt_contact_row(model, &c->item[k]);
-    const double normal = c->reaction[kt_contact_row(model, &c->item[c->item[k].of])];
-    const double most = kt_contact_coefficient(model, &c->item[k]) * normal;
-    return most > 0.0 ? kt_hypot(c->reaction[row], c->reaction[row + 1]) / most : -1.0;
+    const bool rubs = kt_contact_rubs(c, k);
+    const double *force = c->reaction + kt_contact_row(model, &c->item[k]);
+    const double most =
+        rubs ? kt_contact_coefficient(model, &c->item[k]) * c->reaction[kt_contact_row(model, &c->item[c->item[k].of])]
+             : kt_contact_limit(model, &c->item[k]);
+    return most > 0.0 ? (rubs ? kt_hypot(force[0], force[1]) : fabs(*force)) / most : -1.0;
 }
 
 /* Changes the units of tangential forces to those of other shares, as in linear/coulomb.h. Returns the largest part of
  * friction in use. A load far beyond all friction would shrink all units together, until its directions seem dependent,
- * and vanish. Parts then count relative to the largest one. If loads are shared, too, forces may have only one share:
- * that of a driven wheel. Their units would grow or shrink without end. They stay within a range about the root of the
- * normal force. */
+ * and vanish. Parts then count relative to the largest one. If loads are shared, too, or dry friction sticks, forces may
+ * have only one share: that of a driven wheel. Their units would grow or shrink without end. They stay within a range
+ * about the root of the normal force. */
 static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
     static const double far = 1.5;
-    const double range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;
-    double largest = 0.0;
-    for (int k = c->sides; k < c->n; k++)
-        largest = fmax(largest, part_in_use(c, model, k));
+    double largest = 0.0, range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;
+    for (int k = c->sides; k < c->n; k++) {
+        const double part = part_in_use(c, model, k);
+        largest = fmax(largest, part);
+        range = !kt_contact_rubs(c, k) && part >= 0.0 ? 1e3 : range;
+    }
     const double whole = largest > far ? largest : 1.0;
     for (int k = c->sides; k < c->n; k++) {
         const double part = part_in_use(c, model, k);
         if (part < 0.0)
             continue;
         const int row = kt_contact_row(model, &c->item[k]);
-        const double normal = sqrt(c->reaction[kt_contact_row(model, &c->item[c->item[k].of])]);
-        unit[row] *= kt_coulomb_unit_factor(part / whole);
-        unit[row] = fmin(fmax(unit[row], normal / range), normal * range);
-        unit[row + 1] = unit[row];
+        const bool rubs = kt_contact_rubs(c, k);
+        const double normal = rubs ? c->reaction[kt_contact_row(model, &c->item[c->item[k].of])] : 1.0;
+        unit[row] = kt_coulomb_unit_within(unit[row] * kt_coulomb_unit_factor(part / whole), normal, range);
+        if (rubs)
+            unit[row + 1] = unit[row];
     }
     return largest;
 }
@@ -520,5 +533,7 @@ kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at
     kt_status status = find_shares(c, at, false, &most, error);
     if (status == KT_OK && kt_contacts_share_any(c, at->model) && (most > 1.0 || any_load_pulls(c, at->model)))
         status = find_shares(c, at, true, &most, error);
+    if (status == KT_OK)
+        kt_contacts_share_load(c, at->model, c->reaction);
     return status;
 }

@@ -60,26 +60,24 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
     if (status == KT_OK && presses)
         kt_contacts_share_load(c, model, c->row);
+    if (status == KT_OK && sticks)
+        status = kt_contacts_find_reactions(c, at, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const bool closed = kt_contact_is_closed(model, contact);
-        const double reaction = closed ? contact->sign * c->row[kt_contact_row(model, contact)] : 0.0;
-        if (kt_contact_is_released(contact))
+        const bool shares = sticks && (k >= c->sides || kt_contact_shares_load(model, contact));
+        const double *from = shares ? c->reaction : c->row;
+        const double reaction = closed ? contact->sign * from[kt_contact_row(model, contact)] : 0.0;
+        if (kt_contact_rubs(c, k))
+            c->value[k] = friction_value_of(c, at, k);
+        else if (kt_contact_is_released(contact))
             c->value[k] = 1.0;
         else if (k < c->sides)
             c->value[k] = contact_value_of(contact, at->t, closed, reaction);
-        else if (!kt_contact_rubs(c, k))
+        else
             c->value[k] =
                 closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);
     }
-    if (status == KT_OK && sticks)
-        status = kt_contacts_find_reactions(c, at, error);
-    for (int k = 0; status == KT_OK && k < c->n; k++)
-        if (kt_contact_rubs(c, k))
-            c->value[k] = friction_value_of(c, at, k);
-        else if (sticks && kt_contact_shares_load(model, &c->item[k]))
-            c->value[k] = contact_value_of(&c->item[k], at->t, true,
-                                           c->item[k].sign * c->reaction[kt_contact_row(model, &c->item[k])]);
     return status;
 }
 

@@ -19,12 +19,12 @@
  * If a contact would then hold less, and all can stick, it stays closed, with the least normal forces that press.
  * Tangential forces may not be unique, as of a block on two feet. Then p is the least solution of all, each tangential
  * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
- * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others
- * have some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least
- * one. T minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no
- * contact exceeds its friction. The dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given
- * power of the other forces; this is its iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip,
- * this motion begins.
+ * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
+ * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
+ * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
+ * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D = 1 at first. The dual problem
+ * seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is its iteration
+ * (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -232,6 +232,10 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
  * sqrt(D) multiplied by the following factor. */
 enum { KT_COULOMB_SHARINGS = 64 };
 static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
+/* A unit within a range about the root of its normal force. */
+static inline double kt_coulomb_unit_within(double unit, double normal, double range) {
+    return fmin(fmax(unit, sqrt(normal) / range), sqrt(normal) * range);
+}
 
 /* The bound of a normal force that is shared in several ways: it holds a tangential force. A small part of it, and of
  * the mean normal force, is left in reserve, so that rounding does not decide when the contact parts or slips. */

@@ -64,21 +64,35 @@ static void remove_along(kt_coulomb_system *s, const double *z) {
     }
 }
 
-/* Changes the units of tangential forces that stick to those of other shares (coulomb.h). Returns false if no contact
- * exceeds its friction. */
+/* Whether dry friction sticks. */
+static bool any_dry_sticks(const kt_coulomb *c, const kt_coulomb_system *s) {
+    bool any = false;
+    for (int k = 0; k < s->n; k++)
+        any = any || c->item[s->item[k]].type == KT_COULOMB_DRY;
+    return any;
+}
+
+/* Changes the units of friction that sticks to those of other shares (coulomb.h). Dry friction may have one share alone
+ * that exceeds its limit: units then stay within a range. Returns false if no friction exceeds its limit. */
 static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
+    static const double rounding = 1e-12; /* of all dry friction at its limit */
+    const double range = any_dry_sticks(c, s) ? 1e3 : HUGE_VAL;
     bool exceeds = false;
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {
+        const kt_coulomb_item *item = &c->item[s->item[k]];
+        const bool is_dry = item->type == KT_COULOMB_DRY;
         normal = s->is_normal[k] ? s->least[k] + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : s->least[k];
-        const double most = c->item[s->item[k]].friction * normal;
-        if (!s->is_tangential[k] || !(most > 0.0))
+        const double most = is_dry ? item->friction : item->friction * normal;
+        if (!(is_dry || s->is_tangential[k]) || !(most > 0.0))
             continue;
-        const double part = kt_hypot(s->x[k], s->x[k + 1]) / most;
-        s->unit[k] *= kt_coulomb_unit_factor(part);
-        s->unit[k + 1] = s->unit[k];
-        exceeds = exceeds || part > 1.0;
-        k++;
+        const double part = (is_dry ? fabs(s->x[k]) : kt_hypot(s->x[k], s->x[k + 1])) / most;
+        s->unit[k] = kt_coulomb_unit_within(s->unit[k] * kt_coulomb_unit_factor(part), is_dry ? 1.0 : normal, range);
+        exceeds = exceeds || part > (is_dry ? 1.0 + rounding : 1.0);
+        if (!is_dry) {
+            s->unit[k + 1] = s->unit[k];
+            k++;
+        }
     }
     return exceeds;
 }

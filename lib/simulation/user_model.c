@@ -80,7 +80,8 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
     const kt_instant instant = {
         .model = simulation->model, .data = data, .t = at->t, .q = at->q, .v = at->v, .tau = at->tau};
     kt_contacts_share_load(c, simulation->model, simulation->multiplier);
-    if (!kt_contacts_share_any(c, simulation->model))
+    if (!kt_contacts_share_any(c, simulation->model) &&
+        !kt_contacts_exceed_any(c, simulation->model, simulation->multiplier))
         return KT_OK;
     const size_t bytes = simulation->model->n.row * sizeof *c->row;
     memcpy(c->row, simulation->multiplier, bytes);

@@ -244,14 +244,28 @@ KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
     kt_check_above("undecided", (double)kt_simulation_contacts(simulation).undecided, 0.5);
 }
 
+/* The friction of each bearing, in the records. */
+static void check_frictions(kt_simulation *simulation, const double *bearing) {
+    const kt_model *model = kt_simulation_model(simulation);
+    kt_record record;
+    kt_error error = {0};
+    kt_need_fine("senses", kt_simulation_sense(simulation, &record, &error), &error);
+    for (int loop = 0; loop < kt_loop_count(model); loop++) {
+        const char *name = kt_loop_name(model, loop);
+        if (kt_loop_is_stick(model, loop) && *name == 'w' && kt_loop_rows_of(model, loop).count > 0)
+            kt_check_below(name, fabs(record.multipliers[kt_loop_rows_of(model, loop).first]),
+                           bearing[name[1] - '0'] * (1.0 + 1e-6));
+    }
+}
+
 /* Frictions of several wheels hold a car, in shares that are not unique, until its torque is the sum S of their limits.
  * The torque T (3 s^2 - 2 s^3) of a ramp is S at s = 1/2 if T = 2 S. */
 KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
-    static const car cars[] = {{.bearing = {0.05, 0.15, 0.0, 0.0}},
-                               {.bearing = {0.1, 0.1, 0.0, 0.0}},
-                               {.bearing = {0.0, 0.05, 0.0, 0.1}},
-                               {.bearing = {0.1, 0.02, 0.05, 0.0}}};
-    for (int k = 0; k < 4; k++) {
+    static const car cars[] = {
+        {.bearing = {0.05, 0.15, 0.0, 0.0}}, {.bearing = {0.1, 0.1, 0.0, 0.0}},
+        {.bearing = {0.0, 0.05, 0.0, 0.1}},  {.bearing = {0.1, 0.02, 0.05, 0.0}},
+        {.bearing = {0.1, 0.1, 0.1, 0.1}, .com = {0.02, 0.01}},   {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}}};
+    for (int k = 0; k < 6; k++) {
         car c = cars[k];
         double sum = 0.0;
         kt_error error = {0};
@@ -265,6 +279,7 @@ KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
         kt_simulation *simulation = start_car(&c);
         kt_need_fine("rests", kt_simulation_advance(simulation, 0.45 - 1e-6, &error), &error);
         kt_check_near("at rest, m/s", kt_simulation_velocities(simulation)[0], 0.0, 1e-12);
+        check_frictions(simulation, c.bearing);
         kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
         kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], impulse / 0.2 / 6.0, 1e-9);
     }
