@@ -43,7 +43,7 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
 
 /* The forms of a value: a mapping has one key of several, and the key gives the type. */
 typedef struct kt_forms {
-    const char *several, *expected, *missing; /* texts of faults; the first two are "surfaces" and "a surface (one of ...)" */
+    const char *several, *expected, *missing; /* texts of faults, such as "surfaces", "a surface (one of ...)" */
     const kt_field *fields;
     const int *types; /* of each field; equal types belong to one form */
     int count;        /* of the fields that are forms */

@@ -261,10 +261,12 @@ static void check_frictions(kt_simulation *simulation, const double *bearing) {
 /* Frictions of several wheels hold a car, in shares that are not unique, until its torque is the sum S of their limits.
  * The torque T (3 s^2 - 2 s^3) of a ramp is S at s = 1/2 if T = 2 S. */
 KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
-    static const car cars[] = {
-        {.bearing = {0.05, 0.15, 0.0, 0.0}}, {.bearing = {0.1, 0.1, 0.0, 0.0}},
-        {.bearing = {0.0, 0.05, 0.0, 0.1}},  {.bearing = {0.1, 0.02, 0.05, 0.0}},
-        {.bearing = {0.1, 0.1, 0.1, 0.1}, .com = {0.02, 0.01}},   {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}}};
+    static const car cars[] = {{.bearing = {0.05, 0.15, 0.0, 0.0}},
+                               {.bearing = {0.1, 0.1, 0.0, 0.0}},
+                               {.bearing = {0.0, 0.05, 0.0, 0.1}},
+                               {.bearing = {0.1, 0.02, 0.05, 0.0}},
+                               {.bearing = {0.1, 0.1, 0.1, 0.1}, .com = {0.02, 0.01}},
+                               {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}}};
     for (int k = 0; k < 6; k++) {
         car c = cars[k];
         double sum = 0.0;
