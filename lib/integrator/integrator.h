@@ -417,7 +417,8 @@ static inline double kt_explicit_error(double h, double high, bool has_low, doub
 /* The terms of these rows of a compiled table after those of the stages: b, e, and e_low (explicit.c). */
 enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
 
-/* The dense output in the form that the public header gives (explicit.c), from slopes in slots. kt_dense_state takes the slopes k. */
+/* The dense output in the form that the public header gives (explicit.c), from slopes in slots. kt_dense_state takes
+ * the slopes k. */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *const *k, double *y_out);
 
