@@ -186,7 +186,7 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
 /* Whether a contact is closed, sticks, and shares its load with others in several ways. */
 bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact);
 bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model);
-/* Whether dry friction of a joint that sticks exceeds its limit. */
+/* Whether dry friction of a joint that sticks exceeds its limit in these multipliers. */
 bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier);
 
 /* Whether item k is friction of a contact. */
@@ -348,7 +348,7 @@ KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_
 /* Computes the least multipliers that give the same forces as those in c->row, to c->reaction. They are measured in one
  * unit to find normal forces, and then in roots of the normal forces to find tangential ones (linear/coulomb.h). Those
  * of contacts that share their load are raised if they would pull, or be too small for friction that sticks
- * (linear/coulomb_shares.c). */
+ * (linear/coulomb_shares.c). Friction of joints that exceeds its limit is shared in other ways, too. */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
 /* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. A row without a lever that

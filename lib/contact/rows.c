@@ -472,18 +472,17 @@ static double part_in_use(const struct kt_contacts *c, const kt_model *model, in
     return most > 0.0 ? (rubs ? kt_hypot(force[0], force[1]) : fabs(*force)) / most : -1.0;
 }
 
-/* Changes the units of tangential forces to those of other shares, as in linear/coulomb.h. Returns the largest part
- * of friction in use. A load far beyond all friction would shrink all units together, until its directions seem
- * dependent, and vanish. Parts then count relative to the largest one. If loads are shared, too, or dry friction
- * sticks, forces may have only one share: that of a driven wheel. Their units would grow or shrink without end. They
- * stay within a range about the root of the normal force. */
-static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
+/* Changes the units of friction to those of other shares, as in linear/coulomb.h. Returns the largest part of friction
+ * in use. A load far beyond all friction would shrink all units together, until its directions seem dependent, and
+ * vanish. Parts then count relative to the largest one. Forces may have only one share: that of a driven wheel, if loads
+ * are shared, too, or that of dry friction. Their units would grow or shrink without end, and stay within a range. */
+static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit, bool first) {
     static const double far = 1.5;
     double largest = 0.0, range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;
     for (int k = c->sides; k < c->n; k++) {
         const double part = part_in_use(c, model, k);
         largest = fmax(largest, part);
-        range = !kt_contact_rubs(c, k) && part >= 0.0 ? 1e3 : range;
+        range = !kt_contact_rubs(c, k) && part >= 0.0 ? KT_COULOMB_RANGE_OF_DRY : range;
     }
     const double whole = largest > far ? largest : 1.0;
     for (int k = c->sides; k < c->n; k++) {
@@ -492,8 +491,10 @@ static double change_units(const struct kt_contacts *c, const kt_model *model, d
             continue;
         const int row = kt_contact_row(model, &c->item[k]);
         const bool rubs = kt_contact_rubs(c, k);
-        const double normal = rubs ? c->reaction[kt_contact_row(model, &c->item[c->item[k].of])] : 1.0;
-        unit[row] = kt_coulomb_unit_within(unit[row] * kt_coulomb_unit_factor(part / whole), normal, range);
+        const double scale =
+            rubs ? c->reaction[kt_contact_row(model, &c->item[c->item[k].of])] : kt_contact_limit(model, &c->item[k]);
+        const double from = first && !rubs ? sqrt(scale) : unit[row];
+        unit[row] = kt_coulomb_unit_within(from * kt_coulomb_unit_factor(part / whole), scale, range);
         if (rubs)
             unit[row + 1] = unit[row];
     }
@@ -509,11 +510,11 @@ static kt_status find_shares(struct kt_contacts *c, const kt_instant *at, bool r
     set_units(c, at->model, c->rate);
     if (status == KT_OK)
         status = find_least(c, at, c->rate, raise, error);
-    double before = HUGE_VAL, part = change_units(c, at->model, c->rate);
+    double before = HUGE_VAL, part = change_units(c, at->model, c->rate, true);
     for (int i = 0; status == KT_OK && i < KT_COULOMB_SHARINGS && part > 1.0 && fabs(before - part) > 1e-14; i++) {
         before = part;
         status = find_least(c, at, c->rate, raise, error);
-        part = change_units(c, at->model, c->rate);
+        part = change_units(c, at->model, c->rate, false);
     }
     *most = part;
     return status;

@@ -22,7 +22,7 @@
  * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
  * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
  * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
- * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D = 1 at first. The dual problem
+ * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D of this limit at first. The dual problem
  * seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is its iteration
  * (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
  *
@@ -232,9 +232,11 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
  * sqrt(D) multiplied by the following factor. */
 enum { KT_COULOMB_SHARINGS = 64 };
 static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
-/* A unit within a range about the root of its normal force. */
-static inline double kt_coulomb_unit_within(double unit, double normal, double range) {
-    return fmin(fmax(unit, sqrt(normal) / range), sqrt(normal) * range);
+/* A unit within a range about the root of a scale: the normal force, or the limit of dry friction. Next to dry friction
+ * the range is small: otherwise the direction of friction with one share vanishes beside that of idle contacts. */
+#define KT_COULOMB_RANGE_OF_DRY 30.0
+static inline double kt_coulomb_unit_within(double unit, double scale, double range) {
+    return fmin(fmax(unit, sqrt(scale) / range), sqrt(scale) * range);
 }
 
 /* The bound of a normal force that is shared in several ways: it holds a tangential force. A small part of it, and of

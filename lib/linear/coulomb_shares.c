@@ -72,11 +72,12 @@ static bool any_dry_sticks(const kt_coulomb *c, const kt_coulomb_system *s) {
     return any;
 }
 
-/* Changes the units of friction that sticks to those of other shares (coulomb.h). Dry friction may have one share alone
- * that exceeds its limit: units then stay within a range. Returns false if no friction exceeds its limit. */
-static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
-    static const double rounding = 1e-12; /* of all dry friction at its limit */
-    const double range = any_dry_sticks(c, s) ? 1e3 : HUGE_VAL;
+/* Changes the units of friction that sticks to those of other shares (coulomb.h). Dry friction that has only one share
+ * may exceed its limit in it. Its unit would shrink without end, so that units stay within a range. Returns false if no
+ * friction exceeds its limit. */
+static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s, bool first) {
+    static const double rounding = 1e-12; /* relative to the limit of dry friction */
+    const double range = any_dry_sticks(c, s) ? KT_COULOMB_RANGE_OF_DRY : HUGE_VAL;
     bool exceeds = false;
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {
@@ -87,7 +88,8 @@ static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s) {
         if (!(is_dry || s->is_tangential[k]) || !(most > 0.0))
             continue;
         const double part = (is_dry ? fabs(s->x[k]) : kt_hypot(s->x[k], s->x[k + 1])) / most;
-        s->unit[k] = kt_coulomb_unit_within(s->unit[k] * kt_coulomb_unit_factor(part), is_dry ? 1.0 : normal, range);
+        const double unit = first && is_dry ? sqrt(most) : s->unit[k];
+        s->unit[k] = kt_coulomb_unit_within(unit * kt_coulomb_unit_factor(part), is_dry ? most : normal, range);
         exceeds = exceeds || part > (is_dry ? 1.0 + rounding : 1.0);
         if (!is_dry) {
             s->unit[k + 1] = s->unit[k];
@@ -171,6 +173,6 @@ void kt_coulomb_reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int r
     take_least_forces(c, s, rank);
     set_units_of_system(s);
     take_least_forces(c, s, rank);
-    for (int k = 0; k < KT_COULOMB_SHARINGS && change_shares(c, s); k++)
+    for (int k = 0; k < KT_COULOMB_SHARINGS && change_shares(c, s, k == 0); k++)
         take_least_forces(c, s, rank);
 }

@@ -72,7 +72,8 @@ kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const 
 }
 
 #if KT_HAS_EVENTS
-/* Contacts that share their load in several ways get the least multipliers that press, as in their events. */
+/* Contacts that share their load in several ways get the least multipliers that press, as in their events. Friction of
+ * joints that would exceed its limit is shared, too. */
 static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_state *at, kt_wrench *joints,
                                 kt_wrench *loops, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;

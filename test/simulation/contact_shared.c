@@ -141,34 +141,37 @@ KT_TEST(frictions_of_a_joint_share_the_load_by_their_limits) {
 typedef struct car {
     double torque[4], com[2], bearing[4]; /* bearing: friction of the wheels' joints */
     bool late;                            /* the torques rise from 0.2 s to 0.7 s */
+    double length, mass;                  /* by which the car is another size; 0: 1 */
 } car;
 
 static kt_simulation *start_car(const car *c) {
     char text[4096];
     kt_parsed m;
-    size_t used = (size_t)snprintf(text, sizeof text,
-                                   "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
-                                   "  - {name: car, joint: {type: free, position: {position: [0, 0, 0.2]}}, mass: 3, "
-                                   "com: [%g, %g, 0], inertia: [0.1, 0.1, 0.15]}\n",
-                                   c->com[0], c->com[1]);
+    const double l = c->length > 0.0 ? c->length : 1.0, mass = c->mass > 0.0 ? c->mass : 1.0, ml2 = mass * l * l;
+    size_t used =
+        (size_t)snprintf(text, sizeof text,
+                         "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                         "  - {name: car, joint: {type: free, position: {position: [0, 0, %.17g]}}, mass: %g, "
+                         "com: [%g, %g, 0], inertia: [%g, %g, %g]}\n",
+                         0.2 * l, 3.0 * mass, c->com[0] * l, c->com[1] * l, 0.1 * ml2, 0.1 * ml2, 0.15 * ml2);
     for (int i = 0; i < 4; i++)
         used += (size_t)snprintf(text + used, sizeof text - used,
                                  "  - {name: w%d, parent: car, joint: {type: revolute, axis: y, at: [%g, %g, 0]}, "
-                                 "mass: 0.5, shape: {type: cylinder, radius: 0.2, length: 0.02, axis: y}}\n",
-                                 i, i < 2 ? 0.3 : -0.3, i % 2 ? 0.2 : -0.2);
+                                 "mass: %g, shape: {type: cylinder, radius: %.17g, length: %g, axis: y}}\n",
+                                 i, (i < 2 ? 0.3 : -0.3) * l, (i % 2 ? 0.2 : -0.2) * l, 0.5 * mass, 0.2 * l, 0.02 * l);
     used += (size_t)snprintf(text + used, sizeof text - used, "effects:\n");
     for (int i = 0; i < 4; i++)
         if (c->bearing[i] > 0.0)
             used += (size_t)snprintf(text + used, sizeof text - used,
                                      "  - {type: joint_friction, joint: w%d, coulomb: %.17g, stick: true}\n", i,
-                                     c->bearing[i]);
+                                     c->bearing[i] * mass * l);
     for (int i = 0; i < 4; i++)
         used += (size_t)snprintf(
             text + used, sizeof text - used,
-            "  - {name: tyre%d, type: contact, point: w%d, axle: y, radius: 0.2, plane: world, restitution: 0, "
+            "  - {name: tyre%d, type: contact, point: w%d, axle: y, radius: %.17g, plane: world, restitution: 0, "
             "friction: 1}\n  - {type: motor, joint: w%d, torque: {ramp: {from: %.17g, to: %.17g, start: 0.2, end: "
             "0.7}}}\n",
-            i, i, i, c->late ? 0.0 : c->torque[i], c->torque[i]);
+            i, i, 0.2 * l, i, c->late ? 0.0 : c->torque[i] * mass * l, c->torque[i] * mass * l);
     kt_parsed_make(&m, text);
     return start_block(&m, "dopri5");
 }
@@ -245,7 +248,8 @@ KT_TEST(wheel_that_spins_though_it_could_hold_is_counted) {
 }
 
 /* The friction of each bearing, in the records. */
-static void check_frictions(kt_simulation *simulation, const double *bearing) {
+static void check_frictions(kt_simulation *simulation, const car *c) {
+    const double unit = c->length > 0.0 ? c->mass * c->length : 1.0;
     const kt_model *model = kt_simulation_model(simulation);
     kt_record record;
     kt_error error = {0};
@@ -254,7 +258,7 @@ static void check_frictions(kt_simulation *simulation, const double *bearing) {
         const char *name = kt_loop_name(model, loop);
         if (kt_loop_is_stick(model, loop) && *name == 'w' && kt_loop_rows_of(model, loop).count > 0)
             kt_check_below(name, fabs(record.multipliers[kt_loop_rows_of(model, loop).first]),
-                           bearing[name[1] - '0'] * (1.0 + 1e-6));
+                           c->bearing[name[1] - '0'] * unit * (1.0 + 1e-6));
     }
 }
 
@@ -266,12 +270,15 @@ KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
                                {.bearing = {0.0, 0.05, 0.0, 0.1}},
                                {.bearing = {0.1, 0.02, 0.05, 0.0}},
                                {.bearing = {0.1, 0.1, 0.1, 0.1}, .com = {0.02, 0.01}},
-                               {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}}};
-    for (int k = 0; k < 6; k++) {
+                               {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}},
+                               {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}, .length = 0.05, .mass = 0.02},
+                               {.bearing = {0.1, 0.2, 0.05, 0.15}, .com = {0.02, 0.01}, .length = 100.0, .mass = 1e6},
+                               {.bearing = {0.1, 0.0, 0.0, 0.0}, .length = 100.0, .mass = 1e6}};
+    for (size_t k = 0; k < sizeof cars / sizeof *cars; k++) {
         car c = cars[k];
         double sum = 0.0;
         kt_error error = {0};
-        kt_note("case %d", k);
+        kt_note("case %d", (int)k);
         for (int i = 0; i < 4; i++)
             sum += c.bearing[i];
         c.torque[0] = 2.0 * sum;
@@ -281,7 +288,7 @@ KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
         kt_simulation *simulation = start_car(&c);
         kt_need_fine("rests", kt_simulation_advance(simulation, 0.45 - 1e-6, &error), &error);
         kt_check_near("at rest, m/s", kt_simulation_velocities(simulation)[0], 0.0, 1e-12);
-        check_frictions(simulation, c.bearing);
+        check_frictions(simulation, &c);
         kt_need_fine("drives", kt_simulation_advance(simulation, 1.0, &error), &error);
         kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], impulse / 0.2 / 6.0, 1e-9);
     }
