@@ -472,10 +472,11 @@ static double part_in_use(const struct kt_contacts *c, const kt_model *model, in
     return most > 0.0 ? (rubs ? kt_hypot(force[0], force[1]) : fabs(*force)) / most : -1.0;
 }
 
-/* Changes the units of friction to those of other shares, as in linear/coulomb.h. Returns the largest part of friction
- * in use. A load far beyond all friction would shrink all units together, until its directions seem dependent, and
- * vanish. Parts then count relative to the largest one. Forces may have only one share: that of a driven wheel, if loads
- * are shared, too, or that of dry friction. Their units would grow or shrink without end, and stay within a range. */
+/* Changes the units of friction to those of other shares, as in linear/coulomb.h. Returns the largest part of
+ * friction in use. A load far beyond all friction would shrink all units together, until its directions seem
+ * dependent, and vanish. Parts then count relative to the largest one. Forces may have only one share: that of a
+ * driven wheel, if loads are shared, too, or that of dry friction. Their units would grow or shrink without end, and
+ * stay within a range. */
 static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit, bool first) {
     static const double far = 1.5;
     double largest = 0.0, range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;

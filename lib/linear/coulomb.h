@@ -22,9 +22,9 @@
  * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
  * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
  * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
- * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D of this limit at first. The dual problem
- * seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is its iteration
- * (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
+ * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D of this limit at first. The
+ * dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is its
+ * iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -233,7 +233,7 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 enum { KT_COULOMB_SHARINGS = 64 };
 static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
 /* A unit within a range about the root of a scale: the normal force, or the limit of dry friction. Next to dry friction
- * the range is small: otherwise the direction of friction with one share vanishes beside that of idle contacts. */
+ * the range is small: otherwise the direction of friction with one share vanishes next to that of idle contacts. */
 #define KT_COULOMB_RANGE_OF_DRY 30.0
 static inline double kt_coulomb_unit_within(double unit, double scale, double range) {
     return fmin(fmax(unit, sqrt(scale) / range), sqrt(scale) * range);
