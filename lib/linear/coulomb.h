@@ -22,9 +22,9 @@
  * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
  * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
  * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
- * exceeds its friction. Dry friction takes part, with its limit in place of mu N, and D of this limit at first. The
- * dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is its
- * iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
+ * exceeds its friction. Dry friction takes part in the same way: its limit replaces mu N, and D is this limit at first.
+ * The dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is
+ * its iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be

@@ -72,9 +72,9 @@ static bool any_dry_sticks(const kt_coulomb *c, const kt_coulomb_system *s) {
     return any;
 }
 
-/* Changes the units of friction that sticks to those of other shares (coulomb.h). Dry friction that has only one share
- * may exceed its limit in it. Its unit would shrink without end, so that units stay within a range. Returns false if no
- * friction exceeds its limit. */
+/* Changes the units of friction that sticks to those of other shares (coulomb.h). first: dry friction begins with the
+ * unit of its limit. If it has only one share, which exceeds the limit, its unit would shrink without end: units stay
+ * within a range. Returns false if no friction exceeds its limit. */
 static bool change_shares(const kt_coulomb *c, kt_coulomb_system *s, bool first) {
     static const double rounding = 1e-12; /* relative to the limit of dry friction */
     const double range = any_dry_sticks(c, s) ? KT_COULOMB_RANGE_OF_DRY : HUGE_VAL;

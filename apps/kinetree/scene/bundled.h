@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Finds a file in folders, or a folder if its name is empty. places: one from the folder of this program, so that an
- * installation can be moved; one in the tree of the build; one in which the build was configured to install files.
- * Returns false if none of them has it. */
+/* Finds a file in three folders, or one of these folders if the name is empty. The first place is relative to the
+ * folder of this program, so that an installation can be moved. The second is in the tree of the build. The third is
+ * that of the configured installation. Returns false if none of them has it. */
 enum { KT_PLACES = 3 };
 bool kt_find_installed(const char *const places[KT_PLACES], const char *name, char *path, size_t size);
 
