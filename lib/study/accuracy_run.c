@@ -70,6 +70,7 @@ static int evaluate_stage_of_run(const kt_instant *at, double *rate, double *a, 
 
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
     options->acceleration = evaluate_stage_of_run;
+    options->equals_model = true; /* Jacobians, retries and records are then those of a run without the guard */
     options->user = guard;
 }
 
