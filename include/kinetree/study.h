@@ -153,24 +153,40 @@ typedef struct kt_reference {
     const double *q, *v; /* count rows of nq positions; of nv velocities */
 } kt_reference;
 
+/* The errors that goals, curves and fronts of a study are about. */
+typedef enum kt_accuracy_subject {
+    KT_ACCURACY_POSITIONS = 0, /* of positions, in the norm above */
+    KT_ACCURACY_VELOCITIES,    /* of velocities, in that norm */
+    KT_ACCURACY_QUANTITY,      /* of a quantity of the caller */
+} kt_accuracy_subject;
+
+/* A quantity of the caller: a number of each record, such as a reaction. */
+typedef struct kt_accuracy_quantity {
+    unsigned record;                                         /* KT_RECORD_ bits that evaluate reads */
+    double (*evaluate)(const kt_record *record, void *user); /* the record's model may be that of a variant */
+    void *user;                                              /* for evaluate */
+} kt_accuracy_quantity;
+
 /* The scope of a study, and its cost. */
 typedef struct kt_accuracy_options {
-    size_t size;                     /* sizeof of this struct, for later versions; 0: as of version 0.2 */
-    double duration;                 /* s; 0: that of the run */
-    int records;                     /* number of intervals at whose ends errors are measured; a given reference
+    size_t size;                          /* sizeof of this struct, for later versions; 0: as of version 0.2 */
+    double duration;                      /* s; 0: that of the run */
+    int records;                          /* number of intervals at whose ends errors are measured; a given reference
                                         determines its own */
-    const kt_method *const *methods; /* NULL: all built-in methods */
-    int method_count;                /* length of methods */
-    const double *steps;             /* s, of methods without error estimate; NULL: chosen */
-    int step_count;                  /* length of steps */
-    const double *tolerances;        /* of adaptive methods; NULL: chosen */
-    int tolerance_count;             /* length of tolerances */
-    const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own settings */
-    int variant_count;               /* length of variants */
-    const kt_variant *own;           /* the scene's own settings; NULL: kt_variant_default of the run */
-    const kt_reference *reference;   /* NULL: computed */
-    uint64_t run_evaluations;        /* the largest number of evaluations of one run */
-    double amplification;            /* the study ends where a small error has grown by this factor */
+    const kt_method *const *methods;      /* NULL: all built-in methods */
+    int method_count;                     /* length of methods */
+    const double *steps;                  /* s, of methods without error estimate; NULL: chosen */
+    int step_count;                       /* length of steps */
+    const double *tolerances;             /* of adaptive methods; NULL: chosen */
+    int tolerance_count;                  /* length of tolerances */
+    const kt_variant *variants;           /* every method is run in each; NULL: in the scene's own settings */
+    int variant_count;                    /* length of variants */
+    const kt_variant *own;                /* the scene's own settings; NULL: kt_variant_default of the run */
+    const kt_reference *reference;        /* NULL: computed */
+    kt_accuracy_subject subject;          /* the errors that goals are about */
+    const kt_accuracy_quantity *quantity; /* with KT_ACCURACY_QUANTITY, which needs a computed reference */
+    uint64_t run_evaluations;             /* the largest number of evaluations of one run */
+    double amplification;                 /* the study ends where a small error has grown by this factor */
 
     /* The library has no clock of its own. clock returns monotonic seconds, preferably of processor time. NULL: nothing
      * is timed, and the budget is ignored. The cheapest run is then the one with the fewest evaluations. */
@@ -203,6 +219,8 @@ typedef struct kt_accuracy_error {
     double position, velocity;         /* the largest over all records, in the norm above */
     double end_position, end_velocity; /* at the end */
     double energy;                     /* J, the largest difference from the reference's total energy */
+    double quantity;                   /* of options.quantity, the largest over all records; 0 without it */
+    double judged;                     /* of the study's subject: position, velocity or quantity */
     kt_residual constraint;            /* the largest at any record */
 } kt_accuracy_error;
 
@@ -212,7 +230,7 @@ typedef struct kt_accuracy_point {
     kt_status status;            /* of the run; if it is not KT_OK, the rest describes the part of the run before the
                                     failure */
     kt_status verdict;           /* kt_constraint_formulation_verdict after the run, if a formulation is used */
-    bool usable;                 /* the run reached its end, with an error below a tenth of the motion's amplitude */
+    bool usable;                 /* the run reached its end, with an error below a tenth of the subject's range */
     bool believed;               /* the error exceeds the reference's uncertainty; otherwise the error is below that
                                     uncertainty */
     bool cheapest, fewest;       /* on the Pareto front of error and time, or of error and evaluations */
@@ -269,15 +287,18 @@ typedef enum kt_accuracy_unit {
 
 /* The results of a study. The arrays belong to the study. */
 typedef struct kt_accuracy_results {
-    double asked, duration; /* s: requested; studied */
-    kt_accuracy_cut cut;    /* why they differ, if they do */
-    double interval;        /* s between records */
-    int records;            /* intervals */
-    kt_accuracy_unit unit;  /* of errors in position */
-    double length;          /* m, the length scale */
-    double amplitude;       /* of the motion, in the norm: the largest distance from the initial state */
-    double amplification;   /* the largest growth factor of a small error up to the end of the study */
-    double growth;          /* 1/s, log(amplification) / duration */
+    double asked, duration;      /* s: requested; studied */
+    kt_accuracy_cut cut;         /* why they differ, if they do */
+    double interval;             /* s between records */
+    int records;                 /* intervals */
+    kt_accuracy_unit unit;       /* of errors in position */
+    double length;               /* m, the length scale */
+    double amplitude;            /* of the motion, in the norm: the largest distance from the initial state */
+    kt_accuracy_subject subject; /* of error.judged */
+    double range;         /* of the subject: the amplitude, the largest speed in the norm, or the quantity's largest
+                               value minus its least one. A quantity that changes by less than a millionth of its magnitude has its magnitude */
+    double amplification; /* the largest growth factor of a small error up to the end of the study */
+    double growth;        /* 1/s, log(amplification) / duration */
 
     const kt_method *reference;                  /* method of the reference; NULL: the reference was given */
     const kt_method *check;                      /* method of the second solution */
@@ -315,7 +336,7 @@ KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 /* Returns the model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 
-/* Returns the index of the cheapest point with a position error of at most `goal`, the reference's uncertainty
+/* Returns the index of the cheapest point with an error (error.judged) of at most `goal`, the reference's uncertainty
  * included; -1: none. */
 KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
 

@@ -57,6 +57,12 @@ static kt_status check_lists(const kt_accuracy_options *options, kt_error *error
         return reject_study(error, "variants", "variant_count is not their number");
     if (!(isfinite(options->duration) && options->duration >= 0.0))
         return reject_study(error, "duration", "must be above zero, or zero for that of the run");
+    if ((unsigned)options->subject > KT_ACCURACY_QUANTITY)
+        return reject_study(error, "subject", "there is no such subject");
+    if ((options->subject == KT_ACCURACY_QUANTITY) != (options->quantity != NULL) ||
+        (options->quantity != NULL && (options->quantity->evaluate == NULL || options->reference != NULL)))
+        return reject_study(error, "quantity",
+                            "belongs to KT_ACCURACY_QUANTITY, with a function, and with a computed reference");
     kt_status status = options->own ? check_variant(options->own, error) : KT_OK;
     for (int i = 0; i < options->variant_count && status == KT_OK; i++)
         status = check_variant(&options->variants[i], error);
@@ -97,6 +103,8 @@ static kt_status check_accuracy_options(const kt_accuracy_options *options, doub
     X(double, second.q, rows * object->nq, "records of the solution that it is held against")                          \
     X(double, second.v, rows * object->nv, "records of that")                                                          \
     X(double, second.energy, rows, "records of that")                                                                  \
+    X(double, reference.quantity, rows, "of the caller")                                                               \
+    X(double, second.quantity, rows, "of the caller")                                                                  \
     X(double, difference, object->nv, "of two states")                                                                 \
     X(double, begin, object->nq + object->nv, "state at the start")                                                    \
     X(double, moved, object->nq, "neighbouring positions")                                                             \
@@ -200,6 +208,7 @@ static kt_status begin_study(kt_accuracy *study, const kt_description *descripti
     study->started = kt_accuracy_now(study);
     results->asked = options->duration > 0.0 ? options->duration : run->duration;
     results->records = options->records;
+    results->subject = options->subject;
     if (options->reference != NULL) {
         results->records = options->reference->count - 1;
         results->asked = options->reference->interval * results->records;

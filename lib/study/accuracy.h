@@ -13,9 +13,9 @@ enum {
 /* A run whose error exceeds this part of the amplitude is unusable. */
 #define KT_ACCURACY_USABLE 0.1
 
-/* A solution at its records: rows of nq, nv and one. */
+/* A solution at its records: rows of nq, nv, one and one. */
 typedef struct kt_accuracy_states {
-    double *q, *v, *energy;
+    double *q, *v, *energy, *quantity;
 } kt_accuracy_states;
 
 struct kt_accuracy {
@@ -135,11 +135,28 @@ KT_CHECKED kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *cu
 
 /* The error of a point, at least the reference's uncertainty. */
 static inline double kt_accuracy_known(const kt_accuracy *study, const kt_accuracy_point *point) {
-    const double least = study->results.uncertainty.position;
-    return point->error.position > least ? point->error.position : least;
+    const double least = study->results.uncertainty.judged;
+    return point->error.judged > least ? point->error.judged : least;
 }
 
-/* The motion's amplitude, at most 1: the scale of errors. */
+/* The value of the caller's quantity in a record; 0: the study has none. */
+static inline double kt_accuracy_quantity_of(const kt_accuracy *study, const kt_record *record) {
+    const kt_accuracy_quantity *quantity = study->options.quantity;
+    return quantity != NULL ? quantity->evaluate(record, quantity->user) : 0.0;
+}
+
+/* Adds what records need for the caller's quantity. */
+static inline void kt_accuracy_record_quantity(const kt_accuracy *study, kt_simulation_options *options) {
+    if (study->options.quantity == NULL)
+        return;
+    options->record |= study->options.quantity->record;
+    options->kinematics = true;
+}
+
+/* Sets the error that the study's subject selects. */
+void kt_accuracy_select(const kt_accuracy *study, kt_accuracy_error *error);
+
+/* The scale of errors: the range of the study's subject. For positions, it is at most 1. */
 double kt_accuracy_amplitude(const kt_accuracy *study);
 
 /* Whether a tighter tolerance takes hardly more steps than a looser one: stability then determines the step. */

@@ -14,8 +14,24 @@ static const double clear = 10.0;      /* times floor or uncertainty: larger err
 enum { FIT_LEAST = 3, FIT_MOST = 5 };
 
 double kt_accuracy_amplitude(const kt_accuracy *study) {
-    const double amplitude = study->results.amplitude;
-    return amplitude > 0.0 ? fmin(amplitude, 1.0) : 1.0;
+    const double range = study->results.range;
+    if (!(range > 0.0))
+        return 1.0;
+    return study->results.subject == KT_ACCURACY_POSITIONS ? fmin(range, 1.0) : range;
+}
+
+void kt_accuracy_select(const kt_accuracy *study, kt_accuracy_error *error) {
+    switch (study->results.subject) {
+    case KT_ACCURACY_VELOCITIES:
+        error->judged = error->velocity;
+        break;
+    case KT_ACCURACY_QUANTITY:
+        error->judged = error->quantity;
+        break;
+    default:
+        error->judged = error->position;
+        break;
+    }
 }
 
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
@@ -30,7 +46,7 @@ static double curve_floor_of(const kt_accuracy *study, const kt_accuracy_curve *
     const kt_accuracy_point *points = study->points + curve->first;
     double least = HUGE_VAL;
     for (int i = 0; i < curve->count; i++)
-        least = points[i].usable ? fmin(least, points[i].error.position) : least;
+        least = points[i].usable ? fmin(least, points[i].error.judged) : least;
     return least;
 }
 
@@ -38,18 +54,18 @@ void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
     const kt_accuracy_point *points = study->points + curve->first;
     const double amplitude = kt_accuracy_amplitude(study);
     const bool ended = curve->end == KT_ACCURACY_FLOOR;
-    double least = clear * study->results.uncertainty.position;
+    double least = clear * study->results.uncertainty.judged;
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     const int most = curve->adaptive ? KT_ACCURACY_POINTS_MAX : FIT_MOST;
     curve->floor = ended ? curve_floor_of(study, curve) : (double)NAN;
     if (ended)
         least = fmax(least, clear * curve->floor);
     for (int i = curve->count - 1; i >= 0 && n < most; i--) {
-        if (!points[i].usable || points[i].error.position <= least || points[i].error.position > asymptotic * amplitude)
+        if (!points[i].usable || points[i].error.judged <= least || points[i].error.judged > asymptotic * amplitude)
             continue;
         if (i + 1 < curve->count && kt_accuracy_is_held(curve, &points[i], &points[i + 1]))
             continue;
-        const double setting = log(points[i].setting), error = log(points[i].error.position);
+        const double setting = log(points[i].setting), error = log(points[i].error.judged);
         n += 1.0;
         x += setting;
         y += error;

@@ -60,10 +60,9 @@ static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt
     kt_accuracy *study = ladder->study;
     if (!point->usable)
         return false;
-    const bool small = point->error.position < 1e-6 * kt_accuracy_amplitude(study);
-    const bool fell =
-        before == NULL || !before->usable || kt_accuracy_is_held(curve, before, point) ||
-        point->error.position * least_fall(curve, before->setting / point->setting) <= before->error.position;
+    const bool small = point->error.judged < 1e-6 * kt_accuracy_amplitude(study);
+    const bool fell = before == NULL || !before->usable || kt_accuracy_is_held(curve, before, point) ||
+                      point->error.judged * least_fall(curve, before->setting / point->setting) <= before->error.judged;
     ladder->stalls = small && !fell ? ladder->stalls + 1 : 0;
     if (ladder->stalls >= (curve->adaptive ? 4 : 2)) /* tolerances are closer together, and errors less smooth */
         curve->end = point->believed ? KT_ACCURACY_FLOOR : KT_ACCURACY_REFERENCE;
@@ -180,7 +179,7 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
     }
     const kt_accuracy_point *coarsest = &ladder->points[0];
     const double expected =
-        coarsest->error.position * pow(failed.setting / coarsest->setting, ladder->curve->method->order + 2);
+        coarsest->error.judged * pow(failed.setting / coarsest->setting, ladder->curve->method->order + 2);
     if (failed.setting > 0.0 && expected < KT_ACCURACY_USABLE * kt_accuracy_amplitude(study))
         status = bisect(ladder, ladder->points[0].setting, failed.setting, error);
     return status == KT_OK ? refine(ladder, error) : status;

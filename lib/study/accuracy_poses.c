@@ -67,7 +67,11 @@ static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, cons
 static kt_accuracy_error find_error(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
     const size_t width = POSE * (size_t)(kt_model_body_count(study->model) - 1);
     const double unknown = (double)NAN;
-    kt_accuracy_error found = {0.0, unknown, 0.0, unknown, unknown, {unknown, unknown}};
+    kt_accuracy_error found = {.velocity = unknown,
+                               .end_velocity = unknown,
+                               .energy = unknown,
+                               .quantity = unknown,
+                               .constraint = {unknown, unknown}};
     memcpy(reader->q, study->reference.q, study->nq * sizeof *reader->q);
     for (int row = 0; row <= study->results.records && !isnan(found.position); row++) {
         found.end_position = unknown;

@@ -70,6 +70,7 @@ static int watch_walk(const kt_record *record, void *user) {
         memcpy(walk->into->q + row * study->nq, record->q, study->nq * sizeof(double));
         memcpy(walk->into->v + row * study->nv, record->v, study->nv * sizeof(double));
         walk->into->energy[row] = record->kinetic + record->potential;
+        walk->into->quantity[row] = kt_accuracy_quantity_of(study, record);
     }
     if (walk->has_room)
         widen_by_bodies(walk, record->data);
@@ -94,6 +95,8 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
         run.max_step = run.max_step > 0.0 ? fmin(run.max_step, walk->max_step) : walk->max_step;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY;
     options.kinematics = true;
+    if (walk->into != NULL)
+        kt_accuracy_record_quantity(study, &options);
     kt_accuracy_guard_use(&walk->guard, &options);
     return kt_simulation_create(study->model, &run, &options, simulation, error);
 }
@@ -218,6 +221,7 @@ static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states 
         error->position = fmax(error->position, norm.position);
         error->velocity = fmax(error->velocity, norm.velocity);
         error->energy = fmax(error->energy, fabs(a->energy[k] - b->energy[k]));
+        error->quantity = fmax(error->quantity, fabs(a->quantity[k] - b->quantity[k]));
     }
     return rows;
 }
@@ -360,6 +364,35 @@ static kt_status find_given(kt_accuracy *study, kt_error *error) {
     return KT_OK;
 }
 
+/* A quantity that changes by less than this part of its magnitude counts as constant: the rest is the error of the
+ * reference, as in the total energy of a motion without friction. */
+static const double constant = 1e-6;
+
+/* Sets the range of the study's subject. speed: the largest one in the norm. */
+static kt_status find_range(kt_accuracy *study, double speed, kt_error *error) {
+    kt_accuracy_results *results = &study->results;
+    results->range = results->subject == KT_ACCURACY_VELOCITIES ? speed : results->amplitude;
+    if (results->subject != KT_ACCURACY_QUANTITY)
+        return KT_OK;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int k = 0; k <= results->records; k++) {
+        const double value = study->reference.quantity[k];
+        if (!isfinite(value))
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "quantity",
+                                "it is not finite at %.6g s: no error of it can be measured; a duration that ends "
+                                "before helps",
+                                k * results->interval);
+        low = fmin(low, value);
+        high = fmax(high, value);
+    }
+    const double magnitude = fmax(fabs(low), fabs(high));
+    results->range = high - low > constant * magnitude ? high - low : magnitude;
+    if (results->range > 0.0)
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "quantity",
+                        "it is zero during the whole motion, hence it has no error to study");
+}
+
 kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_status status = kt_accuracy_report(study, 0.0, "the reference", error);
@@ -381,6 +414,6 @@ kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
                             "it parts from what %s computes at once: %.3g in the norm of the study, with an amplitude "
                             "of %.3g; is it of this scene, with the same start?",
                             results->check->name, results->uncertainty.end_position, results->amplitude);
-    find_amplitude(study, &study->reference);
-    return KT_OK;
+    kt_accuracy_select(study, &results->uncertainty);
+    return find_range(study, find_amplitude(study, &study->reference), error);
 }

@@ -90,6 +90,8 @@ static int watch_errors(const kt_record *record, void *user) {
     kt_accuracy_add(error, kt_accuracy_distance(study, reference, (kt_accuracy_state){record->q, record->v}),
                     record->constraint);
     error->energy = kt_worse(error->energy, fabs(energy - study->reference.energy[record->index]));
+    error->quantity = kt_worse(error->quantity,
+                               fabs(kt_accuracy_quantity_of(study, record) - study->reference.quantity[record->index]));
     return 0;
 }
 
@@ -150,10 +152,11 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
 void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point) {
     const kt_accuracy_results *results = &study->results;
     const double most = KT_ACCURACY_USABLE * kt_accuracy_amplitude(study);
-    if (point->status != KT_OK || isnan(point->error.position))
-        point->error.position = point->error.velocity = HUGE_VAL;
-    point->usable = point->error.position <= most;
-    point->believed = point->error.position > results->uncertainty.position;
+    kt_accuracy_select(study, &point->error);
+    if (point->status != KT_OK || isnan(point->error.judged))
+        point->error.position = point->error.velocity = point->error.quantity = point->error.judged = HUGE_VAL;
+    point->usable = point->error.judged <= most;
+    point->believed = point->error.judged > results->uncertainty.judged;
 }
 
 /* The timed run. It records nothing, unless the variant times the records that the scene requests. */
@@ -185,6 +188,7 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_watcher watcher = {study, &point->error};
     kt_accuracy_guard guard = kt_accuracy_guard_make(study, 1.0 / study->results.curve_count, 1.0);
     recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
+    kt_accuracy_record_quantity(study, &recorded);
     if (recorded.acceleration == NULL)
         kt_accuracy_guard_use(&guard, &recorded);
     kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);

@@ -33,6 +33,36 @@ static int find_row(const char *csv, const char *method, double setting) {
     return -1;
 }
 
+/* Errors of velocities and of columns: each relation between them is exact. A quantity in other units has its error in
+ * these units, and the only column of a pendulum's velocity has the error of velocities. */
+KT_TEST(accuracy_of_velocities_and_columns) {
+    static const char few[] = "--integrators=dopri5 --tolerances=1e-5,1e-7 --quiet --plot=/dev/null";
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(0, NULL, "$K accuracy p.yaml %s --out v.csv --of velocity.bob", few);
+    kt_expect(0, NULL, "$K accuracy p.yaml %s --out q.csv --of '1000*position.bob'", few);
+    for (int line = 1; line <= 2; line++) {
+        const char *csv = kt_read_file("v.csv");
+        const double velocity = kt_csv_number(csv, line, kt_csv_column(csv, "error.velocity"));
+        const double column = kt_csv_number(csv, line, kt_csv_column(csv, "error.quantity"));
+        kt_check_above("a velocity error", velocity, 1e-9);
+        kt_check_equal_bits("of the column", &column, &velocity, 1);
+        csv = kt_read_file("q.csv");
+        const double position = kt_csv_number(csv, line, kt_csv_column(csv, "error.position"));
+        kt_check_near("in other units", kt_csv_number(csv, line, kt_csv_column(csv, "error.quantity")), 1e3 * position,
+                      1e-9 * 1e3 * position + 1e-12);
+    }
+    kt_ran ran = kt_shell("$K accuracy p.yaml --integrators=dopri5 --of velocity --goal 1e-6 --budget 2");
+    kt_check_contains("said", ran.out, "errors of velocities are the largest over all joints and records, in rad/s");
+    kt_check_contains("recommended", ran.out, "for 1e-06 rad/s use dopri5");
+    ran = kt_shell("$K accuracy p.yaml --integrators=dopri5 --of reaction.bob.fy --goal 1e-6 --budget 2");
+    kt_check_contains("said", ran.out, "errors are the largest of 'reaction.bob.fy' over all records, in N");
+    kt_check_contains("recommended", ran.out, "for 1e-06 N use dopri5");
+    kt_expect(2, "accuracy: --of reaction.bib.fy: there is no name 'reaction.bib.fy'",
+              "$K accuracy p.yaml --of reaction.bib.fy");
+    kt_expect(1, "is zero during the whole motion", "$K accuracy p.yaml %s --of reaction.bob.fz", few);
+    kt_expect(1, "--peers and --baselines compare positions", "$K accuracy p.yaml --peers --of velocity");
+}
+
 KT_TEST(accuracy_writes_every_run) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran = kt_shell("$K accuracy p.yaml %s --out a.csv", quick);

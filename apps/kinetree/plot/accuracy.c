@@ -43,7 +43,7 @@ static int method_mark_of(const kt_accuracy_results *results, int index) {
 
 /* An error below the reference's uncertainty cannot be resolved; it is drawn at that uncertainty. */
 static double known(const kt_accuracy_results *results, const kt_accuracy_point *point) {
-    return point->usable ? fmax(point->error.position, results->uncertainty.position) : (double)NAN;
+    return point->usable ? fmax(point->error.judged, results->uncertainty.judged) : (double)NAN;
 }
 
 static bool has_usable(const kt_accuracy_results *results, const kt_accuracy_curve *curve) {
@@ -158,9 +158,9 @@ static void describe_findings(const kt_findings *findings, char *text, size_t si
     char length[64] = "";
     if (results->unit == KT_ACCURACY_MIXED)
         snprintf(length, sizeof length, ", lengths over %.3g m", results->length);
-    snprintf(text, size,
-             "%g s; the largest position error of all joints at %d records%s; filled marks: adaptive steps%s",
-             results->duration, results->records, length,
+    const bool is_column = results->subject == KT_ACCURACY_QUANTITY;
+    snprintf(text, size, "%g s; the largest error of all%s %d records%s; filled marks: adaptive steps%s",
+             results->duration, is_column ? "" : " joints at", results->records, is_column ? "" : length,
              findings->peers != NULL ? "; own methods that are best somewhere" : "");
 }
 
@@ -169,10 +169,12 @@ static int draw_diagram(const kt_findings *findings, const kt_diagram *d, const 
     static const char *const units[] = {"ms", NULL};
     const kt_accuracy_results *results = findings->results;
     kt_plot_panel panels[2];
-    char subtitle[256];
+    const char *unit = kt_findings_unit(findings);
+    char subtitle[256], title[200];
+    kt_findings_title(findings, title, sizeof title);
     for (int panel = 0; panel < 2; panel++)
-        panels[panel] = (kt_plot_panel){.title = "Position error",
-                                        .unit = kt_findings_unit(findings),
+        panels[panel] = (kt_plot_panel){.title = title,
+                                        .unit = unit[0] != '\0' ? unit : NULL,
                                         .series = d->series[panel],
                                         .series_count = d->shown + count_peers(findings) + 1,
                                         .has_legend = panel == 1,
@@ -180,7 +182,7 @@ static int draw_diagram(const kt_findings *findings, const kt_diagram *d, const 
                                         .y_log = true,
                                         .x_title = titles[panel],
                                         .x_unit = units[panel],
-                                        .blind = results->uncertainty.position,
+                                        .blind = results->uncertainty.judged,
                                         .blind_label = "within the reference\u2019s uncertainty"};
     describe_findings(findings, subtitle, sizeof subtitle);
     kt_plot plot = {.title = findings->name,

@@ -24,6 +24,8 @@ static const kt_option option_table[] = {
     KT_OPTION(TEXT, "tolerances", tolerance_list, "T,...", "use these tolerances for adaptive methods; default: found"),
     KT_OPTION(POSITIVE, "duration", duration, "S", "simulate for S seconds"),
     KT_OPTION(TEXT, "goal", goal_list, "E,...", "find settings for these errors; default: 1e-3,1e-6,1e-9"),
+    KT_OPTION(TEXT, "of", of, "position|velocity|COLUMN",
+              "study errors of positions, of velocities, or of a column such as reaction.crank.fx; default: position"),
     KT_OPTION(SETTING, "vary", vary, "NAME=VALUES",
               "run a study for each value, as sweep does, and write one line of CSV each: the cost of each goal; no "
               "pictures"),
@@ -56,6 +58,7 @@ static const kt_option_rule rules[] = {
      "single study"},
     {"peers", false, "vary,baselines,formulations",
      "--peers is of a single study, without --vary, --formulations and --baselines"},
+    {"of", false, "peers,baselines", "--peers and --baselines compare positions; leave --of out"},
     {"baselines", false, "integrators,formulations,out,plot,plot-dark,prices,tolerances",
      "--baselines has a table of its own: it takes --steps, --duration and --reference, and no other choice of runs "
      "and outputs"},
@@ -75,7 +78,7 @@ const kt_usage kt_usage_accuracy = {
         "Compares the cost of accuracy: runs a scene with every method at many steps or tolerances.\n"
         "It measures CPU time, and the error against a reference that is itself checked.\n"
         "It prints the cheapest setting for each goal.\n"
-        "An error is the largest one over all joints and records.\n"
+        "An error is the largest one over all joints and records, of positions or of the choice of --of.\n"
         "Angles are compared on the circle, and quaternions using the rotation between them, in rad.\n"
         "Lengths are divided by the length scale of the scene; without angles they are in metres.\n"
         "If the scene is chaotic, the study ends when errors have grown by a factor of a million, and prints a note.\n"
@@ -158,7 +161,7 @@ static int show_study_progress(double done, const char *what, void *user) {
     return 0;
 }
 
-static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arguments,
+static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arguments, const kt_study_subject *subject,
                                                 const kt_reference_file *reference, kt_progress *progress) {
     kt_accuracy_options options = kt_accuracy_options_default();
     options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
@@ -171,6 +174,8 @@ static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arg
     options.tolerances = arguments->tolerance_count > 0 ? arguments->tolerances : NULL;
     options.tolerance_count = arguments->tolerance_count;
     options.reference = reference->states != NULL ? &reference->reference : NULL;
+    options.subject = subject->of;
+    options.quantity = subject->of == KT_ACCURACY_QUANTITY ? &subject->quantity : NULL;
     options.budget = arguments->budget;
     options.clock = cpu_now;
     options.progress = show_study_progress;
@@ -227,10 +232,10 @@ static int report_with_peers(kt_findings *findings, const char *path) {
 }
 
 static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *path,
-                       const char *name, const kt_reference_file *reference) {
+                       const char *name, const kt_study_subject *subject, const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
-    kt_accuracy_options options = choose_study_options(arguments, reference, &progress);
+    kt_accuracy_options options = choose_study_options(arguments, subject, reference, &progress);
     const kt_variant own = kt_own_variant(scene);
     kt_variant variants[KT_COMPARED_FORMULATIONS];
     options.own = &own;
@@ -239,7 +244,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
         options.variants = variants;
         options.variant_count = KT_COMPARED_FORMULATIONS;
     }
-    kt_findings findings = {.arguments = arguments, .scene = scene, .name = name};
+    kt_findings findings = {.arguments = arguments, .scene = scene, .name = name, .subject = subject};
     kt_status status = kt_accuracy_create(&scene->description, &scene->run, &options, &findings.study, &error);
     kt_progress_end(&progress);
     if (status != KT_OK)
@@ -255,6 +260,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     kt_scene scene;
     kt_model *model = NULL;
     kt_reference_file reference = {0};
+    kt_study_subject subject = {.of = KT_ACCURACY_POSITIONS};
     kt_settings settings = arguments->settings;
     settings.is_quiet = arguments->quiet;
     int code = kt_load_model(path, &settings, &scene, &model);
@@ -279,7 +285,13 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
         code = start == KT_EXIT_DONE ? -1 : start;
     }
     if (code < 0)
-        code = study_scene(arguments, &scene, path, kt_title_of(model, base), &reference);
+        code = kt_study_subject_open(&subject, arguments->of, &scene, model);
+    if (code < 0 && subject.of == KT_ACCURACY_QUANTITY && arguments->reference != NULL)
+        code = kt_misuse("accuracy: --reference has positions and velocities, not the values of --of %s; leave one out",
+                         kt_show(arguments->of).text);
+    if (code < 0)
+        code = study_scene(arguments, &scene, path, kt_title_of(model, base), &subject, &reference);
+    kt_study_subject_close(&subject);
     free(reference.states);
     kt_model_free(model);
     kt_scene_free(&scene);

@@ -6,6 +6,7 @@
 
 #include "kinetree/study.h"
 
+#include "records/columns.h"
 #include "subcommands/accuracy_peers.h"
 
 enum {
@@ -24,7 +25,7 @@ typedef struct kt_accuracy_arguments {
     double duration, budget;
     kt_settings settings, vary;
     kt_accuracy_along *along; /* NULL: a single study */
-    const char *reference, *out, *plot, *plot_dark;
+    const char *of, *reference, *out, *plot, *plot_dark;
     bool prices, formulations, baselines, peers, dark, quiet;
 
     /* The parsed lists. */
@@ -44,6 +45,23 @@ typedef struct kt_reference_file {
  * code after printing the error. */
 int kt_reference_read(const char *path, const kt_model *model, double duration, kt_reference_file *file);
 
+/* ---- the errors that a study is about ---------------------------------------------------------------------------- */
+
+/* Positions, velocities or a column. The quantity of a column refers to this struct, which must not move. */
+typedef struct kt_study_subject {
+    kt_accuracy_subject of;
+    kt_accuracy_quantity quantity; /* of a column */
+    kt_columns columns;            /* its last one is the column */
+    kt_scene scene;                /* the scene with this column as its only own one */
+    kt_scene_column column;
+    char name[200], unit[32];
+} kt_study_subject;
+
+/* Reads --of (NULL: not given). Returns -1, or an exit code after printing the error. kt_study_subject_close releases
+ * the subject in any case. */
+int kt_study_subject_open(kt_study_subject *subject, const char *of, const kt_scene *scene, const kt_model *model);
+void kt_study_subject_close(kt_study_subject *subject);
+
 /* ---- formulations to compare ------------------------------------------------------------------------------------- */
 
 /* Write the formulations of --formulations (KT_COMPARED_FORMULATIONS variants), and the default methods. The second
@@ -59,13 +77,16 @@ typedef struct kt_findings {
     kt_accuracy *study;
     const kt_accuracy_results *results;
     const kt_scene *scene;
-    const char *name;      /* the scene's name, or the file's if it has none */
+    const char *name; /* the scene's name, or the file's if it has none */
+    const kt_study_subject *subject;
     const kt_peers *peers; /* other engines; NULL: not asked for */
 } kt_findings;
 
-/* Unit of the position errors: "m" if all coordinates are lengths, else "rad" (lengths are divided by the length
- * scale). */
+/* Unit of the errors. For positions, it is "m" if all coordinates are lengths, else "rad" (lengths are divided by the
+ * length scale). "": the unit of a column is not known. */
 const char *kt_findings_unit(const kt_findings *findings);
+/* Writes "Position error", "Velocity error" or "Error of COLUMN". */
+void kt_findings_title(const kt_findings *findings, char *text, size_t size);
 /* Writes "step 1e-3 s" or "tolerance 3e-8". */
 void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size);
 /* Returns the curve that contains a point. */

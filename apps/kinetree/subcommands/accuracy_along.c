@@ -65,7 +65,7 @@ int kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings
     for (int i = 0; i < along->plan->count; i++)
         kt_sweep_put_cell(&line, along->values[i]);
     if (findings != NULL)
-        kt_bytes_print(&line, ",done,%.3g", findings->results->uncertainty.position);
+        kt_bytes_print(&line, ",done,%.3g", findings->results->uncertainty.judged);
     else
         kt_bytes_print(&line, ",failed,");
     for (int g = 0; g < along->arguments->goal_count; g++)

@@ -61,9 +61,9 @@ static const kt_accuracy_point *choose_compared_point(const kt_accuracy_results 
         const kt_accuracy_point *point = &results->points[curve->first + i];
         if (!point->usable)
             continue;
-        if (point->error.position <= goal)
+        if (point->error.judged <= goal)
             return point;
-        if (best == NULL || point->error.position < best->error.position)
+        if (best == NULL || point->error.judged < best->error.judged)
             best = point;
     }
     return best;
@@ -74,7 +74,7 @@ static void print_formulation_row(const char *label, const kt_accuracy_point *po
     if (point->status != KT_OK)
         printf(" %9s  %9s  %9s  %9s", "-", "-", "-", "-");
     else
-        printf(" %9.2g  %9.2g  %9.2g  %9.2g", point->error.position, point->error.constraint.position,
+        printf(" %9.2g  %9.2g  %9.2g  %9.2g", point->error.judged, point->error.constraint.position,
                point->error.constraint.velocity, point->error.energy);
     printf("  %8.0f\n", (double)point->counts.evaluations / duration);
 }
@@ -97,8 +97,8 @@ static void add_phrase(char *text, size_t size, const char *format, ...) {
 /* Describes the errors of a formulation relative to the minimal one at the same setting. */
 static void report_wrong(const kt_findings *findings, const kt_accuracy_point *base, const kt_accuracy_point *point,
                          char *text, size_t size) {
-    const double least = findings->results->uncertainty.position;
-    const double times = fmax(point->error.position, least) / fmax(base->error.position, least);
+    const double least = findings->results->uncertainty.judged;
+    const double times = fmax(point->error.judged, least) / fmax(base->error.judged, least);
     const double work = (double)point->counts.evaluations / (double)base->counts.evaluations;
     const kt_residual *open = &point->error.constraint;
     text[0] = '\0';

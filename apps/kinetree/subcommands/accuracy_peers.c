@@ -160,7 +160,7 @@ static bool run_setting(kt_peer_session *s, const char *program, kt_peer_curve *
     arguments[count] = NULL;
     const double setting_given = point->setting;
     *point = (kt_accuracy_point){.setting = setting_given, .cpu = (double)NAN, .status = KT_ERROR_STEP};
-    point->error.position = HUGE_VAL;
+    point->error.judged = HUGE_VAL;
     const bool ran = run_program(s, arguments, 6.0 * s->share + 2.0, reason, sizeof reason);
     if (ran)
         return take_peer_answer(s, curve, point);
@@ -176,7 +176,7 @@ static bool has_stopped_falling(const kt_peer_curve *curve) {
         return false;
     const kt_accuracy_point *last = &curve->points[curve->count - 1];
     return last[0].usable && last[-1].usable && last[-2].usable &&
-           fmin(last[0].error.position, last[-1].error.position) > 0.9 * last[-2].error.position;
+           fmin(last[0].error.judged, last[-1].error.judged) > 0.9 * last[-2].error.judged;
 }
 
 /* Steps from the interval of the records on, each half as long as the one before; tolerances from 0.1 on, each a tenth.
@@ -192,7 +192,7 @@ static void climb_peer_curve(kt_peer_session *s, const char *program, kt_peer_cu
                   !(point->cpu * (curve->adaptive ? 1.8 : 2.0) > s->share) && !(curve->adaptive && setting < 2e-13);
         if (point->status == KT_OK)
             curve->reason[0] = '\0';
-        if (point->usable && point->error.position < results->uncertainty.position)
+        if (point->usable && point->error.judged < results->uncertainty.judged)
             goes_on = false;
     }
 }

@@ -10,10 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *kt_findings_unit(const kt_findings *findings) {
-    return findings->results->unit == KT_ACCURACY_METRE ? "m" : "rad";
-}
-
 const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point) {
     const kt_accuracy_results *results = findings->results;
     int i = 0;
@@ -52,14 +48,31 @@ static void print_horizon(const kt_accuracy_results *results) {
     }
 }
 
+/* The unit behind a number: " rad", or nothing. */
+typedef struct kt_unit_behind {
+    char text[40];
+} kt_unit_behind;
+
+static kt_unit_behind unit_behind(const kt_findings *findings) {
+    const char *unit = kt_findings_unit(findings);
+    kt_unit_behind behind;
+    (void)snprintf(behind.text, sizeof behind.text, "%s%s", unit[0] != '\0' ? " " : "", unit);
+    return behind;
+}
+
 static void print_head(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
-    const char *unit = kt_findings_unit(findings);
-    printf("%s\n  %g s in %d records; errors are the largest over all joints and records, in %s",
-           kt_show(findings->name).text, results->duration, results->records, unit);
-    if (results->unit != KT_ACCURACY_METRE)
+    const kt_unit_behind unit = unit_behind(findings);
+    printf("%s\n  %g s in %d records; ", kt_show(findings->name).text, results->duration, results->records);
+    if (results->subject == KT_ACCURACY_QUANTITY)
+        printf("errors are the largest of '%s' over all records", kt_show(findings->subject->name).text);
+    else
+        printf("errors%s are the largest over all joints and records",
+               results->subject == KT_ACCURACY_VELOCITIES ? " of velocities" : "");
+    printf("%s%s", unit.text[0] != '\0' ? ", in" : "", unit.text);
+    if (results->subject == KT_ACCURACY_POSITIONS && results->unit != KT_ACCURACY_METRE)
         fputs(", angles on the circle", stdout);
-    if (results->unit == KT_ACCURACY_MIXED)
+    if (results->subject != KT_ACCURACY_QUANTITY && results->unit == KT_ACCURACY_MIXED)
         printf(", lengths over %.3g m", results->length);
     printf("\n  reference: ");
     if (results->reference != NULL)
@@ -69,8 +82,7 @@ static void print_head(const kt_findings *findings) {
     printf(", checked by %s at %g", results->check->name, results->check_tolerance);
     if (results->check_step > 0.0)
         printf(" with steps of %.2g s at most", results->check_step);
-    printf(": they differ by %.2g %s,\n  and errors below that are not reliable\n", results->uncertainty.position,
-           unit);
+    printf(": they differ by %.2g%s,\n  and errors below that are not reliable\n", results->uncertainty.judged, unit.text);
     print_horizon(results);
 }
 
@@ -88,7 +100,7 @@ static double least_error(const kt_findings *findings, const kt_accuracy_point *
     double least = HUGE_VAL;
     for (int i = 0; i < count; i++)
         if (points[i].usable)
-            least = fmin(least, fmax(points[i].error.position, findings->results->uncertainty.position));
+            least = fmin(least, fmax(points[i].error.judged, findings->results->uncertainty.judged));
     return least;
 }
 
@@ -145,7 +157,7 @@ static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_
     const kt_accuracy_point *best = NULL;
     for (int i = 0; i < count; i++) {
         const kt_accuracy_point *point = &points[i];
-        if (point->usable && fmax(point->error.position, results->uncertainty.position) <= goal &&
+        if (point->usable && fmax(point->error.judged, results->uncertainty.judged) <= goal &&
             (best == NULL || point->cpu < best->cpu))
             best = point;
     }
@@ -233,15 +245,15 @@ static void print_spread(const kt_findings *findings) {
 
 static void print_goal(const kt_findings *findings, double goal) {
     const kt_accuracy_results *results = findings->results;
-    const char *unit = kt_findings_unit(findings);
+    const kt_unit_behind unit = unit_behind(findings);
     const int best = kt_accuracy_best(findings->study, goal);
     if (best < 0) {
         const double least = least_error(findings, results->points, results->point_count);
-        if (results->uncertainty.position > goal)
-            printf("for %.3g %s: the error of the reference itself is %.2g %s\n", goal, unit,
-                   results->uncertainty.position, unit);
+        if (results->uncertainty.judged > goal)
+            printf("for %.3g%s: the error of the reference itself is %.2g%s\n", goal, unit.text,
+                   results->uncertainty.judged, unit.text);
         else
-            printf("for %.3g %s: no run came that close; the best was %.2g %s%s\n", goal, unit, least, unit,
+            printf("for %.3g%s: no run came that close; the best was %.2g%s%s\n", goal, unit.text, least, unit.text,
                    findings->arguments->tolerance_count + findings->arguments->step_count > 0 ? "" : " (--budget)");
         return;
     }
@@ -249,7 +261,7 @@ static void print_goal(const kt_findings *findings, double goal) {
     const double seconds = point->cpu / results->duration;
     char setting[64];
     kt_findings_setting(kt_findings_curve(findings, best), point, setting, sizeof setting);
-    printf("for %.3g %s use %s with %s: %.3g %s per simulated second\n", goal, unit,
+    printf("for %.3g%s use %s with %s: %.3g %s per simulated second\n", goal, unit.text,
            kt_findings_curve(findings, best)->method->name, setting, seconds < 1e-3 ? 1e6 * seconds : 1e3 * seconds,
            seconds < 1e-3 ? "microseconds" : "ms");
 }
@@ -347,10 +359,10 @@ int kt_findings_print_prices(const kt_findings *findings) {
             base = measured.cpu;
         if (measured.usable)
             printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
-                   (double)measured.counts.evaluations / results->duration, measured.error.position,
+                   (double)measured.counts.evaluations / results->duration, measured.error.judged,
                    measured.error.energy);
         else
-            printf("%10s  %6s  %8s  %9.2g  %9s", "-", "-", "-", measured.error.position, "-");
+            printf("%10s  %6s  %8s  %9.2g  %9s", "-", "-", "-", measured.error.judged, "-");
         if (kt_loop_count(kt_accuracy_model(findings->study)) > 0)
             printf("  %9.2g\n", measured.error.constraint.position);
         else
@@ -370,7 +382,8 @@ static void put_cell(FILE *file, double value) {
 }
 
 /* head: the cells of the variant, the method and its order. */
-static void write_study_point(FILE *file, const char *head, bool is_adaptive, const kt_accuracy_point *point) {
+static void write_study_point(FILE *file, const char *head, bool is_adaptive, bool has_quantity,
+                              const kt_accuracy_point *point) {
     const kt_accuracy_error *error = &point->error;
     fprintf(file, "%s,%s,%.17g,%s", head, is_adaptive ? "tolerance" : "step", point->setting,
             point->status != KT_OK ? "failed"
@@ -382,6 +395,7 @@ static void write_study_point(FILE *file, const char *head, bool is_adaptive, co
     put_cell(file, error->end_position);
     put_cell(file, error->end_velocity);
     put_cell(file, error->energy);
+    put_cell(file, has_quantity ? error->quantity : (double)NAN);
     put_cell(file, error->constraint.position);
     put_cell(file, error->constraint.velocity);
     fprintf(file, ",%llu,%llu,%llu,%llu", (unsigned long long)point->counts.steps,
@@ -395,9 +409,11 @@ static void write_study_point(FILE *file, const char *head, bool is_adaptive, co
 static void write_study_points(FILE *file, const void *what) {
     const kt_findings *findings = what;
     const kt_accuracy_results *results = findings->results;
+    const bool has_quantity = results->subject == KT_ACCURACY_QUANTITY;
     char head[160];
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
-          "error.end.velocity,error.energy,constraint.position,constraint.velocity,steps,rejected,evaluations,"
+          "error.end.velocity,error.energy,error.quantity,constraint.position,constraint.velocity,steps,rejected,"
+          "evaluations,"
           "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
           file);
     for (int c = 0; c < results->curve_count; c++) {
@@ -406,13 +422,13 @@ static void write_study_points(FILE *file, const void *what) {
         (void)snprintf(head, sizeof head, "%s,%s,%d", label != NULL ? label : "", curve->method->name,
                        curve->method->order);
         for (int i = 0; i < curve->count; i++)
-            write_study_point(file, head, curve->adaptive, &results->points[curve->first + i]);
+            write_study_point(file, head, curve->adaptive, has_quantity, &results->points[curve->first + i]);
     }
     for (int c = 0; findings->peers != NULL && c < findings->peers->count; c++) {
         const kt_peer_curve *curve = &findings->peers->curves[c];
         (void)snprintf(head, sizeof head, "%s,%s,", curve->engine, curve->method); /* the order is not known */
         for (int i = 0; i < curve->count; i++)
-            write_study_point(file, head, curve->adaptive, &curve->points[i]);
+            write_study_point(file, head, curve->adaptive, false, &curve->points[i]);
     }
 }
 
