@@ -234,6 +234,8 @@ typedef struct kt_mode {
     int count;              /* eigenvalues represented: 2 for a conjugate pair, else 1 */
     double excitation;      /* excitation by the state's own motion, 1/s. It is the largest velocity amplitude of the
                                mode over the unit of its coordinate. Unreliable if two modes have the same shape. */
+    double residual;        /* |state x - lambda x| over the sum of the sizes of its terms. The shape is reliable if the
+                               residual is that of rounding, and meaningless if it is near 1. */
 } kt_mode;
 
 /* All modes of a linear system, and the workspace that computes them. */

@@ -21,11 +21,9 @@
  * rows may appear. A single entry is set to zero only if a second condition holds: it is below eps times the largest of
  * its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the lowest eigenvalues.
  */
-#include "base/arena.h"
+#include "analysis/modes.h"
 #include "base/require.h"
 #include "kinetree/algebra.h"
-#include "kinetree/analysis.h"
-#include "linear/eigen.h"
 
 #include <float.h>
 #include <math.h>
@@ -34,38 +32,16 @@
 #define ROUNDED 1e-6 /* of the largest entry, in units: larger errors are not those of rounding */
 #define TIMES 4.0    /* true errors are within so many estimated ones (test/analysis/honest.c) */
 
-/* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates and own ones, x. */
-#define KT_MODES_FIELDS(X)                                                                                             \
-    KT_EIGEN_FIELDS(X)                                                                                                 \
-    X(double, matrix, n *n, "state matrix, overwritten")                                                               \
-    X(double, rounding, n *n, "errors of the state matrix that are those of rounding")                                 \
-    X(double, direct_error, n *n, "errors of the state matrix that are not those of forces")                           \
-    X(double, by_force, n, "|w_v' R|")                                                                                 \
-    X(double, largest, 2 * n, "in each row, in each column")                                                           \
-    X(bool, removed, n, "states with the eigenvalue zero")                                                             \
-    X(int, order, n, "eigenvalues as they are handed out")                                                             \
-    X(kt_mode, mode, n, "handed out")                                                                                  \
-    X(double, positions, n *(n - x), "shapes: a complex number for each coordinate")                                   \
-    X(double, velocities, n *(n - x), "shapes: likewise")                                                              \
-    X(double, auxiliary_states, 2 * n * x, "shapes: a complex number for each auxiliary state")
-
-struct kt_modes {
-    void *owned; /* memory of kt_modes_create, or NULL */
-    size_t n, x;
-    int count;
-    KT_ARENA_DECLARE(KT_MODES_FIELDS)
-};
-
 static const double pi = 3.14159265358979323846;
 
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
 
-/* A large change of a state. */
-static double unit_of_state(const kt_linear_system *system, size_t i) {
+double kt_modes_unit(const kt_linear_system *system, size_t state) {
     const size_t positions = (size_t)system->positions, moving = positions + (size_t)system->velocities;
-    if (i >= moving)
+    if (state >= moving)
         return 1.0;
-    return system->unit[i < positions ? system->position_coordinate[i] : system->velocity_coordinate[i - positions]];
+    return system
+        ->unit[state < positions ? system->position_coordinate[state] : system->velocity_coordinate[state - positions]];
 }
 
 /* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger
@@ -74,11 +50,11 @@ static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n
     double whole = 0.0;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
-            whole = fmax(whole, fabs(system->state[j * n + i]) * unit_of_state(system, j) / unit_of_state(system, i));
+            whole = fmax(whole, fabs(system->state[j * n + i]) * kt_modes_unit(system, j) / kt_modes_unit(system, i));
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++) {
             const double error = system->state_error[j * n + i];
-            const bool is_small = error * unit_of_state(system, j) / unit_of_state(system, i) <= ROUNDED * whole;
+            const bool is_small = error * kt_modes_unit(system, j) / kt_modes_unit(system, i) <= ROUNDED * whole;
             m->rounding[j * n + i] = is_small ? error : 0.0;
         }
 }
@@ -92,9 +68,9 @@ static bool is_line_zero(const kt_modes *m, size_t n, size_t first, size_t strid
     return true;
 }
 
-/* Sets columns and rows that do not exceed their errors to zero, until none is left. */
-static void remove_rounding(kt_modes *m, size_t n) {
+void kt_modes_remove_rounding(kt_modes *m, size_t n) {
     memset(m->removed, 0, n * sizeof *m->removed);
+    m->removals = 0;
     for (bool again = true; again;) {
         again = false;
         for (size_t k = 0; k < n; k++) {
@@ -104,8 +80,11 @@ static void remove_rounding(kt_modes *m, size_t n) {
             for (size_t i = 0; i < n && (column || row); i++)
                 if (!m->removed[i])
                     m->matrix[column ? k * n + i : i * n + k] = 0.0;
-            m->removed[k] = column || row;
-            again = again || column || row;
+            if (!column && !row)
+                continue;
+            m->removed[k] = true;
+            m->removal[m->removals++] = (int)k;
+            again = true;
         }
     }
 }
@@ -135,7 +114,7 @@ static bool solve_modes(kt_modes *m, const kt_linear_system *system, double *nor
             return false;
     }
     write_rounding(m, system, n);
-    remove_rounding(m, n);
+    kt_modes_remove_rounding(m, n);
     clear_matrix_rounding(m, n);
     return KT_EIGEN_SOLVE(m, n, m->matrix, norm);
 }
@@ -156,21 +135,11 @@ static void write_direct_errors(kt_modes *m, const kt_linear_system *system) {
     }
 }
 
-/* An eigenvector as LAPACK packs it: a real one is one column, of a conjugate pair re and im are two columns. */
-typedef struct packed {
-    const double *re, *im; /* im: NULL if real */
-} packed;
-
-static packed vector_at(const kt_modes *m, const double *all, size_t n, size_t k) {
-    packed x = {all + k * n, m->imaginary[k] > 0.0 ? all + (k + 1) * n : NULL};
-    return x;
-}
-
-static double size_at(packed x, size_t i) { return x.im ? kt_hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
+static double size_at(kt_packed_vector x, size_t i) { return x.im ? kt_hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
 
 /* |w' x| */
 static double product_of(const kt_modes *m, size_t n, size_t k) {
-    const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
+    const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k), x = kt_eigenvector_at(m, m->right, n, k);
     const bool paired = w.im && x.im;
     double re = 0.0, im = 0.0;
     for (size_t j = 0; j < n; j++) {
@@ -181,7 +150,7 @@ static double product_of(const kt_modes *m, size_t n, size_t k) {
 }
 
 /* |w_v' R|, into m->by_force. */
-static void write_force_weights(kt_modes *m, const kt_linear_system *system, packed w) {
+static void write_force_weights(kt_modes *m, const kt_linear_system *system, kt_packed_vector w) {
     const size_t rows = (size_t)system->velocities, first = (size_t)system->positions;
     for (size_t k = 0; k < (size_t)system->coordinates; k++) {
         const double *column = system->response + k * rows;
@@ -197,7 +166,7 @@ static void write_force_weights(kt_modes *m, const kt_linear_system *system, pac
 /* The error bound of lambda (see above). */
 static double mode_error_of(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states, nv = (size_t)system->coordinates;
-    const packed w = vector_at(m, m->left, n, k), x = vector_at(m, m->right, n, k);
+    const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k), x = kt_eigenvector_at(m, m->right, n, k);
     double sum = 0.0;
     if (system->force_error)
         write_force_weights(m, system, w);
@@ -236,18 +205,24 @@ static int sort_eigenvalues(const kt_modes *m, size_t n, int *order) {
     return count;
 }
 
+void kt_modes_set_eigenvalue(kt_mode *mode, double real, double imaginary) {
+    const double size = kt_hypot(real, imaginary);
+    mode->real = real;
+    mode->imaginary = imaginary;
+    mode->frequency = imaginary / (2.0 * pi);
+    mode->damping = size > 0.0 ? -real / size : 0.0;
+}
+
 static kt_mode describe_one_mode(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
-    const double size = kt_hypot(m->real[k], m->imaginary[k]);
-    return (kt_mode){.real = m->real[k],
-                     .imaginary = m->imaginary[k],
-                     .frequency = m->imaginary[k] / (2.0 * pi),
-                     .damping = size > 0.0 ? -m->real[k] / size : 0.0,
-                     .error = mode_error_of(m, system, k, norm),
-                     .count = m->imaginary[k] > 0.0 ? 2 : 1};
+    kt_mode mode = {.error = mode_error_of(m, system, k, norm),
+                    .residual = kt_modes_residual(m, system, k, m->real[k], m->imaginary[k]),
+                    .count = m->imaginary[k] > 0.0 ? 2 : 1};
+    kt_modes_set_eigenvalue(&mode, m->real[k], m->imaginary[k]);
+    return mode;
 }
 
 /* out = basis x (nv complex numbers). */
-static void apply_basis(const kt_linear_system *system, const double *basis, packed x, double *out) {
+static void apply_basis(const kt_linear_system *system, const double *basis, kt_packed_vector x, double *out) {
     const size_t nv = (size_t)system->coordinates;
     memset(out, 0, 2 * nv * sizeof *out);
     for (size_t j = 0; j < (size_t)system->states; j++)
@@ -283,7 +258,7 @@ static void turn_shape(int count, double re, double im, double *shape) {
 /* The amplitude alpha = w' x' / (w' x) of a mode in the state's own motion, x' = sum over modes of alpha x. */
 static double amplitude_of(const kt_modes *m, const kt_linear_system *system, size_t k) {
     const size_t n = (size_t)system->states;
-    const packed w = vector_at(m, m->left, n, k);
+    const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k);
     double re = 0.0, im = 0.0;
     for (size_t i = 0; i < n; i++) {
         re += w.re[i] * system->rate[i];
@@ -292,11 +267,11 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
     return (w.im ? 2.0 : 1.0) * kt_hypot(re, im) / product_of(m, n, k);
 }
 
-/* Writes the scaled shape of a mode; returns its excitation. */
-static double write_shape(const kt_modes *m, const kt_linear_system *system, size_t k, double *dq, double *dv,
-                          double *dx) {
-    const packed x = vector_at(m, m->right, (size_t)system->states, k);
-    const size_t first = (size_t)(system->states - system->own_states);
+void kt_modes_write_shape(kt_modes *m, const kt_linear_system *system, size_t k, int index) {
+    const size_t length = m->n - m->x, first = (size_t)(system->states - system->own_states), at = (size_t)index;
+    const kt_packed_vector x = kt_eigenvector_at(m, m->right, (size_t)system->states, k);
+    double *dq = m->positions + at * length, *dv = m->velocities + at * length;
+    double *dx = m->auxiliary_states + at * 2 * m->x;
     double re = 1.0, im = 0.0;
     apply_basis(system, system->positions_of, x, dq);
     apply_basis(system, system->velocities_of, x, dv);
@@ -304,13 +279,14 @@ static double write_shape(const kt_modes *m, const kt_linear_system *system, siz
         dx[2 * i] = x.re[first + i];
         dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
     }
+    m->mode[index].excitation = 0.0;
     const bool moves = find_largest(system, dq, &re, &im);
     if (!moves && !find_largest(system, dv, &re, &im))
-        return 0.0;
+        return;
     turn_shape(system->coordinates, re, im, dq);
     turn_shape(system->coordinates, re, im, dv);
     turn_shape(system->own_states, re, im, dx);
-    return moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
+    m->mode[index].excitation = moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {
@@ -333,10 +309,9 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
     for (int i = 0; i < m->count; i++) {
         const size_t k = (size_t)m->order[i];
         m->mode[i] = describe_one_mode(m, system, k, norm);
-        m->mode[i].excitation =
-            write_shape(m, system, k, m->positions + (size_t)i * 2 * nv, m->velocities + (size_t)i * 2 * nv,
-                        m->auxiliary_states + (size_t)i * 2 * m->x);
+        kt_modes_write_shape(m, system, k, i);
     }
+    kt_modes_mend_shapes(m, system);
     return KT_OK;
 }
 

@@ -4,7 +4,10 @@
  *
  *     |a cos phi - b sin phi|^2 = (|a|^2 + |b|^2) / 2 + (|a|^2 - |b|^2) / 2 cos 2 phi - a.b sin 2 phi,
  *
- * which is largest at tan 2 phi = -2 a.b / (|a|^2 - |b|^2). The point is a corner of the box around a solid. */
+ * which is largest at tan 2 phi = -2 a.b / (|a|^2 - |b|^2). The point is a corner of the box around a solid.
+ *
+ * A shape belongs to the linear equations. Therefore each point is drawn displaced along a straight line, by its first-order
+ * displacement. Finite turns of the joints would shorten a bent beam, and would open loops. */
 #include "scene/deflection.h"
 #include "scene/play.h"
 
@@ -18,7 +21,7 @@
 
 const double kt_deflection_share = 0.12;
 
-static const double turn_most = 1.0; /* rad; of a body, so that nothing turns over */
+static const double turn_most = 0.4; /* rad; a body then grows by at most 8 % to first order */
 
 static kt_status fail_deflection_memory(kt_error *error) {
     error->code = KT_ERROR_MEMORY;
@@ -106,21 +109,29 @@ kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt
     return KT_OK;
 }
 
+static kt_vec3 part_at_phase(const kt_deflection *d, kt_vec3 real, kt_vec3 imaginary) {
+    return kt_vec3_sub(kt_vec3_scale(d->amplitude * cos(d->phase), real),
+                       kt_vec3_scale(d->amplitude * sin(d->phase), imaginary));
+}
+
+static kt_vec3 displaced_axis(kt_vec3 axis, kt_vec3 turn) { return kt_vec3_add(axis, kt_vec3_cross(turn, axis)); }
+
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error) {
-    if (deflection == NULL)
-        return kt_poses_take(motion->model, motion->data, motion->q, poses, error);
-    const size_t nq = (size_t)kt_model_nq(motion->model), nv = (size_t)kt_model_nv(motion->model);
-    double *q = calloc(nq + nv + 1, sizeof *q);
-    if (q == NULL)
-        return fail_deflection_memory(error);
-    double *v = q + nq;
-    kt_error open = {0};
-    take_part(motion, mode, deflection->amplitude, deflection->phase, v);
-    kt_position_add(motion->model, motion->q, v, q);
-    memset(v, 0, nv * sizeof *v);
-    (void)(kt_state_project(motion->model, motion->data, 0.0, q, v, NULL, &open) == KT_OK); /* else q as it is */
-    const kt_status status = kt_poses_take(motion->model, motion->data, q, poses, error);
-    free(q);
+    const size_t bodies = (size_t)kt_model_body_count(motion->model);
+    kt_status status = kt_poses_take(motion->model, motion->data, motion->q, poses, error);
+    if (deflection == NULL || status != KT_OK)
+        return status;
+    kt_twist *twists = calloc(2 * bodies, sizeof *twists);
+    status = twists != NULL ? kt_deflection_twists(motion, mode, twists, twists + bodies, error)
+                            : fail_deflection_memory(error);
+    for (size_t i = 0; i < bodies && status == KT_OK; i++) {
+        const kt_vec3 turn = part_at_phase(deflection, twists[i].angular, twists[bodies + i].angular);
+        kt_mat3 *r = &poses[i].rotation;
+        poses[i].position =
+            kt_vec3_add(poses[i].position, part_at_phase(deflection, twists[i].linear, twists[bodies + i].linear));
+        *r = (kt_mat3){displaced_axis(r->x, turn), displaced_axis(r->y, turn), displaced_axis(r->z, turn)};
+    }
+    free(twists);
     return status;
 }

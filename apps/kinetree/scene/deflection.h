@@ -21,10 +21,9 @@ extern const double kt_deflection_share;
 kt_status kt_deflection_choose(const kt_small_motion *motion, int mode, const kt_picture *picture,
                                kt_deflection *deflection, kt_error *error);
 
-/* Computes the poses of all bodies in the deflected positions. The joints move along their exponential maps, and then
- * the least change closes the loops. Loops that cannot be closed stay as open as the deflection leaves them. The gaps
- * are of second order in the amplitude. deflection: NULL for the position at rest. The motion's data are
- * overwritten. */
+/* Computes the poses of all bodies in the deflected positions, to first order in the amplitude: all points move along
+ * straight lines, joints stay together, and loops stay closed. A turned body grows in second order of its angle, so its
+ * pose is no rotation. deflection: NULL for the position at rest. The motion's data are overwritten. */
 kt_status kt_deflection_poses(const kt_small_motion *motion, int mode, const kt_deflection *deflection, kt_pose *poses,
                               kt_error *error);
 

@@ -28,7 +28,8 @@ static const kt_option options[] = {
     KT_CHOICE("at", at, "STATE", "linearise about this state; default: rest, or the initial state if it moves",
               "initial|equilibrium"),
     KT_FLAG("nearest", nearest, "linearise about the equilibrium nearest to the initial position, stable or not"),
-    KT_OPTION(SEVERAL, "count", count, "N", "list the N slowest modes that are not neutral in the table; default: 40"),
+    KT_OPTION(SEVERAL, "count", count, "N",
+              "list and draw the N slowest modes that are not neutral; default: 40, and 6 drawn"),
     KT_OPTION(POSITIVE, "period", period, "S",
               "compute Floquet multipliers of the motion from the initial state over this period, s, instead"),
     KT_OPTION(SEVERAL, "steps", steps, "N", "take N steps of rk4 in --period, an even number; default: 400"),
@@ -282,9 +283,10 @@ static json_t *list_modes(const kt_small_motion *motion) {
     json_t *list = json_array();
     for (int i = 0; i < kt_modes_count(motion->modes); i++) {
         const kt_mode mode = kt_modes_at(motion->modes, i);
-        json_t *one = json_pack("{s:f, s:f, s:f, s:f, s:f, s:i, s:b}", "real", mode.real, "imaginary", mode.imaginary,
-                                "frequency", mode.frequency, "damping", mode.damping, "error", mode.error, "count",
-                                mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
+        json_t *one =
+            json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:i, s:b}", "real", mode.real, "imaginary", mode.imaginary,
+                      "frequency", mode.frequency, "damping", mode.damping, "error", mode.error, "residual",
+                      mode.residual, "count", mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
         json_object_set_new(one, "position", describe_mode_shape(motion->model, kt_modes_positions(motion->modes, i)));
         json_object_set_new(one, "velocity", describe_mode_shape(motion->model, kt_modes_velocities(motion->modes, i)));
         if (kt_own_state_count(motion->model) > 0)
@@ -356,8 +358,8 @@ int kt_command_modes(int argc, char **argv) {
         if (code == KT_EXIT_DONE && arguments.view != NULL)
             code = kt_modes_view(&motion, state, arguments.view, arguments.count, false);
         if (code == KT_EXIT_DONE && arguments.plot != NULL)
-            code = arguments.bars ? kt_modes_draw_bars(&motion, state, arguments.plot, arguments.dark)
-                                  : kt_modes_draw(&motion, state, arguments.plot, arguments.dark);
+            code = arguments.bars ? kt_modes_draw_bars(&motion, state, arguments.plot, arguments.count, arguments.dark)
+                                  : kt_modes_draw(&motion, state, arguments.plot, arguments.count, arguments.dark);
     }
     kt_small_motion_close(&motion);
     return code;

@@ -38,6 +38,16 @@ int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *li
     return number;
 }
 
+static int at_most(long count, int most) { return count < most ? (int)count : most; }
+
+/* Names the slowest `shown` of all modes. */
+static void name_modes(int number, int shown, char *text, size_t size) {
+    if (number == shown)
+        snprintf(text, size, number == 1 ? "The mode" : "%d modes", number);
+    else
+        snprintf(text, size, shown == 1 ? "Mode %d of %d" : "Modes 1 to %d of %d", shown, number);
+}
+
 /* ---- deflected shapes -------------------------------------------------------------------------------------------- */
 
 typedef struct deflected {
@@ -69,9 +79,8 @@ static kt_status deflect(const kt_small_motion *motion, deflected *d, kt_error *
 }
 
 static void describe_panels(const deflected *d, int number, const char *state, char *text, size_t size) {
-    char which[48] = "The mode";
-    if (number > 1)
-        snprintf(which, sizeof which, number > d->count ? "Modes 1 to %d of %d" : "%d modes", d->count, number);
+    char which[48];
+    name_modes(number, d->count, which, sizeof which);
     snprintf(text, size, "%s about its %s, deflected by at most %.2g m, %.2g %% of its size; grey: undeflected", which,
              state, d->moved, 100.0 * d->moved / d->picture->size);
 }
@@ -94,10 +103,10 @@ static int draw_deflected(const kt_small_motion *motion, const deflected *d, int
     return kt_drawing_write(&drawing, path);
 }
 
-int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
+int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, long count, bool is_dark) {
     kt_error error = {0};
     deflected d = {.count = 0};
-    const int number = kt_modes_slowest(motion, DEFLECTED_MOST, d.modes, &d.count);
+    const int number = kt_modes_slowest(motion, at_most(count, DEFLECTED_MOST), d.modes, &d.count);
     if (number == 0)
         return kt_reject(KT_EXIT_INTEGRATION, "%s is not written: there is no mode to be drawn", path);
     d.poses = calloc((size_t)(d.count + 1) * (size_t)kt_model_body_count(motion->model), sizeof *d.poses);
@@ -130,10 +139,10 @@ static void fill_bars(const kt_small_motion *motion, int mode, double *bars) {
         bars[i] = shape[i] / system->unit[i / 2];
 }
 
-int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, bool is_dark) {
+int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, long count, bool is_dark) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     kt_shapes *shapes = calloc(1, sizeof *shapes);
-    char subtitle[160];
+    char subtitle[160], which[48];
     int modes[PANELS_MOST];
     if (shapes == NULL)
         return kt_say_no_memory("the picture");
@@ -147,15 +156,15 @@ int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const c
         shapes->name[i] = kt_name_coordinate(motion, i);
         shapes->text[i] = shapes->name[i].text;
     }
-    const int number = kt_modes_slowest(motion, PANELS_MOST, modes, &plot.panel_count);
+    const int number = kt_modes_slowest(motion, at_most(count, PANELS_MOST), modes, &plot.panel_count);
     for (int i = 0; i < plot.panel_count; i++) {
         const kt_mode mode = kt_modes_at(motion->modes, modes[i]);
         shapes->title[i] = kt_modes_title(i + 1, &mode, true);
         shapes->panel[i] = (kt_shape_panel){shapes->title[i].text, shapes->bars[i]};
         fill_bars(motion, modes[i], shapes->bars[i]);
     }
-    snprintf(subtitle, sizeof subtitle, "Shapes of %s%d modes about its %s, by joints",
-             number > PANELS_MOST ? "the slowest of " : "", number, state);
+    name_modes(number, plot.panel_count, which, sizeof which);
+    snprintf(subtitle, sizeof subtitle, "%s about its %s, by joints", which, state);
     const int code = kt_plot_shapes(&plot, path);
     free(shapes);
     return code;

@@ -149,6 +149,27 @@ static void warn_of_state(const kt_linear_system *system, const char *state) {
                system->error, system->exact ? "at this very state, such as a stop that just touches" : "nearby");
 }
 
+/* A shape with a larger residual is drawn wrongly by more than the width of a line. */
+#define RELIABLE 1e-3
+
+static void warn_of_shapes(const kt_small_motion *motion) {
+    int count = 0;
+    kt_mode worst = {.residual = 0.0};
+    for (int i = 0; i < kt_modes_count(motion->modes); i++) {
+        const kt_mode mode = kt_modes_at(motion->modes, i);
+        if (kt_mode_is_neutral(&mode) || mode.residual <= RELIABLE)
+            continue;
+        count++;
+        worst = mode.residual > worst.residual ? mode : worst;
+    }
+    if (count > 0)
+        kt_say(
+            "%d mode%s unreliable: the shape with |lambda| = %.4g 1/s leaves %.1g of the terms of A x - lambda x; the "
+            "eigenvalues are right to their errors, and --json lists each residual",
+            count, count == 1 ? " has a shape that is" : "s have shapes that are", kt_mode_modulus(&worst),
+            worst.residual);
+}
+
 int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state) {
     int code = choose_state(motion, at, nearest);
     if (code == KT_EXIT_DONE)
@@ -159,5 +180,6 @@ int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char *
     *state = name_linear_state(motion, system);
     if (system->states > 0)
         warn_of_state(system, *state);
+    warn_of_shapes(motion);
     return KT_EXIT_DONE;
 }
