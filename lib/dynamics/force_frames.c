@@ -37,9 +37,8 @@ static void balance_gravity(const kt_model *model, kt_data *data) {
         const kt_link_motion *m = &data->force_link[i].link;
         const kt_carried_mass own = carried[i];
         kt_carried_mass *parent = &carried[b->parent];
-        kt_dof_projection p = {.moment = kt_cross3(own.moment, up),
-                               .force = kt_scale3(own.mass, up),
-                               .tau = &data->gravity_force[link->v]};
+        const kt_link_origin load = {.moment = kt_cross3(own.moment, up), .force = kt_scale3(own.mass, up)};
+        kt_dof_projection p = {.load = &load, .tau = &data->gravity_force[link->v]};
         kt_dofs_visit(link, data->force_link[b->parent].link.axes, m->axes, kt_project_wrench, &p);
         parent->moment = kt_add3(parent->moment, kt_add3(own.moment, kt_scale3(own.mass, m->offset)));
         parent->mass += own.mass;

@@ -208,15 +208,16 @@ KT_INLINE void kt_link_dofs_visit(const kt_model *model, const kt_link_kinematic
 
 /* ---- their forces ------------------------------------------------------------------------------------------------ */
 
-/* A wrench about the origin of a link, and where the joint forces S . (n, f) of the link's degrees of freedom go. */
+/* A wrench about the origin of a link, and where the joint forces S . (n, f) of the link's degrees of freedom go. The
+ * wrench stays where it is: a recursion that stores a copy and loads it again waits for the store in each link. */
 typedef struct kt_dof_projection {
-    kt_real3 moment, force;
+    const kt_link_origin *load;
     kt_real1 *tau;
 } kt_dof_projection;
 
 KT_INLINE void kt_project_wrench(const kt_dof *dof, void *context) {
     const kt_dof_projection *p = context;
-    const kt_real3 n = p->moment, f = p->force;
+    const kt_real3 n = p->load->moment, f = p->load->force;
     p->tau[dof->index] =
         kt_dot3(dof->u, dof->kind == KT_DOF_ROTATION      ? n
                         : dof->kind == KT_DOF_TRANSLATION ? f

@@ -30,7 +30,6 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
     kt_link_motion *motion = data->motion;
     kt_link_origin *load = data->origin;
     const bool far = model->exceeds_caches;
-    kt_dof_projection p;
     kt_angles_gather(model, data, q, 0, model->n.spatial_angle, data->sine, data->cosine);
     kt_ground_set(kt_gravity3(model, data), &motion[0]);
     memset(&load[0], 0, sizeof load[0]);
@@ -56,9 +55,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
             kt_fetch(&load[kt_ahead_down(i)], sizeof *load);
         }
         kt_link_origin *own = &load[i], *parent = &load[link->parent];
-        p.moment = own->moment;
-        p.force = own->force;
-        p.tau = &tau[link->v];
+        kt_dof_projection p = {.load = own, .tau = &tau[link->v]};
         kt_dofs_visit(link, motion[link->parent].axes, m->axes, kt_project_wrench, &p);
         parent->moment = kt_add3(parent->moment, kt_add3(own->moment, kt_cross3(m->offset, own->force)));
         parent->force = kt_add3(parent->force, own->force);

@@ -45,8 +45,8 @@ static double find_gravity_force(const kt_model *model, const kt_link_kinematics
         moment = kt_vec3_add(
             moment, kt_vec3_add(kt_mat3_apply(kinematics[i].axes, link->moment), kt_vec3_scale(link->mass, offset)));
     }
-    kt_dof_projection p = {
-        .moment = kt_v4_cross(kt_v4_from(moment), up), .force = kt_v4_splat(mass) * up, .tau = forces};
+    const kt_link_origin load = {.moment = kt_v4_cross(kt_v4_from(moment), up), .force = kt_v4_splat(mass) * up};
+    kt_dof_projection p = {.load = &load, .tau = forces};
     kt_link_dofs_visit(model, kinematics, (size_t)variable->link, kt_project_wrench, &p);
     return forces[variable->v - own->v];
 }
