@@ -234,6 +234,17 @@ void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *con
         y_out[i] += part * (y1[i] - y0[i]);
 }
 
+bool kt_integrator_sketch(const kt_integrator *it, double t, double *y_out) {
+    const bool is_free = it->derivative_slot >= 0 && (it->dense_known || it->table->dense_stages == 0);
+    if (it->family->interpolate != kt_table_interpolate || !it->stages_known || is_free)
+        return false;
+    const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0), h = it->memory.last_step;
+    const double *y0 = it->previous_y, *y1 = it->y, *f0 = it->k[0];
+    for (size_t i = 0; i < it->sizes.n; i++)
+        y_out[i] = y0[i] + theta * (h * f0[i] + theta * ((y1[i] - y0[i]) - h * f0[i]));
+    return true;
+}
+
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
     if (need_slopes(it, result) != KT_TRY_PASSED)
         return result->result;

@@ -193,6 +193,12 @@ void kt_integrator_limit_call(kt_integrator *it, uint64_t tries);
 /* f(t, y) at the present time and state if it is in memory; otherwise NULL. */
 const double *kt_integrator_known_derivative(const kt_integrator *it);
 
+/* Writes a state within the last step without another evaluation: the parabola through both ends of the step with the
+ * slope at its beginning. It differs from the dense output by at most 4/27 h |f1 - f1'|, where f1' is the slope of the
+ * parabola at the end. Returns false if the dense output costs no evaluation either, or if the slope is not in memory.
+ */
+bool kt_integrator_sketch(const kt_integrator *it, double t, double *y_out);
+
 /* The state at the start of the last step, n values. If it is not in memory, the present state. */
 const double *kt_integrator_previous_state(const kt_integrator *it);
 

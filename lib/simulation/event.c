@@ -260,9 +260,9 @@ static void count_cut(kt_simulation *simulation, const reach *r) {
 
 /* Finds the roots of all events in the first panel of the last step that has any, and the roots of the same instant.
  * The earliest root, or HUGE_VAL, goes to *first. If the search of an adaptive step takes too many values, the end of
- * the repeated step goes to *shorter, else HUGE_VAL. */
-static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool settles, double *first, double *shorter,
-                            kt_error *error) {
+ * the repeated step goes to *shorter, else HUGE_VAL. is_first: the step has not been searched before. */
+static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_shorten, bool settles, double *first,
+                            double *shorter, kt_error *error) {
     const size_t n = simulation->size.event;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -275,6 +275,11 @@ static kt_status find_roots(kt_simulation *simulation, bool may_shorten, bool se
     if (r.of == simulation->event_count)
         return KT_OK;
     const double count = count_panels(simulation, t1 - t0, &r);
+    if (is_first && count == 1.0 && !r.cut && !(next_event_breakpoint(simulation, t0, &r.of) < t1) &&
+        kt_event_all_far(simulation)) {
+        simulation->event_reach = t1;
+        return KT_OK;
+    }
     while (status == KT_OK && from < t1 && from <= *first + kt_event_together(*first)) {
         const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
                      breakpoint = next_event_breakpoint(simulation, from, &r.of);
@@ -378,14 +383,16 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
     const double t1 = kt_integrator_time(simulation->integrator);
     double first, shorter;
     *again = false;
-    if (is_first_search(simulation))
+    const bool is_first = is_first_search(simulation);
+    if (is_first)
         for (size_t k = 0; k < simulation->event_count; k++)
             simulation->event_search[k].spent = 0;
     if (repetition == 0)
         begin_tries(simulation, t1);
     const size_t aim = aim_of(simulation);
     const bool may_shorten = simulation->step == 0.0 && repetition < REPETITIONS;
-    kt_status status = find_roots(simulation, may_shorten, repetition >= SETTLES, &first, &shorter, error);
+    kt_status status = find_roots(simulation, is_first && repetition == 0, may_shorten, repetition >= SETTLES, &first,
+                                  &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? event_instant_of(simulation, first) : HUGE_VAL;
     const bool ends =
         repetition >= REPETITIONS && !(t1 - instant > kt_event_together(t1) && kt_simulation_skips_contact(simulation));

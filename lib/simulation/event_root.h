@@ -42,4 +42,9 @@ kt_status kt_event_fail(const kt_event *event, const char *what, double t, const
 KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
                                         int *side, kt_error *error);
 
+/* Whether no event has a root in the last step, to judge by samples that cost no evaluation of the slope. `false` means
+ * that the search decides. The values at the beginning of the step are given, and no value was taken before
+ * (event_far.c). */
+bool kt_event_all_far(kt_simulation *simulation);
+
 #endif
