@@ -176,10 +176,6 @@ int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *l
 int kt_reject_contacts(const char *command, const kt_model *model);
 /* Prints that the command computes the motion without the scene's events, if it has any. */
 void kt_say_left_out(const char *command, const kt_scene *scene);
-/* Prints that the command computes without the FMUs of the scene, if it has any. */
-void kt_say_fmus_left_out(const kt_scene *scene);
-/* Rejects a scene with FMUs, and prints the reason. Returns an exit code, or -1 if the scene has none. */
-int kt_reject_fmus(const char *command, const kt_scene *scene);
 
 /* Returns "s" unless the count is 1. */
 static inline const char *kt_plural(long long count) { return count == 1 ? "" : "s"; }

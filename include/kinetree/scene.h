@@ -94,26 +94,6 @@ typedef struct kt_scene_set {
     const char *value; /* a formula, as `when`, that is evaluated in the state before the event */
 } kt_scene_set;
 
-/* A variable of an FMU that a scene couples. */
-typedef struct kt_scene_port {
-    const char *variable; /* name in the FMU */
-    const char *text;     /* of an input: its formula; of an output: the auxiliary state that holds its value */
-    const char *target;   /* of an output: the joint, parameter or state that the file names */
-    const char *where;    /* place in the file, "FILE:LINE:COLUMN" */
-    double value;         /* of a parameter */
-} kt_scene_port;
-
-/* An item of `effects` of the type `fmu`: a controller or another model in a file, which a program couples to the
- * motion at fixed times (kt_scene_watch_couple). Each output is held by an auxiliary state. */
-typedef struct kt_scene_fmu {
-    const char *name;                                   /* name, also that of its event */
-    const char *file;                                   /* file, absolute or relative to the working folder */
-    const char *where;                                  /* place in the file, "FILE:LINE:COLUMN" */
-    double step;                                        /* time between two communication points, s */
-    const kt_scene_port *inputs, *outputs, *parameters; /* NULL: none */
-    int input_count, output_count, parameter_count;     /* lengths of these */
-} kt_scene_fmu;
-
 /* An item of `events`, or `simulate.until` (name "until", rising, stops). */
 typedef struct kt_scene_event {
     const char *name; /* name in messages, records and kt_simulation_event_count; it may have blanks */
@@ -130,8 +110,6 @@ typedef struct kt_scene_event {
     const kt_scene_set *sets;        /* take effect together, before the switches; NULL: none */
     int set_count;                   /* length of sets */
     int limit;                       /* the maximum number of occurrences; 0: any number */
-    const kt_scene_fmu *fmu;         /* the event is a communication point of this FMU, and the values of `sets`, which
-                                      * are NULL, are its outputs; NULL: none */
 } kt_scene_event;
 
 /* An item of `output.columns`: a column of the records. Its formula may use all other columns, recorded or not. The CSV
@@ -220,8 +198,6 @@ typedef struct kt_scene {
     void *memory;                   /* memory of the arrays and strings, for kt_scene_free */
     const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
     kt_scene_variables *variables;  /* for kt_scene_vary; NULL: none */
-    const kt_scene_fmu *fmus;       /* FMUs among `effects`, each with an event after those of the file; NULL: none */
-    int fmu_count;                  /* length of fmus */
 } kt_scene;
 
 /* Returns a scene with an empty mechanism and kt_run_default, but no method named. */
@@ -287,8 +263,8 @@ KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
  * Cost: O(1). */
 KT_API const char *kt_scene_path(const kt_scene *scene);
 
-/* Returns the path of the k-th file that the scene's file names, k from 0, in any order: tables, meshes and FMUs, but
- * not the result of `initial.from`. Files that are there have absolute paths. A program must not write its results to
+/* Returns the path of the k-th file that the scene's file names, k from 0, in any order: tables and meshes, but not
+ * the result of `initial.from`. Files that are there have absolute paths. A program must not write its results to
  * these files. Returns NULL if there are fewer files, and for scenes of robots.
  * Ownership: the scene owns the text.
  * Cost: O(k). */
@@ -356,48 +332,9 @@ KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const k
                                                   kt_simulation *simulation, const kt_scene_call *calls, int call_count,
                                                   kt_scene_watch **watch, kt_error *error);
 
-/* A communication point of an FMU, for its sampler. */
-typedef struct kt_scene_sample {
-    uint64_t number;      /* of the point, from 0 at the start */
-    double time, step;    /* s; of this point, and from each point to the next */
-    const double *inputs; /* values of the inputs, in the order of the scene */
-    double *outputs;      /* values that hold until the next point, to be written; they are those of before */
-} kt_scene_sample;
-
-/* Advances an FMU to a communication point, sets its inputs there, and reads its outputs. Point 0 begins or restarts
- * the FMU. Returns 0 to continue. Returns a positive number to end the run. Returns a negative number for an error,
- * with an optional message in *error. */
-typedef int kt_scene_sampler(const kt_scene_sample *sample, kt_error *error, void *user);
-
-/* An FMU in a program, for kt_scene_watch_couple. */
-typedef struct kt_scene_coupling {
-    kt_scene_sampler *sample;    /* function at each communication point */
-    void (*release)(void *user); /* called by kt_scene_watch_free; NULL: nothing */
-    void *user;                  /* argument of both */
-} kt_scene_coupling;
-
-/* Couples FMU k of the scene to the simulation, at its start. Samples point 0 and sets the outputs. The later points
- * are the multiples of the step. At each, the inputs are formulas of the state there, and the outputs are held from
- * there to the next point. Adaptive steps end at the points at no cost if kt_simulation_options.corner returns them
- * (kt_scene_next_sample). A simulation of a scene with an FMU that is not coupled fails in its first step.
- * Ownership: the watch releases the coupling, also after an error.
- * Errors: KT_ERROR_ARGUMENT (no such FMU), KT_ERROR_CALLBACK (the sampler failed, or ends the run at once), those of
- * kt_simulation_change.
- * Cost: that of the sampler and of kt_simulation_change. */
-KT_API KT_CHECKED kt_status kt_scene_watch_couple(kt_scene_watch *watch, int k, kt_simulation *simulation,
-                                                  const kt_scene_coupling *coupling, kt_error *error);
-/* Samples point 0 of all FMUs again, after the simulation has returned to its start.
- * Errors: as above. */
-KT_API KT_CHECKED kt_status kt_scene_watch_restart(kt_scene_watch *watch, kt_simulation *simulation, kt_error *error);
-/* Returns the user data of FMU k; NULL if it is not coupled. */
-KT_API void *kt_scene_watch_coupled(const kt_scene_watch *watch, int k);
-/* Returns the first communication point after t of an FMU with this step, for kt_simulation_options.corner. NaN if the
- * step is not above zero and finite. HUGE_VAL beyond 2^52 steps.
- * Cost: O(1). */
-KT_API double kt_scene_next_sample(double step, double t);
 /* Sets the parameters of the model to the values in the auxiliary states of the simulation. Call this function after
- * kt_simulation_restore and kt_simulation_set_state if kt_scene_sets is true, or if the scene has FMUs. Other scenes do
- * not need this call.
+ * kt_simulation_restore and kt_simulation_set_state if kt_scene_sets is true. Other scenes do not
+ * need this call.
  * Errors: those of kt_parameter_set.
  * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,

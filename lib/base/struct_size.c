@@ -98,16 +98,12 @@
     X(kt_scene)                                                                                                        \
     X(kt_scene_call)                                                                                                   \
     X(kt_scene_column)                                                                                                 \
-    X(kt_scene_coupling)                                                                                               \
     X(kt_scene_event)                                                                                                  \
-    X(kt_scene_fmu)                                                                                                    \
     X(kt_scene_mesh)                                                                                                   \
     X(kt_scene_missed)                                                                                                 \
     X(kt_scene_note)                                                                                                   \
     X(kt_scene_options)                                                                                                \
     X(kt_scene_parameter)                                                                                              \
-    X(kt_scene_port)                                                                                                   \
-    X(kt_scene_sample)                                                                                                 \
     X(kt_scene_set)                                                                                                    \
     X(kt_scene_switch)                                                                                                 \
     X(kt_shape)                                                                                                        \

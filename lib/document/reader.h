@@ -123,13 +123,18 @@ struct kt_field {
     bool (*same)(const kt_member *m); /* NULL: the kind's */
 };
 
+/* A word of earlier versions, and the end of the message that rejects it. */
+typedef struct kt_closed_word {
+    const char *word, *remedy;
+} kt_closed_word;
+
 /* The choices of a word, by value. */
 typedef struct kt_choice {
     const char *where; /* "simulate.reduction" */
     const char *const *names;
     int count;
-    int first;        /* the smallest value that has a name in scene files */
-    const char *more; /* another word that is right, which another reader takes; NULL: none */
+    int first;                    /* the smallest value that has a name in scene files */
+    const kt_closed_word *closed; /* NULL: none */
 } kt_choice;
 
 /* A mapping. With types, its keys are those of the table and those of its type's descriptor, in this order. */

@@ -15,12 +15,11 @@ kt_scope kt_item_scope(const char *noun, const char *list, int index, const kt_n
 
 /* "a, b or c" */
 static void add_choices(kt_phrase *phrase, const kt_choice *choice) {
-    const int count = choice->count + (choice->more != NULL);
-    for (int i = choice->first; i < count; i++)
-        kt_phrase_add(phrase, "%s%s", i < choice->count ? choice->names[i] : choice->more,
-                      i + 2 < count   ? ", "
-                      : i + 1 < count ? " or "
-                                      : "");
+    for (int i = choice->first; i < choice->count; i++)
+        kt_phrase_add(phrase, "%s%s", choice->names[i],
+                      i + 2 < choice->count   ? ", "
+                      : i + 1 < choice->count ? " or "
+                                              : "");
 }
 
 static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_choice *choice) {
@@ -30,8 +29,6 @@ static void report_choice(kt_reader *r, const kt_scope *scope, kt_node *node, co
     for (int i = choice->first; i < choice->count; i++)
         if (!kt_nearest_try(&nearest, choice->names[i]))
             break;
-    if (choice->more != NULL)
-        (void)kt_nearest_try(&nearest, choice->more);
     kt_phrase_add(&phrase, "%s is unknown; ", kt_name_quote(word).text);
     if (nearest.best != NULL)
         kt_phrase_add(&phrase, "did you mean '%s'? Choose ", nearest.best);
@@ -51,7 +48,11 @@ int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_
     for (int i = choice->first; i < choice->count; i++)
         if (strcmp(node->of.text, choice->names[i]) == 0)
             return i;
-    report_choice(r, scope, node, choice);
+    if (choice->closed != NULL && strcmp(node->of.text, choice->closed->word) == 0)
+        (void)kt_fault_at(r, KT_ERROR_UNSUPPORTED, scope, node, "'%s' %s", choice->closed->word,
+                          choice->closed->remedy);
+    else
+        report_choice(r, scope, node, choice);
     return -1;
 }
 
@@ -337,6 +338,12 @@ static void read_object_type(kt_reading *reading, const kt_node *map) {
         list_all_fields(&reading->fields, table);
 }
 
+/* The keys of a closed type have no meaning, and no message of their own. */
+static bool type_is_closed(const kt_table *table, const kt_node *map) {
+    const kt_node *type = table->types != NULL && table->types->closed != NULL ? kt_node_find(map, "type") : NULL;
+    return type != NULL && type->kind == KT_NODE_TEXT && strcmp(type->of.text, table->types->closed->word) == 0;
+}
+
 /* Whether a key that is no field's may be meant for this one: it resembles this key, or no field. */
 static bool may_stand_for(kt_reader *r, const kt_fields *fields, const char *word, const char *key) {
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
@@ -371,6 +378,8 @@ bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_t
         return kt_fault_expected(r, scope, map, table->example == NULL ? "a mapping (key: value)" : table->example);
     kt_reading reading = {.r = r, .scope = scope, .map = map, .table = table, .object = object};
     read_object_type(&reading, map);
+    if (type_is_closed(table, map))
+        return false;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next)
         sort_key(&reading, key);
     for (int all = 0; all < 2; all++)

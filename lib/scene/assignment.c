@@ -58,17 +58,6 @@ static uint64_t sum_of_numbers(uint64_t sum, const kt_scene *scene) {
     return sum;
 }
 
-static uint64_t sum_of_fmu(uint64_t sum, const kt_scene_fmu *fmu) {
-    sum = kt_sum_add(kt_sum_add_text(sum, fmu->file), &fmu->step, sizeof fmu->step);
-    for (int i = 0; i < fmu->input_count; i++)
-        sum = kt_sum_add_text(kt_sum_add_text(sum, fmu->inputs[i].variable), fmu->inputs[i].text);
-    for (int i = 0; i < fmu->output_count; i++)
-        sum = kt_sum_add_text(sum, fmu->outputs[i].variable);
-    for (int i = 0; i < fmu->parameter_count; i++)
-        sum = kt_sum_add(kt_sum_add_text(sum, fmu->parameters[i].variable), &fmu->parameters[i].value, sizeof(double));
-    return sum;
-}
-
 uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) {
     if (!scene || !event)
         return 0;
@@ -83,8 +72,6 @@ uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *event) 
         sum = kt_sum_add_text(kt_sum_add_text(sum, event->sets[i].name), event->sets[i].value);
     for (int i = 0; i < event->call_count; i++)
         sum = kt_sum_add_text(sum, event->call[i]);
-    if (event->fmu != NULL)
-        sum = sum_of_fmu(sum, event->fmu);
     return event->set_count > 0 ? sum_of_numbers(sum, scene) : sum;
 }
 

@@ -32,9 +32,8 @@ static void seek_name(const kt_node *action, void *user) {
 }
 
 static bool is_set_by_event(const kt_reader *r, const char *name) {
-    name_sought sought = {name, kt_fmus_set(r, name)};
-    if (!sought.is_found)
-        kt_actions_visit(r, seek_name, &sought);
+    name_sought sought = {name, false};
+    kt_actions_visit(r, seek_name, &sought);
     return sought.is_found;
 }
 

@@ -2,7 +2,7 @@
  *
  * A comparison a < b is watched as the difference b - a, which rises through zero when it begins to hold.
  */
-#include "scene/couple.h"
+#include "scene/bound.h"
 
 #include "expression/expression.h"
 #include "expression/part.h"

@@ -34,7 +34,7 @@ typedef struct variables {
     int kept_count; /* of these, the states with the rate 0 */
 } variables;
 
-/* Whether a name is an auxiliary state with the rate 0. Only events and FMUs change it, and not in the motion. */
+/* Whether a name is an auxiliary state with the rate 0. Only events change it, and not in the motion. */
 static bool is_kept(const kt_reader *r, const char *name) {
     const kt_description *d = r->scene->description;
     for (int k = 0; k < d->state_count; k++)
@@ -237,11 +237,10 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
         return true;
     kt_phrase what = {.length = 0};
     if (crosses)
-        kt_phrase_add(
-            &what,
-            "%s changes only where events or FMUs set its values, and that is no change of sign in the motion, "
-            "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker",
-            kt_name_quote(text).text);
+        kt_phrase_add(&what,
+                      "%s changes only where events set its values, and that is no change of sign in the motion, "
+                      "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker",
+                      kt_name_quote(text).text);
     else
         describe_side(&what, text, code, range, &found);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", what.text);

@@ -468,16 +468,10 @@ static void write_events(kt_emitter *e, const kt_member *m) {
                            "place of parameters, which no event could set");
             break;
         }
-    kt_scene own = *(const kt_scene *)m->object;
-    own.event_count -= own.fmu_count; /* the events of FMUs come last, and follow from these */
-    kt_items_write(e, &(kt_member){m->field, &own, m->standard});
+    kt_items_write(e, m);
 }
 
-static bool same_events(const kt_member *m) {
-    return ((const kt_scene *)m->object)->event_count <= ((const kt_scene *)m->object)->fmu_count;
-}
-
-const kt_kind kt_kind_events = {.read = kt_items_read, .write = write_events, .same = same_events};
+const kt_kind kt_kind_events = {.read = kt_items_read, .write = write_events, .same = kt_items_same};
 
 /* ---- until ------------------------------------------------------------------------------------------------------- */
 

@@ -63,3 +63,8 @@ kt_node *kt_nodes_parse(kt_reader *r, const char *text, size_t length) {
         return NULL;
     return root;
 }
+
+bool kt_section_has(const kt_reader *r, const char *section, const char *key) {
+    const kt_node *map = kt_node_find(r->root, section);
+    return map != NULL && map->kind == KT_NODE_MAP && kt_node_find(map, key) != NULL;
+}

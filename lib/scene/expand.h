@@ -1,5 +1,5 @@
-/* Changes the nodes of a file before its sections are read. Some sections stand for items of others. Effects of the
- * type `fmu` and actions of events are expanded. Formulas that a comma has cut are reported. */
+/* Changes the nodes of a file before its sections are read. Some sections stand for items of others. Actions of
+ * events are expanded. Formulas that a comma has cut are reported. */
 #ifndef KT_SCENE_EXPAND_H
 #define KT_SCENE_EXPAND_H
 
@@ -31,25 +31,7 @@ void kt_beams_expand(kt_reader *r);
 /* Reports plain texts of the file that a comma has cut within parentheses; their parts are faulty then. O(nodes). */
 void kt_commas_check(kt_reader *r);
 
-/* Takes effects of the type `fmu` out of the section `effects`, before anything else is read. */
-void kt_fmus_take(kt_reader *r);
-
-/* Whether an output of an FMU is the parameter of this name; NULL: any parameter. */
-bool kt_fmus_set(const kt_reader *r, const char *name);
-
-/* The first key of a mapping of an FMU; NULL: the mapping is missing, empty or something else. */
-kt_node *kt_fmu_first(const kt_node *item, const char *key);
-
 /* Whether a section of the file, a mapping, has a key. */
 bool kt_section_has(const kt_reader *r, const char *section, const char *key);
-
-/* After parameters are read: makes the auxiliary states and the forces of outputs of FMUs that act in joints. */
-void kt_fmus_expand(kt_reader *r);
-
-/* After all sections are read: the FMUs, and an event for each. */
-void kt_fmus_read(kt_reader *r, kt_scene *scene);
-
-/* The section `effects` of a kt_scene: forces, and FMUs. An output in a joint is written as the state that holds it. */
-extern const kt_kind kt_kind_effects;
 
 #endif

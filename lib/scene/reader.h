@@ -40,9 +40,6 @@ typedef struct kt_scene_reading {
 
     const kt_named_file *files; /* the last one first */
 
-    kt_node **fmu_nodes; /* items of the type `fmu`, which are taken out of `effects` */
-    int fmu_count;
-
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,
         **state_nodes; /* as the arrays of the description */
 } kt_scene_reading;

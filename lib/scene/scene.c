@@ -60,7 +60,7 @@ static const kt_field fields[] = {
     {.key = "states", .kind = &kt_kind_states, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_loops},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
-    {.key = "effects", .kind = &kt_kind_effects, .flags = KT_FIELD_SECTION, .detail = &kt_effects},
+    {.key = "effects", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_effects},
     {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION, .detail = &kt_events},
     {.key = "simulate", .kind = &kt_kind_simulate, .flags = KT_FIELD_SECTION},
     {.key = "output", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
@@ -229,7 +229,6 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     kt_settings_apply(r, options, &table);
     r->scene->gives_step = options != NULL && ((const kt_scene_options *)options)->gives_step;
     r->scene->is_alone = options != NULL && ((const kt_scene_options *)options)->is_alone;
-    kt_fmus_take(r);
     kt_varying_start(r, options);
     if (!check_version(r, r->root))
         return;
@@ -238,11 +237,9 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     kt_parameters_read(r);
     kt_assignments_add_states(r, &scene->description);
     kt_beams_expand(r);
-    kt_fmus_expand(r);
     kt_footholds_expand(r);
     (void)kt_table_read(r, NULL, r->root, &table, scene);
     kt_footholds_measure(scene);
-    kt_fmus_read(r, scene);
     kt_expressions_check(r);
     check_interval(r, &scene->run);
     if (!r->out_of_memory)

@@ -85,7 +85,11 @@ const kt_table kt_initial_table = {.fields = initial_fields, .count = KT_COUNT_O
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
 static const char *const effect_names[] = {KT_EFFECT_LIST(KT_LISTED_NAME)};
-static const kt_choice effect_types = {"effects.type", effect_names, KT_EFFECT_TYPE_COUNT, 0, "fmu"};
+static const kt_closed_word fmu = {
+    "fmu",
+    "is no type any more, since a scene couples no FMUs; export the plant with 'kinetree export --fmu', and couple "
+    "both FMUs with FMPy or OMSimulator"};
+static const kt_choice effect_types = {"effects.type", effect_names, KT_EFFECT_TYPE_COUNT, 0, &fmu};
 
 static const kt_descriptor *describe_effect(int type) { return kt_effect_descriptor((kt_effect_type)type); }
 

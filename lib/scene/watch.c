@@ -1,12 +1,12 @@
 /* Events of a scene in a simulation: their formulas, with the variables that they read bound to the simulation's model
- * (bound.c), their actions, and the communication points of FMUs (couple.c). */
+ * (bound.c), and their actions. */
 #include "base/pool.h"
 #include "base/require.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/follow.h"
 #include "scene/assignment.h"
-#include "scene/couple.h"
+#include "scene/bound.h"
 #include "scene/foothold.h"
 #include "simulation/response.h"
 #include "simulation/simulation.h"
@@ -29,7 +29,6 @@ typedef struct watched {
     int *states;               /* these: the indices of states; those of velocities lie behind them */
     double *velocities;        /* what they become */
     int state_count, set_count;
-    kt_coupled_fmu *coupled; /* the event is a communication point of an FMU; NULL: none */
     const kt_scene_watch *watch;
     kt_simulation *simulation;
 } watched;
@@ -45,15 +44,11 @@ struct kt_scene_watch {
     kt_footholds *footholds;     /* NULL: events close no loops where their bodies are */
     kt_responses responses;      /* `a` is NULL: no formula has any */
     kt_binding binding;
-    watched **fmus; /* of the events, those of FMUs */
-    int fmu_count;
 };
 
 /* The first breakpoint after t of the parts that depend on time alone (kt_event.corner). */
 static double next_watch_breakpoint(void *user, double t) {
     const watched *w = user;
-    if (w->coupled != NULL)
-        return kt_scene_next_sample(w->coupled->step, t);
     return kt_simulation_next_feature(w->simulation, (const kt_expression *const *)w->formula.parts,
                                       w->formula.part_count, t);
 }
@@ -63,8 +58,7 @@ static int evaluate_watched(const kt_instant *at, double *value, kt_error *error
     if (at->t < kt_simulation_time(w->simulation) &&
         kt_responses_are_stepped(&w->watch->responses, w->formula.responds))
         return KT_EVENT_HOLDS;
-    return w->coupled != NULL ? kt_coupled_clock(w->coupled, at, value, error)
-                              : kt_bound_evaluate(&w->formula, at, value, error);
+    return kt_bound_evaluate(&w->formula, at, value, error);
 }
 
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
@@ -100,22 +94,9 @@ static kt_status set_values(const watched *w, kt_simulation *simulation, kt_erro
     return status;
 }
 
-/* Makes the event of an FMU stop the run, with a record, until the FMU is restarted. */
-static void stop_at(kt_coupled_fmu *coupled, const kt_event *event) {
-    coupled->event = (kt_event *)(uintptr_t)event; /* the simulation's copy */
-    coupled->event->stop = true;
-}
-
 static int act_on_event(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const watched *w = user;
     int stops = 0;
-    if (w->coupled != NULL) {
-        const kt_instant at = watched_instant_of(w->watch, simulation);
-        const int code = kt_coupled_sample(w->coupled, w->coupled->point + 1, &at, simulation, error);
-        if (code > 0)
-            stop_at(w->coupled, what->event);
-        return code;
-    }
     if (w->set_count > 0 && set_values(w, simulation, error) != KT_OK)
         return -1;
     const uint64_t released = (kt_simulation_released(simulation) & ~w->acting) | w->released;
@@ -282,26 +263,10 @@ typedef struct target {
     int call_count;
 } target;
 
-/* The inputs and outputs of the FMU of an event. */
-static kt_status find_fmu(kt_scene_watch *watch, const kt_scene *scene, const kt_scene_fmu *fmu, watched *to,
-                          kt_error *error) {
-    bool moves = false;
-    to->watch = watch;
-    to->coupled = kt_pool_take(&watch->pool, 1, sizeof *to->coupled);
-    if (to->coupled == NULL)
-        return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
-    watch->fmus[watch->fmu_count++] = to;
-    const kt_status status =
-        kt_coupled_bind(&watch->binding, scene, fmu, watch->assignments, to->coupled, &moves, error);
-    return status == KT_OK && moves && watch->data == NULL ? kt_data_create(watch->model, &watch->data, error) : status;
-}
-
 static kt_status add_event(const target *in, const kt_scene_event *event, watched *to, kt_error *error) {
     kt_scene_watch *watch = in->watch;
     const kt_model *model = in->model;
-    kt_status status = event->fmu != NULL
-                           ? find_fmu(watch, in->scene, event->fmu, to, error)
-                           : kt_formula_bind(&watch->binding, in->scene, event->when, true, &to->formula, error);
+    kt_status status = kt_formula_bind(&watch->binding, in->scene, event->when, true, &to->formula, error);
     to->simulation = in->simulation;
     to->watch = watch;
     if (status == KT_OK)
@@ -310,7 +275,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
         status = find_switches(model, event, to, error);
     if (status == KT_OK && to->here != 0 && watch->data == NULL)
         status = kt_data_create(model, &watch->data, error);
-    if (status == KT_OK && event->fmu == NULL)
+    if (status == KT_OK)
         status = find_sets(watch, in->scene, event, to, error);
     const char *name = kt_pool_text(&watch->pool, event->name, strlen(event->name));
     to->name = name;
@@ -318,11 +283,11 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     if (status != KT_OK)
         return status;
-    const bool couples = to->coupled != NULL, acts = !couples && (event->switch_count > 0 || event->set_count > 0);
+    const bool acts = event->switch_count > 0 || event->set_count > 0;
     const kt_event added = {.name = name,
                             .function = evaluate_watched,
-                            .action = to->call_count > 0 || acts || couples ? act_on_event : NULL,
-                            .corner = to->formula.part_count > 0 || couples ? next_watch_breakpoint : NULL,
+                            .action = to->call_count > 0 || acts ? act_on_event : NULL,
+                            .corner = to->formula.part_count > 0 ? next_watch_breakpoint : NULL,
                             .user = to,
                             .direction = event->direction,
                             .record = event->record || acts,
@@ -345,9 +310,7 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
     kt_status status = KT_OK;
     if (made != NULL)
         made->watched = kt_pool_take(&made->pool, (size_t)count + 1, sizeof *made->watched);
-    if (made != NULL)
-        made->fmus = kt_pool_take(&made->pool, (size_t)scene->fmu_count + 1, sizeof(watched *));
-    if (made == NULL || made->watched == NULL || made->fmus == NULL)
+    if (made == NULL || made->watched == NULL)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     if (status == KT_OK) {
         made->model = model;
@@ -390,9 +353,6 @@ bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation
 kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation, kt_error *error) {
     if (KT_IS_MISSING(error, watch, simulation))
         return KT_ERROR_ARGUMENT;
-    for (int k = 0; k < watch->fmu_count; k++)
-        kt_coupled_sync(watch->fmus[k]->coupled, kt_simulation_event_count(simulation, watch->fmus[k]->name),
-                        kt_simulation_time(simulation));
     kt_status status = watch->footholds != NULL ? kt_footholds_sync(watch->footholds, simulation, error) : KT_OK;
     if (status == KT_OK && watch->assignments != NULL)
         status = kt_assignments_sync(watch->assignments, simulation, error);
@@ -400,53 +360,9 @@ kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simula
     return status;
 }
 
-/* Samples the point at the start. */
-static kt_status sample_start(const watched *w, kt_simulation *simulation, kt_error *error) {
-    const kt_instant at = watched_instant_of(w->watch, simulation);
-    kt_error from = {0};
-    if (w->coupled->event != NULL)
-        w->coupled->event->stop = false;
-    const int code = kt_coupled_sample(w->coupled, 0, &at, simulation, &from);
-    if (code == 0)
-        return KT_OK;
-    if (from.code != KT_OK)
-        return kt_error_set(error, from.code, from.where, "%s", from.message);
-    return kt_error_set(error, KT_ERROR_CALLBACK, w->name, "its sampler returned %d at the start", code);
-}
-
-kt_status kt_scene_watch_couple(kt_scene_watch *watch, int k, kt_simulation *simulation,
-                                const kt_scene_coupling *coupling, kt_error *error) {
-    if (KT_IS_MISSING(error, watch, simulation, coupling))
-        return KT_ERROR_ARGUMENT;
-    if (k < 0 || k >= watch->fmu_count || coupling->sample == NULL) {
-        if (coupling->release != NULL)
-            coupling->release(coupling->user);
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_couple",
-                            "FMU %d: the scene has %d, and each needs a sampler", k, watch->fmu_count);
-    }
-    kt_coupled_take(watch->fmus[k]->coupled, coupling);
-    return sample_start(watch->fmus[k], simulation, error);
-}
-
-kt_status kt_scene_watch_restart(kt_scene_watch *watch, kt_simulation *simulation, kt_error *error) {
-    if (KT_IS_MISSING(error, watch, simulation))
-        return KT_ERROR_ARGUMENT;
-    kt_status status = KT_OK;
-    for (int k = 0; status == KT_OK && k < watch->fmu_count; k++)
-        if (watch->fmus[k]->coupled->is_coupled)
-            status = sample_start(watch->fmus[k], simulation, error);
-    return status;
-}
-
-void *kt_scene_watch_coupled(const kt_scene_watch *watch, int k) {
-    return watch != NULL && k >= 0 && k < watch->fmu_count ? watch->fmus[k]->coupled->with.user : NULL;
-}
-
 void kt_scene_watch_free(kt_scene_watch *watch) {
     if (watch == NULL)
         return;
-    for (int k = 0; k < watch->fmu_count; k++)
-        kt_coupled_take(watch->fmus[k]->coupled, NULL);
     kt_data_free(watch->data);
     kt_pool_free(watch->pool.chunks);
     free(watch);

@@ -230,42 +230,11 @@ static bool run_differs(const kt_run *a, const kt_run *b) {
 
 const char *kt_run_difference(const kt_run *a, const kt_run *b) { return run_differs(a, b) ? found : ""; }
 
-static bool port_differs(const char *where, const kt_scene_port *a, const kt_scene_port *b) {
-    TEXT(variable);
-    TEXT(text);
-    BITS(value);
-    return false;
-}
-
-static bool ports_differ(const char *where, const kt_scene_port *a, const kt_scene_port *b, int count) {
-    for (int i = 0; i < count; i++)
-        if (port_differs(where, &a[i], &b[i]))
-            return true;
-    return false;
-}
-
-static bool fmu_differs(const kt_scene_fmu *a, const kt_scene_fmu *b) {
-    const char *where = "fmu";
-    TEXT(name);
-    TEXT(file);
-    BITS(step);
-    VALUE(input_count);
-    VALUE(output_count);
-    VALUE(parameter_count);
-    return ports_differ("fmu.inputs", a->inputs, b->inputs, a->input_count) ||
-           ports_differ("fmu.outputs", a->outputs, b->outputs, a->output_count) ||
-           ports_differ("fmu.parameters", a->parameters, b->parameters, a->parameter_count);
-}
-
 static bool computation_differs(const kt_scene *a, const kt_scene *b) {
     const char *where = "scene";
     VALUE(formulation);
     VALUE(reduction);
     VALUE(event_count);
-    VALUE(fmu_count);
-    for (int i = 0; i < a->fmu_count; i++)
-        if (fmu_differs(&a->fmus[i], &b->fmus[i]))
-            return true;
     return false;
 }
 

@@ -179,7 +179,7 @@ KT_TEST(faults_of_events_name_their_place_and_the_mend) {
         {"simulate: {until: \"cos(t) > 1\"}", "x:4:19", "never change places"},
         {"simulate: {until: \"abs(position.arm)\"}", "x:4:19", "\"abs(position.arm) > 0.5\""},
         {"states: {n: {rate: 0}}\nsimulate: {until: n > 3.5}", "x:5:19",
-         "'n > 3.5' changes only where events or FMUs set its values"},
+         "'n > 3.5' changes only where events set its values"},
         {"parameters: {F: 1}\nevents: [{name: a, when: position.arm, then: {set: {F: -F}}},\n"
          "  {name: b, when: F + 0.5, then: stop}]",
          "x:6:19", "so the event never happens; use them next to t, position.JOINT"},

@@ -15,7 +15,7 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
 int kt_angles_say(const kt_scene *scene);
 
 /* Warns of springs, bushings, friction and drag all of whose numbers are 0, and of effects whose ends cannot move.
- * Numbers are not checked if an event or an FMU sets parameters of the scene. Returns the number of warnings. */
+ * Numbers are not checked if an event sets parameters of the scene. Returns the number of warnings. */
 int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene);
 
 /* Warns of own columns (`output.columns`) whose formula is the name of a column alone, and whose unit measures the same

@@ -1,6 +1,6 @@
 /* Checkpoints of a run. A checkpoint has a header, the progress of the run, the states of the simulation and of the
- * watch on modes, and the extremes of all columns. The warnings, marks and states of FMUs so far follow as JSON, and a
- * checksum over the whole content ends the file.
+ * watch on modes, and the extremes of all columns. The warnings and marks so far follow as JSON. A checksum over the
+ * whole content ends the file.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
  * computed from the library's version and the scene as it would be written now. One fingerprint is without, the other
@@ -13,8 +13,6 @@
  * FILE.new, so that no empty FILE appears. A file of an earlier run is locked itself. Each FILE.new is locked before it
  * is renamed to FILE. */
 #include "records/checkpoint.h"
-
-#include "fmu/couple.h"
 
 #include "base/sum.h"
 #include "kinetree/kinetree.h"
@@ -139,11 +137,6 @@ int kt_checkpoint_open(kt_checkpoint *checkpoint, const char *path, double inter
                                   .last = kt_clock(),
                                   .records.sum = KT_SUM_START,
                                   .modes = modes};
-    kt_error error = {0};
-    if (kt_fmus_can_resume(outcome->scene, outcome->events, &error) != KT_OK) {
-        kt_say_error(&error);
-        return KT_EXIT_USAGE;
-    }
     checkpoint->size = kt_simulation_state_size(outcome->simulation);
     checkpoint->mode_size = modes != NULL ? kt_mode_watch_state_size(modes) : 0;
     checkpoint->block = malloc(checkpoint->size + checkpoint->mode_size);
@@ -284,12 +277,6 @@ static int write_checkpoint_file(kt_checkpoint *checkpoint, const kt_progress_so
 int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt_lines *lines) {
     json_t *reported = kt_marks_save(&outcome->marks);
     json_object_set_new(reported, "warnings", kt_warnings_describe(&outcome->warnings));
-    kt_error error = {0};
-    if (json_object_set_new(reported, "fmus", kt_fmus_save(outcome->scene, outcome->events, &error)) != 0) {
-        kt_say_error(&error);
-        json_decref(reported);
-        return -1;
-    }
     char *words = json_dumps(reported, JSON_COMPACT | JSON_REAL_PRECISION(17));
     bool fine = (words != NULL && !kt_json_is_short()) || say_no_memory();
     kt_progress_so_far so_far;
@@ -396,8 +383,7 @@ static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *c
     json_t *reported = json_loads(content->words, 0, NULL);
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
         reject_checkpoint(content, "there is not enough memory for its warnings and marks");
-    } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK ||
-               kt_fmus_restore(outcome->scene, outcome->events, json_object_get(reported, "fmus"), &error) != KT_OK) {
+    } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
         reject_checkpoint(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
                                    : outcome->is_native
                                        ? "the run that wrote it had no --native; leave it out here, too"

@@ -40,7 +40,7 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
 /* Writes a checkpoint to a new file, which then replaces the old one: there is a complete file at any time. All records
  * in `lines` must be written (kt_lines_flush). They reach the disk before the checkpoint. Returns 0. Returns 1 if the
  * file cannot be written, with a warning the first time; the last checkpoint stays, and the run can go on. Returns -1
- * after printing an error of the records, of an FMU or of memory. */
+ * after printing an error of the records or of memory. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt_lines *lines);
 
 /* Returns false if a file is certainly no checkpoint. An empty file counts as a checkpoint before its first record. A

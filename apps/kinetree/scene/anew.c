@@ -59,7 +59,7 @@ static const kt_body *body_of_variable_mass(const kt_description *d) {
 /* Returns whether `when` of an event, or a value that it sets, reads t. */
 static bool event_reads_time(const kt_scene_event *event) {
     bool any = formula_reads_time(event->when);
-    for (int i = 0; event->fmu == NULL && i < event->set_count; i++)
+    for (int i = 0; i < event->set_count; i++)
         any = any || formula_reads_time(event->sets[i].value);
     return any;
 }
@@ -80,7 +80,7 @@ static void append_event_name(event_names *list, const char *name) {
 
 static void say_events_anew(const kt_scene *scene, const char *start, const char *source) {
     event_names timed = {.count = 0}, limited = {.count = 0};
-    for (int i = 0; i < scene->event_count - scene->fmu_count; i++) {
+    for (int i = 0; i < scene->event_count; i++) {
         if (event_reads_time(&scene->events[i]))
             append_event_name(&timed, scene->events[i].name);
         if (scene->events[i].limit > 0)

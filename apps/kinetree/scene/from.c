@@ -240,12 +240,6 @@ static void say_unknown_joints(const source *s, const kt_model *model) {
     }
 }
 
-static void say_fmus_anew(const kt_scene *scene, const char *path) {
-    if (scene->fmu_count > 0)
-        kt_say("%s has no states of FMUs: the FMU %s%s anew", path, kt_name_quote(scene->fmus[0].name).text,
-               scene->fmu_count > 1 ? " and others start" : " starts");
-}
-
 /* Reads the auxiliary states of the result. A state that the result lacks keeps its initial value in the scene. */
 static kt_status take_auxiliary_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
     const int count = kt_own_state_count(model);
@@ -291,7 +285,6 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
     char start[1100];
     (void)snprintf(start, sizeof start, "the motion starts at t = 0 from the state of %s", s->path);
     kt_say_anew(scene, start, s->path);
-    say_fmus_anew(scene, s->path);
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
     if (status == KT_OK)
         take_released(scene, s);

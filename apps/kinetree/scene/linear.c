@@ -41,7 +41,6 @@ int kt_small_motion_open(kt_small_motion *motion, const char *path, const kt_set
     }
     const kt_model *model = motion->model;
     char *base = kt_base_name(path);
-    kt_say_fmus_left_out(&motion->scene);
     motion->name = base != NULL ? strdup(kt_title_of(model, base)) : NULL;
     free(base);
     if ((code = kt_reject_dense_size(model)) >= 0)

@@ -1,7 +1,6 @@
 /* Loads scenes for the subcommands, with the state that they start from. */
 #include "scene/load.h"
 
-#include "fmu/couple.h"
 #include "records/output.h"
 
 #include <math.h>
@@ -23,8 +22,6 @@ int kt_read_scene_from(const char *path, const kt_settings *settings, const char
         return code;
     if (kt_check_scene_files(scene) >= 0) {
         code = KT_EXIT_USAGE;
-    } else if (kt_fmus_check(scene, settings != NULL && settings->is_quiet) != KT_EXIT_DONE) {
-        code = KT_EXIT_SCENE;
     } else if (from != NULL || scene->from != NULL) {
         char *folder = from == NULL ? kt_folder_of(path) : NULL;
         code = kt_start_from(scene, from != NULL ? from : scene->from, folder);
@@ -119,18 +116,12 @@ int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *l
 }
 
 void kt_say_left_out(const char *command, const kt_scene *scene) {
-    const int count = kt_scene_event_room(scene) - scene->fmu_count;
+    const int count = kt_scene_event_room(scene);
     if (count > 0)
         kt_say("%s: event '%s'%s left out, so the results are those of the motion without events; 'kinetree run' "
                "watches events",
-               command, kt_show(scene->event_count > scene->fmu_count ? scene->events[0].name : scene->until.name).text,
+               command, kt_show(scene->event_count > 0 ? scene->events[0].name : scene->until.name).text,
                count > 1 ? " and others are" : " is");
-}
-
-void kt_say_fmus_left_out(const kt_scene *scene) {
-    if (scene->fmu_count > 0)
-        kt_say("FMU '%s'%s left out: the outputs keep their initial values, 0 as forces; 'kinetree run' couples FMUs",
-               kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others are" : " is");
 }
 
 int kt_reject_method(const char *where, const char *name) {
@@ -139,14 +130,6 @@ int kt_reject_method(const char *where, const char *name) {
         (void)kt_nearest_try(&nearest, kt_method_at(i)->name);
     return kt_misuse("%s: there is no method '%s'%s", where, name,
                      kt_ask(&nearest, "", "; 'kinetree integrators' lists them").text);
-}
-
-int kt_reject_fmus(const char *command, const kt_scene *scene) {
-    if (scene->fmu_count == 0)
-        return -1;
-    return kt_reject(KT_EXIT_SCENE,
-                     "%s: FMU '%s': a file of this kind cannot contain the FMUs of a scene; remove it from `effects`",
-                     command, kt_show(scene->fmus[0].name).text);
 }
 
 int kt_load_model(const char *path, const kt_settings *settings, kt_scene *scene, kt_model **model) {

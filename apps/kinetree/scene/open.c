@@ -367,9 +367,6 @@ static kt_status write_scene_stream(FILE *file, const void *scene, kt_error *err
 }
 
 int kt_write_scene(const kt_scene *scene, const char *path, kt_status status, kt_error *error) {
-    if (status == KT_OK && scene->fmu_count > 0)
-        kt_say("%s: FMU '%s'%s anew in this scene, since its state is not written", kt_show(path).text,
-               kt_show(scene->fmus[0].name).text, scene->fmu_count > 1 ? " and others begin" : " begins");
     if (status == KT_OK)
         status = kt_output_fill(path, write_scene_stream, scene, error);
     if (status == KT_OK)

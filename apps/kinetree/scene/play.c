@@ -1,8 +1,6 @@
 /* The simulation of a scene with its events, advanced to times of the caller's choice. */
 #include "scene/play.h"
 
-#include "fmu/couple.h"
-
 #include "records/gravity.h"
 
 #include "kinetree/dynamics.h"
@@ -20,15 +18,9 @@ kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const 
         options->record |= KT_RECORD_REACTION;
     options->contact = scene->contact;
     options->events = kt_scene_event_room(scene);
-    kt_fmu_clock *clock = NULL;
-    kt_status status = kt_fmus_begin(scene, options, &clock, error);
-    if (status == KT_OK)
-        status = kt_simulation_create(model, run, options, simulation, error);
+    kt_status status = kt_simulation_create(model, run, options, simulation, error);
     if (status == KT_OK && options->events > 0)
         status = kt_scene_watch_create(scene, model, *simulation, NULL, -1, events, error);
-    if (status == KT_OK && scene->fmu_count > 0)
-        return kt_fmus_couple(scene, *events, *simulation, clock, error);
-    kt_fmus_end(clock);
     return status;
 }
 
@@ -63,9 +55,7 @@ kt_status kt_play_to(kt_play *play, double time, kt_error *error) {
 static kt_status rewind_play(kt_play *play, const void *block, kt_error *error) {
     const kt_status status = kt_simulation_restore(play->simulation, block, error);
     play->is_over = false;
-    if (status != KT_OK || kt_scene_watch_sync(play->events, play->simulation, error) != KT_OK)
-        return error->code;
-    return kt_scene_watch_restart(play->events, play->simulation, error);
+    return status == KT_OK ? kt_scene_watch_sync(play->events, play->simulation, error) : status;
 }
 
 kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *error) {

@@ -270,10 +270,8 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     if (code < 0 && (arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0)
         code = kt_misuse("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
                          arguments->baselines ? "baselines" : "formulations");
-    if (code < 0) {
+    if (code < 0)
         kt_say_left_out("accuracy", &scene);
-        kt_say_fmus_left_out(&scene);
-    }
     if (code < 0 && !arguments->quiet && kt_model_mobility(model).minimal == 0)
         kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
                "projection after each step closes them to rounding with any method. Methods differ in cost, and in the "

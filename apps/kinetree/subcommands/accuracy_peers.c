@@ -3,7 +3,6 @@
 #define _DEFAULT_SOURCE /* mkdtemp */
 #include "subcommands/accuracy_peers.h"
 
-#include "fmu/archive.h"
 #include "kinetree/export.h"
 #include "records/output.h"
 #include "records/table.h"
@@ -17,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -271,6 +271,22 @@ static void say_lost_by_peer(void *user, const char *what, int count) {
                what, count);
 }
 
+/* Removes a file or a folder. Links are removed, and not followed. */
+static void remove_peer_tree(const char *path) {
+    struct stat status;
+    DIR *folder = lstat(path, &status) == 0 && S_ISDIR(status.st_mode) ? opendir(path) : NULL;
+    const struct dirent *item;
+    while (folder != NULL && (item = readdir(folder)) != NULL) {
+        char below[PATH_ROOM];
+        if (strcmp(item->d_name, ".") != 0 && strcmp(item->d_name, "..") != 0 &&
+            snprintf(below, PATH_ROOM, "%s/%s", path, item->d_name) < PATH_ROOM)
+            remove_peer_tree(below);
+    }
+    if (folder != NULL)
+        (void)closedir(folder);
+    (void)remove(path);
+}
+
 /* Makes the folder of the exchanged files, with the scene as MJCF. */
 static int make_files(kt_peer_session *s) {
     kt_error error = {0};
@@ -324,7 +340,8 @@ int kt_peers_measure(const kt_peer_work *work, kt_peers **peers) {
     if (s != NULL && made != NULL && poses != NULL) {
         *s = (kt_peer_session){.work = work, .peers = made, .poses = poses};
         code = measure_peers(s);
-        kt_fmu_remove(s->folder);
+        if (s->folder[0] != '\0')
+            remove_peer_tree(s->folder);
     } else {
         kt_say("there is not enough memory");
     }

@@ -2,7 +2,6 @@
 #include "advice/advice.h"
 #include "advice/angles.h"
 #include "advice/penetration.h"
-#include "fmu/couple.h"
 #include "records/output.h"
 #include "scene/load.h"
 #include "scene/start.h"
@@ -290,8 +289,7 @@ static int check_scene_model(const char *path, const kt_scene *scene, const kt_m
         c.q = state;
         c.v = state + nq;
         c.a = c.v + nv;
-        code = kt_fmus_inspect(scene);
-        code = code == KT_EXIT_DONE ? check_start(&c) : code;
+        code = check_start(&c);
     }
     if (code == KT_EXIT_DONE && c.warnings > 0)
         printf("%s: ok, %d warning%s\n", path, c.warnings, c.warnings == 1 ? "" : "s");

@@ -330,7 +330,6 @@ static int evaluate_instant(const kt_scene *scene, const kt_model *model, const 
     kt_evaluation e = {.scene = scene, .may_lack_inertia = scene->description.inertia_check == KT_INERTIA_ACCEPT};
     kt_error error = {0};
     int code = -1;
-    kt_say_fmus_left_out(scene);
     const kt_status begun = begin_as_run(&e, model, &error);
     if (begun != KT_OK)
         code = kt_say_status(begun, &error);

@@ -136,15 +136,12 @@ int kt_command_export(int argc, char **argv) {
     code = kt_read_scene(argv[1], &a.settings, &scene);
     if (code != KT_EXIT_DONE)
         return code;
-    code = kt_reject_fmus("export", &scene);
-    if (code < 0) {
-        losses lost = begin_losses(argv[1], &scene, &a.settings);
-        const robot written = {&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost};
-        const kt_status status = kt_output_fill(a.out, write_robot, &written, &error);
-        code = status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
-        if (status != KT_OK)
-            kt_say("%s cannot be exported: %s", argv[1], kt_words_of(&error).text);
-    }
+    losses lost = begin_losses(argv[1], &scene, &a.settings);
+    const robot written = {&scene, a.urdf ? KT_ROBOT_URDF : KT_ROBOT_MJCF, a.out, &lost};
+    const kt_status status = kt_output_fill(a.out, write_robot, &written, &error);
+    code = status == KT_OK ? KT_EXIT_DONE : status == KT_ERROR_MODEL ? KT_EXIT_SCENE : KT_EXIT_INTEGRATION;
+    if (status != KT_OK)
+        kt_say("%s cannot be exported: %s", argv[1], kt_words_of(&error).text);
     kt_scene_free(&scene);
     return code;
 }

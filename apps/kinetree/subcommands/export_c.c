@@ -166,8 +166,7 @@ static void say_events(const kt_export_c *c, const kt_scene *scene) {
 static int export_scene_as_c(const kt_scene *scene, const kt_model *model, const void *user) {
     const kt_export_c *c = user;
     char *header = name_header(c->out);
-    int code = header != NULL ? kt_reject_fmus("export", scene) : kt_say_no_memory(NULL);
-    code = code < 0 ? write_source_and_header(c, model, header) : code;
+    const int code = header != NULL ? write_source_and_header(c, model, header) : kt_say_no_memory(NULL);
     if (code == KT_EXIT_DONE) {
         say_effects(c, model);
         say_events(c, scene);

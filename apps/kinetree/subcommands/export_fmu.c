@@ -371,8 +371,6 @@ int kt_export_fmu_write(const kt_export_fmu *fmu) {
     kt_fmu_parts parts = {.inputs = &inputs};
     char name[KT_FMU_TEXT];
     int code = kt_read_scene(fmu->scene, fmu->settings, &scene); /* prints all faults with their places in the file */
-    if (code == KT_EXIT_DONE && kt_reject_fmus("export", &scene) >= 0)
-        code = KT_EXIT_SCENE;
     if (code == KT_EXIT_DONE)
         code = kt_fmu_find_inputs(&scene, fmu->inputs, &inputs);
     kt_scene_free(&scene);

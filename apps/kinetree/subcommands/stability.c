@@ -375,7 +375,6 @@ static int analyse(const kt_scene *scene, const kt_model *model, const arguments
 
 static int start_and_analyse(const kt_scene *scene, const kt_model *model, const void *user) {
     kt_say_left_out("stability", scene);
-    kt_say_fmus_left_out(scene);
     int code = kt_reject_dense_size(model);
     code = code < 0 ? kt_start_report(scene, model) : code;
     return code == KT_EXIT_DONE ? analyse(scene, model, user) : code;
