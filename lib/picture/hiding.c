@@ -82,9 +82,22 @@ typedef struct shown {
     kt_solid solid;
     kt_outline outline;
     double left, right, bottom, top, area;
-    double width; /* in the picture */
+    double width; /* half of that in the plane of a diagram */
     bool shines, lets_shine;
 } shown;
+
+/* Half of the least extent in the plane of a diagram, for a solid whose axes are in this plane or normal to it. It does
+ * not change, not even by rounding, as the solid turns in the plane. */
+static double half_width(const kt_solid *solid) {
+    const kt_mat3 r = solid->pose.rotation;
+    const kt_vec3 h = solid->half;
+    const double x = fabs(r.x.z), y = fabs(r.y.z), z = fabs(r.z.z);
+    if (z >= x && z >= y)
+        return fmin(h.x, h.y);
+    return fmin(y >= x ? h.x : h.y, solid->type == KT_SOLID_SPHERE ? h.x
+                                    : solid->type == KT_SOLID_ROD  ? h.z + h.x
+                                                                   : h.z);
+}
 
 static shown show_piece(const kt_piece *piece) {
     const bool is_whole = piece->high - piece->low == 2.0 * piece->solid.half.z;
@@ -103,7 +116,7 @@ static shown show_piece(const kt_piece *piece) {
         s.bottom = fmin(s.bottom, s.outline.corners[i].y);
         s.top = fmax(s.top, s.outline.corners[i].y);
     }
-    s.width = s.area / fmax(hypot(s.right - s.left, s.top - s.bottom), DBL_MIN);
+    s.width = half_width(&piece->solid);
     return s;
 }
 
@@ -544,8 +557,45 @@ static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int
     return fine;
 }
 
+/* The first order of a diagram: the farther layer first, then the wider piece, then the order of the list. Depths and
+ * widths do not change in a plane, so pieces keep this order at all times, whether they overlap or not. */
+typedef struct diagram_key {
+    kt_piece piece;
+    double layer, width;
+    int index;
+} diagram_key;
+
+static int compare_diagram_keys(const void *a, const void *b) {
+    const diagram_key *p = a, *q = b;
+    if (p->layer != q->layer)
+        return p->layer < q->layer ? -1 : 1;
+    if (p->width != q->width)
+        return p->width > q->width ? -1 : 1;
+    return p->index - q->index;
+}
+
+static bool sort_diagram(kt_pieces *pieces, double tolerance) {
+    const size_t count = (size_t)pieces->count;
+    diagram_key *keys = malloc(count * sizeof *keys + 1);
+    if (keys == NULL)
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        const kt_piece *piece = &pieces->items[i];
+        const double width = log(fmax(show_piece(piece).width, DBL_MIN));
+        keys[i] =
+            (diagram_key){*piece, floor(piece->solid.pose.position.z / tolerance + 0.5), floor(50.0 * width), (int)i};
+    }
+    qsort(keys, count, sizeof *keys, compare_diagram_keys);
+    for (size_t i = 0; i < count; i++)
+        pieces->items[i] = keys[i].piece;
+    free(keys);
+    return true;
+}
+
 bool kt_pieces_sort(kt_pieces *pieces, double tolerance, bool is_diagram) {
     bool done = false;
+    if (is_diagram && !sort_diagram(pieces, tolerance))
+        return false;
     for (int round = 0; !done; round++)
         if (!sort_round(pieces, tolerance, is_diagram, round, &done))
             return false;

@@ -33,7 +33,8 @@ kt_solid kt_piece_solid(const kt_piece *piece);
 
 /* Sorts pieces from the back to the front, and cuts them if that is necessary. Pieces that do not overlap, or whose
  * surfaces are nearer to each other than `tolerance`, keep their order. In a diagram of a plane (is_diagram), solids
- * that run through each other are not hidden by each other: the thinner one comes later. A solid that `shines`, is
+ * that run through each other are not hidden by each other: the thinner one comes later. Pieces of a diagram keep their
+ * order while they turn and slide in the plane. A solid that `shines`, is
  * whole and lies inside another solid comes later, too. Returns false, with all pieces still there, if memory is
  * insufficient. Cost: about O(n^2) for n pieces. */
 bool kt_pieces_sort(kt_pieces *pieces, double tolerance, bool is_diagram);

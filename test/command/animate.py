@@ -23,6 +23,8 @@ NUMBER = re.compile(r"-?[0-9]*\.?[0-9]+")
 BYTES = 300000
 # Ends of lines are rounded to a tenth of a unit of the page, after they were cut at a hundredth.
 BOUND = 0.12
+# The same for the difference of two ends from a pivot, of which each is rounded.
+ROUNDINGS = 0.4
 POST = """kinetree: 1
 gravity: [0, 0, -9.81]
 bodies:
@@ -87,6 +89,45 @@ def largest_distance(places, records, scale):
     return max(max(abs(p[0] - scale * r[0] - x), abs(p[1] + scale * r[1] - y)) for p, r in zip(places, records))
 
 
+# Two rods of equal length and width, which cross each other in the picture.
+RODS = """kinetree: 1
+gravity: [0, -9.81, 0]
+bodies:
+  - {name: upper, mass: 1, shape: {type: rod, to: [0, -1, 0]}, markers: {end: [0, -1, 0]}, joint: {type: revolute, axis: z, position: 120 deg}}
+  - {name: lower, parent: upper, mass: 1, shape: {type: rod, to: [0, -1, 0]}, markers: {tip: [0, -1, 0]}, joint: {type: revolute, axis: z, at: [0, -1, 0], position: 30 deg}}
+simulate: {duration: 10}
+"""
+
+
+def rods_of(root):
+    """The ends of each drawn line at all frames: those of lines that move and have the width of a body."""
+    paths = [path for path in root.iter(SVG + "path") if float(path.get("stroke-width") or 0) > 3]
+    frames = [[[float(x) for x in NUMBER.findall(d)] for d in frames_of(path)] for path in paths]
+    return [f for f in frames if len(f) > 1 and all(len(ends) == 4 for ends in f)]
+
+
+def check_between_frames(folder):
+    """In the middle between two key frames, a viewer shows the mean of both. There, each drawn rod is the mean of the rod that `run` has
+    in these frames. Elements that exchange their bodies would show the mean of different rods."""
+    seconds = 5
+    pathlib.Path(folder, "rods.yaml").write_text(RODS)
+    _, root, ended = draw(folder, "rods.yaml", "--until", str(seconds))
+    rods = rods_of(root) if root is not None else []
+    if not rods:
+        return claim("rods_keep_their_pins_between_key_frames", ["no line moves: " + ended.stderr])
+    count, scale, worst = len(rods[0]), scale_of(root), 0.0
+    ends, tips = (records_of(folder, "rods.yaml", marker, seconds, count) for marker in ("upper.end", "lower.tip"))
+    x, y = rods[0][0][0], rods[0][0][1]
+    held = [[(x, y, x + scale * e[0], y - scale * e[1]), (x + scale * e[0], y - scale * e[1], x + scale * t[0], y - scale * t[1])] for e, t in zip(ends, tips)]
+    for k in range(count - 1):
+        expected = [[(a + b) / 2 for a, b in zip(*pair)] for pair in zip(held[k], held[k + 1])]
+        for rod in rods:
+            drawn = [(a + b) / 2 for a, b in zip(rod[k], rod[k + 1])]
+            worst = max(worst, min(max(abs(a - b) for a, b in zip(drawn, e)) for e in expected))
+    note(f"{len(rods)} lines, {count} frames: off by {worst:.3f} between frames, bound {ROUNDINGS}")
+    claim("rods_keep_their_pins_between_key_frames", [] if worst < ROUNDINGS else [f"a rod of {scale:.0f} units is off by {worst:.1f}"])
+
+
 # A stone on a string that is cut: the string is drawn as long as it holds.
 CUT = """kinetree: 1
 gravity: [0, -9.81, 0]
@@ -97,6 +138,7 @@ simulate: {duration: 3, until: "marker.stone.c.y < -3"}
 """
 
 with tempfile.TemporaryDirectory() as folder:
+    check_between_frames(folder)
     for name, markers, seconds in (("double-pendulum", ["upper.bob", "lower.bob"], 5), ("four-bar", ["crank.tip", "coupler.middle", "rocker.tip"], 4)):
         scene = SCENES / f"{name}.yaml"
         text, root, ended = draw(folder, scene, "--until", str(seconds), "--names")

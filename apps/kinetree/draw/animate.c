@@ -1,7 +1,8 @@
 /* Animated pictures: the SVGs of all frames, merged line by line into one.
  *
  * The pictures of two states mostly have the same elements, and only numbers and colours in them differ. Frames in a
- * row with equal elements are a scene of the play. An element of a scene is written once. Each attribute that varies
+ * row with equal elements, painted in the same order, are a scene of the play. If the order differs, the element of one
+ * body would become that of another. An element of a scene is written once. Each attribute that varies
  * has an <animate> element (SMIL) with its values at all frames. A viewer interpolates between them. A play of several
  * scenes shows them one after the other. Viewers without animation show the first frame.
  *

@@ -275,7 +275,15 @@ static kt_colour thing_colour_of(const kt_sheet *sheet, const thing *what) {
     }
 }
 
+/* FNV-1a, over the numbers of the things in their order. */
+static void note_order(uint64_t *order, int number) {
+    for (unsigned rest = (unsigned)number, k = 0; k < 4; k++, rest >>= 8)
+        *order = (*order ^ (rest & 255U)) * UINT64_C(1099511628211);
+}
+
 static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
+    if (sheet->order != NULL)
+        note_order(sheet->order, piece->thing);
     if (what->type == THING_SPRING)
         paint_spring(sheet, piece, what->number);
     else

@@ -50,9 +50,9 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path);
 /* Which paths a frame has: none, or all of each path behind the solids, or all of each path in front of them. */
 typedef enum kt_path_layer { KT_PATHS_NONE, KT_PATHS_BEHIND, KT_PATHS_BEFORE } kt_path_layer;
 
-/* The SVG of one state of a strobe drawing, laid out as the whole. The caller frees it; NULL after printing the
- * error. */
-char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer);
+/* The SVG of one state of a strobe drawing, laid out as the whole. *order becomes a hash of the solids in the order in
+ * which they are painted. The caller frees the text; NULL after printing the error. */
+char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer, uint64_t *order);
 
 /* The parts of a path that are in front of solids in a state, as the value of stroke-dasharray for a path of length 1.
  * The path extends to a share of its points, 0 to 1. The caller frees it; NULL if memory is insufficient. */

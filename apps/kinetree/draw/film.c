@@ -38,9 +38,12 @@ static bool cut_lines(char *text, kt_page_lines *to) {
 bool kt_film_take_frame(const kt_drawing *drawing, int page, int state, kt_path_layer layer, kt_page_lines *to) {
     kt_drawing own = *drawing;
     own.is_dark = own.is_dark || page == 1;
-    char *text = kt_drawing_frame(&own, state, layer);
-    if (text != NULL && cut_lines(text, to))
+    uint64_t order = 0;
+    char *text = kt_drawing_frame(&own, state, layer, &order);
+    if (text != NULL && cut_lines(text, to)) {
+        to->order = order;
         return true;
+    }
     if (text != NULL)
         kt_say("there is not enough memory for the picture");
     return false;
@@ -90,7 +93,7 @@ static bool lines_are_alike(const char *a, const char *b) {
 }
 
 static bool are_frames_alike(const kt_page_lines *a, const kt_page_lines *b) {
-    bool same = a->count == b->count;
+    bool same = a->count == b->count && a->order == b->order;
     for (int i = 0; i < a->count && same; i++)
         same = lines_are_alike(a->line[i], b->line[i]);
     return same;

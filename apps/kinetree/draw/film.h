@@ -4,6 +4,7 @@
 
 #include "draw/draw.h"
 
+#include <stdint.h>
 #include <string.h>
 
 enum { KT_FILM_PAGES = 2 /* light, dark */ };
@@ -13,6 +14,7 @@ typedef struct kt_page_lines {
     char *text;
     char **line;
     int count;
+    uint64_t order; /* hash of the painted things, in their order */
 } kt_page_lines;
 
 /* All frames on a light page and on a dark one. */

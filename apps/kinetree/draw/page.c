@@ -300,6 +300,7 @@ typedef struct page {
     kt_path_layer layer; /* of the paths */
     layout layout;
     bool *fine;
+    uint64_t *order; /* hash of the things that are painted, in their order; NULL: not needed */
 } page;
 
 /* The drawing as it is for one state. */
@@ -345,6 +346,7 @@ static void paint_page(cairo_t *c, const void *what) {
         if (!d->is_strobe || i == first)
             *p->fine = begin_traces(d, &sheet, &traces) && *p->fine;
         sheet.traces = traces;
+        sheet.order = p->order;
         *p->fine = paint_rest(&sheet) && *p->fine;
         *p->fine = kt_paint_solids(&sheet) && *p->fine;
         if (!d->is_strobe || i == last)
@@ -371,7 +373,7 @@ double kt_drawing_grain(const kt_drawing *drawing) { return lay_out_page(drawing
 
 int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     bool fine = true;
-    const page p = {drawing, -1, KT_PATHS_BEHIND, lay_out_page(drawing), &fine};
+    const page p = {drawing, -1, KT_PATHS_BEHIND, lay_out_page(drawing), &fine, NULL};
     if (drawing->nameless != NULL)
         *drawing->nameless = 0;
     const int code = kt_paper_write(path, WIDTH, p.layout.height, paint_page, &p);
@@ -380,9 +382,9 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     return fine ? code : KT_EXIT_INTEGRATION;
 }
 
-char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer) {
+char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer, uint64_t *order) {
     bool fine = true;
-    const page p = {drawing, state, layer, lay_out_page(drawing), &fine};
+    const page p = {drawing, state, layer, lay_out_page(drawing), &fine, order};
     char *text = kt_paper_svg(WIDTH, p.layout.height, paint_page, &p);
     if (fine)
         return text;

@@ -6,6 +6,8 @@
 #include "picture/hiding.h"
 #include "plot/paper.h"
 
+#include <stdint.h>
+
 /* A point of the page, in its units; y points down. */
 typedef struct kt_spot {
     double x, y;
@@ -26,6 +28,7 @@ typedef struct kt_sheet {
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
     bool is_grey;         /* all bodies have the colour of fixed ones */
     kt_traces *traces;    /* kt_paint_solids notes the parts that it hides; NULL: none */
+    uint64_t *order;      /* kt_paint_solids adds the things that it paints to this hash; NULL: none */
 } kt_sheet;
 
 /* ---- places and colours (sheet.c) -------------------------------------------------------------------------------- */
