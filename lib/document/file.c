@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+static const kt_file_kind scene_file = {.thing = "a scene", .file = "a scene file", .most = KT_FILE_SIZE_MAX};
+
 static kt_status reject_scene_file(kt_error *error, const char *path, int number) {
     char reason[160];
     if (strerror_r(number, reason, sizeof reason) != 0)
@@ -21,43 +23,70 @@ static const char *file_kind_of(mode_t mode) {
     return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : "a device";
 }
 
-static kt_status check_kind(const char *path, int file, kt_error *error) {
+static kt_status check_kind(const char *path, const kt_file_kind *kind, int file, kt_error *error) {
     struct stat status;
     if (fstat(file, &status) != 0)
         return reject_scene_file(error, path, errno);
     if (!S_ISREG(status.st_mode))
-        return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name a scene file", file_kind_of(status.st_mode));
-    if (status.st_size > KT_FILE_SIZE_MAX)
-        return kt_error_set(error, KT_ERROR_FILE, path, "the file has %.0f MB; a scene has at most %d",
-                            (double)status.st_size / 1048576.0, KT_FILE_SIZE_MAX >> 20);
+        return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name %s", file_kind_of(status.st_mode),
+                            kind->file);
+    if (status.st_size > 0 && (unsigned long long)status.st_size > kind->most)
+        return kt_error_set(error, KT_ERROR_FILE, path, "the file has %.0f MB; %s has at most %zu",
+                            (double)status.st_size / 1048576.0, kind->thing, kind->most >> 20);
     return KT_OK;
 }
 
-/* Reads up to the end of the file without relying on its size: the file may grow, and some report no size. */
-static kt_status read_whole_file(const char *path, int file, char **text, size_t *size, kt_error *error) {
+kt_status kt_file_open(const char *path, const kt_file_kind *kind, int *file, kt_error *error) {
+    const int opened = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (opened < 0)
+        return reject_scene_file(error, path, errno);
+    const kt_status status = check_kind(path, kind, opened, error);
+    if (status == KT_OK)
+        *file = opened;
+    else
+        (void)close(opened);
+    return status;
+}
+
+/* Checks `got` bytes more, so that a file of the wrong kind is not read to its end. */
+static kt_status check_bytes(const char *path, const kt_file_kind *kind, const char *bytes, size_t got, size_t length,
+                             kt_error *error) {
+    if (kind->is_text && memchr(bytes + length - got, '\0', got) != NULL)
+        return kt_error_set(error, KT_ERROR_FILE, path, "the file has bytes of zero, so it is no text; name %s",
+                            kind->file);
+    if (length > kind->most)
+        return kt_error_set(error, KT_ERROR_FILE, path, "the file has more than %zu MB; %s has at most that",
+                            kind->most >> 20, kind->thing);
+    return KT_OK;
+}
+
+/* The size of the file is not relied on: the file may grow, and some report no size. */
+kt_status kt_file_read_open(int file, const char *path, const kt_file_kind *kind, char **text, size_t *size,
+                            kt_error *error) {
     size_t room = 1 << 16, length = 0;
     char *bytes = malloc(room);
     while (bytes != NULL) {
-        ssize_t got = read(file, bytes + length, room - length);
+        ssize_t got = read(file, bytes + length, room - length - 1);
         if (got < 0 && errno == EINTR)
             continue;
-        if (got < 0) {
-            int number = errno;
-            free(bytes);
-            return reject_scene_file(error, path, number);
-        }
-        if (got == 0) {
+        if (got <= 0) {
+            const int number = errno;
+            bytes[length] = '\0';
+            if (got < 0)
+                free(bytes);
+            if (got < 0)
+                return reject_scene_file(error, path, number);
             *text = bytes;
             *size = length;
             return KT_OK;
         }
         length += (size_t)got;
-        if (length > KT_FILE_SIZE_MAX) {
+        const kt_status status = check_bytes(path, kind, bytes, (size_t)got, length, error);
+        if (status != KT_OK) {
             free(bytes);
-            return kt_error_set(error, KT_ERROR_FILE, path, "the file has more than %d MB; a scene has at most that",
-                                KT_FILE_SIZE_MAX >> 20);
+            return status;
         }
-        if (length < room)
+        if (length + 1 < room)
             continue;
         room *= 2;
         char *more = realloc(bytes, room);
@@ -68,13 +97,16 @@ static kt_status read_whole_file(const char *path, int file, char **text, size_t
     return kt_error_set(error, KT_ERROR_MEMORY, path, "there is not enough memory for the file");
 }
 
-kt_status kt_file_read(const char *path, char **text, size_t *size, kt_error *error) {
-    int file = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    if (file < 0)
-        return reject_scene_file(error, path, errno);
-    kt_status status = check_kind(path, file, error);
-    if (status == KT_OK)
-        status = read_whole_file(path, file, text, size, error);
+kt_status kt_file_read_as(const char *path, const kt_file_kind *kind, char **text, size_t *size, kt_error *error) {
+    int file = -1;
+    kt_status status = kt_file_open(path, kind, &file, error);
+    if (status != KT_OK)
+        return status;
+    status = kt_file_read_open(file, path, kind, text, size, error);
     (void)close(file);
     return status;
+}
+
+kt_status kt_file_read(const char *path, char **text, size_t *size, kt_error *error) {
+    return kt_file_read_as(path, &scene_file, text, size, error);
 }

@@ -163,7 +163,27 @@ static int find_csv_column(const char *begin, const char *end, const char *name)
     return found;
 }
 
+/* The names of the columns for a message: "; PREFIX a,b,c" if the file seems to be a table: the next line has as many
+ * cells as the header, two or more, and begins with a number. Messages do not quote other files. */
+static const char *quote_header(const reading *f, const char *end, const char *prefix, char text[256]) {
+    reading next = *f;
+    const char *row_end;
+    double number;
+    text[0] = '\0';
+    const int count = count_cells(f->begin, end);
+    if (count < 2 || !next_csv_line(&next, &row_end) || count_cells(next.begin, row_end) != count)
+        return text;
+    const cell first = cell_at(next.begin, row_end, 0);
+    const char *to = first.from;
+    if (kt_decimal_read(first.from, &number, &to) && to == first.to && first.to > first.from)
+        (void)snprintf(text, 256, "; %s %.*s", prefix, (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
+    return text;
+}
+
 static bool fault_column(const reading *f, const char *end, const char *name) {
+    char header[256];
+    if (*quote_header(f, end, "the columns are", header) == '\0')
+        return fault(f, f->begin, "there is no column %s", kt_name_quote(name).text);
     kt_nearest near = kt_nearest_make(name, &f->r->effort);
     const char *begin = f->begin;
     cell in;
@@ -175,8 +195,7 @@ static bool fault_column(const reading *f, const char *end, const char *name) {
     }
     if (near.best != NULL)
         return fault(f, f->begin, "there is no column %s; did you mean '%s'?", kt_name_quote(name).text, near.best);
-    return fault(f, f->begin, "there is no column %s; the columns are %.*s", kt_name_quote(name).text,
-                 (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
+    return fault(f, f->begin, "there is no column %s%s", kt_name_quote(name).text, header);
 }
 
 /* The index of a column: the chosen one. Without a choice, the time is `time` or `t`, and the value is the other of
@@ -199,8 +218,8 @@ static bool choose_csv_column(const reading *f, const char *end, const char *key
         return fault(f, f->begin, "two columns have the name that is chosen; give one another name");
     if (*column >= 0)
         return fault(f, f->begin, "time and value are the same column; give `value` that of the values");
-    return fault(f, f->begin, "give `%s` the name of a column; they are %.*s", key,
-                 (int)(end - f->begin < 200 ? end - f->begin : 200), f->begin);
+    char header[256];
+    return fault(f, f->begin, "give `%s` the name of a column%s", key, quote_header(f, end, "they are", header));
 }
 
 /* The unit of a column, by its header, by the scene, or 1. */

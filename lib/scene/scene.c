@@ -67,6 +67,23 @@ static const kt_field fields[] = {
 };
 static const kt_table table = {.fields = fields, .count = KT_COUNT_OF(fields)};
 
+/* A file of another kind may be any file of the user, and a message may go to others: the file is not quoted. */
+#define NO_SCENE "expected a scene ('kinetree: 1' and other keys)"
+
+/* Returns whether one of the keys is that of a scene, or resembles it. */
+static bool has_key_of_scene(kt_reader *r, const kt_node *root) {
+    bool found = root->of.first == NULL;
+    for (const kt_node *key = root->of.first; key != NULL && !found; key = key->next->next) {
+        kt_nearest nearest = kt_nearest_make(key->kind == KT_NODE_TEXT ? key->of.text : "", &r->effort);
+        for (int i = 0; i < table.count; i++) {
+            found = found || (key->kind == KT_NODE_TEXT && strcmp(key->of.text, fields[i].key) == 0);
+            (void)kt_nearest_try(&nearest, fields[i].key);
+        }
+        found = found || nearest.best != NULL;
+    }
+    return found;
+}
+
 /* A file of another version is not read any further. */
 static bool check_version(kt_reader *r, kt_node *root) {
     double value;
@@ -222,7 +239,12 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
         return;
     if (r->root->kind != KT_NODE_MAP) {
-        kt_fault_expected(r, NULL, r->root, "a scene ('kinetree: 1' and other keys)");
+        kt_fault_at(r, KT_ERROR_SCENE, NULL, r->root, NO_SCENE ", found %s",
+                    r->root->kind == KT_NODE_LIST ? "a list" : "a text");
+        return;
+    }
+    if (!has_key_of_scene(r, r->root)) {
+        kt_fault_at(r, KT_ERROR_SCENE, NULL, r->root, NO_SCENE ", found other keys alone");
         return;
     }
     kt_commas_check(r);

@@ -62,7 +62,7 @@ KT_TEST(a_scene_names_the_result_that_it_starts_from) {
     kt_check_near("energy of the start", kt_json_at(now, "energy.kinetic"), kt_json_at(start, "energy.kinetic"), 2e-13);
     json_decref(now);
     json_decref(start);
-    kt_expect(2, "mid.json cannot be read", "cp sub/on.yaml lost.yaml; $K check lost.yaml");
+    kt_expect(2, "mid.json: cannot be read", "cp sub/on.yaml lost.yaml; $K check lost.yaml");
 }
 
 KT_TEST(what_does_not_fit_is_told) {

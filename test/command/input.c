@@ -58,7 +58,7 @@ KT_TEST(missing_file_of_initial_from_is_located) {
                              "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
                              "initial: {from: none.json}\nsimulate: {duration: 0.1}\n");
     kt_expect(2, "on.yaml:4:17: initial.from: ", "$K run on.yaml");
-    kt_expect(2, "none.json cannot be read: No such file", "$K check on.yaml");
+    kt_expect(2, "none.json: cannot be read: No such file", "$K check on.yaml");
     kt_expect(2, "kinetree: initial.from: ", "$K run on.yaml --set initial.from=other.json");
 }
 

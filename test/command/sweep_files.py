@@ -171,10 +171,10 @@ def spreadsheets():
         same("semicolons", ("semicolons.csv:1:" in told.stderr and "commas" in told.stderr, told.returncode), (True, 2))
 
 
-    for path, words in ((".", ". cannot be read: Is a directory"), ("none.csv", "none.csv cannot be read")):
+    for path, words in ((".", ".: this is a directory"), ("none.csv", "none.csv: cannot be read")):
         same(f"a table that is {path}", words in run("fall.yaml", "--from", path, code=2).stderr, True)
     told = subprocess.run([command, "accuracy", "fall.yaml", "--reference", "fall.yaml"], capture_output=True, text=True, check=False)
-    same("a scene instead of records", ("fall.yaml:1: the first line is the single name 'kinetree: 1'" in told.stderr, told.returncode), (True, 2))
+    same("a scene instead of records", ("fall.yaml:1: the first line has a single name" in told.stderr, told.returncode), (True, 2))
 
 
 def streams():

@@ -2,9 +2,8 @@
 #include "records/table.h"
 
 #include "command.h"
-#include "text/bytes.h"
+#include "text/input.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -37,6 +36,8 @@ static char *split_header(kt_table *table) {
     table->columns = 1;
     for (const char *c = first + length_of_name(first); *c != '\0'; c += 1 + length_of_name(c + 1))
         table->columns++;
+    if (table->columns > KT_TABLE_COLUMNS_MOST)
+        return lines;
     table->names = calloc((size_t)table->columns, sizeof *table->names);
     char *name = first;
     for (int i = 0; table->names != NULL && i < table->columns; i++) {
@@ -103,8 +104,13 @@ static const char *read_line(const char *path, kt_table *table, size_t row, size
         count_cell(&content[column], is_number, at, length, row + 2);
         at += length + (is_last ? 0 : 1);
     }
-    at += strspn(at, "\r");
-    return *at == '\n' ? at + 1 : at;
+    const char *const end = at + strspn(at, "\r");
+    if (*end != '\n' && *end != '\0') { /* read_cells counts rows at newlines */
+        kt_say("%s:%zu: %s; rows end in a newline", path, row + 2,
+               end > at ? "a carriage return without a newline is within the row" : "text follows a cell in quotes");
+        return NULL;
+    }
+    return *end == '\n' ? end + 1 : end;
 }
 
 /* Reads all lines. Returns -1, or KT_EXIT_SCENE after printing the error. */
@@ -117,6 +123,13 @@ static int read_lines(const char *path, kt_table *table, size_t most, const char
         at = read_line(path, table, table->rows, most, at, content);
         table->rows += at != NULL;
     }
+    size_t numbers = 0;
+    for (int i = 0; i < table->columns; i++)
+        numbers += content[i].numbers;
+    if (at != NULL && numbers == 0) {
+        kt_say("%s: there are no lines of numbers in it", path);
+        at = NULL;
+    }
     if (at != NULL)
         say_words(path, table, content);
     free(content);
@@ -127,19 +140,20 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
     size_t most = 1;
     if (table->names != NULL && table->columns == 1 && strpbrk(table->names[0], ";\t :{") != NULL)
         return kt_reject(KT_EXIT_SCENE,
-                         "%s:1: the first line is the single name '%s': this is no file of records (CSV), which has "
-                         "commas between names and between cells",
-                         path, kt_show(table->names[0]).text);
+                         "%s:1: the first line has a single name, and no comma: this is no file of records (CSV), "
+                         "which has commas between names and between cells",
+                         path);
     for (const char *c = lines; *c != '\0'; c++)
         most += *c == '\n';
+    if (most > KT_TABLE_NUMBERS_MOST / (size_t)table->columns)
+        return kt_reject(KT_EXIT_SCENE, "%s has %zu lines of %d cells; a table has at most %d numbers", path, most,
+                         table->columns, KT_TABLE_NUMBERS_MOST);
     table->cells = malloc(most * (size_t)table->columns * sizeof *table->cells);
     if (table->names == NULL || table->cells == NULL)
         return say_no_memory();
     const int code = read_lines(path, table, most, lines);
     if (code >= 0)
         return code;
-    if (table->rows == 0)
-        return kt_reject(KT_EXIT_SCENE, "%s: there are no lines of numbers in it", path);
     for (int column = 1; column < table->columns; column++)
         memmove(table->cells + (size_t)column * table->rows, table->cells + (size_t)column * most,
                 table->rows * sizeof *table->cells);
@@ -147,12 +161,23 @@ static int read_cells(const char *path, kt_table *table, const char *lines) {
 }
 
 int kt_table_read_file(const char *path, kt_table *table) {
-    kt_bytes text = {0};
+    char *text = NULL;
+    size_t size = 0;
+    kt_error error = {0};
     *table = (kt_table){0};
-    if (!kt_bytes_read_file(&text, path, SIZE_MAX))
-        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
-    table->text = text.text;
+    if (kt_input_read(path, &kt_input_table, &text, &size, &error) == KT_OK)
+        return kt_table_parse(path, text, table);
+    kt_say_error(&error);
+    return KT_EXIT_SCENE;
+}
+
+int kt_table_parse(const char *path, char *text, kt_table *table) {
+    *table = (kt_table){.text = text};
     const char *lines = split_header(table);
+    if (table->columns > KT_TABLE_COLUMNS_MOST) {
+        kt_table_free(table);
+        return kt_reject(KT_EXIT_SCENE, "%s:1: a table has at most %d columns", path, KT_TABLE_COLUMNS_MOST);
+    }
     int code = read_cells(path, table, lines);
     if (code >= 0)
         kt_table_free(table);

@@ -20,9 +20,13 @@ typedef struct kt_table {
     size_t part_count;
 } kt_table;
 
+enum { KT_TABLE_COLUMNS_MOST = 1 << 20, KT_TABLE_NUMBERS_MOST = 1 << 27 /* 1 GiB */ };
+
 /* Reads a file ("-": standard input) whose first line names its columns. Returns -1 on success, and then the caller
  * releases the table with kt_table_free, or KT_EXIT_SCENE after printing the error with its location. */
 int kt_table_read_file(const char *path, kt_table *table);
+/* Does the same with the text of a file, which ends in a zero and belongs to the table from then on. */
+int kt_table_parse(const char *path, char *text, kt_table *table);
 void kt_table_free(kt_table *table);
 
 /* Puts the rows of a table below another, and releases it. Returns -1, or KT_EXIT_SCENE after printing the error. */

@@ -4,9 +4,8 @@
 #include "scene/load.h"
 #include "scene/released.h"
 #include "scene/start.h"
-#include "text/json.h"
+#include "text/input.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,34 +42,25 @@ static char *split_path(const char *result, const char *folder, double *time) {
     return path;
 }
 
-/* Returns whether the file begins as JSON does. */
-static bool is_json(const char *path) {
-    FILE *file = fopen(path, "r");
-    int c = file != NULL ? fgetc(file) : EOF;
-    while (c == ' ' || c == '\n' || c == '\t' || c == '\r')
-        c = fgetc(file);
-    if (file != NULL)
-        (void)fclose(file);
-    return c == '{';
-}
+/* Returns whether the text begins as JSON does. */
+static bool is_json(const char *text) { return text[strspn(text, " \n\t\r")] == '{'; }
 
-/* Returns whether one of the first 100 lines of the file begins with the key that every scene has. */
-static bool is_scene_file(const char *path) {
-    FILE *file = fopen(path, "r");
-    char line[512];
+/* Returns whether one of the first 100 lines of the text begins with the key that every scene has. */
+static bool is_scene_text(const char *text) {
+    static const char key[] = "kinetree:";
     bool found = false;
-    for (int i = 0; file != NULL && !found && i < 100 && fgets(line, sizeof line, file) != NULL; i++)
-        found = strncmp(line, "kinetree:", strlen("kinetree:")) == 0;
-    if (file != NULL)
-        (void)fclose(file);
+    for (int i = 0; text != NULL && !found && i < 100; i++) {
+        found = strncmp(text, key, sizeof key - 1) == 0;
+        text = strchr(text, '\n');
+        text += text != NULL;
+    }
     return found;
 }
 
-static int read_summary_state(source *s) {
-    json_error_t error;
-    s->root = json_load_file(s->path, 0, &error);
+static int read_summary_state(source *s, const char *text, size_t size) {
+    s->root = kt_input_json(s->path, text, size, "result");
     if (s->root == NULL)
-        return kt_reject(KT_EXIT_SCENE, "%s:%d:%d: it is no result: %s", s->path, error.line, error.column, error.text);
+        return KT_EXIT_SCENE;
     const double end = json_number_value(json_object_get(s->root, "time"));
     if (!isnan(s->time) && s->time != end)
         return kt_misuse("%s is a summary, which has the state at its end alone, t = %.9g s, not that at %.9g s; take "
@@ -79,10 +69,7 @@ static int read_summary_state(source *s) {
     return KT_EXIT_DONE;
 }
 
-static int read_last_record(source *s) {
-    const int code = kt_table_read_files(&s->path, 1, &s->table);
-    if (code >= 0)
-        return code;
+static int find_record(source *s) {
     if (s->table.part_count > 1)
         return kt_reject(KT_EXIT_SCENE, "%s has the records of %zu runs, and --from takes those of one run", s->path,
                          s->table.part_count);
@@ -111,15 +98,38 @@ static bool reject_time(const char *path) {
     return true;
 }
 
-/* Returns whether the file of `initial.from` cannot be read, after reporting it with the position of the key. */
-static bool reject_unreadable(const kt_scene *scene, const char *path) {
+/* Reports that a result cannot be read. scene: the one whose `initial.from` names it, for the position of the key;
+ * NULL: --from names it. */
+static int say_unreadable(const kt_scene *scene, const kt_error *error) {
+    kt_error located = {0};
+    (void)kt_error_set(&located, error->code, "initial.from", "%s", kt_words_of(error).text);
+    if (scene != NULL)
+        kt_say_located(scene, &located);
+    else
+        kt_say_error(error);
+    return KT_EXIT_SCENE;
+}
+
+/* Reads records or a summary. scene: as for say_unreadable. */
+static int read_result(source *s, const kt_scene *scene) {
     kt_error error = {0};
-    if (access(path, R_OK) == 0)
-        return false;
-    (void)kt_error_set(&error, KT_ERROR_FILE, "initial.from", "%s cannot be read: %s", kt_show(path).text,
-                       strerror(errno));
-    kt_say_located(scene, &error);
-    return true;
+    char *text = NULL;
+    size_t size = 0;
+    int code;
+    if (kt_input_read(s->path, &kt_input_result, &text, &size, &error) != KT_OK)
+        return say_unreadable(scene, &error);
+    if (is_scene_text(text)) {
+        code = kt_misuse("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) "
+                         "or the records (CSV) of a run",
+                         s->path);
+    } else if (!is_json(text)) {
+        code = kt_table_parse(s->path, text, &s->table);
+        return code < 0 ? find_record(s) : code;
+    } else {
+        code = read_summary_state(s, text, size);
+    }
+    free(text);
+    return code;
 }
 
 /* folder: of the scene whose `initial.from` names the result; NULL: --from does. */
@@ -131,16 +141,13 @@ static int open_source(source *s, const kt_scene *scene, const char *result, con
         return kt_say_no_memory(NULL);
     if (isnan(time) && reject_time(path))
         return KT_EXIT_USAGE;
-    if (folder != NULL && reject_unreadable(scene, path))
-        return KT_EXIT_SCENE;
-    const int code = kt_check_input("the result to start from", path);
+    int code = kt_check_input("the result to start from", path);
     if (code >= 0)
         return code;
-    if (is_scene_file(path))
-        return kt_misuse("%s is a scene and no result of a run; --from and initial.from take the summary (--summary) "
-                         "or the records (CSV) of a run",
-                         path);
-    return is_json(path) ? read_summary_state(s) : read_last_record(s);
+    if (!kt_keep_is_meant(path))
+        return read_result(s, folder != NULL ? scene : NULL);
+    code = kt_table_read_files(&s->path, 1, &s->table);
+    return code < 0 ? find_record(s) : code;
 }
 
 static void close_source(source *s) {

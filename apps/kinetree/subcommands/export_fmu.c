@@ -12,7 +12,7 @@
 #include "command.h"
 #include "records/output.h"
 #include "scene/bundled.h"
-#include "text/bytes.h"
+#include "text/input.h"
 
 #include "kinetree/joint.h"
 #include "kinetree/mechanism.h"
@@ -21,7 +21,6 @@
 #include "../fmu/reference.h"
 
 #include <ctype.h>
-#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -56,10 +55,13 @@ static void name_of_fmu(const char *out, char name[KT_FMU_TEXT]) {
 
 /* Reads a whole file. Returns an exit code; text is NULL after printing an error. The caller frees it. */
 static int read_content(const char *path, kt_bytes *content) {
+    static const kt_file_kind kind = {"a part of an FMU", "a part of an FMU", 256 << 20, false};
+    kt_error error = {0};
     *content = (kt_bytes){0};
-    if (!kt_bytes_read_file(content, path, SIZE_MAX))
-        kt_say("%s cannot be read: %s", kt_show(path).text, strerror(errno));
-    return content->text != NULL ? KT_EXIT_DONE : KT_EXIT_SCENE;
+    if (kt_input_read(path, &kind, &content->text, &content->used, &error) == KT_OK)
+        return KT_EXIT_DONE;
+    kt_say_error(&error);
+    return KT_EXIT_SCENE;
 }
 
 /* Reads an installed file. Returns an exit code after printing an error. */

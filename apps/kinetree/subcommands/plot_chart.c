@@ -7,6 +7,7 @@
 #include "records/keep.h"
 #include "records/marks.h"
 #include "records/output.h"
+#include "text/input.h"
 #include "text/list.h"
 
 #include <math.h>
@@ -310,15 +311,15 @@ static int say_no_marks(const char *path) {
 
 /* Reads the marks of a summary, and the name of its scene. Returns -1, or an exit code after printing the error. */
 static int read_marks(const char *path, kt_marks *marks, char *name, size_t size) {
-    json_error_t error;
-    json_t *root = json_load_file(path, 0, &error);
-    if (root == NULL) {
-        if (error.line < 0)
-            kt_say("plot: --marks: %s", error.text);
-        else
-            kt_say("%s:%d:%d: it is no summary: %s", path, error.line, error.column, error.text);
+    kt_error error = {0};
+    char *text = NULL;
+    size_t length = 0;
+    if (kt_input_read(path, &kt_input_summary, &text, &length, &error) != KT_OK)
+        return kt_reject(KT_EXIT_SCENE, "plot: --marks: %s", kt_words_of(&error).text);
+    json_t *root = kt_input_json(path, text, length, "summary");
+    free(text);
+    if (root == NULL)
         return KT_EXIT_SCENE;
-    }
     const bool fine = kt_marks_read(marks, root);
     const char *scene = json_string_value(json_object_get(root, "scene"));
     (void)snprintf(name, size, "%s", scene != NULL ? scene : "");
@@ -382,7 +383,13 @@ static void read_chart_summary(kt_chart *chart, const char *path) {
     if (chart->table->part_count > 1 || length < 0 ||
         snprintf(summary, sizeof summary, "%.*s.json", (int)length, path) >= (int)sizeof summary)
         return;
-    json_t *root = json_load_file(summary, 0, NULL);
+    kt_error error = {0};
+    char *text = NULL;
+    size_t size = 0;
+    if (kt_input_read(summary, &kt_input_summary, &text, &size, &error) != KT_OK)
+        return;
+    json_t *root = json_loadb(text, size, 0, NULL);
+    free(text);
     const double *times = kt_table_column(chart->table, "time");
     const char *scene = json_string_value(json_object_get(root, "scene"));
     const double end = json_number_value(json_object_get(root, "time"));

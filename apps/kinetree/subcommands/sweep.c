@@ -6,7 +6,7 @@
 #include "subcommands/run.h"
 #include "sweep/merge.h"
 #include "sweep/ranks.h"
-#include "text/bytes.h"
+#include "text/input.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -189,26 +189,25 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
  * this run. */
 static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int64_t first, int64_t end,
                         int64_t *next) {
-    char *header = kt_sweep_header(sweep), *line = NULL;
-    size_t room = 0;
+    char *header = kt_sweep_header(sweep);
+    kt_bytes line = {0};
     long whole = 0;
     int code = header != NULL ? -1 : KT_EXIT_INTEGRATION;
-    ssize_t length;
     *next = first;
-    for (int64_t lines = 0; code < 0 && (lines == 0 || *next < end) && (length = getline(&line, &room, file)) > 0 &&
-                            line[length - 1] == '\n';
+    for (int64_t lines = 0;
+         code < 0 && (lines == 0 || *next < end) && kt_input_line(file, &line) > 0 && line.text[line.used - 1] == '\n';
          lines++) {
-        if (lines == 0 && strcmp(line, header) != 0) {
-            kt_sweep_say_columns(name, line, header, "this sweep", "leave --resume out, or name another --out");
+        if (lines == 0 && strcmp(line.text, header) != 0) {
+            kt_sweep_say_columns(name, line.text, header, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
         } else {
-            code = lines > 0 ? check_line(sweep, name, *next, line, lines == 1) : -1;
+            code = lines > 0 ? check_line(sweep, name, *next, line.text, lines == 1) : -1;
             *next += lines > 0;
-            whole += length;
+            whole += (long)line.used;
         }
     }
     free(header);
-    free(line);
+    free(line.text);
     if (code >= 0)
         return code;
     if (fseek(file, whole, SEEK_SET) != 0 || ftruncate(fileno(file), whole) != 0)
@@ -429,17 +428,15 @@ static int choose_shard(const char *text, int64_t runs, int64_t *first, int64_t 
 }
 
 static int read_sweep_scene(kt_sweep *sweep) {
-    kt_bytes text = {0};
-    const bool fine = kt_bytes_read_file(&text, sweep->path, (size_t)65 << 20);
-    sweep->text = text.text;
-    sweep->size = text.used;
+    kt_error error = {0};
+    const bool fine = kt_input_read(sweep->path, &kt_input_scene, &sweep->text, &sweep->size, &error) == KT_OK;
     if (fine && kt_is_robot_name(sweep->path))
         return kt_reject(KT_EXIT_SCENE,
                          "%s is a robot, and sweeps take scenes: kinetree import %s >robot.yaml makes one", sweep->path,
                          sweep->path);
     if (fine)
         return -1;
-    kt_say("%s cannot be read: %s", sweep->path, strerror(errno));
+    kt_say_error(&error);
     kt_missing_suggest(sweep->path);
     return KT_EXIT_SCENE;
 }

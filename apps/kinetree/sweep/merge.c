@@ -6,7 +6,7 @@
  */
 #include "sweep/merge.h"
 #include "records/output.h"
-#include "text/json.h"
+#include "text/input.h"
 
 #include "base/sum.h"
 
@@ -18,6 +18,9 @@
 #include <unistd.h>
 
 #define SHARD_ENDING ".shard"
+
+/* Sweeps have at most 1e12 points, and a number of repeats. */
+#define RUNS_MOST INT64_C(1000000000000000000)
 
 /* ---- FILE.shard -------------------------------------------------------------------------------------------------- */
 
@@ -74,22 +77,25 @@ int kt_sweep_shard_write(const char *out, const kt_sweep_shard *shard) {
 
 /* Reads FILE.shard, if it is there. */
 static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_there) {
-    json_error_t error;
+    kt_error error = {0};
+    char *text = NULL;
+    size_t size = 0;
     json_int_t runs = 0, first = 0, end = 0;
     const char *sum = NULL;
     char *name = shard_name(part), *rest = NULL;
     json_t *root = NULL;
     int code = -1;
     *is_there = name != NULL && access(name, F_OK) == 0;
-    if (*is_there)
-        root = json_load_file(name, 0, &error);
+    if (*is_there && kt_input_read(name, &kt_input_summary, &text, &size, &error) == KT_OK)
+        root = json_loadb(text, size, 0, NULL);
     if (root != NULL &&
         json_unpack(root, "{s:s, s:I, s:I, s:I}", "sweep", &sum, "runs", &runs, "first", &first, "end", &end) == 0)
         *shard = (kt_sweep_shard){.sweep = strtoull(sum, &rest, 16), .runs = runs, .first = first, .end = end};
-    if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end))
+    if (*is_there && (rest == NULL || *rest != '\0' || first < 0 || end < first || runs < end || runs > RUNS_MOST))
         code = kt_reject(KT_EXIT_SCENE,
                          "sweep: %s does not name the runs of a part; remove it, or compute the part anew", name);
     json_decref(root);
+    free(text);
     free(name);
     return code;
 }
@@ -109,8 +115,7 @@ void kt_sweep_say_columns(const char *name, const char *header, const char *own,
 typedef struct part {
     const char *name;
     FILE *file;
-    char *line; /* the next one */
-    size_t room;
+    kt_bytes line; /* the next one */
     long long run; /* its number; -1: there is none */
     kt_sweep_shard shard;
     bool has_shard;
@@ -120,16 +125,28 @@ static int say_sweep_part(const part *p, const char *what) {
     return kt_reject(KT_EXIT_SCENE, "sweep: %s: %s", p->name, what);
 }
 
+/* Reads the next line. Returns 1; 0 at the end; -1 after printing the error. */
+static int read_part_line(part *p) {
+    const int found = kt_input_line(p->file, &p->line);
+    if (found < 0)
+        (void)say_sweep_part(p, errno == EINVAL  ? "the file has bytes of zero, so it is no text; compute the part anew"
+                                : errno == EFBIG ? "a line is longer than any line of a sweep; compute the part anew"
+                                                 : strerror(errno));
+    return found;
+}
+
 /* Reads the number of the next run, which is one of those that the part's FILE.shard lists. */
 static int next_part_line(part *p) {
     char *end;
-    const ssize_t length = getline(&p->line, &p->room, p->file);
+    const int found = read_part_line(p);
     p->run = -1;
-    if (length <= 0)
-        return -1;
-    const long long run = strtoll(p->line, &end, 10);
-    if (end == p->line || *end != ',' || run < 0 || p->line[length - 1] != '\n')
+    if (found <= 0)
+        return found < 0 ? KT_EXIT_SCENE : -1;
+    const long long run = strtoll(p->line.text, &end, 10);
+    if (end == p->line.text || *end != ',' || run < 0 || p->line.text[p->line.used - 1] != '\n')
         return say_sweep_part(p, "its last line is no whole run: is that part still being written?");
+    if (run >= RUNS_MOST)
+        return say_sweep_part(p, "a line has the number of a run that no sweep has; compute the part anew");
     if (p->has_shard && (run < p->shard.first || run >= p->shard.end))
         return kt_misuse("sweep: %s has run %lld, and %s%s lists the runs %lld to %lld: it is of another file", p->name,
                          run, p->name, SHARD_ENDING, (long long)p->shard.first, (long long)p->shard.end - 1);
@@ -139,15 +156,20 @@ static int next_part_line(part *p) {
 
 /* Opens the parts; their first lines must agree. */
 static int open_parts(part *parts, int count, char **names) {
+    kt_error error = {0};
     int code = -1;
     for (int i = 0; code < 0 && i < count; i++) {
         part *p = &parts[i];
         p->name = names[i];
-        p->file = fopen(names[i], "r");
-        if (p->file == NULL || getline(&p->line, &p->room, p->file) <= 0)
-            return say_sweep_part(p, p->file == NULL ? strerror(errno) : "it is empty");
-        if (i > 0 && strcmp(p->line, parts[0].line) != 0) {
-            kt_sweep_say_columns(p->name, p->line, parts[0].line, "the first part", "leave it out, or compute it anew");
+        p->file = kt_input_open(names[i], &kt_input_lines, &error);
+        if (p->file == NULL)
+            return say_sweep_part(p, error.message);
+        const int found = read_part_line(p);
+        if (found <= 0)
+            return found < 0 ? KT_EXIT_SCENE : say_sweep_part(p, "it is empty");
+        if (i > 0 && strcmp(p->line.text, parts[0].line.text) != 0) {
+            kt_sweep_say_columns(p->name, p->line.text, parts[0].line.text, "the first part",
+                                 "leave it out, or compute it anew");
             return KT_EXIT_USAGE;
         }
     }
@@ -207,7 +229,7 @@ static int say_missing(const char *out, long long missing, long long first, long
  * lines of the parts. */
 static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const char *out, long long *written) {
     long long expected = 0, missing = 0, repeated = 0, first = -1;
-    int code = fputs(parts[0].line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+    int code = fputs(parts[0].line.text, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
     for (int i = 0; code < 0 && i < count; i++)
         code = next_part_line(&parts[i]);
     for (part *p = lowest(parts, count); code < 0 && p != NULL; p = lowest(parts, count)) {
@@ -215,7 +237,7 @@ static int merge_lines(part *parts, int count, FILE *file, int64_t runs, const c
             first = first < 0 && p->run > expected ? expected : first;
             missing += p->run - expected;
             expected = p->run + 1;
-            code = fputs(p->line, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
+            code = fputs(p->line.text, file) >= 0 ? -1 : KT_EXIT_INTEGRATION;
         } else {
             repeated++;
         }
@@ -302,7 +324,7 @@ int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count)
     for (int i = 0; i < count; i++) {
         if (parts[i].file != NULL)
             (void)fclose(parts[i].file);
-        free(parts[i].line);
+        free(parts[i].line.text);
     }
     free(parts);
     return code;

@@ -4,12 +4,11 @@
 #include "sweep/sweep.h"
 
 #include "records/output.h"
-#include "text/bytes.h"
+#include "text/input.h"
 
 #include "base/decimal.h"
 #include "document/number.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -349,6 +348,31 @@ static int read_axis_names(kt_sweep_plan *plan, const char *path, char *line) {
     return -1;
 }
 
+static const char row_rule[] = "a row has a number for each name of the first line, with commas between";
+
+/* Ends a line, without its newline or its carriage return and newline. Returns the start of the next line. */
+static char *end_axis_line(char *line) {
+    const size_t length = strcspn(line, "\n");
+    char *const next = line + length + (line[length] == '\n');
+    line[length] = '\0';
+    if (length > 0 && line[length - 1] == '\r')
+        line[length - 1] = '\0';
+    return next;
+}
+
+/* Returns whether the second line, if there is one, may be a row. If it may not, the file is of another kind, and its
+ * first line, which may be a secret of the user, is not taken as names that messages quote. */
+static bool has_axis_row(const char *text) {
+    const char *row = text + strcspn(text, "\n");
+    size_t commas[2] = {0, 0};
+    row += strspn(row, "\r\n");
+    for (const char *c = text; *c != '\0' && *c != '\n'; c++)
+        commas[0] += *c == ',';
+    for (const char *c = row; *c != '\0' && *c != '\n'; c++)
+        commas[1] += *c == ',';
+    return *row == '\0' || (commas[0] == commas[1] && strchr("+-.0123456789 \t", *row) != NULL);
+}
+
 static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, const char *text) {
     for (int i = 0; i < plan->count; i++) {
         kt_axis *axis = &plan->axes[i];
@@ -359,30 +383,33 @@ static int read_axis_row(kt_sweep_plan *plan, const char *path, int64_t line, co
             axis->values = more;
         }
         if (!take_axis_value(axis, &text, i + 1 < plan->count ? ',' : '\0', &axis->values[plan->points]))
-            return say_table(path, line, "a row has a number for each name of the first line, with commas between");
+            return say_table(path, line, row_rule);
     }
     plan->points++;
     return -1;
 }
 
 static int read_axis_table(kt_sweep_plan *plan, const char *path) {
-    char *line = NULL;
-    size_t room = 0;
+    char *text = NULL;
+    size_t size = 0;
     int64_t number = 0;
-    int code = -1;
-    FILE *file = fopen(path, "r");
-    if (file == NULL)
-        return kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
-    while (code < 0 && getline(&line, &room, file) > 0) {
-        line[strcspn(line, "\r\n")] = '\0';
-        code = number++ == 0     ? read_axis_names(plan, path, kt_behind_mark(line))
-               : line[0] != '\0' ? read_axis_row(plan, path, number, line)
-                                 : -1;
+    kt_error error = {0};
+    if (kt_input_read(path, &kt_input_table, &text, &size, &error) != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_SCENE;
     }
-    if (code < 0 && ferror(file))
-        code = kt_reject(KT_EXIT_SCENE, "%s cannot be read: %s", path, strerror(errno));
-    free(line);
-    (void)fclose(file);
+    char *at = kt_behind_mark(text);
+    int code = has_axis_row(at) ? -1 : say_table(path, 2, row_rule);
+    while (code < 0 && *at != '\0') {
+        char *const line = at;
+        at = end_axis_line(at);
+        code = strchr(line, '\r') != NULL ? say_table(path, number + 1, "a carriage return is within the line")
+               : number == 0              ? read_axis_names(plan, path, line)
+               : line[0] != '\0'          ? read_axis_row(plan, path, number + 1, line)
+                                          : -1;
+        number++;
+    }
+    free(text);
     plan->is_table = true;
     for (int i = 0; code < 0 && i < plan->count; i++)
         code = check_axis_units(path, &plan->axes[i]) >= 0 ? KT_EXIT_SCENE : -1;

@@ -1,7 +1,6 @@
 /* Bytes or text that grow: the room doubles. */
 #include "text/bytes.h"
 
-#include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,17 +61,6 @@ bool kt_bytes_read(kt_bytes *bytes, FILE *file, size_t most) {
     free(bytes->text);
     *bytes = (kt_bytes){.is_short = bytes->is_short};
     return false;
-}
-
-bool kt_bytes_read_file(kt_bytes *bytes, const char *path, size_t most) {
-    errno = 0;
-    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
-    const bool fine = file != NULL && kt_bytes_read(bytes, file, most);
-    const int reason = errno;
-    if (file != NULL && file != stdin)
-        (void)fclose(file);
-    errno = reason != 0 ? reason : ENOMEM;
-    return fine;
 }
 
 char *kt_behind_mark(char *text) {

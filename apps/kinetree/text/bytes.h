@@ -25,9 +25,6 @@ void kt_bytes_print(kt_bytes *bytes, const char *format, ...) KT_PRINTF(2, 3);
  * it cannot be read or memory is insufficient. */
 bool kt_bytes_read(kt_bytes *bytes, FILE *file, size_t most);
 
-/* Adds a whole file ("-": standard input). Returns false, without any bytes, and with errno, if it cannot be read. */
-bool kt_bytes_read_file(kt_bytes *bytes, const char *path, size_t most);
-
 /* Returns the text behind the byte order mark of UTF-8, or the text itself. Spreadsheets begin a CSV file with this
  * mark, which belongs to no name. */
 char *kt_behind_mark(char *text);

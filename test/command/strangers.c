@@ -1,0 +1,149 @@
+/* Files from strangers: tables that are damaged, are no files, or have other content than their names promise. Each
+ * ends with a message. The inputs in test/command/strangers are seeds of fuzzing, too.
+ */
+#include "sanitized.h"
+#include "shell.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#if KT_ADDRESS_SANITIZER
+#define BOUNDED "timeout 600 "
+#else
+#define BOUNDED "ulimit -v 1500000; OPENBLAS_NUM_THREADS=1 timeout 60 "
+#endif
+
+static void prepare(void) {
+    kt_shell("cp -f %s/* .; rm -f pipe; mkfifo pipe", KT_STRANGERS);
+    kt_write_file("s.yaml", "kinetree: 1\ngravity: [0, -9.81, 0]\nparameters: {m: 1}\nbodies:\n"
+                            "  - {name: a, mass: =m, shape: {type: rod, to: [0, -1, 0]}, joint: {type: revolute}}\n"
+                            "simulate: {duration: 0.1}\n");
+    kt_write_file("from.yaml", "kinetree: 1\nbodies:\n"
+                               "  - {name: a, mass: 1, shape: {type: rod, to: [0, -1, 0]}, joint: {type: revolute}}\n"
+                               "initial: {from: bare-return.csv}\nsimulate: {duration: 0.1}\n");
+}
+
+/* The room for rows was counted at newlines, and the reader ended rows elsewhere, too: numbers of the file were written
+ * behind the table. */
+KT_TEST(table_has_no_more_rows_than_newlines) {
+    static const char where[] = "bare-return.csv:2: a carriage return without a newline is within the row";
+    prepare();
+#ifdef KT_HAS_CAIRO
+    kt_expect(2, where, BOUNDED "$K plot bare-return.csv --out o.svg");
+    kt_expect(2, "behind-quotes.csv:2: text follows a cell in quotes", BOUNDED "$K plot behind-quotes.csv --out o.svg");
+    kt_expect(2, "many.csv:2: a carriage return",
+              "(echo a,b; yes 1,2 | head -n 30000 | tr '\\n' '\\r') >many.csv; " BOUNDED
+              "$K plot many.csv --out o.svg");
+#endif
+    kt_expect(2, where, BOUNDED "$K run s.yaml --from bare-return.csv --out o.csv");
+    kt_expect(2, where, BOUNDED "$K accuracy s.yaml --reference bare-return.csv");
+    kt_expect(2, where, BOUNDED "$K check from.yaml");
+    kt_expect(2, "values-return.csv:2: a carriage return is within the line",
+              BOUNDED "$K sweep s.yaml --from values-return.csv --out o.csv");
+    /* A newline behind it, or the end of the file, is right. */
+    kt_expect(0, NULL,
+              "printf 'time,position.a\\r\\n0,1\\r\\n1,2' >right.csv; "
+              "$K run s.yaml --from right.csv:1 --quiet --out o.csv 2>/dev/null && grep -q '^0,2,' o.csv");
+    kt_expect(0, NULL,
+              "printf 'm\\r\\n1\\r\\n2\\r\\n' >two.csv; $K sweep s.yaml --from two.csv --quiet --out o.csv && "
+              "test $(wc -l <o.csv) = 3");
+}
+
+/* A byte of zero ended a table in silence. */
+KT_TEST(table_with_a_byte_of_zero_is_rejected) {
+    static const char what[] = "the file has bytes of zero, so it is no text";
+    prepare();
+    kt_expect(2, what, BOUNDED "$K run s.yaml --from zero-byte.csv --out o.csv");
+    kt_expect(2, what, BOUNDED "$K sweep s.yaml --from values-zero.csv --out o.csv");
+    kt_expect(2, what, BOUNDED "$K sweep --merge zero-byte.csv --out o.csv");
+    kt_expect(2, what, BOUNDED "$K accuracy s.yaml --reference zero-byte.csv");
+#ifdef KT_HAS_CAIRO
+    kt_expect(2, what, BOUNDED "$K plot zero-byte.csv --out o.svg");
+    kt_expect(2, what, BOUNDED "$K plot - --out o.svg <zero-byte.csv");
+    kt_expect(2, what, BOUNDED "$K plot - --out o.svg </dev/zero"); /* which never ends */
+#endif
+}
+
+/* Each name of a file that a command or a scene gives, and what is no file. Nobody writes to the pipe. */
+KT_TEST(devices_and_pipes_are_rejected_wherever_a_file_is_named) {
+    static const char *const commands[] = {
+        "run s.yaml --from $F --out o.csv",
+        "check s.yaml --set initial.from=$F",
+        "sweep s.yaml --from $F --out o.csv",
+        "sweep --merge $F --out o.csv",
+        "accuracy s.yaml --reference $F",
+#ifdef KT_HAS_CAIRO
+        "plot $F --out o.svg",
+        "plot two.csv --marks $F --out o.svg",
+#endif
+    };
+    static const char *const files[][2] = {
+        {"pipe", "this is a pipe"}, {"/dev/zero", "this is a device"}, {"$PWD", "this is a directory"}};
+    prepare();
+    kt_shell("printf 'time,position.a\\n0,1\\n1,2\\n' >two.csv");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        for (size_t k = 0; k < sizeof files / sizeof *files; k++)
+            kt_expect(2, files[k][1], "F=%s; " BOUNDED "$K %s", files[k][0], commands[i]);
+    kt_expect(2, "zero.yaml:4:17: initial.from: /dev/zero: this is a device",
+              "sed s,bare-return.csv,/dev/zero, from.yaml >zero.yaml; " BOUNDED "$K check zero.yaml");
+}
+
+/* A sparse file has any size, and costs nothing. */
+KT_TEST(table_has_a_limit_of_its_size) {
+    prepare();
+    kt_shell("truncate -s 100G sparse.csv");
+    kt_expect(2, "the file has 102400 MB; a result has at most 1024",
+              BOUNDED "$K run s.yaml --from sparse.csv --out o.csv");
+    kt_expect(2, "the file has 102400 MB; a table has at most 1024",
+              BOUNDED "$K sweep s.yaml --from sparse.csv --out o.csv");
+    kt_expect(2, "the file has bytes of zero", BOUNDED "$K sweep --merge sparse.csv --out o.csv");
+    kt_expect(2, "a line is longer than any line of a sweep",
+              "head -c 20000000 /dev/zero | tr '\\0' x >long.csv; " BOUNDED "$K sweep --merge long.csv --out o.csv");
+    kt_expect(2, "a table has at most 1048576 columns",
+              "head -c 2000000 /dev/zero | tr '\\0' , >wide.csv; " BOUNDED "$K accuracy s.yaml --reference wide.csv");
+}
+
+KT_TEST(number_of_a_run_does_not_overflow) {
+    prepare();
+    kt_expect(2, "a line has the number of a run that no sweep has",
+              BOUNDED "$K sweep --merge run-number.csv --out o.csv");
+    kt_expect(2, "a line has the number of a run that no sweep has",
+              "sed 's/^9[0-9]*/99999999999999999999999/' run-number.csv >larger.csv; " BOUNDED
+              "$K sweep --merge larger.csv --out o.csv");
+}
+
+/* A name may be that of any file of the user, and a message may go to whoever has sent the scene. */
+KT_TEST(messages_do_not_quote_a_file_of_another_kind) {
+    static const char *const commands[] = {
+        "check s.yaml --set initial.from=$F",
+        "run s.yaml --from $F --out o.csv",
+        "sweep s.yaml --from $F --out o.csv",
+        "accuracy s.yaml --reference $F",
+        "sweep --merge $F two.csv --out o.csv",
+        "check $F",
+        "import $F",
+        "check csv.yaml --set effects[0].torque.table=$F",
+        "check mesh.yaml --set meshes[0].file=$F",
+#ifdef KT_HAS_CAIRO
+        "plot $F --out o.svg",
+        "plot two.csv --marks $F --out o.svg",
+#endif
+    };
+    static const char *const files[] = {"secret-line.txt", "secret-cells.txt", "secret.stl", "secret.urdf",
+                                        "secret.yaml"};
+    prepare();
+    kt_shell("printf 'time,position.a\\n0,1\\n1,2\\n' >two.csv; cp secret-line.txt secret.stl; "
+             "cp secret-cells.txt secret.urdf; cp secret-line.txt secret.yaml");
+    kt_write_file("csv.yaml", "kinetree: 1\nbodies: [{name: a, mass: 1, inertia: [1, 1, 1], joint: {type: revolute}}]\n"
+                              "effects: [{type: motor, joint: a, torque: {table: two.csv}}]\n");
+    kt_write_file("mesh.yaml",
+                  "kinetree: 1\nbodies: [{name: a, mass: 1, inertia: [1, 1, 1], joint: {type: revolute}}]\n"
+                  "meshes: [{body: a, file: secret.stl}]\n");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
+        for (size_t k = 0; k < sizeof files / sizeof *files; k++) {
+            const kt_ran ran = kt_shell("F=%s; " BOUNDED "$K %s", files[k], commands[i]);
+            kt_check_equal_int(commands[i], kt_count_of(ran.err, "secret-of-mine"), 0);
+            kt_check_equal_int(commands[i], kt_count_of(ran.out, "secret-of-mine"), 0);
+            kt_check_true("and a message", *ran.err != '\0');
+        }
+}
