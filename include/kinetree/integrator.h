@@ -163,7 +163,8 @@ static inline kt_integrator_options kt_integrator_options_default(void) {
  *
  *     (s + 4 + dense_stages) n        explicit; n fewer with fsal
  *     (s + 4 + dense_stages + p) n    adams, with p past slopes: 1 of ab2, 3 of ab4
- *     17 n                            stabilised
+ *     17 n                            rkc2
+ *     19 n                            rkc4
  *     4 n^2 + 23 n                    rodas5p
  *     4 n^2 + 21 n                    radau5
  *     4 n^2 + 25 n                    auto

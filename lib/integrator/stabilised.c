@@ -35,6 +35,24 @@
  * if all steps have the same number of stages, on which these errors depend. The sum stays bounded if each step is
  * damped more. With epsilon = 6/5 it stays below 0.74 (computed for all numbers of stages), on a length of 0.58 s^2.
  *
+ * Dense output. The three steps over h/3 pass states at h/3 and 2h/3. Their increments d_1 and d_2 have the
+ * errors of order 3 of one and of two steps, and D_3 - (y1 - y0) is that of three. Hence
+ *
+ *     u_j = d_j - j/3 (D_3 - (y1 - y0)) = y(t0 + j h/3) - y0 + O(h^4),   j = 1, 2
+ *
+ * and the dense output is the cubic P through y0, y0 + u_1, y0 + u_2 and y1. It has no slope at the end of the step. If
+ * a step in free flight ends just inside a stop, this slope belongs to the stop, and a Hermite cubic would put the force
+ * of the stop into the flight.
+ *
+ * Error estimate of order 4. The last slope that y1 contains may be at 0.73 h. Forces that begin later, at a stop, do not
+ * change the sum. Therefore the slope f1 at y1 is compared with that of the dense output,
+ *
+ *     delta = h (f1 - P') = h f1 - (9 u_1 - 18 u_2 + 11 (y1 - y0)) / 2 = O(h^4)
+ *
+ * The error is the larger one of the norms of the sums' difference (extrapolate_increments) and of delta / (20 (1 + h
+ * radius)). The radius is that of the decay: f1 has the errors of y1 times the radius. f1 is the first slope of the next
+ * step.
+ *
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
  */
@@ -44,6 +62,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* ---- the polynomials --------------------------------------------------------------------------------------------- */
 
@@ -83,16 +102,24 @@ int kt_chebyshev_stages(double z, double damping) {
 /* Slots of slopes: f0, the current stage, f1. */
 enum { SLOT_STAGE = 1, SLOT_END, SLOTS };
 
+/* The increments u_1 and u_2 of the dense output follow the numbers of the history. */
+static bool has_thirds(const kt_method *method) { return kt_chebyshev_copies(method) > 1; }
+static double *thirds_of(const kt_integrator *it) { return it->history + KT_STABILISED_HISTORY; }
+
 static void measure_stabilised(const kt_method *method, kt_integrator_sizes *sizes) {
-    (void)method;
     sizes->slots = SLOTS;
-    sizes->history = KT_STABILISED_HISTORY;
+    sizes->history = KT_STABILISED_HISTORY + (has_thirds(method) ? 2 * sizes->n : 0);
     sizes->scratch = kt_stabilised_scratch_size(sizes->n);
 }
 
 static void stabilised_init(kt_integrator *it) {
     it->fresh = SLOT_END;
-    it->gives_end_derivative = it->method->fsal && it->options.step == 0.0; /* a fixed step does not need f1 */
+    it->gives_end_derivative = it->options.step == 0.0; /* a fixed step does not need f1 */
+}
+
+static void start_stabilised(kt_integrator *it) {
+    memset(it->history, 0, it->sizes.history * sizeof(double));
+    kt_radius_forget(it);
 }
 
 /* ---- the stages -------------------------------------------------------------------------------------------------- */
@@ -177,6 +204,7 @@ static kt_try_result extrapolate_increments(kt_integrator *it, const kt_chebyshe
     const size_t n = it->sizes.n;
     const kt_stabilised_scratch *scratch = kt_stabilised_scratch_of(it);
     double *error = scratch->krylov, *sum = error + n, *moved = sum + n, *z = moved + n, *slope = z + n, *d = NULL;
+    double *third = slope + n; /* d_1 and d_2, then u_1 and u_2 */
     for (size_t i = 0; i < n; i++)
         error[i] = sum[i] = 0.0;
     for (int m = 1; m <= 3; m++) {
@@ -199,14 +227,20 @@ static kt_try_result extrapolate_increments(kt_integrator *it, const kt_chebyshe
                 return result->result;
             for (size_t i = 0; i < n; i++)
                 moved[i] += d[i];
+            if (m == 3 && j < 2)
+                memcpy(third + (size_t)j * n, moved, n * sizeof *moved);
         }
         for (size_t i = 0; i < n; i++) {
             sum[i] += weight[m - 1] * moved[i];
             error[i] += e[m - 1] * moved[i];
         }
     }
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++) {
+        const double excess = moved[i] - sum[i];
         it->trial[i] = in->y[i] + sum[i];
+        third[i] -= excess / 3.0;
+        third[n + i] -= 2.0 * excess / 3.0;
+    }
     return KT_TRY_PASSED;
 }
 
@@ -219,11 +253,12 @@ static kt_try_result stabilised_try(kt_integrator *it, const kt_interval *in, kt
         return result->result = KT_TRY_TOO_LONG;
     }
     const kt_chebyshev family = kt_chebyshev_make(stages, damping);
-    if (kt_chebyshev_copies(it->method) > 1)
-        return extrapolate_increments(it, &family, in, result);
     double *unused;
-    if (member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result) != KT_TRY_PASSED)
-        return result->result;
+    const kt_try_result tried = has_thirds(it->method)
+                                    ? extrapolate_increments(it, &family, in, result)
+                                    : member_step(it, &family, in->t, in->h, in->y, it->k[0], &unused, result);
+    if (tried != KT_TRY_PASSED)
+        return tried;
     if (it->gives_end_derivative && kt_first_not_finite(it->trial, it->sizes.n) == it->sizes.n)
         return kt_evaluate(it, in->end, it->trial, it->fresh, result);
     return KT_TRY_PASSED;
@@ -231,11 +266,57 @@ static kt_try_result stabilised_try(kt_integrator *it, const kt_interval *in, kt
 
 /* The error estimate of rkc2, with y3 the third derivative of y:
  *
- *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4) */
+ *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4)
+ *
+ * That of rkc4 is the difference of its two sums. */
 static double stabilised_error_at(const kt_integrator *it, double h, size_t i) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
-    return kt_chebyshev_copies(it->method) > 1 ? kt_stabilised_scratch_of(it)->krylov[i]
-                                               : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+    return has_thirds(it->method) ? kt_stabilised_scratch_of(it)->krylov[i]
+                                  : 0.8 * (y0[i] - y1[i]) + 0.4 * h * (f0[i] + f1[i]);
+}
+
+/* The norm of delta / (20 (1 + h radius)). */
+static double end_slope_error(const kt_integrator *it, double h) {
+    const double *y0 = it->y, *y1 = it->trial, *f1 = it->k[it->fresh];
+    const double *u1 = kt_stabilised_scratch_of(it)->krylov + 5 * it->sizes.n, *u2 = u1 + it->sizes.n;
+    const double part = 1.0 / (20.0 * (1.0 + fabs(h) * kt_stabilised_radius(it)));
+    double sum = 0.0;
+    for (size_t i = 0; i < it->counted; i++) {
+        const double delta = h * f1[i] - 0.5 * (9.0 * u1[i] - 18.0 * u2[i] + 11.0 * (y1[i] - y0[i]));
+        const double error = part * delta / kt_error_scale(it, i, y0[i], y1[i]);
+        sum += error * error;
+    }
+    return it->counted > 0 ? sqrt(sum / (double)it->counted) : 0.0;
+}
+
+static double stabilised_error(const kt_integrator *it, double h) {
+    const double error = kt_error_norm(it, h);
+    return has_thirds(it->method) ? fmax(error, end_slope_error(it, h)) : error;
+}
+
+/* ---- dense output ------------------------------------------------------------------------------------------------ */
+
+static void accept_stabilised(kt_integrator *it) {
+    const size_t n = it->sizes.n;
+    if (has_thirds(it->method))
+        memcpy(thirds_of(it), kt_stabilised_scratch_of(it)->krylov + 5 * n, 2 * n * sizeof(double));
+    kt_radius_accept(it);
+}
+
+/* Lagrange's cubic of u_0 = 0, u_1, u_2 and y1 - y0 at theta = 0, 1/3, 2/3, 1. */
+static kt_try_result interpolate_thirds(const kt_integrator *it, double t, double *y_out, kt_try *result) {
+    const double t0 = it->memory.previous_t, x = 3.0 * (t - t0) / (it->memory.t - t0);
+    const double first = 0.5 * x * (x - 2.0) * (x - 3.0), second = -0.5 * x * (x - 1.0) * (x - 3.0);
+    const double whole = x * (x - 1.0) * (x - 2.0) / 6.0;
+    const double *y0 = it->previous_y, *y1 = it->y, *u1 = thirds_of(it), *u2 = u1 + it->sizes.n;
+    for (size_t i = 0; i < it->sizes.n; i++)
+        y_out[i] = y0[i] + first * u1[i] + second * u2[i] + whole * (y1[i] - y0[i]);
+    return result->result = KT_TRY_PASSED;
+}
+
+static kt_try_result interpolate_stabilised(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    return has_thirds(it->method) ? interpolate_thirds(it, t, y_out, result)
+                                  : kt_table_interpolate(it, t, y_out, result);
 }
 
 /* ---- the longest step -------------------------------------------------------------------------------------------- */
@@ -327,16 +408,16 @@ const kt_method_family kt_family_stabilised = {
     .check_sizes = kt_table_check_sizes,
     .measure = measure_stabilised,
     .init = stabilised_init,
-    .start = kt_radius_forget,
+    .start = start_stabilised,
     .change = stabilised_change,
     .prepare = kt_need_radius,
     .try_step = stabilised_try,
-    .error = kt_error_norm,
+    .error = stabilised_error,
     .error_at = stabilised_error_at,
-    .accept = kt_radius_accept,
+    .accept = accept_stabilised,
     .longest_step = kt_stabilised_reach,
     .report = stabilised_report,
-    .interpolate = kt_table_interpolate,
+    .interpolate = interpolate_stabilised,
     .stability = stabilised_polynomial,
     .value = stabilised_value,
     .real_limit = stabilised_real_limit,
