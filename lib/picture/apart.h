@@ -4,22 +4,11 @@
 
 #include "mesh/mesh.h"
 
-/* A sanitizer of addresses reserves terabytes. */
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define KT_LIMITS_NO_ADDRESSES 1
-#endif
-#endif
-#if !defined(__SANITIZE_ADDRESS__) && !defined(KT_LIMITS_NO_ADDRESSES)
-#define KT_LIMITS_ADDRESSES 1
-#endif
-
 /* Reads the contents of a file of a path. */
 typedef kt_status kt_mesh_reader(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
-/* Calls a reader in a child process and returns the status of the reader. The child has a limited time in seconds and
- * 4 GiB of addresses (KT_LIMITS_ADDRESSES). It writes nothing to the standard streams. On failure *mesh is untouched.
- * Errors: those of the reader; KT_ERROR_SCENE if the process ends without an answer, or has none in time;
+/* Calls a reader in a child process and returns the status of the reader. Its limits are those of
+ * document/apart.h. On failure *mesh is untouched. Errors: those of the reader; KT_ERROR_SCENE if the process ends without an answer, or has none in time;
  * KT_ERROR_MEMORY. */
 kt_status kt_mesh_read_apart(kt_mesh_reader *reader, double seconds, const char *path, const char *text, size_t size,
                              kt_triangles *mesh, kt_error *error);

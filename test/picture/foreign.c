@@ -3,6 +3,7 @@
  * own. */
 #include "check.h"
 
+#include "document/apart.h"
 #include "picture/apart.h"
 #include "picture/foreign.h"
 

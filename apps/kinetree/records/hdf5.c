@@ -12,7 +12,7 @@
 
 const bool kt_hdf5_is_there = true;
 
-enum { CHUNK = 1 << 14 /* numbers: 128 kB */, LEVEL = 4, RUNS_MOST = 200 /* curves that a picture can show */ };
+enum { CHUNK = 1 << 14 /* numbers: 128 kB */, LEVEL = 4 };
 
 /* Identifiers of an open file, and whether any call has failed. */
 typedef struct writer {
@@ -176,112 +176,4 @@ int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
     if (w.failed)
         kt_say("%s cannot be written by HDF5: the disk may be full, or the name of a value is none for it", path);
     return w.failed ? -1 : 0;
-}
-
-/* ---- reading ----------------------------------------------------------------------------------------------------- */
-
-/* Returns the texts of a dataset, each with its terminating zero; *size: bytes of each text. */
-static char *read_texts(writer *w, const char *name, size_t *count, size_t *size) {
-    hsize_t extent = 0;
-    const hid_t set = taken(w, H5Dopen2(w->file, name, H5P_DEFAULT));
-    const hid_t type = taken(w, H5Dget_type(set)), space = taken(w, H5Dget_space(set));
-    *size = H5Tget_size(type) + 1;
-    const bool is_right = H5Tget_class(type) == H5T_STRING && H5Tis_variable_str(type) == 0 &&
-                          H5Sget_simple_extent_dims(space, &extent, NULL) == 1 && extent < 1000000;
-    w->failed = w->failed || !is_right;
-    char *texts = is_right ? calloc((size_t)extent + 1, *size) : NULL;
-    const hid_t own = taken(w, H5Tcopy(H5T_C_S1));
-    check_hdf5(w, H5Tset_size(own, *size));
-    check_hdf5(w, H5Tset_cset(own, H5T_CSET_UTF8));
-    w->failed = w->failed || texts == NULL;
-    if (!w->failed)
-        check_hdf5(w, H5Dread(set, own, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts));
-    *count = (size_t)extent;
-    (void)H5Tclose(own);
-    (void)H5Sclose(space);
-    (void)H5Tclose(type);
-    (void)H5Dclose(set);
-    return texts;
-}
-
-/* Reads the names of the columns into a table without rows. */
-static void read_column_names(writer *w, kt_table *table) {
-    size_t count = 0, size = 0;
-    table->text = read_texts(w, "columns", &count, &size);
-    table->names = calloc(count + 1, sizeof *table->names);
-    w->failed = w->failed || table->names == NULL || count == 0;
-    table->columns = (int)count;
-    for (size_t i = 0; !w->failed && i < count; i++)
-        table->names[i] = table->text + i * size;
-}
-
-/* Reads the rows of a dataset into the columns of a table. */
-static void read_dataset_rows(writer *w, hid_t place, const char *name, kt_table *table) {
-    hsize_t extent[2] = {0, 0};
-    const hid_t set = taken(w, H5Dopen2(place, name, H5P_DEFAULT)), space = taken(w, H5Dget_space(set));
-    w->failed = w->failed || H5Sget_simple_extent_dims(space, extent, NULL) != 2 || (int)extent[1] != table->columns;
-    const size_t rows = (size_t)extent[0], columns = (size_t)table->columns;
-    double *numbers = w->failed ? NULL : malloc((rows * columns + 1) * sizeof *numbers);
-    table->cells = w->failed ? NULL : malloc((rows * columns + 1) * sizeof *numbers);
-    w->failed = w->failed || numbers == NULL || table->cells == NULL;
-    if (!w->failed && rows > 0)
-        check_hdf5(w, H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers));
-    for (size_t i = 0; !w->failed && i < rows * columns; i++)
-        table->cells[i % columns * rows + i / columns] = numbers[i];
-    table->rows = rows;
-    free(numbers);
-    (void)H5Sclose(space);
-    (void)H5Dclose(set);
-}
-
-/* Adds one run. Returns -1, or an exit code. */
-static int add_run(writer *w, hid_t place, const char *name, const char *label, kt_table *table) {
-    kt_table one = {0};
-    int code = -1;
-    read_column_names(w, &one);
-    if (!w->failed)
-        read_dataset_rows(w, place, name, &one);
-    if (!w->failed && one.rows > 0) /* others have failed before their first record */
-        code = kt_table_join(table, &one, label);
-    kt_table_free(&one);
-    return code;
-}
-
-static int add_runs(writer *w, kt_table *table) {
-    char name[32], label[48];
-    int code = -1;
-    w->group = taken(w, H5Gopen2(w->file, "runs", H5P_DEFAULT));
-    H5G_info_t info = {.nlinks = 0};
-    check_hdf5(w, H5Gget_info(w->group, &info));
-    const hsize_t runs = info.nlinks < RUNS_MOST ? info.nlinks : RUNS_MOST;
-    if (runs < info.nlinks)
-        kt_say("plot: %d of %llu runs are drawn", (int)RUNS_MOST, (unsigned long long)info.nlinks);
-    for (hsize_t i = 0; i < runs && !w->failed && code < 0; i++) {
-        (void)H5Lget_name_by_idx(w->group, ".", H5_INDEX_NAME, H5_ITER_INC, i * info.nlinks / runs, name, sizeof name,
-                                 H5P_DEFAULT);
-        (void)snprintf(label, sizeof label, "run %s", name);
-        code = add_run(w, w->group, name, label, table);
-    }
-    (void)H5Gclose(w->group);
-    return code;
-}
-
-int kt_hdf5_read(const char *path, kt_table *table) {
-    writer w = {.group = -1};
-    int code = -1;
-    (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    w.file = taken(&w, H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT));
-    if (!w.failed && H5Lexists(w.file, "records", H5P_DEFAULT) > 0)
-        code = add_run(&w, w.file, "records", path, table);
-    else if (!w.failed)
-        code = add_runs(&w, table);
-    if (w.file >= 0)
-        (void)H5Fclose(w.file);
-    if (!w.failed && code < 0 && table->rows > 0)
-        return -1;
-    if (code < 0)
-        kt_say("%s cannot be read: it is no HDF5 file that `run --out` or `sweep --keep` has written, or it has no "
-               "records",
-               path);
-    return code < 0 ? KT_EXIT_SCENE : code;
 }
