@@ -1,21 +1,13 @@
-/* The checks of check.h, and the main of every test program. */
+/* The checks of check.h. The file runner.c runs tests. */
 #include "check.h"
 
+#include "runner.h"
+
 #include <math.h>
-#include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
-
-enum { MAX_TESTS = 512 };
-static kt_test *first_test;
-static kt_test *last_test;
-static const char *running = "";
-static size_t checks, failures, skips;
 
 /* ---- checks ------------------------------------------------------------------------------------------------------ */
 
@@ -24,9 +16,9 @@ static const char *shown(const char *text) { return text == NULL ? "(none)" : te
 static bool report(bool holds, const char *what, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 static bool report(bool holds, const char *what, const char *format, ...) {
-    checks++;
+    kt_running.checks++;
     if (!holds)
-        failures++;
+        kt_running.failures++;
     printf("  %s %-44s ", holds ? "    " : "FAIL", shown(what));
     va_list arguments;
     va_start(arguments, format);
@@ -113,8 +105,8 @@ void kt_note(const char *format, ...) {
 
 /* The form that count.py reads. */
 void kt_skip(const char *what, const char *why) {
-    skips++;
-    printf("[  SKIPPED ] %s, %s: %s\n", running, what, why);
+    kt_running.skips++;
+    printf("[  SKIPPED ] %s, %s: %s\n", kt_running.name, what, why);
 }
 
 /* ---- the worst of many ---------------------------------------------------------------------------------------------
@@ -161,96 +153,4 @@ bool kt_check_worst(const kt_worst *worst) {
     bool holds = worst->count > 0 && worst->failures == 0;
     return report(holds, worst->what, "worst %.3g  bound %.3g  ratio %.3g%s  at %s  (%zu of %zu fail)", worst->observed,
                   worst->bound, worst->ratio, slack(worst->ratio), worst->where, worst->failures, worst->count);
-}
-
-/* ---- running -------------------------------------------------------------------------------------------------------
- */
-
-void kt_test_register(kt_test *test) {
-    if (first_test == NULL)
-        first_test = test;
-    else
-        last_test->next = test;
-    last_test = test;
-}
-
-static jmp_buf end_of_test;
-
-void kt_end_test(void) { longjmp(end_of_test, 1); }
-
-void kt_need(bool held) {
-    if (!held)
-        kt_end_test();
-}
-
-kt_random kt_random_of_test(void) { return kt_random_named(running); }
-
-/* Static, because tests count allocations and make them fail. */
-enum { MAX_OWNED = 20000 };
-static struct {
-    void *object;
-    void (*release)(void *object);
-} owned[MAX_OWNED];
-static size_t owned_count;
-
-void kt_test_own(void *object, void (*release)(void *object)) {
-    if (object == NULL)
-        return;
-    if (owned_count == MAX_OWNED) {
-        fputs("a test must own no more than MAX_OWNED objects\n", stderr);
-        abort();
-    }
-    owned[owned_count].object = object;
-    owned[owned_count++].release = release;
-}
-
-void kt_test_release(void *object) {
-    for (size_t i = owned_count; object != NULL && i-- > 0;)
-        if (owned[i].object == object) {
-            void (*const release)(void *) = owned[i].release;
-            owned_count--;
-            memmove(&owned[i], &owned[i + 1], (owned_count - i) * sizeof *owned);
-            release(object);
-            return;
-        }
-}
-
-static void release_owned(void) {
-    while (owned_count > 0) {
-        owned_count--;
-        owned[owned_count].release(owned[owned_count].object);
-    }
-}
-
-static void run_registered(void **state) {
-    const kt_test *test = *state;
-    running = test->name;
-    checks = failures = skips = 0;
-    if (setjmp(end_of_test) == 0)
-        test->body();
-    release_owned();
-    if (checks == 0 && skips > 0)
-        skip();
-    if (checks == 0)
-        fail_msg("no check was made");
-    if (failures > 0)
-        fail_msg("%zu of %zu checks failed", failures, checks);
-}
-
-int main(int argc, char **argv) {
-    struct CMUnitTest tests[MAX_TESTS];
-    size_t count = 0;
-    /* A crash must not take the lines before it along. */
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    for (kt_test *test = first_test; test != NULL && count < MAX_TESTS; test = test->next)
-        tests[count++] = (struct CMUnitTest){test->name, run_registered, NULL, NULL, test};
-    if (count == 0 || count == MAX_TESTS) {
-        fputs("a test program must have tests, and fewer than MAX_TESTS\n", stderr);
-        return 1;
-    }
-    if (argc > 1)
-        cmocka_set_test_filter(argv[1]);
-    const char *slash = strrchr(argv[0], '/');
-    printf("seed %llu (KT_SEED sets another)\n", (unsigned long long)kt_random_seed());
-    return _cmocka_run_group_tests(slash == NULL ? argv[0] : slash + 1, tests, count, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-/* Tests: a file of KT_TESTs is a program; nothing lists them.
+/* Tests: the files of a folder are one program. Its meson.build lists the files, and nothing lists their KT_TESTs.
  *
  *     #include "check.h"
  *
@@ -14,7 +14,8 @@
  * 2 are allowed and none occurs. Slack fails no test. The script test/count.py counts it at the end of the suite. A
  * comment at each place gives the reason for its bound.
  *
- * An argument of the program is a pattern ('aba_*') that chooses tests.
+ * Arguments of the program are patterns that choose tests by name ('aba_*'), file ('contact_disc') or both
+ * ('contact_disc/rolls*'). Each file runs in a process of its own: runner.c.
  */
 #ifndef KT_TEST_CHECK_H
 #define KT_TEST_CHECK_H
@@ -25,7 +26,7 @@
 #include "random.h"
 
 typedef struct kt_test {
-    const char *name;
+    const char *name, *file;
     void (*body)(void);
     struct kt_test *next;
 } kt_test;
@@ -36,7 +37,7 @@ void kt_test_register(kt_test *test);
 #define KT_TEST(name)                                                                                                  \
     static void name(void);                                                                                            \
     __attribute__((constructor)) static void kt_register_##name(void) {                                                \
-        static kt_test test = {#name, name, NULL};                                                                     \
+        static kt_test test = {#name, __FILE__, name, NULL};                                                           \
         kt_test_register(&test);                                                                                       \
     }                                                                                                                  \
     static void name(void)
@@ -98,6 +99,9 @@ void kt_test_own(void *object, void (*release)(void *object));
 
 /* Releases an object of the running test at once, for tests that make many large ones. NULL is left alone. */
 void kt_test_release(void *object);
+
+/* Each process of tests calls the function before its first test. */
+void kt_test_before(void (*function)(void));
 
 /* Ends the running test. */
 _Noreturn void kt_end_test(void);

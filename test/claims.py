@@ -1,4 +1,4 @@
-"""What the test scripts share: each claim prints a line as cmocka does, with what speaks against it."""
+"""What the test scripts share: each claim prints a line as a test does (runner.c), with what speaks against it."""
 import pathlib
 import subprocess
 import sys

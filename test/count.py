@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Counts the single tests in meson's testlog.json, and shows what each that failed has printed.
 
-A program prints "[       OK ] name" for each test that passes and "[  FAILED  ] name" for each that fails, as cmocka does.
+A program prints "[       OK ] name" for each test that passes and "[  FAILED  ] name" for each that fails.
 One that prints no such line is one test by itself; one that fails without saying which test did counts as one failure.
 "[  SKIPPED ] name: reason" tells what this machine cannot show; those reasons stand before the last line, and are neither
 passed nor failed. Bounds marked "slack" (check.h) are counted, and the tests that have them named. The last line is "N passed, M failed".
@@ -14,19 +14,12 @@ PASSED = re.compile(r"^\[ +OK +\] \S", re.M)
 FAILED = re.compile(r"^\[ +FAILED +\] \S", re.M)
 SLACK = re.compile(r"^ {7}.* ratio \S+  slack\b", re.M)
 SKIPPED = re.compile(r"^\[ +SKIPPED +\] (.+?): (.+)$", re.M)
-# The list after the run says "N test(s)", from cmocka 1.1.7 on with the program's name before it, and repeats the names:
-# only what comes before it counts.
-SUMMARY = re.compile(r"^\[ +(FAILED|SKIPPED) +\] (\S+: )?\d+ test.*", re.M | re.S)
-
-
-def during_the_run(text):
-    return SUMMARY.sub("", text)
 
 
 def without_what_passed(text):
     """The output less the lines from a test's start, or from the test before it, to its OK."""
     kept, section = [], []
-    for line in during_the_run(text).splitlines():
+    for line in text.splitlines():
         if re.match(r"\[ +RUN +\]", line):
             kept += section
             section = []
@@ -45,7 +38,7 @@ def main(path):
     with open(path, encoding="utf-8") as log:
         for line in log:
             test = json.loads(line)
-            texts = [during_the_run(test.get(key) or "") for key in ("stdout", "stderr")]
+            texts = [test.get(key) or "" for key in ("stdout", "stderr")]
             well = sum(len(PASSED.findall(text)) for text in texts)
             ill = sum(len(FAILED.findall(text)) for text in texts)
             loose = sum(len(SLACK.findall(text)) for text in texts)

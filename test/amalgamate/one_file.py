@@ -102,7 +102,7 @@ def compare_bits(bench, engine, source, archives):
 def run_sample(bench, engine):
     problems = []
     for name, sources in SAMPLE.items():
-        program = bench.program(name, [f"{name}.c", *sources, "check.c", "fixture.c", "random.c"], [engine, "-lcmocka", *LAPACK])
+        program = bench.program(name, [f"{name}.c", *sources, "check.c", "fixture.c", "random.c", "runner.c"], [engine, *LAPACK])
         if program is None or bench.run(program) is None:
             problems.append(f"{name} fails")
     note(f"{len(SAMPLE)} programs of the suite")

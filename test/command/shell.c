@@ -21,7 +21,7 @@ static void remove_folder(void) {
         fprintf(stderr, "%s is left\n", folder);
 }
 
-__attribute__((constructor)) static void make_folder(void) {
+static void make_folder(void) {
     if (mkdtemp(folder) == NULL || chdir(folder) != 0 || setenv("K", KT_COMMAND, 1) != 0) {
         perror(folder);
         exit(1);
@@ -30,6 +30,8 @@ __attribute__((constructor)) static void make_folder(void) {
     setenv("LSAN_OPTIONS", "print_suppressions=0:suppressions=" KT_SUPPRESSIONS, 1);
     atexit(remove_folder);
 }
+
+__attribute__((constructor)) static void ask_for_a_folder(void) { kt_test_before(make_folder); }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */
 
