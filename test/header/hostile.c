@@ -97,7 +97,6 @@ typedef struct fixture {
     kt_loop_motion loop_motion;
     kt_scene_options scene_options, bad_scene_options;
     kt_scene_call scene_call;
-    kt_scene_coupling coupling;
     kt_native native;
     kt_simulation_options native_options;
     kt_scene_watch *scene_watch;
@@ -273,11 +272,6 @@ static int native_acceleration(const void *generic, double t, const double *q, c
     return 1;
 }
 
-static int sampler(const kt_scene_sample *sample, kt_error *error, void *user) {
-    (void)sample, (void)error, (void)user;
-    return 0;
-}
-
 static int recorder(const kt_record *record, void *user) {
     (void)user;
     return record->index > 3;
@@ -415,7 +409,6 @@ static bool make_objects(fixture *f) {
     f->job = (kt_batch_job){.task = KT_BATCH_STEP, .h = 0.01, .steps = 1};
     f->of_time = kt_function_constant(0.5);
     f->symbols = (kt_symbols){.find = find_symbol, .list = list_symbol};
-    f->coupling = (kt_scene_coupling){.sample = sampler};
     f->native = (kt_native){.structure = kt_codegen_structure(f->model), .acceleration = native_acceleration};
     f->native_options = kt_simulation_options_default();
     f->scene_call = (kt_scene_call){.name = "a", .action = event_action};
