@@ -97,9 +97,9 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *   - The activations of actuators (filters and integrators) become auxiliary states.
  *   - Spatial tendons become forces between two sites, or along paths around spheres and cylinders.
  *   - A medium (density, viscosity) becomes drag along the axes of the inertias.
- *   - Muscles become forces along joints and tendons. Cables and points of flexcomps become bodies. Polynomials of
- *     equalities become formulas.
- *   - Further omissions are actuators of a user's kind, other plugins and flexible bodies, sensors and cameras.
+ *   - Muscles become forces along joints and tendons. Polynomials of equalities become formulas. Elements that stand
+ *     for many bodies (replicate, composite, flexcomp) are errors. mj_saveLastXML of MuJoCo writes expanded models.
+ *   - Further omissions are actuators of a user's kind, plugins, flexible bodies, built-in meshes, sensors and cameras.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:
  *   - The first <world> is read with all its models; without a <world>, the first <model> is read. A link becomes a
@@ -123,7 +123,7 @@ static inline kt_robot_options kt_robot_options_default(void) {
  * Ownership: on success *scene is filled, and the caller releases it with kt_scene_free. On failure *scene is
  * untouched.
  * Errors: those of kt_scene_read.
- * Cost: time and memory are proportional to the size of the files after the expansion of replicates. */
+ * Cost: time and memory are proportional to the size of the files. */
 KT_API KT_CHECKED kt_status kt_robot_read(const char *path, const kt_robot_options *options, kt_scene *scene,
                                           kt_scene_report *report, void *user, kt_error *error);
 KT_API KT_CHECKED kt_status kt_robot_parse(const char *path, const char *text, size_t size,

@@ -120,17 +120,16 @@ typedef struct kt_scene_column {
     const char *unit;    /* unit of its values, as text for records and pictures; NULL: not given */
 } kt_scene_column;
 
-/* An item of `meshes`: a surface of triangles, from a file (STL, OBJ) or built in. Pictures show it as part of a body.
+/* An item of `meshes`: a surface of triangles, from a file (STL, OBJ). Pictures show it as part of a body.
  * A mesh with a density encloses a solid. When the scene is read, the solid gives its mass, centre and inertia to the
  * body. */
 typedef struct kt_scene_mesh {
     const char *body;     /* body that the mesh belongs to */
-    const char *file;     /* file, absolute or relative to the scene's file; NULL: the surface is built in */
+    const char *file;     /* file, absolute or relative to the scene's file */
     kt_vec3 scale;        /* factors of the components of its points, m per unit of the file */
     kt_vec3 at;           /* origin of the mesh, body frame, m */
     kt_rotation rotation; /* rotation of its axes relative to the body's axes */
     double density;       /* density of the enclosed solid, kg/m^3; 0: for pictures alone */
-    const char *builtin;  /* surface of MuJoCo, as a word and numbers ("cone 20 0.5"); NULL: that of the file */
 } kt_scene_mesh;
 
 /* Options for reading a file. */

@@ -37,14 +37,6 @@ bool kt_triangles_is_binary_stl(const char *text, size_t size);
 kt_status kt_triangles_make(const double *vertices, int vertex_count, const double *corners, int triangle_count,
                             kt_triangles *mesh, kt_error *error);
 
-/* Makes a surface that MuJoCo has built in, from its word and numbers (see builtin.c). Numbers of cells lose their
- * fraction.
- * Ownership: as that of kt_triangles_parse.
- * Errors: KT_ERROR_SCENE (an unknown word, or numbers out of bounds), KT_ERROR_MEMORY. */
-kt_status kt_triangles_builtin(const char *word, const double *numbers, int count, kt_triangles *mesh, kt_error *error);
-
-/* The same, from one text of the word and the numbers, such as "cone 20 0.5". */
-kt_status kt_triangles_builtin_parse(const char *text, kt_triangles *mesh, kt_error *error);
 void kt_triangles_free(kt_triangles *mesh);
 
 /* x <- R' (x - origin), each component then times its scale. */

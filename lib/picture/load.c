@@ -143,13 +143,11 @@ static kt_status make_surface(const kt_triangles *mesh, kt_mesh *surface, kt_err
 
 kt_status kt_mesh_load(const kt_scene_mesh *from, int most, kt_mesh *surface, kt_solid *solid, kt_error *error) {
     kt_triangles mesh = {.vertices = NULL};
-    const char *name = from->builtin != NULL ? from->builtin : from->file;
-    kt_status status =
-        from->builtin != NULL ? kt_triangles_builtin_parse(name, &mesh, error) : read_mesh_file(name, &mesh, error);
+    kt_status status = read_mesh_file(from->file, &mesh, error);
     if (status == KT_OK)
         status = kt_triangles_decimate(&mesh, most, error);
     if (status == KT_OK && mesh.triangle_count == 0)
-        status = kt_error_set(error, KT_ERROR_SCENE, name, "the surface has no area");
+        status = kt_error_set(error, KT_ERROR_SCENE, from->file, "the surface has no area");
     if (status == KT_OK) {
         const kt_vec3 centre = centre_mesh(&mesh, from->scale, &solid->half);
         solid->type = KT_SOLID_BOX;
@@ -157,7 +155,7 @@ kt_status kt_mesh_load(const kt_scene_mesh *from, int most, kt_mesh *surface, kt
         solid->pose.rotation = kt_solid_rotation(&from->rotation);
         solid->pose.position = kt_vec3_add(from->at, kt_mat3_apply(solid->pose.rotation, centre));
         if (!(kt_vec3_is_finite(solid->pose.position) && kt_vec3_is_finite(solid->half)))
-            status = kt_error_set(error, KT_ERROR_SCENE, name, "the surface is too large");
+            status = kt_error_set(error, KT_ERROR_SCENE, from->file, "the surface is too large");
     }
     if (status == KT_OK)
         status = make_surface(&mesh, surface, error);

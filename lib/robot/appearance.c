@@ -114,11 +114,6 @@ bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, cons
     return put_mesh(appearance, &mesh, pose, scale);
 }
 
-bool kt_appearance_add_builtin(kt_appearance *appearance, const char *text, kt_pose pose, kt_vec3 scale) {
-    const kt_scene_mesh mesh = {.builtin = text};
-    return put_mesh(appearance, &mesh, pose, scale);
-}
-
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body) {
     const kt_shape *shapes = appearance->shapes.items;
     if (appearance->shapes.count == 1) {

@@ -1,6 +1,6 @@
 /* Models in MJCF, the XML of MuJoCo: bodies, joints and equalities to a description.
  *
- * Included files, attached models and replicates come first, with the compiler's settings. Default classes follow.
+ * Included files and attached models come first, with the compiler's settings. Default classes follow.
  * Classes and settings determine the meaning of all other attributes. Bodies, joints and masses come next, then the
  * start, then the remaining items of the scene.
  */
@@ -20,8 +20,7 @@ static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, attached, MOTION,
             "bodies of this model that it attaches again (attach without a model), left out:"),
     KT_NOTE(kt_mjcf, incomplete, MOTION,
-            "tendons, equalities and actuators that are left out, since they refer to what is not attached, or has "
-            "copies by a replicate:"),
+            "tendons, equalities and actuators that are left out, since they refer to what is not attached:"),
     KT_NOTE(kt_mjcf, lost_settings, MOTION,
             "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
     KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),
@@ -32,8 +31,8 @@ static const kt_note body_notes[] = {
 
 static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, mesh_files, DETAIL, "meshes that cannot be read, or enclose nothing:"),
-    KT_NOTE(kt_mjcf, builtins, MOTION, "meshes whose 'builtin' and 'params' make no surface, left out:"),
-    KT_NOTE(kt_mjcf, flex_files, MOTION, "flexcomps whose file cannot be read, left out:"),
+    KT_NOTE(kt_mjcf, builtins, MOTION,
+            "surfaces that MuJoCo has built in, left out; its mj_saveLastXML writes their vertices:"),
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
     KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
@@ -105,7 +104,7 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
 
 static void note_mesh_masses(kt_notes *n, const kt_mjcf *m) {
     const char *reason = m->mesh_files.count > 0 ? m->mesh_files.what
-                         : m->builtins.count > 0 ? m->builtins.what
+                         : m->builtins.count > 0 ? "MuJoCo has it built in"
                                                  : "a field of heights without a size";
     kt_note_put(
         n, KT_NOTE_RANK_MOTION, &m->mesh_masses,
@@ -120,16 +119,6 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     KT_NOTES_PUT(&n, m, body_notes);
     note_mesh_masses(&n, m);
     KT_NOTES_PUT(&n, m, force_notes);
-    kt_note_put(
-        &n, KT_NOTE_RANK_MOTION, &m->cables,
-        "elastic torques of cables, which have an energy here, differ from MuJoCo's by up to %.2g of the torque "
-        "where neighbours twist and bend by 0.1 rad: %d",
-        m->cable_share, m->cables.count);
-    kt_note_put(
-        &n, KT_NOTE_RANK_MOTION, &m->flex_edges,
-        "edges of surfaces and solids (flexcomp), which MuJoCo holds by soft equalities, are springs and dampers "
-        "that yield as much; a single edge swings up to %.2g times as fast; rigid=\"true\" fixes their points: %d",
-        m->flex_haste, m->flex_edges.count);
     kt_note_each(&n, &m->changes, "", "");
     kt_note_put(&n, KT_NOTE_RANK_DETAIL, &m->unnamed_sites,
                 "sites that are no markers, since they have no name or are the world's: %d", m->unnamed_sites.count);
@@ -152,7 +141,7 @@ static bool init_names(kt_mjcf *m) {
                          (m->source->options->contacts ? KT_CONTACT_POINTS_MOST + 1 : 1) * (m->elements + 2));
 }
 
-/* Prepares the tree of elements (files, attached models, replicates), the names, the classes and the options. */
+/* Prepares the tree of elements (files, attached models), the names, the classes and the options. */
 static bool prepare(kt_mjcf *m) {
     kt_mjcf_expand(m);
     if (kt_draft_is_wrong(&m->draft) || !init_names(m))

@@ -156,18 +156,8 @@ enum {
     KT_MJCF_CLASSES
 };
 
-/* Numbers in place of the class of an element. Incomplete: it refers to an item that is not attached. Orphan: a joint
- * that the whole does not have itself, but in copies by a <replicate>. */
-enum { KT_MJCF_INCOMPLETE = -3, KT_MJCF_ORPHAN = -4 };
-
-enum { KT_MJCF_ELEMENTS_MOST = 1 << 20 /* copies included */ };
-
-/* Likewise of a body that a <composite> makes: default classes do not apply to it, nor to anything in it. */
-enum { KT_MJCF_BARE = -5 };
-
-/* The names of elements that replace the plugin of cables in a body, and an edge of constant length of a flexcomp. */
-#define KT_MJCF_ELASTICITY "mujoco.elasticity.cable"
-#define KT_MJCF_EDGE "flexcomp.edge"
+/* Numbers in place of the class of an element. Incomplete: it refers to an item that is not attached. */
+enum { KT_MJCF_INCOMPLETE = -3 };
 
 typedef struct kt_mjcf {
     kt_reader *r;
@@ -175,12 +165,9 @@ typedef struct kt_mjcf {
     kt_element *root;
     kt_list documents;                   /* kt_mjcf_document */
     size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
-    int elements;                        /* of the whole, with copies of replicates */
-    kt_list elastic_flexes;              /* kt_flex */
-    kt_list copied, lost_flexes; /* const char *: names that a <replicate> has copied; flexcomps that are left out */
-    kt_list copies, moved_actuators; /* mjcf_copies.h */
-    int replicate_count;
-    kt_list classes; /* kt_mjcf_class */
+    int elements;                        /* of the whole */
+    kt_list lost_names;                  /* const char *: names of incomplete items */
+    kt_list classes;                     /* kt_mjcf_class */
     kt_vec3 gravity;
     double density, viscosity; /* of the medium */
     kt_mjcf_off off;
@@ -195,10 +182,8 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl, *mpos, *mquat; /* of the keyframe; NULL: none is requested */
     const double *act;                         /* activations of all actuators, by the keyframe; NULL: zeros */
     kt_namer states_named;
-    kt_list wraps;                  /* kt_mjcf_wrap */
-    kt_list reaches;                /* kt_mjcf_reach */
-    kt_left cables;                 /* bodies whose elastic torque differs from MuJoCo's */
-    double cable_share, flex_haste; /* the largest such difference, as a part of the torque; see mjcf_flex.c */
+    kt_list wraps;   /* kt_mjcf_wrap */
+    kt_list reaches; /* kt_mjcf_reach */
     kt_left activations;
     int ctrl_count, mocap_count, mocap_keyed; /* bodies that a program moves: of the scene so far, of the keyframe */
 
@@ -213,7 +198,7 @@ typedef struct kt_mjcf {
     kt_contact_tally touched;
     kt_left contacts_between; /* geoms that touch others than planes */
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
-        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies, flex_files, flex_edges;
+        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */
@@ -278,8 +263,7 @@ void kt_mjcf_for_each(kt_mjcf *m, const kt_element *within, const char *name, in
 
 /* ---- mjcf_include.c ---------------------------------------------------------------------------------------------- */
 
-/* kt_mjcf_include replaces each <include> with the contents of its file, below a depth. For kt_mjcf_replicate see
- * mjcf_copies.h. */
+/* Replaces each <include> with the contents of its file, below a depth. */
 void kt_mjcf_include(kt_mjcf *m, int document, int depth);
 
 /* The path of a file that an element of a document names. The order is that of MuJoCo: first the document's folder,
@@ -290,17 +274,9 @@ const char *kt_mjcf_find_file(kt_mjcf *m, int document, const kt_element *e, con
  * Returns the first of the children; if there are none, the element that follows. */
 kt_element *kt_mjcf_splice(kt_element *parent, kt_element *before, kt_element *e, kt_element *from);
 
-/* ---- mjcf_composite.c, mjcf_cable.c ------------------------------------------------------------------------------ */
-
-/* Replaces each cable of a document with its bodies, after the compiler's settings have been read. */
-void kt_mjcf_make_cables(kt_mjcf *m, int document);
-
-/* Adds the elastic torque between a body and the one before it in a cable. */
-void kt_mjcf_add_elasticity(kt_mjcf *m, const kt_mjcf_body *b);
-
 /* ---- mjcf_attach.c ----------------------------------------------------------------------------------------------- */
 
-/* Makes the whole tree: files that are included, models that are attached, replicates. */
+/* Makes the whole tree: files that are included, models that are attached. */
 void kt_mjcf_expand(kt_mjcf *m);
 
 /* Marks elements of attached models that refer to bodies that are not attached. Requires the complete names. */
@@ -356,14 +332,6 @@ void kt_mjcf_contacts(kt_mjcf *m);
 /* Adds the markers at which a medium acts, if there is one; then its forces on a body. */
 void kt_mjcf_place_media(kt_mjcf *m);
 void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b);
-
-/* ---- mjcf_flex_elastic.c ----------------------------------------------------------------------------------------- */
-
-/* Adds the forces of elastic surfaces and solids. */
-void kt_flex_add_elasticity(kt_mjcf *m);
-
-/* Adds the prefix of an <attach> to the names of the flexcomps from `first` on. */
-void kt_flex_rename_elastic(kt_mjcf *m, int first, const char *prefix);
 
 /* Keeps a geom, whose solid and pose in its body are given, for contacts. */
 void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid solid, const double size[3], kt_pose pose);

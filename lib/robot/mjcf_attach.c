@@ -5,7 +5,7 @@
  * them. Its other items (tendons, equalities, actuators, keyframes) are attached if all that they refer to is attached.
  * Each attachment reads the file anew, and the sizes of all files are summed. No model may attach itself, directly or
  * through others. */
-#include "robot/mjcf_copies.h"
+#include "robot/mjcf.h"
 
 #include <string.h>
 
@@ -77,9 +77,26 @@ static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, con
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+/* The scope of the names to which an attribute refers; -1: none. */
+static int scope_of_reference(const char *attribute) {
+    static const struct {
+        const char *attribute;
+        int scope;
+    } references[] = {{"body", KT_MJCF_BODIES},          {"body1", KT_MJCF_BODIES},    {"body2", KT_MJCF_BODIES},
+                      {"joint", KT_MJCF_JOINTS},         {"joint1", KT_MJCF_JOINTS},   {"joint2", KT_MJCF_JOINTS},
+                      {"jointinparent", KT_MJCF_JOINTS}, {"site", KT_MJCF_SITES},      {"sidesite", KT_MJCF_SITES},
+                      {"geom", KT_MJCF_WRAPS},           {"site1", KT_MJCF_SITES},     {"site2", KT_MJCF_SITES},
+                      {"refsite", KT_MJCF_SITES},        {"cranksite", KT_MJCF_SITES}, {"slidersite", KT_MJCF_SITES},
+                      {"tendon", KT_MJCF_TENDONS},       {"tendon1", KT_MJCF_TENDONS}, {"tendon2", KT_MJCF_TENDONS}};
+    for (size_t i = 0; i < sizeof references / sizeof *references; i++)
+        if (strcmp(references[i].attribute, attribute) == 0)
+            return references[i].scope;
+    return -1;
+}
+
 /* Names of elements, and references to them. Classes need no prefix: each document has its own. */
 static bool has_prefix(const char *attribute) {
-    return kt_mjcf_reference(attribute) >= 0 || kt_words_have(" name mesh hfield ", attribute);
+    return scope_of_reference(attribute) >= 0 || kt_words_have(" name mesh hfield ", attribute);
 }
 
 static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
@@ -100,8 +117,6 @@ static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
 
 static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints);
 
-/* Elements that are still in the whole after replicates are expanded get their class afterwards. The others remain
- * orphans. */
 static void list_here(kt_mjcf *m, kt_element *within, const char *name, kt_list *joints) {
     for (kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next) {
         if (strcmp(e->name, "frame") == 0) {
@@ -112,7 +127,6 @@ static void list_here(kt_mjcf *m, kt_element *within, const char *name, kt_list 
             const kt_element **to = kt_list_add(m->r, &m->r->scratch, joints, sizeof *to);
             if (to != NULL)
                 *to = e;
-            e->number = KT_MJCF_ORPHAN;
         }
     }
 }
@@ -227,7 +241,6 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     const int document = root != NULL ? add_document(m, root, e->document, path, prefix) : -1;
     if (document < 0)
         return;
-    const int flexes = m->elastic_flexes.count;
     expand_document(m, document, depth);
     if (kt_draft_is_wrong(&m->draft))
         return;
@@ -238,14 +251,13 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
     kt_mjcf_document_at(m, document)->joints = joints;
     take_bodies(m, e, kt_mjcf_document_at(m, document), to);
     rename_all(m, to, prefix);
-    kt_flex_rename_elastic(m, flexes, prefix);
     for (kt_element *s = root->first; s != NULL; s = s->next)
         if (strcmp(s->name, "worldbody") != 0)
             rename_all(m, s, prefix);
     take_sections(root, kt_mjcf_document_at(m, e->document)->root);
 }
 
-/* Expands the world, bodies and their frames, and replicates. Contents that are attached have been expanded before. */
+/* Expands the world, bodies and their frames. Contents that are attached have been expanded before. */
 static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first, *next; e != NULL && !kt_draft_is_wrong(&m->draft); e = next) {
@@ -255,9 +267,8 @@ static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
             before = e;
             continue;
         }
-        if (!kt_words_have(" worldbody body frame replicate ", parent->name)) {
-            (void)kt_mjcf_fault(m, e, "it stands in <%.40s>; put it into <worldbody>, <body>, <frame> or <replicate>",
-                                parent->name);
+        if (!kt_words_have(" worldbody body frame ", parent->name)) {
+            (void)kt_mjcf_fault(m, e, "it stands in <%.40s>; put it into <worldbody>, <body> or <frame>", parent->name);
             return;
         }
         kt_element attached = {.name = "frame", .attributes = kt_no_attributes, .document = e->document};
@@ -267,13 +278,24 @@ static void attach_within(kt_mjcf *m, kt_element *parent, int depth) {
     }
 }
 
+/* Reports elements that stand for many bodies. MuJoCo expands these elements when it compiles a model. */
+static void reject_shorthands(kt_mjcf *m, const kt_element *within) {
+    for (const kt_element *e = within->first; e != NULL; e = e->next) {
+        if (kt_words_have(" flexcomp composite replicate ", e->name))
+            (void)kt_mjcf_fault(m, e,
+                                "it is not read; mj_saveLastXML of MuJoCo writes the model with the bodies that it "
+                                "stands for, which can be read");
+        else
+            reject_shorthands(m, e);
+    }
+}
+
 static void expand_document(kt_mjcf *m, int document, int depth) {
     kt_mjcf_include(m, document, depth);
     kt_mjcf_read_settings(m, document);
-    kt_mjcf_make_cables(m, document);
-    attach_within(m, kt_mjcf_document_at(m, document)->root, depth);
+    reject_shorthands(m, kt_mjcf_document_at(m, document)->root);
     if (!kt_draft_is_wrong(&m->draft))
-        kt_mjcf_replicate(m, document);
+        attach_within(m, kt_mjcf_document_at(m, document)->root, depth);
 }
 
 void kt_mjcf_expand(kt_mjcf *m) {
@@ -283,14 +305,22 @@ void kt_mjcf_expand(kt_mjcf *m) {
 
 /* ---- what is incomplete ----------------------------------------------------------------------------------------- */
 
+/* Whether a name is that of an incomplete item. */
+static bool is_lost(const kt_mjcf *m, const char *name) {
+    bool found = false;
+    for (int i = 0; i < m->lost_names.count && !found; i++)
+        found = strcmp(((const char *const *)m->lost_names.items)[i], name) == 0;
+    return found;
+}
+
 /* Whether all that an element and those in it refer to exists, or is missing from the model itself. */
 static bool is_complete(const kt_mjcf *m, const kt_element *e) {
     for (size_t i = 0; e->attributes[i] != NULL; i += 2) {
-        const int scope = kt_mjcf_reference(e->attributes[i]);
+        const int scope = scope_of_reference(e->attributes[i]);
         const char *name = e->attributes[i + 1];
         if (scope >= 0 &&
             kt_names_find(&m->names, scope == KT_MJCF_TENDONS ? KT_MJCF_COMPLETE_TENDONS : scope, name) < 0 &&
-            (e->document > 0 || kt_mjcf_has_copies(m, name)))
+            (e->document > 0 || is_lost(m, name)))
             return false;
     }
     for (const kt_element *child = e->first; child != NULL; child = child->next)
@@ -308,7 +338,8 @@ void kt_mjcf_mark_incomplete(kt_mjcf *m) {
             if (!is_complete(m, e)) {
                 e->number = KT_MJCF_INCOMPLETE;
                 kt_left_count(&m->incomplete, e);
-                const char **lost = name != NULL ? kt_list_add(m->r, &m->r->scratch, &m->copied, sizeof *lost) : NULL;
+                const char **lost =
+                    name != NULL ? kt_list_add(m->r, &m->r->scratch, &m->lost_names, sizeof *lost) : NULL;
                 if (lost != NULL) /* what refers to it is incomplete, too */
                     *lost = name;
             } else if (i == 0 && name != NULL) {

@@ -80,9 +80,8 @@ static void number_elements(kt_mjcf *m, kt_element *within, int around) {
         if (within->parent == NULL && strcmp(e->name, "default") == 0)
             continue;
         const int outer = e->document == within->document ? around : kt_mjcf_document_at(m, e->document)->main;
-        const bool is_bare = e->number == KT_MJCF_BARE;
-        e->number = is_bare ? NONE : class_of(m, e, "class", outer);
-        number_elements(m, e, is_bare ? NONE : class_of(m, e, "childclass", outer));
+        e->number = class_of(m, e, "class", outer);
+        number_elements(m, e, class_of(m, e, "childclass", outer));
     }
 }
 
@@ -346,8 +345,7 @@ const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, con
     m->joined_bytes += strlen(first) + strlen(second) + 1;
     if (m->joined_bytes > KT_FILE_SIZE_MAX) {
         if (!kt_draft_is_wrong(&m->draft))
-            (void)kt_mjcf_fault(m, e, "names with prefixes and numbers of copies take more than %d MB",
-                                KT_FILE_SIZE_MAX >> 20);
+            (void)kt_mjcf_fault(m, e, "names with prefixes take more than %d MB", KT_FILE_SIZE_MAX >> 20);
         return NULL;
     }
     return kt_robot_print(m->r, &m->r->scratch, "%s%s", first, second);
@@ -409,14 +407,6 @@ static const kt_known known[] = {
                 "solref solimp joint coef actuatorfrcrange actuatorfrclimited "
                 "actuatorgravcomp springdamper "},
     {" freejoint ", " name group align "},
-    {" flexcomp ",
-     " name type dim dof count cellcount spacing point element file origin scale mass inertiabox radius rigid "
-     "pos quat axisangle xyaxes zaxis euler "},
-    {" elasticity ", " young poisson thickness damping elastic2d "},
-    {" edge ", " stiffness damping equality solref solimp "},
-    {" pin ", " id range grid gridrange "},
-    {" composite ", " type prefix count offset quat curve size vertex initial "},
-    {" " KT_MJCF_ELASTICITY " ", " instance twist bend flat "},
     {" geom ", " name class type contype conaffinity condim group priority size material rgba friction mass density "
                "solmix solref solimp margin gap fromto pos quat axisangle xyaxes zaxis euler mesh hfield fitscale "
                "shellinertia user "},
@@ -454,7 +444,7 @@ static const kt_known_list all_known = {
     sizeof known / sizeof *known,
     .apart = " visual statistic size custom sensor contact extension material texture skin hfield camera light ",
     .closed = " ",
-    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation " KT_MJCF_EDGE " ",
+    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation ",
     .harmless =
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
         "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "

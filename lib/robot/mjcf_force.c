@@ -173,11 +173,8 @@ void kt_mjcf_passive(kt_mjcf *m) {
     }
     if (lifts)
         report_lost_compensation(m);
-    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++) {
+    for (int i = 1; i < m->bodies.count && !m->r->out_of_memory; i++)
         kt_mjcf_resist(m, kt_mjcf_body_at(m, i));
-        kt_mjcf_add_elasticity(m, kt_mjcf_body_at(m, i));
-    }
-    kt_flex_add_elasticity(m);
 }
 
 /* ---- fixed tendons ----------------------------------------------------------------------------------------------- */

@@ -1,6 +1,5 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
 #include "robot/mjcf_axes.h"
-#include "robot/mjcf_make.h"
 #include "robot/mjcf_mesh.h"
 
 #include <math.h>

@@ -8,7 +8,7 @@
  *   A `joint` or `tendon` has a polynomial, whose nonlinear part is the coupling's formula:
  *     y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...
  */
-#include "robot/mjcf_make.h"
+#include "robot/mjcf.h"
 
 #include <string.h>
 
@@ -16,14 +16,6 @@
 
 /* The two bodies of an equality; the second is the world where none is named. */
 static bool find_bodies(kt_mjcf *m, const kt_element *e, int bodies[2]) {
-    static const char *const attributes[] = {"body1", "body2"};
-    for (int i = 0; i < 2; i++) {
-        const char *name = kt_xml_attribute(e, attributes[i]);
-        if (name == NULL || kt_names_find(&m->names, KT_MJCF_BODIES, name) >= 0 || !kt_mjcf_is_lost_point(m, name))
-            continue;
-        kt_unknown_count(&m->forces, "equality of a point of a flexcomp that is left out", e);
-        return false;
-    }
     bodies[0] = kt_mjcf_find(m, e, "body1", KT_MJCF_BODIES);
     bodies[1] = kt_xml_attribute(e, "body2") != NULL ? kt_mjcf_find(m, e, "body2", KT_MJCF_BODIES) : 0;
     return bodies[0] >= 0 && bodies[1] >= 0;
@@ -201,19 +193,6 @@ static void couple_mjcf_joints(kt_mjcf *m, const kt_element *e, bool is_tendon) 
     loop->offset = y.reference + a[0] - (x.count > 0 ? a[1] * x.reference : 0.0);
 }
 
-/* ---- edges of a flexcomp ----------------------------------------------------------------------------------------- */
-
-static void join_edge(kt_mjcf *m, const kt_element *e) {
-    kt_end ends[2];
-    if (!find_sites(m, e, ends))
-        return;
-    kt_loop *loop = kt_draft_loop(&m->draft, e, KT_LOOP_DISTANCE, kt_element_name(e, "edge"));
-    if (loop == NULL)
-        return;
-    memcpy(loop->between, ends, sizeof ends);
-    loop->function = kt_function_constant(kt_mjcf_number(m, e, NULL, "length", 0.0));
-}
-
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
 void kt_mjcf_equalities(kt_mjcf *m) {
@@ -224,8 +203,6 @@ void kt_mjcf_equalities(kt_mjcf *m) {
             kt_left_count(&m->idle_ties, e);
         else if (!kt_mjcf_flag(m, e, "equality", "active", true))
             kt_left_count(&m->inactive, e);
-        else if (strcmp(e->name, KT_MJCF_EDGE) == 0)
-            join_edge(m, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
             join_bodies(m, e, strcmp(e->name, "weld") == 0);
         else if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "tendon") == 0)

@@ -1,11 +1,10 @@
 /* Meshes of MJCF, for the masses of bodies.
  *
  * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. In MJCF, x consists of
- * single-precision numbers: MuJoCo rounds those of files, of the model and of surfaces that are built in. */
+ * single-precision numbers: MuJoCo rounds those of files and of the model. */
 #include "robot/mjcf_mesh.h"
 #include "document/file.h"
 #include "robot/mjcf_axes.h"
-#include "robot/mjcf_make.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +12,7 @@
 #include <string.h>
 
 /* The file's name, without the folder where the compiler strips paths: those of Windows, too. */
-const char *kt_mjcf_file_of_mesh(const kt_mjcf *m, const kt_element *e) {
+static const char *file_of_mesh(const kt_mjcf *m, const kt_element *e) {
     const char *file = kt_xml_attribute(e, "file"), *end = NULL;
     if (file != NULL && kt_mjcf_settings_of(m, e)->strip_path)
         while ((end = strpbrk(file, "/\\")) != NULL)
@@ -42,7 +41,7 @@ static const char *mesh_path_of(kt_mjcf *m, const kt_element *e, const char *fil
 }
 
 /* Counts a mesh that cannot be read, with the reason of the first. */
-void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error) {
+static void count_unread_mesh(kt_mjcf *m, kt_left *left, const kt_element *e, const kt_error *error) {
     kt_phrase what = {.length = 0};
     if (error->code == KT_ERROR_MEMORY) {
         (void)kt_reader_out_of_memory(m->r);
@@ -54,7 +53,7 @@ void kt_mjcf_count_unread(kt_mjcf *m, kt_left *left, const kt_element *e, const 
     kt_left_count(left, e);
 }
 
-const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error) {
+static const char *whole_mesh_path(kt_mjcf *m, const kt_element *e, const char *file, kt_error *error) {
     if (m->source->folder == NULL) {
         (void)kt_error_set(error, KT_ERROR_SCENE, "", "a model that is no file, but text, has no files of meshes");
         return NULL;
@@ -66,8 +65,9 @@ const char *kt_mjcf_whole_path(kt_mjcf *m, const kt_element *e, const char *file
     return path;
 }
 
-kt_status kt_mjcf_read_surface(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh, kt_error *error) {
-    const char *path = kt_mjcf_whole_path(m, e, file, error);
+static kt_status read_mesh_surface_of(kt_mjcf *m, const kt_element *e, const char *file, kt_triangles *mesh,
+                                      kt_error *error) {
+    const char *path = whole_mesh_path(m, e, file, error);
     char *text = NULL;
     size_t size = 0;
     if (path == NULL)
@@ -102,27 +102,17 @@ static kt_status read_inline(kt_mjcf *m, const kt_element *e, kt_triangles *mesh
     return kt_triangles_make(numbers[0], counts[0] / 3, numbers[1], counts[1] / 3, mesh, error);
 }
 
-/* The word of a surface that MuJoCo has built in; NULL: it is none. */
-static const char *builtin_of_asset(const kt_element *e) {
+/* Whether MuJoCo makes the surface itself. */
+static bool is_builtin(const kt_element *e) {
     const char *word = kt_xml_attribute(e, "builtin");
-    return word != NULL && strcmp(word, "none") == 0 ? NULL : word;
+    return word != NULL && strcmp(word, "none") != 0;
 }
 
-static kt_status read_builtin(const kt_element *e, const char *word, kt_triangles *mesh, kt_error *error) {
-    const char *text = kt_xml_attribute(e, "params");
-    double numbers[8];
-    const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
-    return kt_triangles_builtin(word, numbers, count, mesh, error);
-}
-
-/* How its mass is summed; the mesh's own setting comes before the compiler's. A plate is a shell in any case. */
+/* How its mass is summed; the mesh's own setting comes before the compiler's. */
 typedef enum mesh_rule { LEGACY, EXACT, CONVEX, SHELL } mesh_rule;
 
 static mesh_rule rule_of(kt_mjcf *m, const kt_element *e) {
     static const char *const words[] = {"legacy", "exact", "convex", "shell", NULL};
-    const char *builtin = builtin_of_asset(e);
-    if (builtin != NULL && strcmp(builtin, "plate") == 0)
-        return SHELL;
     return (mesh_rule)kt_mjcf_choice(m, e, "mesh", "inertia", words, kt_mjcf_settings_of(m, e)->exact_meshes);
 }
 
@@ -183,7 +173,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     if (triangles->is_lines)
         return report_empty(triangles, rule, 0.0, error);
     if (!kt_triangles_round(triangles))
-        return kt_error_set(error, KT_ERROR_SCENE, "", KT_MJCF_TOO_LARGE);
+        return kt_error_set(error, KT_ERROR_SCENE, "", "a vertex is beyond the range of single-precision numbers");
     kt_triangles_place(triangles, reference_of(m, e), scale);
     if (m->source->options->contacts)
         mesh->point_count = kt_contact_mesh_points(triangles, mesh->points);
@@ -202,7 +192,7 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
 }
 
 const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e) {
-    const char *name = kt_xml_attribute(e, "name"), *file = kt_mjcf_file_of_mesh(m, e);
+    const char *name = kt_xml_attribute(e, "name"), *file = file_of_mesh(m, e);
     if (name != NULL || file == NULL)
         return name;
     const char *slash = strrchr(file, '/'), *start = slash != NULL ? slash + 1 : file, *dot = strrchr(start, '.');
@@ -230,7 +220,7 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 
 /* Adds the file of a mesh, or its name, to an error. */
 static void name_unread_mesh(kt_mjcf *m, const kt_element *e, kt_error *error) {
-    const char *file = kt_mjcf_file_of_mesh(m, e), *name = file != NULL ? file : kt_mjcf_asset_name(m, e);
+    const char *file = file_of_mesh(m, e), *name = file != NULL ? file : kt_mjcf_asset_name(m, e);
     if (name != NULL)
         (void)snprintf(error->where, sizeof error->where, "%.150s", name);
 }
@@ -238,20 +228,23 @@ static void name_unread_mesh(kt_mjcf *m, const kt_element *e, kt_error *error) {
 /* Reads a mesh, once. */
 static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     const kt_element *e = mesh->element;
-    const char *file = kt_mjcf_file_of_mesh(m, e), *builtin = builtin_of_asset(e);
+    const char *file = file_of_mesh(m, e);
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
-    kt_status status = file != NULL      ? kt_mjcf_read_surface(m, e, file, &triangles, &error)
-                       : builtin != NULL ? read_builtin(e, builtin, &triangles, &error)
-                                         : read_inline(m, e, &triangles, &error);
+    if (file == NULL && is_builtin(e)) {
+        kt_left_count(&m->builtins, e);
+        return;
+    }
+    kt_status status =
+        file != NULL ? read_mesh_surface_of(m, e, file, &triangles, &error) : read_inline(m, e, &triangles, &error);
     if (status == KT_OK)
         status = enclose(m, e, &triangles, mesh, &error);
-    if (status == KT_ERROR_SCENE && error.where[0] == '\0' && builtin == NULL)
+    if (status == KT_ERROR_SCENE && error.where[0] == '\0')
         name_unread_mesh(m, e, &error);
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
-        kt_mjcf_count_unread(m, file == NULL && builtin != NULL ? &m->builtins : &m->mesh_files, e, &error);
+        count_unread_mesh(m, &m->mesh_files, e, &error);
     }
 }
 
@@ -287,30 +280,13 @@ const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *coun
     return mesh != NULL ? mesh->points : NULL;
 }
 
-/* The word and the numbers of a surface that is built in; NULL if they make no surface, which reading it reports. */
-static const char *builtin_text_of(kt_mjcf *m, const kt_element *e) {
-    const char *word = builtin_of_asset(e), *text = kt_xml_attribute(e, "params");
-    double numbers[8];
-    const int count = text != NULL ? kt_parse_numbers(text, 8, numbers) : 0;
-    const char *list = count > 0 ? kt_mjcf_write_numbers(m, count, numbers) : "";
-    const char *all = word != NULL && list != NULL
-                          ? kt_robot_print(m->r, &m->r->keep, "%s%s%s", word, count > 0 ? " " : "", list)
-                          : NULL;
-    kt_triangles surface = {.vertices = NULL};
-    kt_error error = {0};
-    const kt_status status = all != NULL ? kt_triangles_builtin_parse(all, &surface, &error) : KT_ERROR_MEMORY;
-    kt_triangles_free(&surface);
-    return status == KT_OK ? all : NULL;
-}
-
 /* Points of a file are scaled in its own axes, so that a mesh that is turned by refquat has to have one scale. With s
  * that scale: p + R s R0' (x - x0) = (p - R s R0' x0) + R R0' s x. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const kt_mjcf_mesh *mesh = mesh_of(m, kt_mjcf_text(m, geom, "geom", "mesh"));
-    const char *file = mesh != NULL ? kt_mjcf_file_of_mesh(m, mesh->element) : NULL,
-               *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL,
-               *builtin = mesh != NULL && file == NULL ? builtin_text_of(m, mesh->element) : NULL;
-    if (path == NULL && builtin == NULL) {
+    const char *file = mesh != NULL ? file_of_mesh(m, mesh->element) : NULL,
+               *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL;
+    if (path == NULL) {
         kt_left_count(&m->pictures, geom);
         return;
     }
@@ -324,8 +300,5 @@ void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     pose.rotation = kt_mat3_multiply(pose.rotation, kt_mat3_transpose(frame.rotation));
     const kt_vec3 moved = kt_vec3_make(s.x * frame.position.x, s.y * frame.position.y, s.z * frame.position.z);
     pose.position = kt_vec3_sub(pose.position, kt_mat3_apply(pose.rotation, moved));
-    if (builtin != NULL)
-        (void)kt_appearance_add_builtin(&m->appearance, builtin, pose, s);
-    else
-        (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
+    (void)kt_appearance_add_mesh(&m->appearance, geom, path, pose, s);
 }

@@ -24,6 +24,9 @@ const kt_vec3 *kt_mjcf_mesh_points(kt_mjcf *m, const kt_element *geom, int *coun
 /* Adds the mesh of a geom, whose pose in its body is given, to the picture of the body. */
 void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose);
 
+/* The name of a mesh or a field of heights. Without one it has that of its file, without folder and ending. */
+const char *kt_mjcf_asset_name(kt_mjcf *m, const kt_element *e);
+
 /* ---- mjcf_fit.c -------------------------------------------------------------------------------------------------- */
 
 /* Sets the size of a solid that a geom fits to its mesh, and its pose in the frame of the mesh. False if the mesh is

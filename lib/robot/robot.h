@@ -358,8 +358,6 @@ bool kt_appearance_add_solid(kt_appearance *appearance, const kt_element *e, kt_
                              kt_pose pose, const kt_rotation *rotation);
 bool kt_appearance_add_mesh(kt_appearance *appearance, const kt_element *e, const char *name, kt_pose pose,
                             kt_vec3 scale);
-/* A surface that is built in, as in kt_scene_mesh; the text is kept by the reader. */
-bool kt_appearance_add_builtin(kt_appearance *appearance, const char *text, kt_pose pose, kt_vec3 scale);
 void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_element *e, kt_body *body);
 
 /* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */

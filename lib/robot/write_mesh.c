@@ -82,11 +82,6 @@ static bool lose_mesh(kt_export *x, const char *path, const char *endings) {
 
 static bool find_mesh(kt_export *x, int i, const char *folder, const char *endings) {
     const char *file = x->meshes[i].file;
-    if (x->meshes[i].builtin != NULL) {
-        if (endings == NULL)
-            kt_export_lose(x, "meshes that MuJoCo has built in, which URDF lacks");
-        return true;
-    }
     char *real = file != NULL ? realpath(file, NULL) : NULL;
     if (!lose_mesh(x, real, endings) &&
         (x->mesh_files[i] = folder != NULL ? path_from(x, folder, real) : kt_pool_text(&x->pool, real, strlen(real))) ==

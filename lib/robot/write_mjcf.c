@@ -185,19 +185,14 @@ static void write_geom(kt_export *x, const kt_shape *of) {
     kt_export_print(x, for_pictures);
 }
 
-/* The file of a mesh, or the text of one that is built in; NULL: it is left out. */
-static const char *source_of(const kt_export *x, int mesh) {
-    return x->meshes[mesh].builtin != NULL ? x->meshes[mesh].builtin : x->mesh_files[mesh];
-}
-
 /* The asset of a mesh: the first one of its source and scale. */
 static int asset_of(const kt_export *x, int mesh) {
     const kt_vec3 scale = x->meshes[mesh].scale;
     for (int i = 0; i < mesh; i++) {
         const kt_vec3 other = x->meshes[i].scale;
-        const char *source = source_of(x, i);
-        if (source != NULL && (x->meshes[i].builtin != NULL) == (x->meshes[mesh].builtin != NULL) &&
-            strcmp(source, source_of(x, mesh)) == 0 && other.x == scale.x && other.y == scale.y && other.z == scale.z)
+        const char *file = x->mesh_files[i];
+        if (file != NULL && strcmp(file, x->mesh_files[mesh]) == 0 && other.x == scale.x && other.y == scale.y &&
+            other.z == scale.z)
             return i;
     }
     return mesh;
@@ -206,7 +201,7 @@ static int asset_of(const kt_export *x, int mesh) {
 static void write_mjcf_meshes(kt_export *x, int i) {
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_scene_mesh *mesh = &x->meshes[k];
-        if (source_of(x, k) == NULL || kt_export_find(x, mesh->body) != i)
+        if (x->mesh_files[k] == NULL || kt_export_find(x, mesh->body) != i)
             continue;
         kt_export_print(x, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
         write_place(x, mesh->at, kt_matrix_of_rotation(&mesh->rotation));
@@ -214,26 +209,13 @@ static void write_mjcf_meshes(kt_export *x, int i) {
     }
 }
 
-static void write_source(kt_export *x, int mesh) {
-    const char *source = source_of(x, mesh);
-    if (x->meshes[mesh].builtin == NULL) {
-        kt_export_print(x, " file=\"%s\"", source);
-        return;
-    }
-    source += strspn(source, " ");
-    const int length = (int)strcspn(source, " ");
-    fprintf(x->stream, " builtin=\"%.*s\" params=\"%s\"", length, source,
-            source + length + strspn(source + length, " "));
-}
-
 static void write_assets(kt_export *x) {
     kt_export_print(x, "  <asset>\n");
     for (int k = 0; k < x->mesh_count; k++) {
         const kt_vec3 scale = x->meshes[k].scale;
-        if (source_of(x, k) == NULL || asset_of(x, k) != k)
+        if (x->mesh_files[k] == NULL || asset_of(x, k) != k)
             continue;
-        kt_export_print(x, "    <mesh name=\"mesh_%d\" inertia=\"shell\"", k);
-        write_source(x, k);
+        kt_export_print(x, "    <mesh name=\"mesh_%d\" inertia=\"shell\" file=\"%s\"", k, x->mesh_files[k]);
         if (scale.x != 1.0 || scale.y != 1.0 || scale.z != 1.0)
             kt_export_vector(x, "scale", scale);
         kt_export_print(x, "/>\n");

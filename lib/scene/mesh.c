@@ -4,7 +4,6 @@
  *       - {body: arm, file: meshes/arm.stl, scale: [1e-3, 1e-3, 1e-3],
  *          at: [0, 0, 0.1], rotation: {rpy: [0, 0, 90 deg]}}
  *       - {body: lid, file: meshes/lid.stl, density: 2700}
- *       - {body: nose, builtin: cone 20 0.5, scale: [0.1, 0.1, 0.2]}
  *
  * Reading a scene does not open the files of pictures. A missing file is no fault, but the program that draws the scene
  * reports it. Files with a density are opened: the solids that the meshes of a body enclose are its mass, centre of
@@ -24,8 +23,7 @@
 #define AT(member) .offset = offsetof(kt_scene_mesh, member)
 static const kt_field fields[] = {
     {.key = "body", .kind = &kt_kind_name, AT(body), .flags = KT_FIELD_REQUIRED},
-    {.key = "file", .kind = &kt_kind_text, AT(file)},
-    {.key = "builtin", .kind = &kt_kind_text, AT(builtin)},
+    {.key = "file", .kind = &kt_kind_text, AT(file), .flags = KT_FIELD_REQUIRED},
     {.key = "scale", .kind = &kt_kind_vector, AT(scale)},
     {.key = "at", .kind = &kt_kind_vector, AT(at)},
     {.key = "rotation", .kind = &kt_kind_rotation, AT(rotation)},
@@ -40,8 +38,6 @@ static kt_scene_mesh standard_mesh(void) {
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
 static kt_status read_mesh_surface(const kt_scene_mesh *mesh, kt_triangles *surface, kt_error *error) {
-    if (mesh->builtin != NULL)
-        return kt_triangles_builtin_parse(mesh->builtin, surface, error);
     char *text = NULL;
     size_t size = 0;
     kt_status status = kt_file_read(mesh->file, &text, &size, error);
@@ -95,8 +91,6 @@ static bool has_solid_before(const kt_scene_mesh *meshes, int k) {
     return false;
 }
 
-static const char *mesh_key(const kt_scene_mesh *mesh) { return mesh->builtin != NULL ? "builtin" : "file"; }
-
 static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
                            kt_body *body) {
     const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -109,7 +103,7 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
         return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
                            "body %s has a mass of its own; leave out its `mass`, or the density of its mesh",
                            kt_name_quote(body->name).text);
-    if (r->scene->is_alone && meshes[k].builtin == NULL)
+    if (r->scene->is_alone)
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
             "its mesh is another file; give the body a mass, a com and an inertia, and leave out density");
@@ -117,9 +111,8 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);
     if (status != KT_OK)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, mesh_key(&meshes[k])),
-                           "%s%s%s, and it has a density", error.where, error.where[0] != '\0' ? ": " : "",
-                           error.message);
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "file"), "%s%s%s, and it has a density",
+                           error.where, error.where[0] != '\0' ? ": " : "", error.message);
     if (!has_solid_before(meshes, k)) {
         body->com_of_shape = body->inertia_of_shape = false;
         body->com = kt_vec3_make(0.0, 0.0, 0.0);
@@ -137,25 +130,6 @@ static kt_body *mesh_body_of(kt_reader *r, kt_scene *scene, const char *name) {
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
-/* One of `file` and `builtin`; whether it can be used. */
-static bool check_mesh_source(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *mesh) {
-    kt_triangles surface = {.vertices = NULL};
-    const bool has_file = kt_node_find(node, "file") != NULL, has_builtin = kt_node_find(node, "builtin") != NULL;
-    kt_error error = {0};
-    if (has_file == has_builtin)
-        return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
-                           has_file ? "a mesh has either a `file` or a surface that is `builtin`; leave one out"
-                                    : "a mesh needs a `file`, or a surface that is `builtin`");
-    if (mesh->file == NULL && mesh->builtin == NULL)
-        return false; /* the one key has a fault */
-    const kt_status status =
-        mesh->builtin != NULL ? kt_triangles_builtin_parse(mesh->builtin, &surface, &error) : KT_OK;
-    kt_triangles_free(&surface);
-    if (status == KT_ERROR_MEMORY)
-        return kt_reader_out_of_memory(r);
-    return status == KT_OK || kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "builtin"), "%s", error.message);
-}
-
 static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_read *item) {
     kt_node *node = item->nodes[item->index];
     kt_scene_mesh *mesh = (kt_scene_mesh *)item->items + item->index;
@@ -167,9 +141,9 @@ static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_re
                           kt_name_quote(mesh->body).text);
         return;
     }
-    if (!check_mesh_source(r, scope, node, mesh))
-        return;
-    mesh->file = mesh->file != NULL ? kt_path_near(r, mesh->file) : NULL;
+    if (mesh->file == NULL)
+        return; /* its key is missing, or has a fault */
+    mesh->file = kt_path_near(r, mesh->file);
     kt_body *body = mesh_body_of(r, item->object, mesh->body);
     if (kt_node_find(node, "density") == NULL || body == NULL)
         return;

@@ -186,7 +186,7 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_shell(
         "(echo '<mujoco><worldbody>'; for i in $(seq 30); do echo '<body><joint axis=\"0 0 0\"/></body>'; done; "
         "echo '</worldbody></mujoco>') >wrong.xml; echo '<mujoco><worldbody><body name=\"a\"><joint range=\"0 1\"/>"
-        "<geom size=\"1 1 1\" type=\"ellipsoid\"/></body><composite/><body mocap=\"true\"/></worldbody></mujoco>' "
+        "<geom size=\"1 1 1\" type=\"ellipsoid\"/></body><plugin/><body mocap=\"true\"/></worldbody></mujoco>' "
         ">right.xml");
     const kt_ran wrong = kt_shell("$K import wrong.xml");
     kt_check_equal_int("lines of faults", kt_count_lines(wrong.err), 13);

@@ -53,7 +53,7 @@ CODE = [
     ("helix", "screw", ("lib/scene/form.c", "lib/loop/curve.c", "lib/picture/stroke.c", "include/kinetree/description.h")),  # a curve
     ("ball", "spherical", ("lib/robot/write_mjcf.c", "lib/robot/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
     ("node", "constraint group",  # of a text; of the recursion over degrees of freedom; of glTF; of a graph of operations; of a finite element
-     ("lib/robot/mjcf_flex", "lib/codegen/", "lib/scene/", "lib/document/", "lib/dynamics/", "lib/derivative/effect_", "lib/derivative/gravity_force.c", "lib/mechanism/effects.h", "lib/mechanism/singular_crossing.c", "lib/loop/", "lib/simulation/", "apps/kinetree/view/")),
+     ("lib/codegen/", "lib/scene/", "lib/document/", "lib/dynamics/", "lib/derivative/effect_", "lib/derivative/gravity_force.c", "lib/mechanism/effects.h", "lib/mechanism/singular_crossing.c", "lib/loop/", "lib/simulation/", "apps/kinetree/view/")),
     ("chart", "independent coordinates", ("apps/kinetree/subcommands/", "apps/kinetree/plot/")),  # a picture
     ("drive", "wrench, joint_force", ()),
     ("pushes", "inputs", ()),

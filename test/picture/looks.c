@@ -73,21 +73,6 @@ KT_TEST(mesh_stands_where_the_scene_says_round_and_with_sharp_edges) {
     kt_mesh_free(&mesh);
 }
 
-/* The vertices of a sphere are on the unit sphere. */
-KT_TEST(surface_that_is_built_in_is_drawn) {
-    const kt_scene_mesh from = {.body = "a", .builtin = "sphere 3", .scale = {1.0, 1.0, 1.0}, .at = {1.0, 2.0, 3.0}};
-    kt_mesh mesh = {0};
-    kt_solid solid = {.body = 1};
-    kt_error error = {0};
-    KT_WORST radius = kt_worst_make("radius");
-    kt_check_equal_int("status", kt_mesh_load(&from, 10000, &mesh, &solid, &error), KT_OK);
-    kt_check_equal_int("triangles", mesh.triangle_count, 20 * 64);
-    for (int i = 0; i < 3 * mesh.triangle_count; i++)
-        kt_worst_near(&radius, kt_vec3_norm(mesh.points[i]), 1.0, 1e-6, "%d", i);
-    kt_check_near("centre", kt_vec3_norm(kt_vec3_sub(solid.pose.position, from.at)), 0.0, 1e-6);
-    kt_mesh_free(&mesh);
-}
-
 /* A tetrahedron in centimetres, whose node is moved by 3 cm along x and doubled in z. The file declares y as up.
  * Lengths are then converted to metres. Axes stay, as robots use them. */
 static const char collada[] =

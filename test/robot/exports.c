@@ -357,7 +357,6 @@ KT_TEST(exports_of_robots_have_the_masses_of_the_robots_in_mujoco) {
         KT_MODELS "/arm.urdf",        KT_MODELS "/mjcf/tendons.xml", KT_MODELS "/mjcf/meshes.xml",
         KT_MODELS "/mjcf/servos.xml", KT_MODELS "/mjcf/attach.xml",  KT_MODELS "/mjcf/spatial.xml",
         KT_MODELS "/mjcf/medium.xml", KT_MODELS "/mjcf/muscles.xml", KT_MODELS "/mjcf/wraps.xml",
-        KT_MODELS "/mjcf/cables.xml", KT_MODELS "/mjcf/flex.xml",
     };
     static char list[400000];
     const char *folder = kt_test_folder();

@@ -63,7 +63,7 @@ static void check_same(const char *what, const char *one, const char *other) {
     "<body name='a' " placing                                                                                          \
     "><joint name='j' axis='1 2 3'/><geom type='box' size='0.1 0.2 0.3' pos='0.3 0 0'/>" extra "</body>"
 
-KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
+KT_TEST(frames_stand_where_bodies_written_by_hand_do) {
     check_same("a frame", WORLD("<frame pos='1 2 3' euler='0 0 90'>" ARM("pos='1 0 0'", "") "</frame>"),
                WORLD(ARM("pos='1 3 3' euler='0 0 90'", "")));
     check_same("what is in a frame of a body",
@@ -71,12 +71,6 @@ KT_TEST(frames_and_copies_stand_where_bodies_written_by_hand_do) {
                      "pos='1 0 0'/></frame></body>"),
                WORLD("<body><joint axis='0 0 1' pos='0 1 0'/><geom size='0.1 0.2' type='capsule' pos='1 1 0' euler='90 "
                      "0 0'/></body>"));
-    check_same(
-        "copies",
-        WORLD("<replicate count='2' offset='0 1 0' euler='90 0 0' sep='-'><body name='a' pos='0 1 2'><joint/>" BALL
-              "<geom size='0.2' pos='0.2 0.3 0.1'/></body></replicate>"),
-        WORLD("<body pos='0 1 2'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"
-              "<body pos='0 -1 1' quat='1 1 0 0'><joint/>" BALL "<geom size='0.2' pos='0.2 0.3 0.1'/></body>"));
 }
 
 #define IN_CLASS(attributes, own)                                                                                      \
@@ -110,15 +104,6 @@ KT_TEST(joints_keep_their_names_and_limits) {
     kt_check_true("none: that of the body", scene->description.bodies[2].joint.name == NULL);
 }
 
-KT_TEST(copies_bear_numbers) {
-    kt_scene *scene = test_robot(
-        WORLD("<replicate count='10' offset='0 1 0' sep='-'><body name='a'><joint/>" BALL "</body></replicate>"), NULL);
-    kt_check_equal_int("bodies", scene->description.body_count, 10);
-    kt_check_text("first", scene->description.bodies[0].name, "a-00");
-    kt_check_text("last", scene->description.bodies[9].name, "a-09");
-    kt_check_near("place of the last", scene->description.bodies[9].joint.at.y, 9.0, 1e-14);
-}
-
 KT_TEST(keyframe_is_the_start_and_gives_controls) {
     static const char text[] =
         "<mujoco><worldbody><body name='f' pos='1 1 1'><freejoint/>" BALL "</body><body name='a'><joint name='a' "
@@ -145,96 +130,7 @@ KT_TEST(keyframe_is_the_start_and_gives_controls) {
 
 #define SWING(name, ref)                                                                                               \
     "<body><joint name='" name "' axis='0 1 0' ref='" ref "'/><geom size='0.1' pos='0.3 0 0'/></body>"
-#define COPIED                                                                                                         \
-    "<mujoco><compiler angle='radian'/><worldbody>" SWING(                                                             \
-        "z", "0.1") "<replicate count='2' offset='0 1 0' "                                                             \
-                    "sep='-'>" SWING("j", "0.2") "</replicate>" SWING("y",                                             \
-                                                                      "0.3") "</worldbody><actuator><motor "           \
-                                                                             "joint='j'/><motor "                      \
-                                                                             "joint='z'/></actuator>"                  \
-                                                                             "<keyframe><key name='k' qpos='1 2' "     \
-                                                                             "qvel='3 4' ctrl='5 6'/></keyframe>"      \
-                                                                             "</mujoco>"
-
-/* The numbers are those of MuJoCo 3.14 for its keyframes k-0, k-1 and k, where it has them in the right unit. */
-KT_TEST(keyframe_of_a_model_with_copies_has_numbers_for_one_of_them) {
-    static const struct {
-        const char *key;
-        double position[4], velocity[4], control[3]; /* of z, both copies and y; of z and both copies */
-    } table[] = {{"k-0", {1.0, 2.0, 0.2, 0.3}, {3.0, 4.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
-                 {"k-1", {1.0, 0.2, 2.0, 0.3}, {3.0, 0.0, 4.0, 0.0}, {0.0, 0.0, 0.0}},
-                 {"k", {1.0, 0.2, 0.2, 0.3}, {3.0, 0.0, 0.0, 0.0}, {6.0, 0.0, 0.0}}};
-    for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
-        const kt_robot_options options = {.keyframe = table[n].key};
-        kt_scene *scene = test_robot(COPIED, &options);
-        kt_check_equal_int("bodies", scene->description.body_count, 4);
-        for (int i = 0; i < 4 && i < scene->description.body_count; i++) {
-            const kt_joint *joint = &scene->description.bodies[i].joint;
-            kt_check_equal_bits(table[n].key, joint->position, &table[n].position[i], 1);
-            kt_check_equal_bits("velocity", joint->velocity, &table[n].velocity[i], 1);
-        }
-        kt_check_equal_int("motors", scene->description.effect_count, 3);
-        for (int i = 0; i < 3 && i < scene->description.effect_count; i++)
-            kt_check_equal_bits("control", &scene->description.effects[i].torque.value, &table[n].control[i], 1);
-    }
-    const kt_robot_options options = {.keyframe = "k-2"};
-    kt_scene scene;
-    kt_check_equal_int("no such copy", parse(COPIED, &options, &scene), KT_ERROR_SCENE);
-    kt_check_contains("fault", faults.text, "there is no keyframe 'k-2'; the names are k");
-}
-
-/* The numbers are those of MuJoCo 3.14: activations and bodies that a program moves, of a model with copies. */
-KT_TEST(keyframe_of_a_model_with_copies_has_activations_and_moved_bodies) {
-    static const struct {
-        const char *numbers, *key;
-        double activation, x, quaternion; /* of the actuator of z; of the first moved body: its place and 2nd number */
-    } table[] = {{"ctrl='5 6'", "k", 0.0, 7.0, 0.0},
-                 {"act='3 4'", "k", 4.0, 7.0, 0.0},
-                 {"act='3 4'", "k-1", 0.0, 7.0, 0.0},
-                 {"mpos='1 2 3'", "k", 0.0, 1.0, 0.0},
-                 {"mquat='0 2 0 0'", "k", 0.0, 7.0, 1.0},
-                 {"qpos='1 2' act='3 4' ctrl='5 6' mpos='1 2 3' mquat='0 2 0 0'", "k", 4.0, 1.0, 1.0},
-                 {"qpos='1 2' act='3 4' ctrl='5 6' mpos='1 2 3' mquat='0 2 0 0'", "k-0", 0.0, 1.0, 1.0}};
-    for (size_t n = 0; n < sizeof table / sizeof *table; n++) {
-        const kt_robot_options options = {.keyframe = table[n].key};
-        kt_scene *scene =
-            test_robot_of(&options,
-                          "<mujoco><compiler angle='radian'/><worldbody>" SWING(
-                              "z", "0") "<body name='m' mocap='true' pos='7 8 9'/><replicate count='2' offset='0 1 0' "
-                                        "sep='-'>" SWING("j", "0") "</replicate><body name='n' mocap='true' pos='5 5 "
-                                                                   "5'/></worldbody><actuator><general joint='j' "
-                                                                   "dyntype='integrator'/><general joint='z' "
-                                                                   "dyntype='integrator'/></actuator><keyframe><key "
-                                                                   "name='k' %s/></keyframe></mujoco>",
-                          table[n].numbers);
-        if (kt_check_equal_int(table[n].numbers, scene->description.state_count, 3))
-            for (int i = 0; i < 3; i++)
-                kt_check_near("activation", scene->description.states[i].initial, i == 0 ? table[n].activation : 0.0,
-                              0.0);
-        const kt_joint *first = &find_body(scene, "m")->joint, *last = &find_body(scene, "n")->joint;
-        kt_check_near("place", first->at.x, table[n].x, 0.0);
-        kt_check_near("turn", first->rotation.type == KT_ROTATION_QUATERNION ? fabs(first->rotation.value[1]) : 0.0,
-                      table[n].quaternion, 0.0);
-        kt_check_near("the other stays", last->at.x, 5.0, 0.0);
-        kt_check_equal_int("nor turns", last->rotation.type, KT_ROTATION_NONE);
-    }
-}
-
-/* Actuators that are left out shift the places of those that are copied. The address sanitizer watches the reads. */
-KT_TEST(activations_of_a_keyframe_are_read_within_bounds_if_actuators_are_left_out) {
-    static const char text[] =
-        "<mujoco><worldbody><body><joint name='z'/><geom size='0.1'/><site name='s'/></body><replic"
-        "ate count='2' offset='0 1 0'><body><joint name='j'/><geom size='.1'/><site name='t'/></bod"
-        "y></replicate></worldbody><actuator><motor joint='z'/><general joint='j' dyntype='integrat"
-        "or' actdim='3'/><general site='s' refsite='t'/><general site='s' refsite='t'/><general sit"
-        "e='s' refsite='t'/><motor joint='j'/></actuator><keyframe><key name='k' qpos='0 0' act='1 "
-        "2 3'/></keyframe></mujoco>";
-    const kt_robot_options options = {.keyframe = "k"};
-    kt_scene *scene = test_robot(text, &options);
-    kt_check_true("left out", has_note(scene, "tendons, equalities and actuators that are left out"));
-}
-
-/* The address sanitizer watches the reads here, too. */
+/* The address sanitizer watches the reads. */
 KT_TEST(actuators_of_unknown_tendons_are_left_out_and_told) {
     static const char *const actuators[] = {"<position tendon='t' kp='3' inheritrange='1'/>",
                                             "<position joint='z' tendon='t' kp='3' inheritrange='1'/>",
@@ -243,22 +139,6 @@ KT_TEST(actuators_of_unknown_tendons_are_left_out_and_told) {
         kt_scene *scene = test_robot_of(
             NULL, "<mujoco><worldbody>" SWING("z", "0") "</worldbody><actuator>%s</actuator></mujoco>", actuators[n]);
         kt_check_true(actuators[n], n > 0 || has_note(scene, "actuator of a tendon that is left out"));
-    }
-}
-
-KT_TEST(places_of_moved_bodies_in_copies_are_left_out_with_a_warning) {
-    static const char *const numbers[] = {"qpos='1 2' mpos='4 5 6' mquat='1 0 0 0'", "mpos='4 5 6' mquat='1 0 0 0'"};
-    for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
-        const kt_robot_options options = {.keyframe = "k"};
-        kt_scene *scene = test_robot_of(
-            &options,
-            "<mujoco><worldbody>" SWING("z", "0") "<replicate count='2' offset='0 1 0'>" SWING(
-                "j", "0") "<body name='r' mocap='true' pos='7 0 0'/></replicate></worldbody><keyframe><key "
-                          "name='k' %s/></keyframe></mujoco>",
-            numbers[n]);
-        kt_check_true("mpos", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "mpos of a keyframe with bodies"));
-        kt_check_true("mquat", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "mquat of a keyframe with bodies"));
-        kt_check_near("it stays", find_body(scene, "r0")->joint.at.x, 7.0, 0.0);
     }
 }
 
@@ -398,11 +278,13 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     static const char text[] =
         "<mujoco><option density='1' wind='1 0 0'><flag actuation='disable' equality='disable' "
         "spring='disable'/></option>"
-        "<asset><mesh name='lost' file='lost.stl'/></asset><worldbody><body name='a'><joint name='j' stiffness='3' "
-        "damping='2'/>" BALL "<geom type='mesh' mesh='lost'/><composite/></body><body name='b'><joint name='k'/>" BALL
+        "<asset><mesh name='lost' file='lost.stl'/><mesh name='ball' builtin='sphere' "
+        "params='3'/></asset><worldbody><body name='a'><joint name='j' stiffness='3' "
+        "damping='2'/>" BALL
+        "<geom type='mesh' mesh='lost'/><geom type='mesh' mesh='ball'/></body><body name='b'><joint name='k'/>" BALL
         "<geom size='.1' fluidshape='ellipsoid'/></body></worldbody><actuator><motor joint='j' delay='1'/></actuator>"
         "<equality><joint joint1='j' joint2='k'/></equality></mujoco>";
-    static const char *const expected[] = {"give a replicate for points: 1", "is missing in 1 body (a), since",
+    static const char *const expected[] = {"mj_saveLastXML writes their vertices: 1", "is missing in 1 body (a), since",
                                            "wind, so that the medium is at rest: 1", "on which no medium acts: 1"};
     int warnings = 0;
     kt_scene *scene = test_robot(text, NULL);
@@ -481,6 +363,10 @@ KT_TEST(default_that_is_not_at_the_root_is_no_class) {
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */
 
+#define EXPANDED                                                                                                       \
+    "it is not read; mj_saveLastXML of MuJoCo writes the model with the bodies that it stands for, which can be "      \
+    "read\n"
+
 KT_TEST(faults_are_told_at_their_places) {
     static const struct {
         const char *text, *fault;
@@ -507,14 +393,13 @@ KT_TEST(faults_are_told_at_their_places) {
         {"<mujoco><equality><joint joint1='j'/></equality></mujoco>", "1:19: joint: joint1 'j' does not exist\n"},
         {"<mujoco><include file='b.xml'/></mujoco>",
          "1:9: include: a robot that is no file, but text, cannot include files\n"},
-        {WORLD("<replicate count='1e6'><replicate count='1e6'><body/></replicate></replicate>"),
-         "1:43: replicate: copies make more than 1048576 elements of the model\n"},
-        {WORLD("<replicate count='0.5'/>"), "1:20: replicate: count: expected a whole number from 1 to 1048576\n"},
+        {WORLD("<replicate count='2'><body/></replicate>"), "1:20: replicate: " EXPANDED},
+        {WORLD("<body name='a'><composite type='cable'/><flexcomp/></body>"),
+         "1:35: body 'a': composite: " EXPANDED "1:60: body 'a': flexcomp: " EXPANDED},
         {WORLD("<body name='a'><geom size='1'><attach model='x' prefix='p_'/></geom></body>"),
-         "1:50: body 'a': attach: it stands in <geom>; put it into <worldbody>, <body>, <frame> or "
-         "<replicate>\n"},
+         "1:50: body 'a': attach: it stands in <geom>; put it into <worldbody>, <body> or <frame>\n"},
         {"<mujoco><default><joint><attach model='x' prefix='p_'/></joint></default></mujoco>",
-         "1:25: attach: it stands in <joint>; put it into <worldbody>, <body>, <frame> or <replicate>\n"},
+         "1:25: attach: it stands in <joint>; put it into <worldbody>, <body> or <frame>\n"},
         {"<!DOCTYPE mujoco [<!ENTITY a 'b'>]><mujoco/>",
          "1:18: a document type (<!DOCTYPE ...>) is not read; leave it out\n"},
     };
@@ -523,26 +408,5 @@ KT_TEST(faults_are_told_at_their_places) {
         kt_check_equal_int("it is rejected", parse(table[i].text, NULL, &scene), KT_ERROR_SCENE);
         kt_check_text(table[i].text, faults.text, table[i].fault);
         kt_check_equal_int("places out of order", faults.strange, 0);
-    }
-}
-
-/* A model that is too large for its copies must not lose them without a message. Names that grow with every copy must
- * not take all memory. */
-KT_TEST(large_models_are_rejected_and_lose_nothing) {
-    static const struct {
-        const char *before, *part, *after, *fault;
-        size_t count;
-    } table[] = {
-        {"<mujoco>", "<a/>", "<worldbody><replicate count='1'><body/></replicate></worldbody></mujoco>",
-         ": replicate: copies make more than 1048576 elements of the model\n", 1 << 20},
-        {"<mujoco><worldbody><replicate count='100'><body name='", "long", "'/></replicate></worldbody></mujoco>",
-         ": names with prefixes and numbers of copies take more than 64 MB\n", 1 << 18},
-    };
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        kt_scene scene;
-        char *text = repeat(table[i].before, table[i].part, table[i].count, table[i].after);
-        if (text != NULL && kt_check_equal_int("it is rejected", parse(text, NULL, &scene), KT_ERROR_SCENE))
-            kt_check_contains("fault", faults.text, table[i].fault);
-        free(text);
     }
 }

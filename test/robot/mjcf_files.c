@@ -271,26 +271,9 @@ KT_TEST(long_prefixes_are_rejected) {
                         1 << 20, "'/></worldbody></mujoco>");
     if (text != NULL) {
         kt_check_equal_int("it is rejected", read_in(make_attached(), text, NULL, &scene), KT_ERROR_SCENE);
-        kt_check_contains("fault", faults.text, "names with prefixes and numbers of copies take more than 64 MB");
+        kt_check_contains("fault", faults.text, "names with prefixes take more than 64 MB");
     }
     free(text);
-}
-
-/* Such joints exist only as copies. A keyframe has no number for each, and their class is that of the attached
- * model. */
-KT_TEST(keyframes_of_models_in_replicates_are_rejected_at_their_place) {
-    static const char within[] = "<mujoco><default><joint type='ball'/></default><asset>" MODEL(
-        "part.xml") "</asset><worldbody><replicate count='2' offset='0 1 0'><attach model='x' prefix='p_'/>"
-                    "</replicate></worldbody></mujoco>";
-    static const char told[] = "its model is attached in a <replicate>; which copy it is of is not known";
-    const kt_robot_options options = {.keyframe = "p_up"};
-    const char *folder = make_attached();
-    kt_scene scene;
-    kt_check_equal_int("status", read_in(folder, within, &options, &scene), KT_ERROR_SCENE);
-    kt_check_true(told, strstr(faults.text, "part.xml:1:") != NULL && strstr(faults.text, told) != NULL);
-    kt_check_equal_int("without it", read_in(folder, within, NULL, &scene), KT_OK);
-    kt_check_equal_int("bodies", scene.description.body_count, 2 * 4);
-    kt_scene_free(&scene);
 }
 
 KT_TEST(numbers_of_keyframes_of_attached_models_that_are_left_out_are_warnings) {

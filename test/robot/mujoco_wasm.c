@@ -280,27 +280,18 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
         {KT_MODELS "/arm.urdf", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/tendons.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/meshes.xml", 1e-9, NULL, false, false},
-        {KT_MODELS "/mjcf/builtins.xml", 1e-9, NULL, false, false},
         {KT_MODELS "/mjcf/servos.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/attach.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/spatial.xml", 1e-13, "k", false, false},
         {KT_MODELS "/mjcf/medium.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/muscles.xml", 1e-13, "k", false, false},
         {KT_MODELS "/mjcf/wraps.xml", 1e-13, NULL, false, false},
-        {KT_MODELS "/mjcf/cables.xml", 4e-14, NULL, false, false},
-        {KT_MODELS "/mjcf/flex.xml", 1e-13, NULL, false, false},
         {KT_MODELS "/mjcf/armature.xml", 1e-13, NULL, false, false},
-        {KT_MODELS "/mjcf/flexes.xml", 1e-13, NULL, false, false},
         {KT_MODELS "/mjcf/fields.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/aligned.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/fitted.xml", 1e-12, NULL, false, false},
         {KT_MODELS "/mjcf/fitted_boxes.xml", 1e-6, NULL, false, false},
-        {KT_MODELS "/mjcf/lines.xml", 1e-13, NULL, false, false},
-        {KT_MODELS "/mjcf/elastic.xml", 1e-13, NULL, false, false},
-        {KT_MODELS "/mjcf/copies.xml", 4e-14, NULL, false, false},
-        {KT_MODELS "/mjcf/elastic_parts.xml", 1e-13, NULL, false, false},
-        {KT_MODELS "/mjcf/elastic_damped.xml", 1e-7, NULL, false, false}, /* MuJoCo's difference */
-        {KT_MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false},       /* MuJoCo subtracts two ellipsoids */
+        {KT_MODELS "/mjcf/defaults.xml", 1e-10, "k", false, false}, /* MuJoCo subtracts two ellipsoids */
         {KT_MODELS "/extended.urdf", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/bounds.xml", 4e-14, NULL, false, false},
         {KT_MODELS "/mjcf/thrusters.xml", 1e-13, "k", false, false},
@@ -312,7 +303,7 @@ KT_TEST(models_are_those_that_mujoco_of_today_reads) {
     if (read >= 0) {
         kt_check_equal_int("files that both read", read, count);
         kt_check_equal_int("equalities compared", equalities_compared,
-                           (8 + 3 + 1 + 12) * STATES); /* of ties.xml, attach.xml, cables.xml and copies.xml */
+                           (8 + 3) * STATES); /* of ties.xml and attach.xml */
     }
 }
 

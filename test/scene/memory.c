@@ -232,11 +232,10 @@ static char robot[] =
 static char model[] =
     "<mujoco model='m'><compiler angle='radian' eulerseq='ZYX'/><default><joint damping='1'/>"
     "<default class='c'><geom density='1'/></default></default><worldbody><body name='a b' childclass='c'><freejoint/>"
-    "<geom size='1' fromto='0 0 0 0 0 1' type='capsule'/><geom type='mesh' mesh='t'/><replicate count='2' offset='1 0 "
-    "0'><frame euler='1 2 3'>"
-    "<body name='r'><joint name='j'/><joint name='k' pos='0 1 0'/><geom size='1'/><site name='s'/></body></frame>"
-    "</replicate></body></worldbody><tendon><fixed name='t' stiffness='2'><joint joint='j0' coef='1'/>"
-    "<joint joint='k1' coef='2'/></fixed></tendon><actuator><position name='p' joint='j1' kp='3'/>"
+    "<geom size='1' fromto='0 0 0 0 0 1' type='capsule'/><geom type='mesh' mesh='t'/><frame euler='1 2 3'>"
+    "<body name='r'><joint name='j0'/><joint name='j1' pos='0 1 0'/><geom size='1'/><site name='s'/></body></frame>"
+    "</body></worldbody><tendon><fixed name='t' stiffness='2'><joint joint='j0' coef='1'/>"
+    "<joint joint='j1' coef='2'/></fixed></tendon><actuator><position name='p' joint='j1' kp='3'/>"
     "<velocity tendon='t' kv='2'/></actuator><equality><connect body1='a b' anchor='0 0 0'/>"
     "<joint joint1='j0' joint2='j1'/></equality><keyframe><key name='home' ctrl='1 2'/></keyframe><camera/>"
     "<asset><mesh name='t' vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 2 1 0 1 3 0 3 2 1 2 3'/></asset></mujoco>";

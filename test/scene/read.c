@@ -248,7 +248,6 @@ KT_TEST(records_are_bits) {
 KT_TEST(files_that_a_scene_names_are_listed) {
     static const char text[] = "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n"
                                "meshes:\n  - {body: a, file: none/one.stl}\n  - {body: a, file: /none/two.stl}\n"
-                               "  - {body: a, builtin: cone 20 0.5}\n"
                                "initial: {from: none.json}\n";
     kt_scene scene;
     kt_error error = {0};
@@ -259,7 +258,7 @@ KT_TEST(files_that_a_scene_names_are_listed) {
     kt_check_true("no more", kt_scene_file(&scene, 2) == NULL && kt_scene_file(NULL, 0) == NULL);
     (void)kt_error_set(&error, KT_ERROR_FILE, "initial.from", "words");
     kt_check_true("the result is located", kt_scene_locate(&scene, &error));
-    kt_check_text("where", error.where, "folder/a.yaml:8:17");
+    kt_check_text("where", error.where, "folder/a.yaml:7:17");
     kt_scene_free(&scene);
     kt_check_true("nothing after its end", kt_scene_file(&scene, 0) == NULL);
 }
