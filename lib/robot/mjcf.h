@@ -135,7 +135,6 @@ typedef struct kt_mjcf_tendon {
     kt_path_point *path;
     int path_count;
     bool moves;               /* its points are on several bodies */
-    bool is_judged, may_bind; /* whether its limits may bound joints, once this is known (mjcf_reach.c) */
     bool is_bounded;          /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
@@ -460,7 +459,7 @@ void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const ch
 typedef struct kt_mjcf_reach {
     const kt_element *element;
     double range[2], acceleration;
-    bool is_found, is_computed; /* there is a range; the file does not give it */
+    bool is_found; /* there is a range */
 } kt_mjcf_reach;
 
 /* Adds the armatures of spatial tendons to the mass matrix at the reference positions; `room` as below. */

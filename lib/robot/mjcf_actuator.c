@@ -124,14 +124,9 @@ static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator 
     if (!a->has_active && !a->has_passive)
         return true;
     if (reach == NULL || !reach->is_found) {
-        kt_unknown_count(&m->forces, "muscle whose lengthrange is not given and cannot be found", e);
+        kt_unknown_count(&m->forces, "muscle without a lengthrange; mj_saveLastXML of MuJoCo writes the ranges", e);
         return false;
     }
-    if (reach->is_computed)
-        kt_unknown_count(&m->changes,
-                         "lengthrange of a muscle, found between the limits of joints and tendons; MuJoCo's goes some "
-                         "0.0006 rad or m beyond each limit",
-                         e);
     d->has_active = a->has_active;
     d->has_passive = a->has_passive;
     d->control = kt_mjcf_control_of(m, e, a, control);

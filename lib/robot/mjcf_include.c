@@ -1,6 +1,7 @@
 /* Files that a model in MJCF includes.
  *
- * A file may be included several times, but not within itself. The sizes of files are summed. This limits the memory that a small file can claim. */
+ * A file may be included several times, but not within itself. The sizes of files are summed. This limits the memory
+ * that a small file can claim. */
 #include "robot/mjcf.h"
 
 #include <string.h>

@@ -193,8 +193,7 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_check_contains("words", wrong.err, "wrong.xml has 18 more errors");
     kt_check_text(
         "notes", kt_shell("$K import right.xml --out o.yaml").err,
-        "right.xml:1:99: warning: composites of points, cloths and solids, which MuJoCo removed, left out; give a "
-        "replicate for points: 1\n"
+        "right.xml:1:99: warning: 'plugin' is left out: 1\n"
         "  note: start and limits: bodies that are fixed to the world (--floating lets them move): 1; bodies that "
         "a program moves (mocap), fixed to the world: 1; limits of position, which do not act without "
         "--stops: 1; geoms that could touch others, left out, since contacts are effects: 1\n");
@@ -203,7 +202,7 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_check_contains("of pictures", all.err, "\n  1:55: note: ellipsoids, which pictures have");
     kt_check_contains("of the start", all.err, "\n  1:35: note: limits");
     kt_check_contains("a run", kt_shell("$K run right.xml --duration 0.01 --out o.csv").err,
-                      "right.xml:1:99: warning: composites of points");
+                      "right.xml:1:99: warning: 'plugin' is left out");
     kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
     kt_expect(1, "'--stops' is an option of 'kinetree import'", "$K info right.xml --stops 1");

@@ -126,9 +126,10 @@ static double passive_of(double l, double lmax, double fpmax) {
 /* A muscle in a joint of 2 kg with the limits -1 and 1, and the gear -0.5. The unit of its length is then
  * 1/(1.05 - 0.75), and a unit force accelerates the joint by 0.25. */
 KT_TEST(muscles_have_the_curves_of_the_documentation) {
-    static const char text[] = "<mujoco><worldbody><body name='a'><joint name='a' type='slide' range='-1 1'/><geom "
-                               "size='.1' mass='2'/></body></worldbody><actuator><muscle joint='a' gear='-.5'/>"
-                               "</actuator></mujoco>";
+    static const char text[] =
+        "<mujoco><worldbody><body name='a'><joint name='a' type='slide' range='-1 1'/><geom "
+        "size='.1' mass='2'/></body></worldbody><actuator><muscle joint='a' gear='-.5' lengthrange='-.5 .5'/>"
+        "</actuator></mujoco>";
     const kt_opened p = kt_test_open(test_robot(text, NULL), NULL);
     KT_WORST force = kt_worst_make("force"), rate = kt_worst_make("rate");
     for (int i = 0; i <= 60; i++)
@@ -149,28 +150,24 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
         }
 }
 
-/* Muscles of which the range of the length cannot be found are left out, with a warning. Those with computed ranges
- * have another one. A tendon may bound a joint if its limits are within those of its joint. */
-KT_TEST(muscles_without_ranges_are_left_out) {
+KT_TEST(muscles_without_ranges_are_left_out_with_a_remedy) {
     static const struct {
-        const char *joint, *range, *note;
+        const char *settings, *joint, *range;
         int effects;
     } cases[] = {
-        {"", "-9 9", "cannot be found", 0},
-        {"range='-90 90'", "-9 9", "between the limits", 1},
-        {"range='-90 90'", "-1.6 1.6", "between the limits", 1},
-        {"range='-90 90'", "-1.5 1.6", "cannot be found", 0},
-        {"type='ball'", "-9 9", "ball", 0},
+        {"", "range='-90 90'", "", 0},
+        {"", "range='-90 90'", "lengthrange='-1 1'", 1},
+        {"<lengthrange uselimit='true'/>", "range='-90 90'", "", 1},
+        {"<lengthrange uselimit='true'/>", "", "", 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const kt_scene *scene =
-            test_robot_of(NULL,
-                          "<mujoco><worldbody><body name='a'><joint name='a' %s/><geom size='.1' pos='.2 0 0'/></body>"
-                          "<body><joint name='b' range='-90 90'/><geom size='.1'/></body></worldbody><tendon>"
-                          "<fixed limited='true' range='%s'><joint joint='b' coef='1'/></fixed></tendon>"
-                          "<actuator><muscle joint='a'/></actuator></mujoco>",
-                          cases[i].joint, cases[i].range);
-        kt_check_true(cases[i].note, has_note(scene, cases[i].note));
+        const kt_scene *scene = test_robot_of(NULL,
+                                              "<mujoco><compiler>%s</compiler><worldbody><body><joint name='a' %s/>"
+                                              "<geom size='.1' pos='.2 0 0'/></body></worldbody><actuator>"
+                                              "<muscle joint='a' %s/></actuator></mujoco>",
+                                              cases[i].settings, cases[i].joint, cases[i].range);
+        kt_check_true("warning",
+                      has_note(scene, "mj_saveLastXML of MuJoCo writes the ranges: 1") == (cases[i].effects == 0));
         kt_check_equal_int("effects", scene->description.effect_count, cases[i].effects);
     }
 }

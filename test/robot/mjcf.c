@@ -254,8 +254,8 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:5:9", "a force or an equality that is left out, spatial tendon around a geom that is no sphere or "
                       "cylinder, or without two sites in a "
                       "branch: 1"},
-        {"m.xml:6:11", "a force or an equality that is left out, muscle whose lengthrange is not given and "
-                       "cannot be found: 1"},
+        {"m.xml:6:11", "a force or an equality that is left out, muscle without a lengthrange; "
+                       "mj_saveLastXML of MuJoCo writes the ranges: 1"},
         {"m.xml:3:18", "names that are not known here, and left out: dampin (1)"},
         {"m.xml:2:12", "elements and attributes that do not concern the motion, left out: camera (2)"},
     };
