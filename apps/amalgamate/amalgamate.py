@@ -10,7 +10,7 @@ Headers are copied once, where they are first included. Headers without a guard 
 they are included. Then the sources follow in the order of the house. Names of file scope that two sources have receive
 the names of folder and file; macros of a source end with it.
 
-Loops and effects are compiled for values and for dual numbers (lib/algebra/real.h). In one file the second compilation
+Loops and effects are compiled for values and for dual numbers (lib/math/algebra/real.h). In one file the second compilation
 has its own types: declarations that depend on the type of numbers are copied again, with names that end with _in_dual.
 """
 
@@ -104,7 +104,7 @@ MACROS = '''
 
 class Amalgam:
     def __init__(self, root, absent=ABSENT_HEADERS):
-        self.folders = [root / name for name in ('lib', 'apps/fmu', 'apps/kinetree')]
+        self.folders = [*sources.storeys(root / 'lib'), root / 'apps/fmu', root / 'apps/kinetree']
         self.include, self.absent, self.read_files = root / 'include', absent, []
         self.out, self.seen = [], set()
         self.texts, self.macros = {}, {}

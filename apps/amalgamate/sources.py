@@ -1,4 +1,4 @@
-"""The sources of the core, read from lib/*/meson.build."""
+"""The sources of the core, read from lib/STOREY/ROOM/meson.build."""
 
 import re
 from pathlib import Path
@@ -9,34 +9,44 @@ CONDITIONS = {
     'if kt_has_loops and not kt_is_small': 'KT_HAS_LOOPS && KT_IS_FULL',
 }
 
-# Folders above `analysis` are other libraries. Batches run in lanes, which need a second compilation of the recursions
-# for vectors of states; one file has one compilation.
-LEFT_OUT_FOLDERS = {'batch'}
+# Other libraries have the other rooms of `study`, `files` and `output`. Batches run in lanes, which need a second
+# compilation of the recursions for vectors of states; one file has one compilation.
+LEFT_OUT_ROOMS = {'batch'}
 LEFT_OUT_FILES = {'sensitivity/rollout_lanes.c'}
-LAST_FOLDER = 'build'
+CORE_STOREYS = {'math', 'model', 'mechanics', 'motion'}
+MORE_CORE_ROOMS = {'analysis', 'parts'}
 
 
-def folders_of(lib):
-    """The folders of the core in their order, which lib/meson.build gives."""
-    text = re.search(r'kt_folders = \[(.*?)\]', (lib / 'meson.build').read_text(), re.S).group(1)
-    names = re.findall(r"'(\w+)'", text)
-    return [name for name in names[:names.index(LAST_FOLDER) + 1] if name not in LEFT_OUT_FOLDERS]
+def rooms_of(lib):
+    """STOREY/ROOM in the order of lib/meson.build."""
+    text = re.search(r'kt_rooms = \[(.*?)\]', (lib / 'meson.build').read_text(), re.S).group(1)
+    return re.findall(r"'(\w+/\w+)'", text)
 
 
-class Folder:
-    """Files of a folder: (path, condition) in the lists `plain`, `dual`."""
+def storeys(lib):
+    """The folders in which a path ROOM/name is found."""
+    return list(dict.fromkeys(lib / place.split('/')[0] for place in rooms_of(lib)))
 
-    def __init__(self, lib, name):
-        self.lib, self.name = lib, name
+
+def core_rooms(lib):
+    return [place for place in rooms_of(lib) for storey, room in [place.split('/')]
+            if (storey in CORE_STOREYS or room in MORE_CORE_ROOMS) and room not in LEFT_OUT_ROOMS]
+
+
+class Room:
+    """Files of a room: (ROOM/name.c, condition) in the lists `plain`, `dual`."""
+
+    def __init__(self, lib, place):
+        self.place, self.name = place, place.split('/')[1]
         self.plain, self.dual, self.lists = [], [], {}
-        path = lib / name / 'meson.build'
+        path = lib / place / 'meson.build'
         if path.exists():
             self.read(re.sub(r'#.*', '', path.read_text()))
 
     def read(self, text):
         condition = None
         if re.search(r'^[ \t]+(?:if|else)\b', text, re.M):
-            raise SystemExit(f'lib/{self.name}/meson.build: a condition within another is not read; write `if a and b`')
+            raise SystemExit(f'lib/{self.place}/meson.build: a condition within another is not read; write `if a and b`')
         pattern = r'^(if [^\n]*|else|endif)$|^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
         for match in re.finditer(pattern, text, re.M):
             word, target, _, value = match.groups()
@@ -46,7 +56,7 @@ class Folder:
                 condition = 'else'
             elif word:
                 if word not in CONDITIONS:
-                    raise SystemExit(f'lib/{self.name}/meson.build: "{word}" is not known; add it to CONDITIONS')
+                    raise SystemExit(f'lib/{self.place}/meson.build: "{word}" is not known; add it to CONDITIONS')
                 condition = CONDITIONS[word]
             elif condition == 'else':
                 self.add_to_both(value)
@@ -58,7 +68,7 @@ class Folder:
         lists = [part.strip() for part in value.split(' + ')]
         for name in lists:
             if name not in self.lists:
-                raise SystemExit(f'lib/{self.name}/meson.build: else {name}: one file has no part for `else` alone; '
+                raise SystemExit(f'lib/{self.place}/meson.build: else {name}: one file has no part for `else` alone; '
                                  'name a list that has a condition, too')
         both = {path for name in lists for path, _ in self.lists[name]}
         self.plain = [(path, None if path in both else own) for path, own in self.plain]
@@ -82,20 +92,19 @@ class Folder:
 
 def core(lib):
     """The files to compile once, and those to compile again for dual numbers: lists of (path, condition)."""
-    parts = [Folder(Path(lib), name) for name in folders_of(Path(lib))]
+    parts = [Room(Path(lib), place) for place in core_rooms(Path(lib))]
     plain = [f for part in parts for f in part.plain] + [('linear/lapack_call.c', None)]
     return plain, [f for part in parts for f in part.dual]
 
 
 # The folders of the scene reader, which reads flow style in an FMU, and the files of apps/fmu/meson.build.
-READER_FOLDERS = ('mesh', 'document', 'scene')
+READER_ROOMS = ('files/mesh', 'files/document', 'files/scene')
 
 
 def fmu(root):
     """The files of an FMU besides the core: the scene reader, the columns of records, and the functions of FMI."""
     lib = Path(root) / 'lib'
-    folders = [Folder(lib, name) for name in READER_FOLDERS]
-    reader = [f for folder in folders for f in folder.lists['kt_scene_sources']]
+    reader = [f for place in READER_ROOMS for f in Room(lib, place).lists['kt_scene_sources']]
     reader = [(path, own) for path, own in reader if '..' not in path] + [('document/flow.c', None)]
     text = (Path(root) / 'apps/fmu/meson.build').read_text()
     names = re.search(r"shared_module\('kinetree-fmu', (.*?)\n  name_prefix", text, re.S).group(1)

@@ -1,4 +1,4 @@
-/* Tries each part that a small library leaves out (lib/base/small.h), and prints a line for each:
+/* Tries each part that a small library leaves out (lib/math/base/small.h), and prints a line for each:
  *
  *     PART: accepted              or
  *     PART: rejected: MESSAGE

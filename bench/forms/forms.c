@@ -1,5 +1,6 @@
 /* The benefit of each form of a constraint group (kt_group_form). Accelerations are timed with the form that the
- * compiler chooses and with the next general one, in turns. Thresholds in lib/compile/form.c rest on these ratios.
+ * compiler chooses and with the next general one, in turns. Thresholds in lib/mechanics/compile/form.c rest on these
+ * ratios.
  *
  * A line is trusted if the group has the form in question, has another one without it, and the accelerations of both
  * agree.

@@ -3,7 +3,7 @@
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 
-#include "closure/levenberg_marquardt.h"
+#include "assembly/levenberg_marquardt.h"
 #include "model/model.h"
 
 #include "kinetree/study.h"

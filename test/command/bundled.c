@@ -2,7 +2,7 @@
 #include "check.h"
 
 #include "command.h"
-#include "scene/bundled.h"
+#include "open/bundled.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -5,8 +5,8 @@
 
 #include "derivative/effect_derivatives.h"
 #include "dynamics/dynamics.h"
-#include "mechanism/evaluate.h"
-#include "mechanism/relative.h"
+#include "evaluate/evaluate.h"
+#include "evaluate/relative.h"
 #include "model/model.h"
 #include "model/relative.h"
 

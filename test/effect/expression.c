@@ -2,9 +2,9 @@
 #include "../scene/collect.h"
 #include "check.h"
 
+#include "evaluate/evaluate.h"
 #include "kinetree/kinetree.h"
 #include "kinetree/scene.h"
-#include "mechanism/evaluate.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,9 +3,9 @@
 #include "../scene/collect.h"
 #include "check.h"
 
+#include "evaluate/path_force.h"
 #include "kinetree/kinetree.h"
 #include "kinetree/scene.h"
-#include "mechanism/path_force.h"
 
 #include <float.h>
 #include <math.h>

@@ -7,7 +7,7 @@
 #include "motion.h"
 #include "fuzz.h"
 
-#include "closure/project.h"
+#include "assembly/project.h"
 #include "model/model.h"
 
 #include <stdlib.h>

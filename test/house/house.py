@@ -11,12 +11,13 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
-from folders import FOLDERS
+from folders import CUTS, PLACES, ROOMS, STOREYS
 
-# Faces with another name than their folder's.
+# Faces with another name than their room's.
 FACES = {"status": "base", "description": "model", "descriptor": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
-         "method": "integrator", "stability": "integrator", "simulation": "motion", "run": "motion", "record": "motion", "equations": "motion",
-         "formulation": "study", "dae": "study", "kinetree": None, "compat": None}
+         "method": "integrator", "stability": "integrator", "run": "simulation", "record": "simulation", "equations": "simulation",
+         "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "closure": "assembly", "mechanism": "evaluate",
+         "kinetree": None, "compat": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 NEW_FORMAT = re.compile(r"%[-+ 0#]*[\d.*]*(?:[zjt][diouxX]|ll[diu])")  # newlib takes the wrong argument for the %s after these: it reads a wild address
@@ -27,13 +28,13 @@ NAMES_ALONE_LEAST = 0.95  # of all static functions; their names are in one file
 LARGEST_PICTURE, LARGEST_MOVING = 60_000, 300_000  # bytes
 
 
-def face_folder(name):
-    return FACES[name] if name in FACES else name if name in FOLDERS else None
+def face_room(name):
+    return FACES[name] if name in FACES else name if name in ROOMS else None
 
 
-def source_folder(root, path):
+def source_room(root, path):
     parts = path.relative_to(root).parts
-    return face_folder(path.stem) if parts[0] == "include" else parts[1]
+    return face_room(path.stem) if parts[0] == "include" else parts[2]
 
 
 def includes(path):
@@ -45,23 +46,23 @@ def includes(path):
 
 def direction_problem(root, path, target):
     """Why a source may not include target, or None."""
-    own = source_folder(root, path)
+    own = source_room(root, path)
     parts = target.split("/")
     if parts[0] == "kinetree":
-        other = face_folder(pathlib.Path(parts[-1]).stem)
+        other = face_room(pathlib.Path(parts[-1]).stem)
         if other is None and path.name == "struct_size.c":  # sizes of all public structs, and no symbol
             return None
         if other is None:
-            return "is for users of the library" if parts[-1] == "kinetree.h" else "is no folder's face"
+            return "is for users of the library" if parts[-1] == "kinetree.h" else "is no room's face"
     elif len(parts) == 1:
-        return None if (path.parent / target).is_file() else "is not in this folder (write FOLDER/name.h)"
+        return None if (path.parent / target).is_file() else "is not in this room (write ROOM/name.h)"
     else:
         other = parts[0]
-    if other not in FOLDERS:
-        return "is no folder of the house"
+    if other not in ROOMS:
+        return "is no room of the house"
     if own is None:
         return None
-    if FOLDERS.index(other) > FOLDERS.index(own):
+    if ROOMS.index(other) > ROOMS.index(own) and (own, other) not in CUTS:
         return f"is above: {own} may not use {other}"
     return None
 
@@ -70,12 +71,19 @@ def direction_problems(root, sources):
     for path in sources:
         if path.name in ("kinetree.h", "compat.h"):
             continue
-        if source_folder(root, path) not in FOLDERS:
-            yield f"{path.relative_to(root)}: no folder of the house has this face"
+        if source_room(root, path) not in ROOMS:
+            yield f"{path.relative_to(root)}: no room of the house has this face"
         for number, target in includes(path):
             problem = direction_problem(root, path, target)
             if problem:
                 yield f"{path.relative_to(root)}:{number}: \"{target}\" {problem}"
+
+
+def misplaced(root):
+    """Folders of lib/ that are no storey, and folders of storeys that are no room."""
+    storeys = sorted(path.name for path in (root / "lib").iterdir() if path.is_dir())
+    rooms = [path.relative_to(root / "lib").as_posix() for path in (root / "lib").glob("*/*") if path.is_dir()]
+    return ([f"lib has {', '.join(storeys)}"] if storeys != sorted(STOREYS) or len(storeys) != 7 else []) + sorted(set(rooms) ^ set(PLACES))
 
 
 def unbuilt(root, folder, pattern):
@@ -137,7 +145,8 @@ def main():
         claim("top_level_holds_what_is_fixed_and_no_more", strays_at_top(root))
     else:
         note("no git here: what stands at the top level is not asked")
-    claim("folders_use_only_what_is_below_them", list(direction_problems(root, library)))
+    claim("lib_has_seven_storeys_of_rooms_that_meson_lists", misplaced(root))
+    claim("rooms_use_only_what_is_below_them", list(direction_problems(root, library)))
 
     umbrella = [target for _, target in includes(root / "include/kinetree/kinetree.h")]
     claim("umbrella_includes_every_face",
@@ -151,17 +160,17 @@ def main():
     for path in library:
         if path.stem in ("internal", "kind", "kernel") and path.suffix == ".h":
             places[path.name].append(path.parent.name)
-    claim("no_header_is_called_internal_kind_or_kernel_in_two_folders",
-          [f"{name}: {', '.join(folders)}" for name, folders in places.items() if len(folders) > 1])
+    claim("no_header_is_called_internal_kind_or_kernel_in_two_rooms",
+          [f"{name}: {', '.join(rooms)}" for name, rooms in places.items() if len(rooms) > 1])
 
     callers = [str(path.relative_to(root)) for path in library if re.search(r"\b(LAPACKE|cblas)_", path.read_text())]
     claim("lapack_is_called_in_one_file_of_a_library",
-          sorted(set(callers) - {"lib/linear/lapack_call.c", "lib/study/lapack_call.c"}))
+          sorted(set(callers) - {"lib/math/linear/lapack_call.c", "lib/study/compare/lapack_call.c"}))
 
     claim("library_is_plain_ascii",
           [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
 
-    core = [path for path in library if path.parent.name in FOLDERS[:FOLDERS.index("build") + 1]]
+    core = [path for path in library if path.parent.name in [*ROOMS[:ROOMS.index("analysis") + 1], "parts"]]
     claim("core_prints_counts_as_the_smallest_printf_can",
           [f"{path.relative_to(root)}: {found}" for path in core for found in NEW_FORMAT.findall(path.read_text())] if len(core) > 100 else ["no sources"])
 

@@ -11,7 +11,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note, output_of
-from folders import FOLDERS
+from folders import CUTS, PLACES
 
 
 def objects(archive):
@@ -36,6 +36,11 @@ def objects_of_program(folder):
                {symbol for symbol, kind in found if kind in "Uwv"})
 
 
+def room_of(name):
+    """STOREY_ROOM of an object STOREY_ROOM_SOURCE."""
+    return "_".join(name.split("_")[:2])
+
+
 def references(everything):
     """Which object refers to which other one; objects of one name (one source, compiled several times) are one."""
     home = {symbol: name for name, defined, _ in everything for symbol in defined}
@@ -55,10 +60,10 @@ def reached(to, start):
     return seen
 
 
-def circles(everything, folder_of):
-    """The sets of objects of one folder that refer to each other in a circle."""
+def circles(everything, room_of):
+    """The sets of objects of one room that refer to each other in a circle."""
     to = references(everything)
-    inside = {name: {other for other in others if folder_of(other) == folder_of(name)} for name, others in to.items()}
+    inside = {name: {other for other in others if room_of(other) == room_of(name)} for name, others in to.items()}
     reach = {name: reached(inside, name) for name in inside}
     found = {tuple(sorted(other for other in reach[name] if name in reach.get(other, ()))) for name in reach
              if name in reach[name]}
@@ -79,20 +84,20 @@ def main():
     claim("objects_of_every_kind_are_read",
           [f"no object is {kind}" for kind in ("plain", "baseline", "dual") if not kinds[kind]])
 
-    rank = {folder: place for place, folder in enumerate(FOLDERS)}
-    unknown = sorted({name for name, _, _ in everything if name.split("_")[0] not in rank})
-    claim("every_object_is_of_a_folder", unknown)
+    rank = {room.replace("/", "_"): place for place, room in enumerate(PLACES)}
+    unknown = sorted({name for name, _, _ in everything if room_of(name) not in rank})
+    claim("every_object_is_of_a_room", unknown)
 
     upward = collections.defaultdict(set)
     for name, _, needed in everything:
         for symbol in needed & home.keys():
-            own, other = name.split("_")[0], home[symbol].split("_")[0]
-            if own in rank and other in rank and rank[other] > rank[own]:
+            own, other = room_of(name), room_of(home[symbol])
+            if own in rank and other in rank and rank[other] > rank[own] and (own.split("_")[1], other.split("_")[1]) not in CUTS:
                 upward[name, home[symbol]].add(symbol)
     note(f"{sum(len(needed & home.keys()) for _, _, needed in everything)} references between objects")
     claim("objects_refer_only_to_what_is_below_them",
           [f"{own} needs {', '.join(sorted(symbols))} of {other}" for (own, other), symbols in sorted(upward.items())])
-    claim("no_files_of_a_folder_refer_to_each_other_in_a_circle", circles(everything, lambda name: name.split("_")[0]))
+    claim("no_files_of_a_room_refer_to_each_other_in_a_circle", circles(everything, room_of))
     for program in programs:
         parts = list(objects_of_program(program))
         note(f"{len(parts)} objects of a program")

@@ -4,7 +4,7 @@ struct (kt_dynamic_state).
 parameters.py SOURCE-ROOT
 
 Public functions are not asked, since their arguments stand in the order that a caller reads them, nor those of
-lib/linear/lapack_call.c, which have LAPACK's. Counted are definitions, declarations, those within macros, and pointers
+lib/math/linear/lapack_call.c, which have LAPACK's. Counted are definitions, declarations, those within macros, and pointers
 to functions.
 """
 import pathlib
@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 MOST = 8
-LAPACK = "lib/linear/lapack_call.c"
+LAPACK = "lib/math/linear/lapack_call.c"
 FUNCTION = re.compile(r"(?:\bKT_KERNEL\((\w+)\)|\(\s*\*\s*(\w+)\s*\)|\b(\w+)(?=\s*\((?!\s*\*)))\s*\(((?:[^()]|\([^()]*\))*)\)")
 PARAMETER = re.compile(r"(?:(?:const|unsigned|struct|enum)\s+)*\w+(?:[\s*]+(?:const\s+|restrict\s+)?\w+)?(?:\[\w*\])*|\.\.\.|.*\(\s*\*.*")
 

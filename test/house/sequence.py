@@ -1,4 +1,4 @@
-"""The order in which the generator of C makes the nodes of its graph, read from lib/codegen.
+"""The order in which the generator of C makes the nodes of its graph, read from lib/output/codegen.
 
 sequence.py SOURCE-ROOT
 
@@ -134,7 +134,7 @@ def faults_of(functions, makers):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    files = {path: list(functions_of(path.read_text())) for path in sorted((root / "lib/codegen").glob("*.[ch]"))}
+    files = {path: list(functions_of(path.read_text())) for path in sorted((root / "lib/output/codegen").glob("*.[ch]"))}
     makers = makers_of([function for functions in files.values() for function in functions])
     note(f"{sum(map(len, files.values()))} functions, of which {len(makers)} make nodes")
     claim("there_are_functions_that_make_nodes", [] if len(makers) > 200 else [str(sorted(makers))])

@@ -1,6 +1,6 @@
 /* The cone solver on random problems of rigid bodies, and problems with Coulomb's friction against enumeration and
  * against their own laws. */
-#include "linear/cone.h"
+#include "cone/cone.h"
 #include "base/arena.h"
 #include "enumeration.h"
 

@@ -3,7 +3,7 @@
 #ifndef KT_TEST_LINEAR_ENUMERATION_H
 #define KT_TEST_LINEAR_ENUMERATION_H
 
-#include "linear/coulomb.h"
+#include "cone/coulomb.h"
 
 #include <math.h>
 #include <string.h>

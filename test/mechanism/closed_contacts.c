@@ -8,7 +8,7 @@
 #include "../dynamics/tree.h"
 
 #include "contact/open.h"
-#include "mechanism/evaluate.h"
+#include "evaluate/evaluate.h"
 
 #include "kinetree/control.h"
 #include "kinetree/loop.h"

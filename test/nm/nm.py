@@ -29,11 +29,11 @@ CORE_MAY_IMPORT = [
     "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
-SET_UP = ["base/aligned.c", "base/decimal.c", "base/pool.c", "build/builder.c", "compile/check.c",
+SET_UP = ["base/aligned.c", "base/decimal.c", "base/pool.c", "parts/builder.c", "compile/check.c",
           "compile/check_model.c", "compile/compile.c", "compile/rank_disagreement.c", "contact/hard.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "qsort", "strtod"]
 # Threads of a batch, outside the core.
-THREADED = ["study/threads.c"]
+THREADED = ["compare/threads.c"]
 THREADED_MAY_IMPORT = ["pthread_*"]
 # The scene library reads files, and may allocate; it never prints or ends the program.
 SCENE_MAY_NOT_IMPORT = [
@@ -69,7 +69,7 @@ def imports(archive):
 
 
 def is_among(object_name, sources):
-    return matches(object_name, [source.replace("/", "_") + ".o" for source in sources])
+    return matches(object_name, ["*_" + source.replace("/", "_") + ".o" for source in sources])
 
 
 def writable_sections(archive):

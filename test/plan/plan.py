@@ -77,15 +77,15 @@ both = counted(scene(), scene(effects=EFFECTS))
 note(f"bare {bare.instructions}, with every effect {everything.instructions}, both in one program {both.instructions} instructions")
 claim("effects_of_another_scene_cost_nothing",
       [] if both.instructions == bare.instructions + everything.instructions else ["the sum differs"])
-claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/effect/") + [name for name in bare.instructions_of
+claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/model/effect/") + [name for name in bare.instructions_of
       if name.startswith(("kt_effects", "kt_force_links")) and bare.instructions_of[name]])
 
 problems = []
 one = {name: counted(scene(effects=[name])) for name in EFFECTS}
 for name, c in one.items():
-    ran = [file for file in files(c, "/lib/effect/") if file not in (f"{name}.c", "kind.c", "curves.c", "effect.h", "triple.h")]
+    ran = [file for file in files(c, "/lib/model/effect/") if file not in (f"{name}.c", "kind.c", "curves.c", "effect.h", "triple.h")]
     problems += [f"{name} runs {', '.join(ran)}"] if ran else []
-    problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/effect/") else []
+    problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/model/effect/") else []
 claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
 
 on_joints = [name for name in EFFECTS if name.startswith("joint_") or name in ("motor", "servo")]
@@ -114,11 +114,11 @@ claim("spring_asks_for_the_motion_of_the_links_below_it_alone", [] if 0 < first 
 
 plain = counted(scene(effects=EFFECTS), function="kt_simulation_run", what="run")
 kept = counted(scene(effects=EFFECTS, record="[position, balance]"), function="kt_simulation_run", what="run")
-claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/mechanism/power.c"))
-claim("run_with_balance_does", [] if files(kept, "/lib/mechanism/power.c") else ["nothing of power.c"])
-claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanism/reaction.c") + files(plain, "/lib/constraint/loop_wrenches.c"))
+claim("run_without_balance_runs_nothing_of_it", files(plain, "/lib/mechanics/evaluate/power.c"))
+claim("run_with_balance_does", [] if files(kept, "/lib/mechanics/evaluate/power.c") else ["nothing of power.c"])
+claim("run_without_reactions_runs_nothing_of_them", files(plain, "/lib/mechanics/evaluate/reaction.c") + files(plain, "/lib/mechanics/constraint/loop_wrenches.c"))
 
-claim("run_that_does_not_record_effects_runs_nothing_of_them", files(plain, "/lib/mechanism/quantity.c"))
+claim("run_that_does_not_record_effects_runs_nothing_of_them", files(plain, "/lib/mechanics/evaluate/quantity.c"))
 
 # ---- contacts and stops between stages ---------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@
 
 #include "check.h"
 
-#include "study/reduction.h"
+#include "compare/reduction.h"
 
 enum { MATRIX_MOST = 45, MATRIX_SQUARE = MATRIX_MOST * MATRIX_MOST };
 

@@ -3,7 +3,7 @@
  */
 #include "../constraint/linkage.h"
 
-#include "closure/open_loops.h"
+#include "assembly/open_loops.h"
 #include "kinetree/simulation.h"
 #include "kinetree/study.h"
 #include "model/model.h"

@@ -193,7 +193,7 @@ static const struct {
 };
 
 /* The promise is 1e-12. A direction that is about to be lost needs this accuracy and is left out of projections
- * (lib/closure/project.c). A record at such a time counts a hundredth. */
+ * (lib/mechanics/assembly/project.c). A record at such a time counts a hundredth. */
 static double gap(const kt_case *c, const kt_record *record, const void *about) {
     const double *size = about;
     const double open = fmax(record->constraint.position / size[0], record->constraint.velocity / size[1]);

@@ -81,7 +81,7 @@ def rows(texts):
 
 
 def page_of(root):
-    folder = root / "lib/robot"
+    folder = root / "lib/files/robot"
     for path in sorted(folder.glob("*.[ch]")):
         code_of(path)
     text = HEAD

@@ -1,7 +1,7 @@
 /* Bundled scenes in which a part is missing or replaced: each is read and simulated, or an error gives the reason.
  *
- * The test cuts every scene, as a tree of nodes (lib/document/node.h). It leaves out each key and each item in turn,
- * replaces each value by another, leaves out any two sections, and keeps each section alone.
+ * The test cuts every scene, as a tree of nodes (lib/files/document/node.h). It leaves out each key and each item in
+ * turn, replaces each value by another, leaves out any two sections, and keeps each section alone.
  */
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"

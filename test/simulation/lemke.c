@@ -1,5 +1,5 @@
 /* Linear complementarity problems by Lemke's method against their own definition. */
-#include "linear/lemke.h"
+#include "cone/lemke.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* Two simulations of one scene: every set of contacts has its model in the first one, and is a mask in the second one
- * (lib/contact/mask.h). Their motions are equal up to rounding. */
+ * (lib/motion/contact/mask.h). Their motions are equal up to rounding. */
 #ifndef KT_TEST_MASK_PAIR_H
 #define KT_TEST_MASK_PAIR_H
 

@@ -2,7 +2,7 @@
 #include "check.h"
 #include "describe.h"
 
-#include "study/accuracy.h"
+#include "compare/accuracy.h"
 
 #include <float.h>
 #include <math.h>

@@ -4,8 +4,8 @@
 #include "../interpose.h"
 #include "closure.h"
 
+#include "compare/formulation.h"
 #include "model/model.h"
-#include "study/formulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "advice/angles.h"
 
 #include "kinetree/descriptor.h"
-#include "scene/load.h"
+#include "open/load.h"
 
 #include <math.h>
 #include <stdarg.h>

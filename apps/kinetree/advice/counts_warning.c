@@ -1,7 +1,7 @@
 /* Warnings of irregularities that a simulation has counted. They are iterations and searches that reached a limit,
  * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
  * positions. */
-#include "scene/linear.h"
+#include "open/linear.h"
 #include "subcommands/run.h"
 
 void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *counted) {

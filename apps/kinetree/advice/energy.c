@@ -1,6 +1,6 @@
 /* Warnings about changes of energy that the scene cannot cause, with a suggested remedy. */
 #include "advice/excess.h"
-#include "scene/start.h"
+#include "open/start.h"
 #include "subcommands/run.h"
 
 #include <math.h>

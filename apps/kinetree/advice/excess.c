@@ -1,7 +1,7 @@
 /* Values beyond all reason. */
 #include "advice/excess.h"
 
-#include "scene/linear.h"
+#include "open/linear.h"
 
 #include "kinetree/mechanism.h"
 

@@ -7,7 +7,7 @@
  */
 #include "advice/growth.h"
 
-#include "scene/linear.h"
+#include "open/linear.h"
 #include "subcommands/run.h"
 
 #include "kinetree/mechanism.h"

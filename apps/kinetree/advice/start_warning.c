@@ -2,7 +2,7 @@
 #include "advice/advice.h"
 #include "advice/angles.h"
 #include "advice/penetration.h"
-#include "scene/play.h"
+#include "open/play.h"
 #include "subcommands/run.h"
 #include "view/view.h"
 

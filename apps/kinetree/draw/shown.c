@@ -1,7 +1,7 @@
 /* The picture of a state: loops and effects that are released do not act, and are not drawn. */
 #include "draw/draw.h"
 
-#include "scene/released.h"
+#include "open/released.h"
 
 #include <stdlib.h>
 

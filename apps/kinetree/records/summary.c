@@ -1,6 +1,6 @@
 /* The results of a run: the summary as JSON, and a short report for the terminal. */
 #include "advice/excess.h"
-#include "scene/released.h"
+#include "open/released.h"
 #include "subcommands/run.h"
 #include "text/json.h"
 

@@ -1,8 +1,8 @@
 /* kinetree accuracy: the cost of each accuracy for any scene (methods, step sizes and tolerances compared). */
 #include "subcommands/accuracy.h"
+#include "open/start.h"
 #include "plot/plot.h"
 #include "records/output.h"
-#include "scene/start.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"
 #include "text/list.h"

@@ -2,8 +2,8 @@
  * the cheapest setting for each goal, and its cost. */
 #include "subcommands/accuracy.h"
 
+#include "open/load.h"
 #include "records/output.h"
-#include "scene/load.h"
 #include "sweep/sweep.h"
 
 #include <stdio.h>

@@ -2,9 +2,9 @@
 #include "advice/advice.h"
 #include "advice/angles.h"
 #include "advice/penetration.h"
+#include "open/load.h"
+#include "open/start.h"
 #include "records/output.h"
-#include "scene/load.h"
-#include "scene/start.h"
 #include "text/arguments.h"
 #include "view/view.h"
 

@@ -1,5 +1,5 @@
 /* kinetree demo: lists and runs the bundled scenes. */
-#include "scene/bundled.h"
+#include "open/bundled.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"
 

@@ -1,7 +1,7 @@
 /* kinetree equilibrium: finds an equilibrium of a scene and judges its stability. */
 #include "command.h"
+#include "open/linear.h"
 #include "records/output.h"
-#include "scene/linear.h"
 #include "text/arguments.h"
 
 #include <math.h>

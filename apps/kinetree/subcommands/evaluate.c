@@ -1,8 +1,8 @@
 /* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
 #include "advice/advice.h"
+#include "open/linear.h"
+#include "open/start.h"
 #include "records/output.h"
-#include "scene/linear.h"
-#include "scene/start.h"
 #include "text/arguments.h"
 #include "text/list.h"
 

@@ -10,8 +10,8 @@
 #include "subcommands/export_fmu.h"
 
 #include "command.h"
+#include "open/bundled.h"
 #include "records/output.h"
-#include "scene/bundled.h"
 #include "text/input.h"
 
 #include "kinetree/joint.h"

@@ -2,7 +2,7 @@
 #ifndef KT_COMMAND_SUBCOMMANDS_MODES_H
 #define KT_COMMAND_SUBCOMMANDS_MODES_H
 
-#include "scene/linear.h"
+#include "open/linear.h"
 
 #include "kinetree/study.h"
 

@@ -3,8 +3,8 @@
 
 #include "command.h"
 #include "draw/draw.h"
+#include "open/deflection.h"
 #include "plot/plot.h"
-#include "scene/deflection.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,8 +3,8 @@
 
 #include "command.h"
 #include "kinetree/dynamics.h"
+#include "open/deflection.h"
 #include "records/output.h"
-#include "scene/deflection.h"
 #include "view/view.h"
 
 #include <math.h>

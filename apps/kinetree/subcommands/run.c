@@ -5,8 +5,8 @@
 
 #include "advice/advice.h"
 #include "native/native.h"
+#include "open/play.h"
 #include "plot/run.h"
-#include "scene/play.h"
 #include "view/view.h"
 
 #include <math.h>

@@ -4,13 +4,13 @@
 
 #include "advice/growth.h"
 #include "advice/warnings.h"
+#include "open/start.h"
 #include "records/columns.h"
 #include "records/extremes.h"
 #include "records/keep.h"
 #include "records/lines.h"
 #include "records/marks.h"
 #include "records/output.h"
-#include "scene/start.h"
 
 #include "kinetree/analysis.h"
 

@@ -1,6 +1,6 @@
 /* run --scene: the scene with the end of the run as its initial state. */
-#include "scene/load.h"
-#include "scene/released.h"
+#include "open/load.h"
+#include "open/released.h"
 #include "subcommands/run.h"
 #include "text/json.h"
 

@@ -2,10 +2,10 @@
 #include "subcommands/stability.h"
 
 #include "advice/penetration.h"
+#include "open/linear.h"
+#include "open/start.h"
 #include "plot/plot.h"
 #include "records/output.h"
-#include "scene/linear.h"
-#include "scene/start.h"
 #include "text/arguments.h"
 #include "text/json.h"
 

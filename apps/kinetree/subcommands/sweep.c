@@ -1,8 +1,8 @@
 /* kinetree sweep: many runs of one scene, a line each. */
 #include "sweep/sweep.h"
+#include "open/load.h"
 #include "records/interrupt.h"
 #include "records/keep.h"
-#include "scene/load.h"
 #include "subcommands/run.h"
 #include "sweep/merge.h"
 #include "sweep/ranks.h"

@@ -6,9 +6,9 @@
 #include "advice/excess.h"
 #include "advice/growth.h"
 #include "base/grow.h"
+#include "open/load.h"
+#include "open/play.h"
 #include "records/columns.h"
-#include "scene/load.h"
-#include "scene/play.h"
 #include "text/bytes.h"
 #include "text/list.h"
 

@@ -40,7 +40,7 @@ const acts = ({released = []}, t) => released.filter((at) => at <= t).length % 2
 /* The name of effect i. Without one, its place in the list, as in records. */
 const effect_name = ({name}, i) => name || `effect[${i}]`;
 
-/* How far the middle of a rope hangs below that of its chord c, along the unit vector g, by bisection. lib/picture/rope.c
+/* How far the middle of a rope hangs below that of its chord c, along the unit vector g, by bisection. lib/output/picture/rope.c
  * derives the length of the parabola. 0: the rope is taut. */
 const sag_of = (length, c, g) => {
     const along = dot(c, g), h = norm(sub(c, scale(along, g)));

@@ -4,7 +4,7 @@
 #include "command.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
-#include "scene/released.h"
+#include "open/released.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -6,9 +6,9 @@
 #include "command.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "open/released.h"
 #include "picture/mesh.h"
 #include "records/output.h"
-#include "scene/released.h"
 #include "text/json_writer.h"
 #include "view/page.h"
 

@@ -1,0 +1,336 @@
+/* Spatial tendons of MJCF as forces along paths (effect/path.c).
+ *
+ * A tendon leads through sites, and around spheres and cylinders between two sites. A pulley ends a branch of the path,
+ * and divides the lengths of the next branch by its divisor. A surface with a side site within its radius is a ring.
+ * The formulas of forces have the length of the path as `length`, and its rate as `speed`. A tendon between two sites
+ * alone acts between two ends.
+ */
+#include "robot/mjcf.h"
+
+#include "evaluate/path_force.h"
+
+#include <string.h>
+
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
+
+void kt_mjcf_add_wrap(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
+    static const char *const words[] = {"sphere", "cylinder", NULL};
+    const char *name = kt_xml_attribute(e, "name"), *type = kt_mjcf_text(m, e, "geom", "type");
+    const bool is_cylinder = type != NULL && strcmp(type, words[1]) == 0;
+    double size[3] = {0.0};
+    if (name == NULL || (type != NULL && strcmp(type, words[0]) != 0 && !is_cylinder) ||
+        kt_names_find(&m->names, KT_MJCF_WRAPS, name) >= 0 || kt_mjcf_text(m, e, "geom", "mesh") != NULL ||
+        kt_mjcf_numbers(m, e, "geom", "size", 1, 3, size) == 0 || !(size[0] > 0.0))
+        return;
+    (void)kt_names_add(&m->names, KT_MJCF_WRAPS, name, m->wraps.count);
+    kt_mjcf_wrap *wrap = kt_list_add(m->r, &m->r->scratch, &m->wraps, sizeof *wrap);
+    if (wrap != NULL)
+        *wrap = (kt_mjcf_wrap){.body = body,
+                               .pose = kt_pose_compose(frame, kt_mjcf_pose(m, e, "geom")),
+                               .radius = size[0],
+                               .is_cylinder = is_cylinder};
+}
+
+/* The motion of a joint from its reference to the position where its spring has no force. */
+static kt_pose spring_turn(const kt_mjcf_joint *j) {
+    const double x = j->spring - j->ref;
+    kt_pose turn = kt_pose_identity();
+    if (j->type == KT_MJCF_SLIDE)
+        turn.position = kt_vec3_scale(x, kt_vec3_normalize(j->axis));
+    if (j->type != KT_MJCF_HINGE)
+        return turn;
+    turn.rotation = kt_matrix_from_euler_vector(kt_vec3_scale(x, kt_vec3_normalize(j->axis)));
+    turn.position = kt_vec3_sub(j->at, kt_mat3_apply(turn.rotation, j->at));
+    return turn;
+}
+
+/* The pose of a body in the world while the springs of all joints have no force. */
+static kt_pose pose_at_rest(const kt_mjcf *m, int body) {
+    kt_pose pose = kt_pose_identity();
+    for (; body > 0; body = kt_mjcf_body_at(m, body)->parent) {
+        const kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+        kt_pose own = b->pose;
+        for (int k = 0; k < b->joint_count; k++)
+            own = kt_pose_compose(own, spring_turn(kt_mjcf_joint_at(m, b->first_joint + k)));
+        pose = kt_pose_compose(own, pose);
+    }
+    return pose;
+}
+
+/* Names of bodies are unique, and that of the world is missing. */
+int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end) {
+    for (int i = 1; i < m->bodies.count; i++)
+        if (kt_mjcf_body_at(m, i)->name == end->body)
+            return i;
+    return 0;
+}
+
+/* The length of the path while the springs of all joints have no force. */
+static double length_at_rest(kt_mjcf *m, const kt_mjcf_tendon *t) {
+    kt_path_point_record *records = kt_reader_take(m->r, &m->r->scratch, (size_t)t->path_count, sizeof *records);
+    if (records == NULL)
+        return 0.0;
+    for (int i = 0; i < t->path_count; i++) { /* all in the axes of the world */
+        const kt_pose on = pose_at_rest(m, kt_mjcf_body_of_end(m, &t->path[i].end));
+        const kt_pose frame = {.position = kt_pose_apply(on, t->path[i].end.at), .rotation = on.rotation};
+        records[i] = kt_path_record_of(&t->path[i], &frame, 0);
+    }
+    const kt_effect_end world = {.axes = kt_mat3_identity()};
+    kt_path_value value;
+    kt_path_measure(records, t->path_count, &world, 1, &value);
+    return value.length;
+}
+
+int kt_mjcf_common_body(const kt_mjcf *m, int a, int b) {
+    while (a != b) {
+        int *lower = a > b ? &a : &b;
+        *lower = kt_mjcf_body_at(m, *lower)->parent;
+    }
+    return a;
+}
+
+/* Whether a joint leaves a surface in its place: a hinge about the axis of a cylinder, or through the centre of a
+ * sphere. surface: in the world. */
+static bool leaves_in_place(const kt_mjcf *m, const kt_mjcf_joint *j, const kt_mjcf_wrap *wrap,
+                            const kt_pose *surface) {
+    static const double near = 1e-9; /* m; of directions, rad */
+    const kt_pose on = kt_mjcf_body_at(m, j->body)->world;
+    const kt_vec3 axis = kt_mat3_apply(on.rotation, kt_vec3_normalize(j->axis)), z = surface->rotation.z;
+    const kt_vec3 arm = kt_vec3_sub(surface->position, kt_pose_apply(on, j->at));
+    const bool is_parallel = kt_vec3_norm(kt_vec3_cross(axis, z)) < near;
+    if (j->type == KT_MJCF_SLIDE)
+        return wrap->is_cylinder && is_parallel;
+    if (j->type == KT_MJCF_HINGE)
+        return kt_vec3_norm(kt_vec3_cross(axis, arm)) < near && (is_parallel || !wrap->is_cylinder);
+    return j->type == KT_MJCF_BALL && !wrap->is_cylinder && kt_vec3_norm(arm) < near;
+}
+
+/* The pose of a surface in another body, in which the joints between both bodies leave it; false if they do not. */
+static bool find_surface_in(const kt_mjcf *m, const kt_mjcf_wrap *wrap, int body, kt_pose *pose) {
+    const kt_pose surface = kt_pose_compose(kt_mjcf_body_at(m, wrap->body)->world, wrap->pose);
+    const int common = kt_mjcf_common_body(m, wrap->body, body), ends[2] = {wrap->body, body};
+    for (int k = 0; k < 2; k++)
+        for (int b = ends[k]; b != common; b = kt_mjcf_body_at(m, b)->parent)
+            for (int i = 0; i < kt_mjcf_body_at(m, b)->joint_count; i++)
+                if (!leaves_in_place(m, kt_mjcf_joint_at(m, kt_mjcf_body_at(m, b)->first_joint + i), wrap, &surface))
+                    return false;
+    *pose = kt_pose_compose(kt_pose_invert(kt_mjcf_body_at(m, body)->world), surface);
+    return true;
+}
+
+/* Sets the point to a geom, or returns false if the path cannot lead around it. A side site on another body needs a
+ * surface that rests in that body, too. */
+static bool set_surface(kt_mjcf *m, const kt_element *e, kt_path_point *point) {
+    const char *name = kt_xml_attribute(e, "geom");
+    const int index = name != NULL ? kt_names_find(&m->names, KT_MJCF_WRAPS, name) : -1;
+    if (index < 0)
+        return false;
+    const kt_mjcf_wrap *wrap = (const kt_mjcf_wrap *)m->wraps.items + index;
+    const bool has_side = kt_xml_attribute(e, "sidesite") != NULL;
+    const int side = has_side ? kt_mjcf_find(m, e, "sidesite", KT_MJCF_SITES) : -1;
+    const int body = side >= 0 ? kt_mjcf_site_at(m, side)->body : wrap->body;
+    kt_pose pose;
+    if ((has_side && side < 0) || !find_surface_in(m, wrap, body, &pose))
+        return false;
+    point->end.body = kt_mjcf_body_at(m, body)->name;
+    point->end.at = pose.position;
+    point->radius = wrap->radius;
+    if (wrap->is_cylinder)
+        point->axis = pose.rotation.z;
+    if (!has_side)
+        return true;
+    const kt_vec3 d = kt_vec3_sub(kt_mjcf_site_at(m, side)->pose.position, pose.position);
+    point->inside = kt_vec3_norm(d) < wrap->radius;
+    if (!point->inside)
+        point->side = d;
+    return true;
+}
+
+/* Ends the branch that began with point `first`: a single point has no length. */
+static void end_branch(kt_mjcf_tendon *t, int first) {
+    if (t->path_count == first + 1)
+        t->path_count = first;
+}
+
+/* Whether a surface is between two points of a branch. */
+static bool is_between_points(const kt_mjcf_tendon *t, int i) {
+    const kt_path_point *p = t->path;
+    return i > 0 && i + 1 < t->path_count && !(p[i - 1].radius > 0.0) && !(p[i + 1].radius > 0.0) &&
+           !(p[i + 1].divisor > 0.0);
+}
+
+static bool read_tendon_points(kt_mjcf *m, kt_mjcf_tendon *t) {
+    double divisor = 0.0;
+    int first = 0;
+    for (const kt_element *c = t->element->first; c != NULL; c = c->next) {
+        kt_path_point *point = &t->path[t->path_count];
+        *point = (kt_path_point){.end = kt_end_default()};
+        if (strcmp(c->name, "pulley") == 0) {
+            end_branch(t, first);
+            first = t->path_count;
+            divisor = kt_mjcf_number(m, c, NULL, "divisor", 0.0);
+            if (!(divisor > 0.0))
+                return false;
+            continue;
+        }
+        if (strcmp(c->name, "site") == 0) {
+            const int site = kt_mjcf_find(m, c, "site", KT_MJCF_SITES);
+            if (site < 0)
+                return false;
+            point->end.body = kt_mjcf_body_at(m, kt_mjcf_site_at(m, site)->body)->name;
+            point->end.at = kt_mjcf_site_at(m, site)->pose.position;
+            point->divisor = t->path_count == first ? divisor : 0.0;
+        } else if (!set_surface(m, c, point)) {
+            return false;
+        }
+        t->path_count++;
+    }
+    end_branch(t, first);
+    for (int i = 0; i < t->path_count; i++)
+        if (t->path[i].radius > 0.0 && !is_between_points(t, i))
+            return false;
+    return t->path_count > 1;
+}
+
+static int count_bodies(const kt_mjcf_tendon *t) {
+    int count = 0;
+    for (int i = 0; i < t->path_count; i++) {
+        int k = 0;
+        while (k < i && t->path[k].end.body != t->path[i].end.body)
+            k++;
+        count += k == i;
+    }
+    return count;
+}
+
+bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
+    size_t count = 1;
+    for (const kt_element *c = t->element->first; c != NULL; c = c->next)
+        count++;
+    t->path = kt_reader_take(m->r, &m->r->keep, count, sizeof *t->path);
+    if (t->path == NULL)
+        return false;
+    if (!read_tendon_points(m, t))
+        return false;
+    for (int i = 0; i < t->path_count; i++)
+        t->is_bounded = t->is_bounded || kt_mjcf_is_bounded_above(m, kt_mjcf_body_of_end(m, &t->path[i].end));
+    t->moves = count_bodies(t) > 1;
+    t->rest = length_at_rest(m, t);
+    return count_bodies(t) <= KT_PATH_LINK_MAX;
+}
+
+/* ---- effects ----------------------------------------------------------------------------------------------------- */
+
+void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to) {
+    kt_mjcf_print(to, "%g*%s", factor, is_rate ? "speed" : "length");
+}
+
+void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
+                            const void *user) {
+    kt_mjcf_formula to = {.whole = true};
+    if (!t->moves)
+        return;
+    put(m, t, user, &to);
+    kt_effect *effect = kt_mjcf_add_formula(m, e, &to, "force of a spatial tendon that is too long for a formula");
+    if (effect == NULL)
+        return;
+    kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
+    effect->end_count = 2;
+    if (t->path_count > 2 || t->path[0].divisor > 0.0) {
+        effect->path = t->path;
+        effect->path_count = t->path_count;
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        effect->between[k] = t->path[k].end;
+}
+
+/* ---- springs, dampers and stops ---------------------------------------------------------------------------------- */
+
+typedef struct passive {
+    double stiffness[3], damping[3], rest[2], friction;
+    bool only_beyond; /* a stop: damping acts beyond the lengths of rest alone */
+} passive;
+
+/* "x*(-k0 + -k1*odd + -k2*x^2)". */
+static void put_polynomial(const double k[3], const char *x, const char *odd, kt_mjcf_formula *to) {
+    kt_mjcf_print(to, "%s*(%g", x, -k[0]);
+    for (int i = 1; i < 3; i++)
+        if (k[i] != 0.0)
+            kt_mjcf_print(to, " + %g*%s", -k[i], i == 1 ? odd : x);
+    kt_mjcf_put(to, k[2] != 0.0 ? "^2)" : ")");
+}
+
+/* "(length - clamp(length, a, b))", the stretch of the spring. */
+static void put_stretch(const passive *p, kt_mjcf_formula *to) {
+    if (p->rest[0] == p->rest[1])
+        kt_mjcf_print(to, "(length - %g)", p->rest[0]);
+    else
+        kt_mjcf_print(to, "(length - clamp(length, %g, %g))", p->rest[0], p->rest[1]);
+}
+
+static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
+
+/* "k*clamp(L, a, b) - k*L", or a polynomial of the stretch. */
+static void put_spring(const passive *p, kt_mjcf_formula *to) {
+    if (!is_linear(p->stiffness)) {
+        kt_mjcf_formula stretch = {.whole = true};
+        put_stretch(p, &stretch);
+        put_polynomial(p->stiffness, stretch.text, stretch.text, to);
+        return;
+    }
+    if (p->rest[0] == p->rest[1])
+        kt_mjcf_print(to, "%g + ", p->stiffness[0] * p->rest[0]);
+    else
+        kt_mjcf_print(to, "clamp(1*length, %g, %g)*%g + ", p->rest[0], p->rest[1], p->stiffness[0]);
+    kt_mjcf_put_path(-p->stiffness[0], false, to);
+}
+
+/* The sum of spring, damper and friction, which changes its sign over a small speed as joint_friction does. */
+static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
+    const passive *p = user;
+    (void)m, (void)t;
+    put_spring(p, to);
+    if (p->friction != 0.0)
+        kt_mjcf_print(to, " + %g*tanh(speed/%g)", -p->friction, kt_effect_default().smoothing);
+    if (!kt_mjcf_is_any(p->damping))
+        return;
+    kt_mjcf_put(to, " + ");
+    if (is_linear(p->damping))
+        kt_mjcf_put_path(-p->damping[0], true, to);
+    else
+        put_polynomial(p->damping, "speed", "abs(speed)", to);
+    if (p->only_beyond)
+        kt_mjcf_print(to, "*((1*length < %g) + (1*length > %g))", p->rest[0], p->rest[1]);
+}
+
+void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
+    const kt_element *e = t->element;
+    const kt_robot_options *o = m->source->options;
+    passive p = {.rest = {-1.0, -1.0}};
+    double range[2];
+    if (!m->off.springs)
+        (void)kt_mjcf_numbers(m, e, "tendon", "stiffness", 1, 3, p.stiffness);
+    if (!m->off.dampers)
+        (void)kt_mjcf_numbers(m, e, "tendon", "damping", 1, 3, p.damping);
+    if (kt_mjcf_numbers(m, e, "tendon", "springlength", 1, 2, p.rest) == 1)
+        p.rest[1] = p.rest[0];
+    if (p.rest[0] < 0.0)
+        p.rest[0] = p.rest[1] = t->rest;
+    if (!m->off.friction)
+        p.friction = kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0);
+    if (p.friction != 0.0)
+        kt_left_count(&m->friction, e);
+    if (kt_mjcf_is_any(p.stiffness) || kt_mjcf_is_any(p.damping) || p.friction != 0.0)
+        kt_mjcf_add_along_path(m, t, e, put_passive, &p);
+    if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
+        kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)
+        return;
+    kt_left_count(&m->limits, e);
+    const passive stop = {.stiffness = {o->stop_stiffness},
+                          .damping = {o->stop_damping},
+                          .rest = {range[0], range[1]},
+                          .only_beyond = true};
+    if (o->stop_stiffness != 0.0)
+        kt_mjcf_add_along_path(m, t, e, put_passive, &stop);
+}

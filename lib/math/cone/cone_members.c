@@ -1,0 +1,203 @@
+/* Problems of more contacts than the matrices of the cone solver have room for (cone.h), on a working set.
+ *
+ * Contacts outside of the set have no impulse. The problem of the set is solved as if they did not exist. At its
+ * impulses, the contact outside that closes fastest joins the set. If none closes, the impulses obey the laws of all
+ * contacts:
+ *
+ *     u = W p + b,    p_i = 0 and u_n,i >= 0    of each contact i outside
+ *
+ * If the set is full, contacts without an impulse leave it, and so do contacts whose normal rows depend on those of
+ * other members. With room for more contacts than there are degrees of freedom, one of them always leaves. Dry friction
+ * and contacts with a least impulse stay in the set. Impulses of many contacts are not unique; these are the impulses
+ * of few.
+ *
+ * The set changes by one contact at a time, so that most of its problems are small. Each problem begins with the
+ * impulses of the one before.
+ */
+#include "cone/cone_parts.h"
+#include "linear/cholesky.h"
+
+#include <math.h>
+#include <string.h>
+
+KT_ARENA_ARRAYS(lay_out_cone_members, struct kt_cone, KT_CONE_MEMBER_FIELDS, size_t n, size_t m)
+
+/* The least tolerance of rates outside of the set, relative to the largest rate: residuals within it are smaller. */
+static const double closing = 1e-10;
+/* Impulses below this part of the largest are none. Normal rows depend on others below this part of their square. */
+static const double no_impulse = 1e-12, dependent_row = 1e-10;
+/* Changes of the set, for each contact of which it has room. */
+enum { SET_CHANGES = 4 };
+
+size_t kt_cone_members_size(int n, int most) { return lay_out_cone_members(NULL, NULL, (size_t)n, 3 * (size_t)most); }
+
+void kt_cone_members_init(kt_cone *cone, int n, void *memory) {
+    (void)lay_out_cone_members(cone, memory, (size_t)n, 3 * (size_t)cone->most);
+}
+
+/* ---- the set ----------------------------------------------------------------------------------------------------- */
+
+static bool must_stay(const kt_cone_problem *problem, int i) {
+    return (problem->limit != NULL && problem->limit[i] > 0.0) || (problem->least != NULL && problem->least[i] > 0.0);
+}
+
+/* Whether an item has no impulse at any rate. */
+static bool stays_open(const kt_cone_problem *problem, int i) {
+    return problem->limit != NULL && problem->limit[i] == 0.0;
+}
+
+static void join_set(kt_cone *cone, int i, int *count) {
+    cone->is_member[i] = true;
+    cone->member[(*count)++] = i;
+}
+
+/* Begins with the items that stay, and with contacts that have impulses at the start. Returns false if there is no room
+ * for those that stay. */
+static bool begin_set(kt_cone *cone, const kt_cone_problem *problem, double *p, int *count) {
+    double w[9];
+    *count = 0;
+    for (int i = 0; i < problem->n; i++) {
+        problem->blocks->block(problem->blocks->user, i, i, w);
+        const double most = fmax(w[0], fmax(w[4], w[8]));
+        cone->unit[i] = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
+        cone->is_member[i] = false;
+        if (must_stay(problem, i) && *count == cone->most)
+            return false;
+        if (must_stay(problem, i))
+            join_set(cone, i, count);
+    }
+    for (int i = 0; i < problem->n; i++) {
+        if (!cone->is_member[i] && p[3 * i] > 0.0 && !stays_open(problem, i) && *count < cone->most)
+            join_set(cone, i, count);
+        if (!cone->is_member[i])
+            memset(p + 3 * i, 0, 3 * sizeof *p);
+    }
+    return true;
+}
+
+/* Keeps the members that are still marked. */
+static void close_ranks(kt_cone *cone, double *p, int *count) {
+    int kept = 0;
+    for (int k = 0; k < *count; k++) {
+        const int i = cone->member[k];
+        if (cone->is_member[i])
+            cone->member[kept++] = i;
+        else
+            memset(p + 3 * i, 0, 3 * sizeof *p);
+    }
+    *count = kept;
+}
+
+/* Marks members for leaving whose normal rows depend on those of members before, by Cholesky's method. */
+static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int count) {
+    const int stride = 3 * cone->most;
+    double w[9];
+    int *chosen = cone->order, rank = 0;
+    for (int k = 0; k < count; k++) {
+        const int i = cone->member[k];
+        double *L = cone->A + rank * stride;
+        for (int j = 0; j < rank; j++) {
+            problem->blocks->block(problem->blocks->user, i, chosen[j], w);
+            L[j] = w[0];
+        }
+        problem->blocks->block(problem->blocks->user, i, i, w);
+        const double left = kt_cholesky_add_row(cone->A, stride, rank, w[0]);
+        if (left * cone->unit[i] * cone->unit[i] > dependent_row) {
+            L[rank] = sqrt(left);
+            chosen[rank++] = i;
+        } else if (!must_stay(problem, i)) {
+            cone->is_member[i] = false;
+        }
+    }
+}
+
+static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p, int *count) {
+    double most = 0.0;
+    for (int k = 0; k < *count; k++)
+        most = fmax(most, p[3 * cone->member[k]]);
+    for (int k = 0; k < *count; k++) {
+        const int i = cone->member[k];
+        cone->is_member[i] = must_stay(problem, i) || p[3 * i] > no_impulse * most;
+    }
+    close_ranks(cone, p, count);
+    if (*count < cone->most)
+        return true;
+    drop_dependent(cone, problem, *count);
+    close_ranks(cone, p, count);
+    return *count < cone->most;
+}
+
+/* ---- its problem ------------------------------------------------------------------------------------------------- */
+
+/* Solves the problem of the set, from p to p. */
+static kt_cone_result solve_set(kt_cone *cone, const kt_cone_problem *problem, int count, double *p) {
+    const int m = 3 * count;
+    double w[9];
+    for (int k = 0; k < count; k++) {
+        const int i = cone->member[k];
+        memcpy(cone->of_b + 3 * k, problem->b + 3 * i, 3 * sizeof *p);
+        memcpy(cone->of_p + 3 * k, p + 3 * i, 3 * sizeof *p);
+        cone->of_mu[k] = problem->mu[i];
+        cone->of_least[k] = problem->least != NULL ? problem->least[i] : 0.0;
+        cone->of_limit[k] = problem->limit != NULL ? problem->limit[i] : -1.0;
+        for (int l = 0; l < count; l++) {
+            problem->blocks->block(problem->blocks->user, i, cone->member[l], w);
+            for (int r = 0; r < 3; r++)
+                memcpy(cone->W + (3 * k + r) * m + 3 * l, w + 3 * r, 3 * sizeof *w);
+        }
+    }
+    const kt_cone_problem own = {.n = count,
+                                 .W = cone->W,
+                                 .b = cone->of_b,
+                                 .mu = cone->of_mu,
+                                 .least = problem->least != NULL ? cone->of_least : NULL,
+                                 .limit = problem->limit != NULL ? cone->of_limit : NULL,
+                                 .symmetric = problem->symmetric,
+                                 .gain = problem->gain,
+                                 .enough = problem->enough};
+    const kt_cone_result result = kt_cone_cascade(cone, &own, cone->of_p);
+    for (int k = 0; k < count; k++)
+        memcpy(p + 3 * cone->member[k], cone->of_p + 3 * k, 3 * sizeof *p);
+    return result;
+}
+
+/* The contact outside of the set that closes fastest, or -1. *speed: relative to the largest rates and impulses. */
+static int find_closing(kt_cone *cone, const kt_cone_problem *problem, const double *p, double *speed) {
+    double size = 0.0, fastest = 0.0, sum = 0.0; /* the sum finds a NaN */
+    int found = -1;
+    problem->blocks->rates(problem->blocks->user, p, cone->rate);
+    for (int i = 0; i < problem->n; i++) {
+        const double unit = cone->unit[i], rate = (cone->rate[3 * i] + problem->b[3 * i]) * unit;
+        for (int k = 0; k < 3; k++)
+            size = fmax(size, fmax(fabs(problem->b[3 * i + k]) * unit, fabs(p[3 * i + k]) / unit));
+        sum += rate;
+        if (!cone->is_member[i] && !stays_open(problem, i) && -rate > fastest) {
+            fastest = -rate;
+            found = i;
+        }
+    }
+    *speed = isfinite(sum) ? size > 0.0 ? fastest / size : 0.0 : (double)INFINITY;
+    return found;
+}
+
+kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *problem, double *p) {
+    kt_cone_result result = {.residual = (double)INFINITY};
+    const double enough = fmax(problem->enough, closing);
+    int count = 0, newton = 0;
+    if (!begin_set(cone, problem, p, &count))
+        return result;
+    for (int change = 0; change < SET_CHANGES * cone->most; change++) {
+        double speed;
+        result = count > 0 ? solve_set(cone, problem, count, p) : (kt_cone_result){.converged = true};
+        newton += result.newton;
+        result.newton = newton;
+        const int next = find_closing(cone, problem, p, &speed);
+        const bool closes = next >= 0 && speed > enough;
+        result.residual = fmax(result.residual, speed);
+        result.converged = result.converged && !closes && isfinite(speed);
+        if (!closes || !isfinite(result.residual) || (count == cone->most && !free_place(cone, problem, p, &count)))
+            return result;
+        join_set(cone, next, &count);
+    }
+    return result;
+}

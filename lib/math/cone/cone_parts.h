@@ -1,0 +1,106 @@
+/* The cone solver's memory, and the declarations that its parts share (cone.h). */
+#ifndef KT_LINEAR_CONE_PARTS_H
+#define KT_LINEAR_CONE_PARTS_H
+
+#include "base/arena.h"
+#include "cone/cone.h"
+
+/* m = 3n. The problem is scaled contact by contact, so that cones stay cones. */
+#define KT_CONE_FIELDS(X)                                                                                              \
+    X(double, b, m, "scaled")                                                                                          \
+    X(double, mu, m, "of n")                                                                                           \
+    X(double, least, m, "of n, scaled")                                                                                \
+    X(double, limit, m, "of n, scaled")                                                                                \
+    X(double, scale, m, "of n")                                                                                        \
+    X(double, near_b, m, "of proximal points; of the interior point method")                                           \
+    X(double, diagonal, m, "of W, while that of proximal points is larger")                                            \
+    X(double, u, m, "rates")                                                                                           \
+    X(double, f, m, "Alart and Curnier's function")                                                                    \
+    X(double, other, m, "likewise, of a shorter step")                                                                 \
+    X(double, dx, m, "step of Newton's method")                                                                        \
+    X(double, trial, m, "x + dx")                                                                                      \
+    X(double, best, m, "of Newton's method")                                                                           \
+    X(double, right, m, "of a linear system")                                                                          \
+    X(double, part, m, "likewise")                                                                                     \
+    X(double, target, m, "of n: the value of a normal impulse that is known")                                          \
+    X(double, x, m, "of the cascade")                                                                                  \
+    X(double, y, m, "of a round")                                                                                      \
+    X(double, z, m, "of a proximal point")                                                                             \
+    X(double, found, m, "the best of all")                                                                             \
+    X(double, weight, m, "interior point: D")                                                                          \
+    X(double, r, m, "interior point: primal")                                                                          \
+    X(double, s, m, "interior point: dual")                                                                            \
+    X(double, dr, m, "their steps")                                                                                    \
+    X(double, ds, m, "likewise")                                                                                       \
+    X(double, lambda, m, "scaled point")                                                                               \
+    X(double, centre, m, "of the complementarity")                                                                     \
+    X(double, gap, m, "of the equations")                                                                              \
+    X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
+    X(int, index, m, "unknowns")                                                                                       \
+    X(int, slot, m, "of each row: its place among the unknowns, or -1")                                                \
+    X(int, first, m, "of n + 1: the first of an item's blocks in `block`")                                             \
+    X(int, order, m, "of columns")                                                                                     \
+    X(int, mode, m, "of n")
+
+/* Of problems of n contacts, of which m / 3 have room in matrices. */
+#define KT_CONE_MEMBER_FIELDS(X)                                                                                       \
+    X(int, member, m, "the working set")                                                                               \
+    X(bool, is_member, n, "whether a contact is in it")                                                                \
+    X(double, unit, n, "scales of all contacts")                                                                       \
+    X(double, rate, 3 * n, "rates of all contacts")                                                                    \
+    X(double, of_b, m, "of the problem of the set")                                                                    \
+    X(double, of_mu, m, "likewise")                                                                                    \
+    X(double, of_least, m, "likewise")                                                                                 \
+    X(double, of_limit, m, "likewise")                                                                                 \
+    X(double, of_p, m, "likewise")
+
+#define KT_CONE_MATRICES(X)                                                                                            \
+    X(double, W, m *m, "scaled")                                                                                       \
+    X(double, A, m *m, "of a linear system")                                                                           \
+    X(int, block, m *m / 9, "of each item: the items whose block of W is not zero, itself among them")
+
+struct kt_cone {
+    int most; /* contacts */
+    int n;
+    bool symmetric, has_least, has_limit;
+    int newton;
+    double gain;   /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
+    double enough; /* the residual at which the cascade ends */
+    double fine;   /* that at which Newton's method ends, if its steps are slow */
+    KT_ARENA_DECLARE(KT_CONE_FIELDS)
+    KT_ARENA_DECLARE(KT_CONE_MATRICES)
+    KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
+};
+
+/* A problem of the same cones: the scaled one, or that of a proximal point. */
+typedef struct kt_cone_linear {
+    const double *W, *b;
+} kt_cone_linear;
+
+/* Solves a problem with a stored matrix. */
+kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p);
+
+double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x);
+
+/* Newton's method from x, at most so many steps. Returns whether the residual is cone->enough or less; x is the best.
+ * Steps have Levenberg and Marquardt's damping, in proportion to the residual: redundant contacts leave W singular. */
+bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
+
+/* Solves A x = right (n x n), and overwrites A. x: right-hand side, then the solution.
+ *
+ * kt_cone_eliminate has partial pivoting. If a pivot is lost, it returns false, and the caller writes A and x again.
+ *
+ * kt_cone_eliminate_completely has complete pivoting. Unknowns of lost pivots are 0. */
+bool kt_cone_eliminate(int n, double *A, double *x);
+void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x);
+
+/* The interior point method, to y; then Newton. */
+void kt_cone_interior(kt_cone *cone, double *y);
+
+/* Bytes of the arrays of a working set, and these arrays in memory of that size (cone_members.c). */
+size_t kt_cone_members_size(int n, int most);
+void kt_cone_members_init(kt_cone *cone, int n, void *memory);
+/* Solves a problem with blocks on a working set. */
+kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *problem, double *p);
+
+#endif

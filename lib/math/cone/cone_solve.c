@@ -1,0 +1,29 @@
+/* The cone solver's memory, and the way that a problem takes: a stored matrix through the cascade (cone.c), blocks
+ * through a working set (cone_members.c). */
+#include "cone/cone_parts.h"
+
+KT_ARENA_LAYOUT(lay_out_cone, struct kt_cone, KT_CONE_FIELDS, size_t m)
+KT_ARENA_ARRAYS(lay_out_cone_matrices, struct kt_cone, KT_CONE_MATRICES, size_t m)
+
+size_t kt_cone_size(int n, int most) {
+    return lay_out_cone(NULL, 3 * (size_t)most) + (n > most ? kt_cone_members_size(n, most) : 0);
+}
+
+size_t kt_cone_matrices_size(int most) { return lay_out_cone_matrices(NULL, NULL, 3 * (size_t)most); }
+
+kt_cone *kt_cone_init(int n, int most, void *memory, void *matrices) {
+    kt_cone *cone = memory;
+    const size_t own = lay_out_cone(memory, 3 * (size_t)most);
+    (void)lay_out_cone_matrices(cone, matrices, 3 * (size_t)most);
+    cone->most = most;
+    if (n > most)
+        kt_cone_members_init(cone, n, (char *)memory + own);
+    return cone;
+}
+
+int kt_cone_room(const kt_cone *cone) { return cone->most; }
+double *kt_cone_matrix(kt_cone *cone) { return cone->W; }
+
+kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, double *p) {
+    return problem->blocks == NULL ? kt_cone_cascade(cone, problem, p) : kt_cone_solve_members(cone, problem, p);
+}

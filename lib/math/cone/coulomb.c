@@ -1,0 +1,422 @@
+/* The solution of a problem with Coulomb's friction (coulomb.h). The cone solver finds the mode of each item. Then the
+ * directions of slip are made exact. Among impulses that give the same motion, the least are taken.
+ *
+ * A problem may have several solutions. If all items can stick, they stick. Otherwise the cone solver starts from the
+ * impulses that would make all stick; if it finds no solution from there, it starts from zero impulses. A count records
+ * whether a start from zero leads to another motion.
+ */
+#include "cone/coulomb.h"
+
+#include "cone/cone.h"
+#include "kinetree/algebra.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The largest residual of the cone solver that is taken if there is no smaller one. */
+static const double loose = 1e-7;
+
+KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
+
+size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most) {
+    return lay_out_solver(NULL, items, kt_cone_size((int)items, (int)most)) + 3 * kt_coulomb_solution_size(items, rows);
+}
+
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
+    kt_coulomb_solver *solver = memory;
+    const size_t size = kt_coulomb_solution_size(items, rows);
+    char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items, (int)most));
+    solver->is_loose = false;
+    solver->cone = kt_cone_init((int)items, (int)most, solver->cone_memory, matrices);
+    solver->other = kt_coulomb_solution_init(items, rows, behind);
+    solver->next = kt_coulomb_solution_init(items, rows, behind + size);
+    solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);
+    return solver;
+}
+
+static bool is_open_alone(const kt_coulomb_item *item) { return item->rejected == ~(1U << KT_COULOMB_OPEN); }
+
+/* Writes the rows that make up the r-th row of an item: `row` and `by` (factor) of each. Returns their number. Slip in
+ * a given direction has one row. */
+static int rows_of(const kt_coulomb_item *item, int r, int *row, double *by) {
+    row[0] = r == 0 ? item->row : item->across + r - 1;
+    by[0] = 1.0;
+    if (item->type == KT_COULOMB_CONE)
+        return 1;
+    if (r > 0)
+        return 0;
+    for (int k = 0; k < 2 && item->type == KT_COULOMB_SLIPS; k++) {
+        row[1 + k] = item->across + k;
+        by[1 + k] = -item->friction * item->e[k];
+    }
+    return item->type == KT_COULOMB_SLIPS ? 3 : 1;
+}
+
+/* W of items i and j in the rows of the cone solver, 3 x 3 by rows that are `stride` numbers apart. */
+static void pose_block(const kt_coulomb *c, int i, int j, int stride, double *W) {
+    const kt_coulomb_item *item = &c->item[i];
+    const int rows = item->type == KT_COULOMB_CONE ? 3 : 1;
+    int column[3];
+    double by[3];
+    for (int s = 0; s < 3; s++) {
+        const int n = rows_of(&c->item[j], s, column, by);
+        for (int r = 0; r < 3; r++) {
+            const int row = r == 0 ? item->row : item->across + r - 1;
+            double sum = 0.0;
+            for (int k = n - 1; k >= 0 && r < rows; k--)
+                sum += by[k] * kt_coulomb_entry(c, row, column[k]);
+            W[r * stride + s] = sum;
+        }
+    }
+}
+
+/* Between the rows of the cone solver and those of the problem. */
+static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
+    int row[3];
+    double by[3];
+    memset(p, 0, (size_t)c->rows * sizeof *p);
+    for (int r = 0; r < 3 * c->n; r++)
+        for (int k = rows_of(&c->item[r / 3], r % 3, row, by) - 1; k >= 0; k--)
+            p[row[k]] += by[k] * x[r];
+}
+
+static void gather(const kt_coulomb *c, const double *p, double *x) {
+    int row[3];
+    double by[3];
+    for (int r = 0; r < 3 * c->n; r++)
+        x[r] = rows_of(&c->item[r / 3], r % 3, row, by) > 0 ? p[row[0]] : 0.0;
+}
+
+static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
+    const int m = 3 * c->n;
+    gather(c, c->b, p->b);
+    p->has_limit = false;
+    p->symmetric = true;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
+        p->least[i] = item->least;
+        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : is_open_alone(item) ? 0.0 : -1.0;
+        p->has_limit = p->has_limit || p->limit[i] >= 0.0;
+        p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
+    }
+    for (int i = 0; i < c->n && c->n <= c->most; i++)
+        for (int j = 0; j < c->n; j++)
+            pose_block(c, i, j, m, kt_cone_matrix(p->cone) + 3 * i * m + 3 * j);
+}
+
+/* The same W by blocks, for more items than matrices have room for. */
+static void posed_block(const void *user, int i, int j, double *w) { pose_block(user, i, j, 3, w); }
+
+static void posed_rates(const void *user, const double *x, double *rate) {
+    const kt_coulomb *c = user;
+    scatter_rows(c, x, c->system->dp);
+    kt_coulomb_find_rates(c, c->system->dp, c->rate);
+    gather(c, c->rate, rate);
+}
+
+/* ---- modes ------------------------------------------------------------------------------------------------------- */
+
+/* Whether a contact with a cone slips in its tangential directions, and the direction *e of the slip. */
+static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const double *p, const double *u,
+                         double *e) {
+    const double *pt = p + item->across, *ut = u + item->across;
+    const double speed = kt_hypot(ut[0], ut[1]), force = kt_hypot(pt[0], pt[1]);
+    const bool moves = speed > 1e-9 * c->size, leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
+    e[0] = moves ? ut[0] / speed : leaves && force > 0.0 ? -pt[0] / force : 1.0;
+    e[1] = moves ? ut[1] / speed : leaves && force > 0.0 ? -pt[1] / force : 0.0;
+    return moves || leaves;
+}
+
+static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double most = 0.0;
+    kt_coulomb_find_rates(c, to->p, to->u);
+    for (int j = 0; j < c->rows; j++) {
+        most = fmax(most, fabs(to->p[j]));
+        to->u[j] += c->b[j];
+    }
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double p = to->p[item->row], u = to->u[item->row];
+        const bool leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
+        const bool is_active = p - item->least > 1e-10 * most && !is_open_alone(item);
+        memcpy(to->e[i], item->e, sizeof to->e[i]);
+        if (item->type == KT_COULOMB_DRY) {
+            const bool moves = fabs(u) > 1e-9 * c->size;
+            to->mode[i] = !moves && !leaves             ? KT_COULOMB_STICK
+                          : (moves ? u > 0.0 : p < 0.0) ? KT_COULOMB_SLIP
+                                                        : KT_COULOMB_SLIP_BACK;
+        } else if (item->type == KT_COULOMB_CONE && (is_active || item->least > 0.0)) {
+            const bool slips = slips_across(c, item, to->p, to->u, to->e[i]);
+            to->mode[i] = is_active ? (slips ? KT_COULOMB_SLIP : KT_COULOMB_STICK)
+                                    : (slips ? KT_COULOMB_LEAST_SLIP : KT_COULOMB_LEAST_STICK);
+        } else {
+            to->mode[i] = is_active ? KT_COULOMB_STICK : KT_COULOMB_OPEN;
+        }
+    }
+}
+
+/* ---- one start --------------------------------------------------------------------------------------------------- */
+
+/* Refines the directions of slip by one more Newton step. Slip that just begins is slow: the cone solver finds its
+ * directions only up to rounding relative to the fastest slip. */
+static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
+    kt_coulomb_polish(c, to);
+    return kt_coulomb_iterate(c, to);
+}
+
+/* Solves from the start solver->x. The motion of the modes is exact if it exists; otherwise that of the cone solver is
+ * taken as it is. */
+static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    pose(c, solver);
+    const kt_cone_blocks blocks = {.block = posed_block, .rates = posed_rates, .user = c};
+    const kt_cone_problem problem = {.n = c->n,
+                                     .W = kt_cone_matrix(solver->cone),
+                                     .blocks = c->n <= c->most ? NULL : &blocks,
+                                     .b = solver->b,
+                                     .mu = solver->mu,
+                                     .least = solver->least,
+                                     .limit = solver->has_limit ? solver->limit : NULL,
+                                     .symmetric = solver->symmetric};
+    const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
+    *steps += (uint64_t)result.newton;
+    if (!result.converged && !(solver->is_loose && result.residual <= loose))
+        return false;
+    scatter_rows(c, solver->x, to->p);
+    to->shares = false;
+    find_modes(c, to);
+    kt_coulomb_copy(c, to, solver->best);
+    if (kt_coulomb_is_unique(c, solver->best) && polish(c, solver->best))
+        kt_coulomb_copy(c, solver->best, to);
+    return true;
+}
+
+/* Whether it is another motion, not other forces for the same. */
+static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
+    for (int j = 0; j < c->rows; j++)
+        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
+            return true;
+    return false;
+}
+
+/* Opens contact i, from the impulses in `to` without its own. Returns whether the others hold it open. */
+static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
+    kt_coulomb_item *item = &c->item[i];
+    const unsigned rejected = item->rejected;
+    item->rejected = ~(1U << KT_COULOMB_OPEN);
+    kt_coulomb_copy(c, to, solver->next);
+    solver->next->p[item->row] = 0.0;
+    gather(c, solver->next->p, solver->x);
+    if (solve_from(c, solver, solver->next, steps) && solver->next->u[item->row] >= -1e-9 * c->size) {
+        kt_coulomb_copy(c, solver->next, to);
+        return true;
+    }
+    item->rejected = rejected;
+    return false;
+}
+
+/* Opens one contact that presses. held: only one whose rows depend on those of others, which then hold what it holds.
+ * Without another one, the motion may change. */
+static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]) &&
+            (!held || kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)) &&
+            open_one(c, solver, i, to, steps))
+            return true;
+    return false;
+}
+
+/* Whether all contacts that press stick, also with the least forces that press, which are written. Their shares of the
+ * load then have no influence on the motion. */
+static bool all_stick_by_least(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type == KT_COULOMB_SLIPS
+                ? to->mode[i] != KT_COULOMB_OPEN
+                : c->item[i].type != KT_COULOMB_DRY && to->mode[i] < KT_COULOMB_OPEN && to->mode[i] != KT_COULOMB_STICK)
+            return false;
+    if (!kt_coulomb_fits(c, to))
+        return false;
+    kt_coulomb_copy(c, to, solver->next);
+    kt_coulomb_linear(c, solver->next);
+    bool holds = kt_coulomb_holds(c, solver->next);
+    if (!holds && solver->next->shares) {
+        kt_coulomb_raise(c, solver->next);
+        holds = kt_coulomb_holds(c, solver->next);
+    }
+    if (holds)
+        kt_coulomb_copy(c, solver->next, to);
+    return holds;
+}
+
+/* Opens contacts until the normal rows of those that press are independent. An open contact holds nothing across its
+ * normal. So contacts that no others hold, such as a driven wheel of a car, stay closed if all can stick. */
+static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    bool found = true;
+    for (int i = 0; i < c->n; i++)
+        solver->rejected[i] = c->item[i].rejected;
+    while (found && !kt_coulomb_is_unique(c, to)) {
+        found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
+        if (!found && all_stick_by_least(c, solver, to)) {
+            found = true;
+            break;
+        }
+        found = found || open_any(c, solver, false, to, steps);
+    }
+    for (int i = 0; i < c->n; i++)
+        c->item[i].rejected = solver->rejected[i];
+    return found;
+}
+
+/* Whether contact i touches that could press, since its normal row depends on those of others, and that would then hold
+ * more: a wheel that is open spins freely. */
+static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
+    const kt_coulomb_item *item = &c->item[i];
+    if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
+        !(fabs(to->u[item->row]) <= 1e-9 * c->size))
+        return false;
+    to->mode[i] = KT_COULOMB_STICK;
+    const bool spins =
+        kt_coulomb_fits(c, to) && kt_coulomb_is_held(c, to, i, 1, true) && !kt_coulomb_is_held(c, to, i, 3, true);
+    to->mode[i] = KT_COULOMB_OPEN;
+    return spins;
+}
+
+/* Closes contacts that are loose, if all can stick. Otherwise counts a second solution. */
+static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    kt_coulomb_solution *closed = solver->other;
+    bool may_stick = true;
+    int first = -1;
+    kt_coulomb_copy(c, to, closed);
+    for (int i = 0; i < c->n; i++)
+        if (is_loose(c, closed, i)) {
+            closed->mode[i] = KT_COULOMB_STICK;
+            may_stick = may_stick && (c->item[i].rejected & 1U << KT_COULOMB_STICK) == 0;
+            first = first < 0 ? i : first;
+        }
+    if (first < 0)
+        return;
+    if (may_stick && all_stick_by_least(c, solver, closed)) {
+        kt_coulomb_copy(c, closed, to);
+        to->count = 1;
+        return;
+    }
+    to->count = 2;
+    to->redundant = true;
+    to->differs = first;
+}
+
+/* All items stick, or are closed; those that cannot are left as they were. Impulses are zero if there is no room. */
+static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
+    for (int i = 0; i < c->n; i++) {
+        to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
+        memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
+    }
+    if (kt_coulomb_fits(c, to))
+        kt_coulomb_linear(c, to);
+    else
+        memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
+}
+
+static bool any_is_rejected(const kt_coulomb *c) {
+    for (int i = 0; i < c->n; i++)
+        if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
+            return true;
+    return false;
+}
+
+/* Describes two solutions with different motions. next: scratch, for the contacts that either of them closes. */
+static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, const kt_coulomb_solution *other,
+                              kt_coulomb_solution *next) {
+    double most = -1.0;
+    kt_coulomb_copy(c, to, next);
+    for (int i = 0; i < c->n; i++) {
+        const double apart = fabs(to->p[c->item[i].row] - other->p[c->item[i].row]);
+        if (!kt_coulomb_is_active(next->mode[i]))
+            next->mode[i] = other->mode[i];
+        to->differs = apart > most ? i : to->differs;
+        most = fmax(most, apart);
+    }
+    to->redundant = !kt_coulomb_is_unique(c, next);
+}
+
+/* Many corners of a body may have no solution up to rounding that the cone solver finds. */
+static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    solver->is_loose = true;
+    const bool found = solve_from(c, solver, to, steps);
+    solver->is_loose = false;
+    return found;
+}
+
+bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                      uint64_t *steps) {
+    kt_coulomb_solution *other = solver->other;
+    solution->count = other->count = 0;
+    stick_all(c, solution);
+    gather(c, solution->p, solver->x);
+    bool found = !any_is_rejected(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
+    found = found || solve_from(c, solver, solution, steps);
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    const bool again = solve_from(c, solver, other, steps);
+    if (!found && again)
+        kt_coulomb_copy(c, other, solution);
+    if (!found && !again && !solve_loosely(c, solver, solution, steps))
+        return false;
+    solution->count = found && again && differs(c, solution, other) ? 2 : 1;
+    if (solution->count > 1)
+        compare_solutions(c, solution, other, solver->next);
+    if (!independent)
+        return true;
+    found = make_independent(c, solver, solution, steps);
+    if (!found) {
+        kt_coulomb_copy(c, other, solution);
+        solution->count = 1;
+        found = again && make_independent(c, solver, solution, steps);
+    }
+    close_loose(c, solver, solution);
+    return found;
+}
+
+/* ---- contacts that do not part ----------------------------------------------------------------------------------- */
+
+/* Changes modes that the solution contradicts. Returns whether any has changed. */
+static bool change_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
+    bool changes = false;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double *pt = to->p + item->across, *ut = to->u + item->across, size = kt_hypot(pt[0], pt[1]);
+        if (item->type != KT_COULOMB_CONE)
+            continue;
+        const bool sticks = to->mode[i] == KT_COULOMB_STICK;
+        if (sticks && size > item->friction * to->p[item->row]) {
+            to->mode[i] = KT_COULOMB_SLIP;
+            to->e[i][0] = -pt[0] / size;
+            to->e[i][1] = -pt[1] / size;
+            changes = true;
+        } else if (!sticks && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] < 0.0) {
+            to->mode[i] = KT_COULOMB_STICK;
+            changes = true;
+        }
+    }
+    return changes;
+}
+
+bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
+    uint64_t steps = 0;
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    solver->is_loose = false;
+    return solve_from(c, solver, to, &steps) && kt_coulomb_iterate(c, to);
+}
+
+bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
+    bool found = kt_coulomb_iterate(c, to);
+    for (int i = 0; !found && i < c->n; i++)
+        if (c->item[i].type == KT_COULOMB_CONE)
+            to->mode[i] = KT_COULOMB_STICK;
+    for (int k = 0; !found && k <= 2 * c->n; k++) {
+        found = kt_coulomb_iterate(c, to);
+        if (!found && !change_modes(c, to))
+            return false;
+    }
+    return found;
+}

@@ -1,0 +1,291 @@
+/* Complementarity with Coulomb's friction: p and u = W p + b of unilateral contacts. Normal rows have 0 <= p
+ * complementary to u >= 0. Tangential rows lie in the cone |p_t| <= mu p, not in a pyramid:
+ *
+ *     stick    u_t = 0,   |p_t| <= mu p
+ *     slip     u_t = sigma e,   p_t = -mu p e,   |e| = 1,  sigma >= 0
+ *
+ * of impulses and rates, or of forces and accelerations. An item that slips from the outset has a given e. Dry friction
+ * has one row and a limit of its own, |p| <= S. Each item is in one of a few modes. In each mode all is linear except
+ * the directions e of slipping items; for these, Newton's iteration solves e x u_t = 0. The cone solver (cone.h) finds
+ * the modes. Friction may have no solution, or two (Painleve 1895).
+ *
+ * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule):
+ *
+ *     0 <= p - l  complementary to  u >= 0
+ *
+ * It never opens then: while p = l it sticks or slips, too, and there are 6 modes of it.
+ *
+ * If normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
+ * If a contact would then hold less, and all can stick, it stays closed, with the least normal forces that press.
+ * Tangential forces may not be unique, as of a block on two feet. Then p is the least solution of all, each tangential
+ * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
+ * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
+ * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
+ * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
+ * exceeds its friction. Dry friction takes part in the same way: its limit replaces mu N, and D is this limit at first.
+ * The dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is
+ * its iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
+ *
+ * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
+ * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
+ * stored then.
+ *
+ * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996; R. Leine, N. van de Wouw, Stability and
+ * Convergence of Mechanical Systems with Unilateral Constraints, 2008.
+ */
+#ifndef KT_LINEAR_COULOMB_H
+#define KT_LINEAR_COULOMB_H
+
+#include "base/arena.h"
+#include "cone/lemke.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+struct kt_cone;
+
+typedef enum kt_coulomb_type {
+    KT_COULOMB_FRICTIONLESS, /* one row: closed, open */
+    KT_COULOMB_SLIPS,        /* in a given direction: closed, open */
+    KT_COULOMB_CONE,         /* at rest: sticks, slips from one guess or the opposite, open */
+    KT_COULOMB_DRY,          /* one row: sticks, slips forwards, backwards */
+} kt_coulomb_type;
+
+typedef enum kt_coulomb_mode {
+    KT_COULOMB_LEAST_STICK, /* the first three: the normal impulse is the least, and the contact may part */
+    KT_COULOMB_LEAST_SLIP,
+    KT_COULOMB_LEAST_SLIP_BACK,
+    KT_COULOMB_STICK, /* or closed */
+    KT_COULOMB_SLIP,
+    KT_COULOMB_SLIP_BACK,
+    KT_COULOMB_OPEN, /* without friction: or the least normal impulse */
+    KT_COULOMB_MODES /* how many */
+} kt_coulomb_mode;
+
+/* Whether the normal impulse is unknown. */
+static inline bool kt_coulomb_is_active(kt_coulomb_mode mode) {
+    return mode >= KT_COULOMB_STICK && mode < KT_COULOMB_OPEN;
+}
+
+/* The tangential mode of the contact: it sticks or slips. */
+static inline kt_coulomb_mode kt_coulomb_across(kt_coulomb_mode mode) {
+    return mode < KT_COULOMB_STICK ? (kt_coulomb_mode)(mode + KT_COULOMB_STICK) : mode;
+}
+
+typedef struct kt_coulomb_item {
+    kt_coulomb_type type;
+    int row, across;   /* normal (or only) row; the first of two tangential ones */
+    double friction;   /* mu; of dry friction S */
+    double least;      /* of a normal impulse */
+    double e[2];       /* the direction of slip, given */
+    unsigned rejected; /* modes that are not tried, a bit each */
+} kt_coulomb_item;
+
+typedef double kt_coulomb_pair[2];
+
+/* Every array of a solution: type, name, count, meaning. */
+#define KT_COULOMB_SOLUTION_FIELDS(X)                                                                                  \
+    X(kt_coulomb_mode, mode, items, "of each item")                                                                    \
+    X(kt_coulomb_pair, e, items, "directions of slip")                                                                 \
+    X(double, p, rows, "impulses, or forces")                                                                          \
+    X(double, u, rows, "rates, or accelerations")
+
+typedef struct kt_coulomb_solution {
+    bool shares;    /* normal forces are not unique: these are the least */
+    int count;      /* of solutions with different u */
+    bool redundant; /* several solutions: their closed contacts together have dependent normal rows */
+    int differs;    /* several solutions: the item whose normal impulses differ most */
+    KT_ARENA_DECLARE(KT_COULOMB_SOLUTION_FIELDS)
+} kt_coulomb_solution;
+
+/* The unknowns of a combination: p = P x + fixed. A unit of x_k is a unit in row equation[k], and by[k] in the
+ * tangential rows from across[k] on, unless that is negative. Matrices are stored by rows. Once A is solved, its rows
+ * behind the rank take its null vectors. */
+#define KT_COULOMB_SYSTEM_FIELDS(X)                                                                                    \
+    X(int, item, rows, "of each unknown")                                                                              \
+    X(int, equation, rows, "its row")                                                                                  \
+    X(bool, is_normal, rows, "whether it is a normal impulse")                                                         \
+    X(bool, is_tangential, rows, "whether it is a tangential one that sticks")                                         \
+    X(double, least, rows, "of the item's normal impulse")                                                             \
+    X(int, across, rows, "the first tangential row of a normal impulse that slips; -1")                                \
+    X(kt_coulomb_pair, by, rows, "impulses in these rows")                                                             \
+    X(double, fixed, rows, "impulses that are known")                                                                  \
+    X(double, unit, rows, "of the unknowns")                                                                           \
+    X(double, dp, rows, "change of p with a direction")                                                                \
+    X(int, order, rows, "of the columns")
+
+/* Room for the complementarity problem of normal forces (coulomb_shares.c), for `most` of them. */
+#define KT_COULOMB_LOADS_FIELDS(X)                                                                                     \
+    X(int, row, most, "their unknowns")                                                                                \
+    X(double, q, most, "by how much they exceed their bounds")                                                         \
+    X(double, raise, most, "multipliers of the bounds")                                                                \
+    X(double, M, most *most, "the projector onto null vectors, in their rows")                                         \
+    X(double, lemke, kt_lemke_count(most), "of the solver")
+
+typedef struct kt_coulomb_loads {
+    int n;
+    KT_ARENA_DECLARE(KT_COULOMB_LOADS_FIELDS)
+} kt_coulomb_loads;
+
+/* With room for `most` items, and for `unknowns`. */
+#define KT_COULOMB_SYSTEM_MATRICES(X)                                                                                  \
+    X(double, A, unknowns *(unknowns + 1 + most), "equations, and their right-hand sides behind them")                 \
+    X(double, x, (1 + most) * unknowns, "unknowns, then dx/de of each direction")
+
+typedef struct kt_coulomb_system {
+    int most, width; /* unknowns that have room; numbers of a row of A */
+    int n, columns;  /* unknowns; right-hand sides: of x, and of its derivatives by the directions */
+    bool shares;     /* normal forces are not unique */
+    bool raises;     /* they are raised to their bounds (kt_coulomb_least_load) */
+    kt_coulomb_loads loads;
+    KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_FIELDS)
+    KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_MATRICES)
+} kt_coulomb_system;
+
+/* Every array of a problem. The last ones are scratch. */
+#define KT_COULOMB_FIELDS(X)                                                                                           \
+    X(int, line, rows, "rows and columns of W")                                                                        \
+    X(kt_coulomb_item, item, items, "items")                                                                           \
+    X(double, b, rows, "of the rows")                                                                                  \
+    X(int, active, items, "these rows")                                                                                \
+    X(double, angle, items, "by which directions turn")                                                                \
+    X(double, next_angle, items, "likewise")                                                                           \
+    X(double, turn, items, "unknowns of their system")                                                                 \
+    X(int, nonzero, rows, "rows with an impulse")                                                                      \
+    X(double, rate, rows, "rates")
+
+/* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
+ * If W is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
+typedef struct kt_coulomb {
+    int n, rows, stride;
+    int most; /* items that have room in matrices */
+    double size;
+    const double *W;
+    double (*entry)(const void *user, int line, int column);
+    const void *user;
+    kt_coulomb_system *system, *turns; /* scratch: of a combination, and of its directions */
+    KT_ARENA_DECLARE(KT_COULOMB_FIELDS)
+} kt_coulomb;
+
+static inline double kt_coulomb_entry(const kt_coulomb *c, int row, int column) {
+    return c->W != NULL ? c->W[c->line[row] * c->stride + c->line[column]]
+                        : c->entry(c->user, c->line[row], c->line[column]);
+}
+
+/* A row of W if it is stored, and a number in this row. */
+static inline const double *kt_coulomb_row(const kt_coulomb *c, int row) {
+    return c->W != NULL ? c->W + c->line[row] * c->stride : NULL;
+}
+static inline double kt_coulomb_in_row(const kt_coulomb *c, const double *W, int row, int column) {
+    return W != NULL ? W[c->line[column]] : c->entry(c->user, c->line[row], c->line[column]);
+}
+
+/* Bytes of the matrices of a problem and its solver, with room for `most` items: the cone solver and a combination of
+ * modes never run at once. They are scratch, and their memory may serve others between two solutions. */
+size_t kt_coulomb_matrices_size(size_t rows, size_t most);
+/* Bytes of a problem of up to so many items and rows, and its object in memory of that size, without items. */
+size_t kt_coulomb_size(size_t items, size_t rows);
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
+/* Likewise of a solution. */
+size_t kt_coulomb_solution_size(size_t items, size_t rows);
+kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory);
+/* Copies a solution of the problem. */
+void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_coulomb_solution *to);
+
+/* ---- one combination of modes (coulomb_system.c) ----------------------------------------------------------------- */
+
+/* Whether the item slips in an unknown direction. */
+bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
+/* Whether the closed items have room in matrices: what follows, but for the rate and the check, requires it. */
+bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* The rates of all rows without b: W p. */
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
+/* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
+ * factor. */
+bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
+ * holds its normal row and two tangential ones. slip: so does one that slips. */
+int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
+/* Whether the first rows of item i depend on rows that other items hold, so that these suffice. rows: 1 for the normal
+ * row, 3 with the tangential ones. Others hold their normal rows if they press, and tangential ones if they stick. With
+ * `slip`, tangential rows of contacts that slip count, too. */
+bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
+/* Writes p and u of a combination with given directions; in c->system dx/de. */
+void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
+/* Likewise. If normal forces are not unique, those that would pull, or would be too small for friction that sticks, are
+ * raised to their bounds if possible (kt_coulomb_least_load). */
+void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to);
+/* Whether forces and rates agree with the modes. */
+bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* Iterates by Newton's method for the directions of one combination of modes, from those in `to`. Its steps are halved
+ * until the residual falls. Returns whether the combination is a solution. */
+bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to);
+/* Likewise for the directions and modes of contacts with cones that do not part (coulomb.c). First all slip in the
+ * directions in `to`. If this is no solution, all stick, and modes that a solution contradicts change. Returns whether
+ * a solution is found. */
+bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);
+/* One step of this iteration, without a check. */
+void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
+
+/* Shares change at most so often. A tangential force that takes the part |T| / (mu N) of its friction then has its unit
+ * sqrt(D) multiplied by the following factor. */
+enum { KT_COULOMB_SHARINGS = 64 };
+static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
+/* A unit within a range about the root of a scale: the normal force, or the limit of dry friction. Next to dry friction
+ * the range is small: otherwise the direction of friction with one share vanishes next to that of idle contacts. */
+#define KT_COULOMB_RANGE_OF_DRY 30.0
+static inline double kt_coulomb_unit_within(double unit, double scale, double range) {
+    return fmin(fmax(unit, sqrt(scale) / range), sqrt(scale) * range);
+}
+
+/* The bound of a normal force that is shared in several ways: it holds a tangential force. A small part of it, and of
+ * the mean normal force, is left in reserve, so that rounding does not decide when the contact parts or slips. */
+static inline double kt_coulomb_least_load(double force, double friction, double mean) {
+    static const double reserve = 1e-6;
+    return (force > 0.0 ? (1.0 + reserve) * force / friction : 0.0) + reserve * fmax(mean, 0.0);
+}
+
+/* Row k of a matrix with so many columns. */
+static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) {
+    return matrix + (ptrdiff_t)k * columns;
+}
+
+/* Reduces x of a system, whose A is solved, to the least solution (coulomb_shares.c). */
+void kt_coulomb_reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank);
+
+/* ---- a solution (coulomb.c) -------------------------------------------------------------------------------------- */
+
+/* The arrays of the solver: an item has three rows in the cone solver. */
+#define KT_COULOMB_SOLVER_FIELDS(X)                                                                                    \
+    X(double, b, 3 * items, "of the cone solver")                                                                      \
+    X(double, x, 3 * items, "likewise")                                                                                \
+    X(double, mu, items, "likewise")                                                                                   \
+    X(double, least, items, "likewise")                                                                                \
+    X(double, limit, items, "likewise")                                                                                \
+    X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
+    X(char, cone_memory, cone, "the cone solver")
+
+typedef struct kt_coulomb_solver {
+    bool has_limit, symmetric;
+    bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
+    struct kt_cone *cone;
+    kt_coulomb_solution *other, *next, *best;
+    KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)
+} kt_coulomb_solver;
+
+/* Bytes of a solver of problems of up to so many items and rows, and the solver in memory of that size. */
+size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most);
+kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
+
+/* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
+ * independent normal rows of active contacts. The solution has the least impulses; its count is 2 if another motion
+ * was found, too. Adds the steps of Newton's method to *steps. */
+bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                      uint64_t *steps);
+/* Solves a problem of contacts that do not part, for which kt_coulomb_iterate_modes finds no solution, with the cone
+ * solver. Contacts of one body may have rates that exclude that all stick, and forces that are not unique. Returns
+ * false if the solution is not exact for its modes. */
+bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to);
+
+#endif

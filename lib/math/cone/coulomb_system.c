@@ -1,0 +1,461 @@
+/* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses, and
+ * Newton's iteration for the directions of slip. Their least solution is in coulomb_shares.c. */
+#include "cone/coulomb.h"
+
+#include "cone/cone.h"
+#include "kinetree/algebra.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ITERATIONS = 40 };
+
+KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t rows)
+KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t unknowns, size_t most)
+KT_ARENA_ARRAYS(lay_out_loads, kt_coulomb_loads, KT_COULOMB_LOADS_FIELDS, size_t most)
+KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
+KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
+
+/* ---- memory ------------------------------------------------------------------------------------------------------ */
+
+/* A system of up to so many unknowns, with right-hand sides of `directions` besides that of x. */
+static kt_coulomb_system *init_system(size_t rows, size_t unknowns, size_t directions, char *memory) {
+    kt_coulomb_system *system = (kt_coulomb_system *)(void *)memory;
+    (void)lay_out_system(memory, rows);
+    system->most = (int)unknowns;
+    system->width = (int)(unknowns + 1 + directions);
+    return system;
+}
+
+/* The unknowns of `most` items. */
+static size_t unknowns_of_items(size_t rows, size_t most) { return rows < 3 * most ? rows : 3 * most; }
+
+size_t kt_coulomb_matrices_size(size_t rows, size_t most) {
+    const size_t system =
+        lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most) + lay_out_loads(NULL, NULL, most);
+    const size_t cone = kt_cone_matrices_size((int)most);
+    return system > cone ? system : cone;
+}
+
+size_t kt_coulomb_size(size_t items, size_t rows) {
+    return lay_out_problem(NULL, items, rows) + lay_out_system(NULL, rows) + lay_out_system(NULL, items);
+}
+
+/* The equations of the turns follow from x, when the matrix of x is no longer needed: they share its memory. */
+kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
+    kt_coulomb *c = memory;
+    char *behind = (char *)memory + lay_out_problem(memory, items, rows);
+    c->n = c->rows = c->stride = 0;
+    c->most = (int)most;
+    c->size = 0.0;
+    c->W = NULL;
+    c->system = init_system(rows, unknowns_of_items(rows, most), most, behind);
+    c->turns = init_system(items, most, 0, behind + lay_out_system(NULL, rows));
+    const size_t used = lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
+    (void)lay_out_loads(&c->system->loads, (char *)matrices + used, most);
+    c->turns->A = c->system->A;
+    c->turns->x = c->turn;
+    return c;
+}
+
+size_t kt_coulomb_solution_size(size_t items, size_t rows) { return lay_out_solution(NULL, items, rows); }
+
+kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory) {
+    kt_coulomb_solution *solution = memory;
+    (void)lay_out_solution(memory, items, rows);
+    solution->shares = solution->redundant = false;
+    solution->count = solution->differs = 0;
+    return solution;
+}
+
+void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_coulomb_solution *to) {
+    to->shares = from->shares;
+    to->count = from->count;
+    to->redundant = from->redundant;
+    to->differs = from->differs;
+    memcpy(to->mode, from->mode, (size_t)c->n * sizeof *to->mode);
+    memcpy(to->e, from->e, (size_t)c->n * sizeof *to->e);
+    memcpy(to->p, from->p, (size_t)c->rows * sizeof *to->p);
+    memcpy(to->u, from->u, (size_t)c->rows * sizeof *to->u);
+}
+
+/* ---- unknowns ---------------------------------------------------------------------------------------------------- */
+
+static void add_unknown(kt_coulomb_system *s, int item, int row, int normal) {
+    s->item[s->n] = item;
+    s->equation[s->n] = row;
+    s->is_normal[s->n] = row == normal;
+    s->is_tangential[s->n] = false;
+    s->least[s->n] = normal < 0 ? 0.0 : s->fixed[normal];
+    s->across[s->n++] = -1;
+}
+
+bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    const kt_coulomb_mode mode = kt_coulomb_across(to->mode[i]);
+    return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
+}
+
+static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
+    s->n = s->columns = 0;
+    s->shares = false;
+    memset(s->fixed, 0, (size_t)c->rows * sizeof *s->fixed);
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        if (item->type == KT_COULOMB_DRY) {
+            if (to->mode[i] == KT_COULOMB_STICK)
+                add_unknown(s, i, item->row, -1);
+            else
+                s->fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
+            continue;
+        }
+        s->fixed[item->row] = item->least;
+        if (to->mode[i] == KT_COULOMB_OPEN)
+            continue;
+        const bool is_active = kt_coulomb_is_active(to->mode[i]);
+        if (is_active)
+            add_unknown(s, i, item->row, item->row);
+        if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
+            if (is_active)
+                s->across[s->n - 1] = item->across;
+            for (int k = 0; k < 2; k++) {
+                if (is_active)
+                    s->by[s->n - 1][k] = -item->friction * to->e[i][k];
+                s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
+            }
+        } else if (item->type == KT_COULOMB_CONE) {
+            add_unknown(s, i, item->across, item->row);
+            add_unknown(s, i, item->across + 1, item->row);
+            s->is_tangential[s->n - 2] = s->is_tangential[s->n - 1] = true;
+        }
+    }
+}
+
+/* If W is not stored: most impulses are zero. */
+static double sum_nonzero_along(const kt_coulomb *c, int row, const double *p) {
+    double sum = 0.0;
+    for (int j = 0; j < c->rows; j++)
+        sum += p[j] != 0.0 ? kt_coulomb_entry(c, row, j) * p[j] : 0.0;
+    return sum;
+}
+
+static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
+    const double *W = kt_coulomb_row(c, row);
+    double sum = 0.0;
+    if (W == NULL)
+        return sum_nonzero_along(c, row, p);
+    for (int j = 0; j < c->rows; j++)
+        sum += W[c->line[j]] * p[j];
+    return sum;
+}
+
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate) {
+    int n = 0;
+    for (int j = 0; c->W == NULL && j < c->rows; j++)
+        if (p[j] != 0.0)
+            c->nonzero[n++] = j;
+    for (int row = 0; row < c->rows; row++) {
+        double sum = 0.0;
+        for (int k = 0; c->W == NULL && k < n; k++)
+            sum += kt_coulomb_entry(c, row, c->nonzero[k]) * p[c->nonzero[k]];
+        rate[row] = c->W != NULL ? sum_along(c, row, p) : sum;
+    }
+}
+
+bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    int closed = 0;
+    for (int i = 0; i < c->n; i++)
+        closed += to->mode[i] != KT_COULOMB_OPEN;
+    return closed <= c->most;
+}
+
+/* The rate of a row, W, due to a unit of x_k: W P. */
+static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, const double *W, int row, int k) {
+    double sum = kt_coulomb_in_row(c, W, row, s->equation[k]);
+    for (int i = 0; s->across[k] >= 0 && i < 2; i++)
+        sum += kt_coulomb_in_row(c, W, row, s->across[k] + i) * s->by[k][i];
+    return sum;
+}
+
+/* Adds the impulses P of x_k, times a factor. */
+static void add_unit_impulses(const kt_coulomb_system *s, int k, double x, double factor, double *p) {
+    p[s->equation[k]] += x * factor;
+    for (int i = 0; s->across[k] >= 0 && i < 2; i++)
+        p[s->across[k] + i] += s->by[k][i] * x * factor;
+}
+
+/* A x = -(b + W fixed), and behind it the right-hand sides of dx/de. */
+static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
+    s->columns = 1;
+    for (int k = 0; k < s->n; k++) {
+        const int row = s->equation[k];
+        const double *W = kt_coulomb_row(c, row);
+        double *A = kt_coulomb_matrix_row(s->A, k, s->width);
+        for (int j = 0; j < s->n; j++)
+            A[j] = along_unknown(c, s, W, row, j);
+        A[s->n] = -c->b[row] - sum_along(c, row, s->fixed);
+    }
+    for (int i = 0; i < c->n; i++) {
+        if (!kt_coulomb_slips(c, to, i))
+            continue;
+        const double mu = c->item[i].friction;
+        const int t = c->item[i].across;
+        for (int k = 0; k < s->n; k++) { /* p_t = -mu p e, and de = (-e2, e1) */
+            const int row = s->equation[k];
+            kt_coulomb_matrix_row(s->A, k, s->width)[s->n + s->columns] =
+                mu * (-kt_coulomb_entry(c, row, t) * to->e[i][1] + kt_coulomb_entry(c, row, t + 1) * to->e[i][0]);
+        }
+        s->columns++;
+    }
+}
+
+/* Swaps the largest entry among rows and columns from r on into (r, r). */
+static void swap_pivot(kt_coulomb_system *s, int r) {
+    int row = r, column = r;
+    for (int i = r; i < s->n; i++) {
+        const double *A = kt_coulomb_matrix_row(s->A, i, s->width);
+        for (int j = r; j < s->n; j++)
+            if (fabs(A[j]) > fabs(kt_coulomb_matrix_row(s->A, row, s->width)[column])) {
+                row = i;
+                column = j;
+            }
+    }
+    double *to = kt_coulomb_matrix_row(s->A, r, s->width), *from = kt_coulomb_matrix_row(s->A, row, s->width);
+    for (int j = 0; j < s->n + s->columns; j++) {
+        const double a = to[j];
+        to[j] = from[j];
+        from[j] = a;
+    }
+    for (int i = 0; i < s->n; i++) {
+        double *A = kt_coulomb_matrix_row(s->A, i, s->width);
+        const double a = A[r];
+        A[r] = A[column];
+        A[column] = a;
+    }
+    const int other = s->order[r];
+    s->order[r] = s->order[column];
+    s->order[column] = other;
+}
+
+/* Solves for x by elimination with complete pivoting. */
+static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
+    const int width = s->n + s->columns;
+    int rank = 0;
+    double first = 0.0;
+    for (int i = 0; i < s->n; i++)
+        s->order[i] = i;
+    for (; rank < s->n; rank++) {
+        double *top = kt_coulomb_matrix_row(s->A, rank, s->width);
+        swap_pivot(s, rank);
+        const double pivot = top[rank];
+        first = rank == 0 ? fabs(pivot) : first;
+        if (!(fabs(pivot) > 1e-11 * first))
+            break;
+        for (int j = rank; j < width; j++)
+            top[j] /= pivot;
+        for (int i = 0; i < s->n; i++) {
+            double *A = kt_coulomb_matrix_row(s->A, i, s->width);
+            const double factor = A[rank];
+            for (int j = rank; i != rank && factor != 0.0 && j < width; j++)
+                A[j] -= factor * top[j];
+        }
+    }
+    memset(s->x, 0, (size_t)(s->columns * s->most) * sizeof *s->x);
+    for (int m = 0; m < s->columns; m++)
+        for (int i = 0; i < rank; i++)
+            kt_coulomb_matrix_row(s->x, m, s->most)[s->order[i]] = kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
+    if (rank < s->n)
+        kt_coulomb_reduce_to_least(c, s, rank);
+}
+
+bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    double *factor = c->system->A;
+    int n = 0;
+    if (!kt_coulomb_fits(c, to))
+        return false;
+    for (int i = 0; i < c->n; i++)
+        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
+            c->active[n++] = c->item[i].row;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++) {
+            double *L = kt_coulomb_matrix_row(factor, i, n), sum = kt_coulomb_entry(c, c->active[i], c->active[j]);
+            for (int k = 0; k < j; k++)
+                sum -= L[k] * kt_coulomb_matrix_row(factor, j, n)[k];
+            if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->active[i], c->active[i])))
+                return false;
+            L[j] = i == j ? sqrt(sum) : sum / kt_coulomb_matrix_row(factor, j, n)[j];
+        }
+    return true;
+}
+
+/* Takes the part along n independent rows (c->nonzero), in the metric of W, from a row. Returns the square of the rest
+ * relative to that of the row. A: the rows of their Cholesky factor, to which the row is added. */
+static double add_row(const kt_coulomb *c, int n, int row) {
+    const int width = c->system->width;
+    double *L = kt_coulomb_matrix_row(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
+    const double square = left;
+    for (int j = 0; j < n; j++) {
+        const double *other = kt_coulomb_matrix_row(c->system->A, j, width);
+        double sum = kt_coulomb_entry(c, row, c->nonzero[j]);
+        for (int k = 0; k < j; k++)
+            sum -= L[k] * other[k];
+        L[j] = sum / other[j];
+        left -= L[j] * L[j];
+    }
+    L[n] = sqrt(fmax(left, 0.0));
+    c->nonzero[n] = row;
+    return left / square;
+}
+
+int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
+    const kt_coulomb_type type = c->item[i].type;
+    const bool sticks = to->mode[i] == KT_COULOMB_STICK;
+    if (!kt_coulomb_is_active(to->mode[i]) || (type == KT_COULOMB_DRY && !sticks))
+        return 0;
+    return type == KT_COULOMB_CONE && (sticks || slip) ? 3 : 1;
+}
+
+static int held_row_of(const kt_coulomb_item *item, int k) { return k == 0 ? item->row : item->across + k - 1; }
+
+bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
+    static const double apart = 1e-9;
+    int n = 0;
+    for (int j = 0; j < c->n; j++)
+        for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
+            n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
+    for (int k = 0; k < rows; k++)
+        if (add_row(c, n, held_row_of(&c->item[i], k)) > apart)
+            return false;
+    return true;
+}
+
+static void solve_linear(const kt_coulomb *c, bool raises, kt_coulomb_solution *to) {
+    kt_coulomb_system *s = c->system;
+    begin_system(c, to, s);
+    s->raises = raises;
+    fill_system(c, to, s);
+    solve_system(c, s);
+    to->shares = s->shares;
+    memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
+    for (int k = 0; k < s->n; k++)
+        add_unit_impulses(s, k, s->x[k], 1.0, to->p);
+    kt_coulomb_find_rates(c, to->p, to->u);
+    for (int j = 0; j < c->rows; j++)
+        to->u[j] += c->b[j];
+}
+
+void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, false, to); }
+
+void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, true, to); }
+
+/* dp/de of the m-th direction, through x and by itself. */
+static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int m) {
+    const kt_coulomb_system *s = c->system;
+    const int i = c->turns->item[m], across = c->item[i].across;
+    const double N = to->p[c->item[i].row], *x = kt_coulomb_matrix_row(s->x, 1 + m, s->most);
+    memset(s->dp, 0, (size_t)c->rows * sizeof *s->dp);
+    for (int j = 0; j < s->n; j++)
+        add_unit_impulses(s, j, x[j], N, s->dp);
+    s->dp[across] += c->item[i].friction * N * to->e[i][1];
+    s->dp[across + 1] -= c->item[i].friction * N * to->e[i][0];
+}
+
+/* One step of Newton's iteration for the directions: angles by which they turn. *residual: the largest e x u_t. */
+static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, double *angle, double *residual) {
+    kt_coulomb_system *t = c->turns;
+    t->n = 0;
+    t->columns = 1;
+    t->shares = t->raises = false;
+    *residual = 0.0;
+    for (int i = 0; i < c->n; i++)
+        if (kt_coulomb_slips(c, to, i)) {
+            t->is_normal[t->n] = t->is_tangential[t->n] = false;
+            t->least[t->n] = 0.0;
+            t->item[t->n++] = i;
+        }
+    for (int m = 0; m < t->n; m++) {
+        find_change(c, to, m);
+        for (int k = 0; k < t->n; k++) {
+            const double *e = to->e[t->item[k]], *dp = c->system->dp;
+            const int row = c->item[t->item[k]].across;
+            kt_coulomb_matrix_row(t->A, k, t->width)[m] = e[0] * sum_along(c, row + 1, dp) -
+                                                          e[1] * sum_along(c, row, dp) -
+                                                          (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
+        }
+    }
+    for (int k = 0; k < t->n; k++) {
+        const double *e = to->e[t->item[k]];
+        const int row = c->item[t->item[k]].across;
+        double *right = &kt_coulomb_matrix_row(t->A, k, t->width)[t->n];
+        *right = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
+        *residual = fmax(*residual, fabs(*right));
+    }
+    solve_system(c, t);
+    memcpy(angle, t->x, (size_t)t->n * sizeof *angle);
+}
+
+/* Whether forces and rates agree with the modes. */
+bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    double most = 0.0;
+    for (int j = 0; j < c->rows; j++)
+        most = fmax(most, fabs(to->p[j]));
+    const double small = 1e-10 * c->size, weak = 1e-10 * most;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double p = to->p[item->row], u = to->u[item->row];
+        const double *pt = to->p + item->across, *ut = to->u + item->across;
+        bool holds;
+        if (item->type == KT_COULOMB_DRY)
+            holds = to->mode[i] == KT_COULOMB_STICK  ? fabs(u) <= small && fabs(p) <= item->friction + weak
+                    : to->mode[i] == KT_COULOMB_SLIP ? u >= -small
+                                                     : u <= small;
+        else if (!kt_coulomb_is_active(to->mode[i]))
+            holds = u >= -small;
+        else
+            holds = p - item->least >= -weak && fabs(u) <= small;
+        if (item->type == KT_COULOMB_CONE && kt_coulomb_across(to->mode[i]) == KT_COULOMB_STICK)
+            holds = holds && kt_hypot(ut[0], ut[1]) <= small && kt_hypot(pt[0], pt[1]) <= item->friction * p + weak;
+        if (kt_coulomb_slips(c, to, i))
+            holds = holds && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] >= -small;
+        if (!holds)
+            return false;
+    }
+    return true;
+}
+
+/* Turns the directions of slipping items, by `part` of the angles. */
+static void rotate_directions(const kt_coulomb *c, kt_coulomb_solution *to, const double *angle, double part) {
+    for (int i = 0, m = 0; i < c->n; i++) {
+        if (!kt_coulomb_slips(c, to, i))
+            continue;
+        const double by = part * fmax(-0.5, fmin(0.5, angle[m++])), x = to->e[i][0], y = to->e[i][1];
+        to->e[i][0] = cos(by) * x - sin(by) * y;
+        to->e[i][1] = sin(by) * x + cos(by) * y;
+    }
+}
+
+bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double residual, last = HUGE_VAL, part = 1.0;
+    for (int k = 0; k < ITERATIONS; k++) {
+        kt_coulomb_linear(c, to);
+        find_turns(c, to, c->next_angle, &residual);
+        if (residual <= 1e-12 * c->size)
+            return kt_coulomb_holds(c, to);
+        if (!(residual < last) && part > 0.01) {
+            part *= 0.5;
+            rotate_directions(c, to, c->angle, -part);
+            continue;
+        }
+        last = residual;
+        part = 1.0;
+        memcpy(c->angle, c->next_angle, (size_t)c->turns->n * sizeof *c->angle);
+        rotate_directions(c, to, c->angle, part);
+    }
+    return false;
+}
+
+void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to) {
+    double residual;
+    kt_coulomb_linear(c, to);
+    find_turns(c, to, c->angle, &residual);
+    rotate_directions(c, to, c->angle, 1.0);
+}

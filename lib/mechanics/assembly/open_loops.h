@@ -1,0 +1,21 @@
+/* Messages about loops that are open, or whose velocities do not fit. */
+#ifndef KT_CLOSURE_OPEN_LOOPS_H
+#define KT_CLOSURE_OPEN_LOOPS_H
+
+#include "assembly/project.h"
+
+/* Returns KT_OK if a search from q closes the loops at t to `tolerance`. Otherwise returns kt_open_loops_error, with
+ * `what`. */
+kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
+                         const char *what, kt_error *error);
+
+/* Writes the least-squares violation of the velocity equations into `right`. If equations contradict each other, the
+ * factored equations would assign all of the violation to one of them. */
+void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data);
+
+/* Returns KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and
+ * their gaps. If `moving`, it lists the loops whose velocity equations are violated according to `right`. */
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
+                              kt_error *error);
+
+#endif

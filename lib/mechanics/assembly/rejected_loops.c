@@ -1,0 +1,39 @@
+/* The error of a failure whose cause is a caller's own loop. Its equations are then not numbers, and the function that
+ * fails has no information about the cause. A callback is a function of its arguments alone, so that it is called
+ * again. */
+#include "assembly/rejected_loops.h"
+
+#include "base/where.h"
+#include "constraint/rejection.h"
+#include "dynamics/dynamics.h"
+#include "loop/loop.h"
+
+static bool has_custom_loops(const kt_model *model) {
+    bool any = false;
+    for (size_t i = 0; i < model->n.loop; i++)
+        any |= model->loop[i].kind == KT_LOOP_KIND_CUSTOM && !kt_loop_is_off(&model->loop[i]);
+    return any;
+}
+
+kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                           kt_status status, kt_error *error) {
+    int code = 0, loop = -1;
+    if (status == KT_OK || !has_custom_loops(model))
+        return status;
+    for (int at_rest = v == NULL; at_rest < 2 && loop < 0; at_rest++) { /* positions are closed at rest */
+        const double *rates = at_rest ? model->zero : v;
+        kt_error ignored;
+        if (kt_links_update(model, data, q, rates, NULL, false, NULL, &ignored) != KT_OK)
+            return status;
+        KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, rates, &code));
+    }
+    if (loop < 0)
+        return status;
+    const kt_where_text where = kt_where_format("loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
+    if (code == 0)
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its callback gave equations that are not finite");
+    if (code < 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK, where.text, "its callback stopped (code %d)", code);
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, where.text,
+                        "its callback cannot compute its equations here (code %d)", code);
+}

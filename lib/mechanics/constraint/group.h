@@ -1,0 +1,220 @@
+/* The matrices of a constraint group, and the violations of its equations.
+ *
+ * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
+ */
+#ifndef KT_CONSTRAINT_GROUP_H
+#define KT_CONSTRAINT_GROUP_H
+
+#include "algebra/real.h"
+#include "base/arena.h"
+#include "base/isa.h"
+#include "linear/qr.h"
+#include "model/model.h"
+
+#include <math.h>
+
+/* Every matrix of a group: name, count, meaning. A group has m coordinates and k equations. The number n is that of
+ * the coordinates if the group is reduced by dense matrices, 0 if by fronts. The lesser of n and k is s. */
+#define KT_GROUP_FIELDS(X)                                                                                             \
+    X(a, n *k, "A', m x k")                                                                                            \
+    X(factor, n *k, "A' factored")                                                                                     \
+    X(reflector_scale, s, "t of the reflectors 1 - t u u' (qr.h)")                                                     \
+    X(square, n *n, "orthogonal factor (SVD)")                                                                         \
+    X(right, k, "b'' or what is to be closed")                                                                         \
+    X(residual, k, "phi")                                                                                              \
+    X(scale, k, "what residuals are held against: a radian, or the mechanism's length")                                \
+    X(closes, k, "1 where an equation has a residual to be closed, else 0")                                            \
+    X(rate, k, "phi_t = -b'")                                                                                          \
+    X(multiplier, k, "lambda")                                                                                         \
+    X(mass, n *n, "M of the group, its parent held")                                                                   \
+    X(coupling, 6 * n, "F, parent coupling: wrench on the parent for unit accelerations; moment, force")               \
+    X(bias, m, "tau - h")                                                                                              \
+    X(free, m, "y, free acceleration: accelerations while the parent's is zero")                                       \
+    X(gain, 6 * n, "K, parent gain, m x 6: accelerations are y - K (alpha, a of the parent)")                          \
+    X(basis, n *n, "N: null space of A, m x (m - rank)")                                                               \
+    X(reduced, n *n, "N' M N, then its Cholesky factor")                                                               \
+    X(half, n *n, "M N, and other products")                                                                           \
+    X(work, n ? kt_group_work_count(m, k) : m + k, "of LAPACK")                                                        \
+    X(wrench, n ? 0 : 2 * KT_FRONT_SPACE * k, "of a unit multiplier on both ends' links, about their origins")         \
+    X(front, group->front.count, "of the elimination by fronts (front.h)")                                             \
+    X(half_columns, group->ranges &&n ? kt_half_count(m, s) : 0, "of range space (half_columns.h)")
+
+typedef struct kt_group_work {
+    int m, k;
+    kt_index1 *pivot;
+    /* Among redundant equations those with the larger weights are chosen (k; NULL if there are none), so that the
+     * choice is the same at all stages of a step. Off the manifold, as at stages, each choice gives another
+     * acceleration; a method of any order would fall to the second. The weights are powers of two, so that nothing is
+     * rounded. */
+    const double *weight;
+    double least;     /* lower bound of the size that the largest direction counts as */
+    double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */
+#define KT_GROUP_DECLARE(name, count, meaning) kt_real1 *name;
+    KT_GROUP_FIELDS(KT_GROUP_DECLARE)
+#undef KT_GROUP_DECLARE
+} kt_group_work;
+
+/* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
+enum { KT_LARGE = 40 };
+
+/* Returns the number of doubles that LAPACK needs as workspace for an m x k matrix. It suffices for dgeqp3, dgesvd and
+ * dormqr in blocks of 32. (When dormqr works in blocks, it needs 65 x 64 more.) */
+static inline size_t kt_group_work_count(size_t m, size_t k) {
+    return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
+}
+
+/* Returns the size of the arrays for range space (reduction/half_columns.h) of a group with s equations at most. */
+static inline size_t kt_half_count(size_t m, size_t s) {
+    const size_t n = (s + 3) / 4; /* vectors of equations */
+    return 16 + 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
+}
+
+/* Finds a group's matrices in the data. Inlined, since few of them are used in a place. The first function saves a
+ * copy where other functions receive the address. */
+KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
+    const kt_group *group = &model->group[g];
+    kt_real1 *base = data->dense + group->dense;
+    const size_t *at = group->at;
+    w->m = group->v_count;
+    w->k = group->count[rows];
+    w->pivot = data->pivot + group->row;
+    w->weight =
+        group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+    w->least = group->least[rows];
+    w->tolerance = group->tolerance[rows];
+#define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;
+    KT_GROUP_FIELDS(KT_GROUP_FIND)
+#undef KT_GROUP_FIND
+}
+KT_INLINE kt_group_work kt_group_matrices(const kt_model *model, const kt_data *data, size_t g, kt_rows rows) {
+    kt_group_work w;
+    kt_group_find(model, data, g, rows, &w);
+    return w;
+}
+
+/* Second purposes of arrays whose first contents are no longer needed. After the elimination they contain the
+ * accelerations (m), and the forces on the coordinates from which multipliers are computed (m). Without multipliers
+ * they contain the sums A x (k). If the method has no reflectors (lib/study/compare), they contain the singular values
+ * (s). For a pin they contain p / D (3) and its null vector n (m). */
+KT_INLINE kt_real1 *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
+KT_INLINE kt_real1 *kt_group_forces(const kt_group_work *w) { return w->half; }
+KT_INLINE kt_real1 *kt_front_forces(const kt_group_work *w) { return w->free; }
+KT_INLINE kt_real1 *kt_group_products(const kt_group_work *w) { return w->multiplier; }
+KT_INLINE kt_real1 *kt_group_singular_values(const kt_group_work *w) { return w->reflector_scale; }
+KT_INLINE kt_real1 *kt_pin_momentum(const kt_group_work *w) { return w->coupling; }
+KT_INLINE kt_real1 *kt_pin_null_vector(const kt_group_work *w) { return w->basis; }
+
+#define KT_GROUP_COUNT(name, count, meaning) +1
+_Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
+               "a group has room for the places of its matrices");
+#undef KT_GROUP_COUNT
+
+/* The slots of a loop's equations, their indices among those of the group; -1 for equations that are left out. */
+KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
+    return model->slot + group->row + loop->row;
+}
+
+/* Copies numbers of a group's first `count` slots to the order of all equations, that of the loops; or back. */
+void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
+void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
+
+/* Whether a group has the plan of fronts: its matrices are those of the fronts, in whichever of their forms. */
+static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
+
+/* Whether a group is planar. */
+static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
+    return (size_t)model->group_link[group->link] >= model->n.spatial;
+}
+
+#ifndef KT_LANES
+
+/* Whether one equation locks the one joint of a group. */
+static inline bool kt_group_is_locked(const kt_model *model, const kt_group *group) {
+    return group->ranges && group->v_count == 1 && group->count[KT_ROWS_ALL] == 1 && group->rank[KT_ROWS_ALL] == 1 &&
+           group->loop_count == 1 && model->loop[model->group_loop[group->loop]].term_count == 1;
+}
+
+/* Returns a bound of the entries of an equation, over its scale, for a group that is reduced by fronts: its wrenches'
+ * components. The coordinates change by a radian or by the mechanism's length. */
+static inline double kt_front_reach(const kt_model *model, bool planar, const kt_group_work *w, int r) {
+    const int all = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE, angular = planar ? 1 : 3;
+    double most = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const double *x = w->wrench + (size_t)(2 * r + end) * KT_FRONT_SPACE;
+        for (int c = 0; c < all; c++)
+            most = fmax(most, fabs(x[c]) * (c < angular ? 1.0 : model->length));
+    }
+    return most / w->scale[r];
+}
+
+#endif
+
+/* The largest violations of the equations. */
+typedef struct kt_violation {
+    kt_real1 position; /* m or rad, over holonomic equations */
+    kt_real1 gap;      /* the same, each relative to its scale: decides about closure */
+    kt_real1 velocity; /* m/s or rad/s */
+    kt_real1 slip;     /* the same, each relative to its scale */
+    kt_real1 speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
+} kt_violation;
+
+/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest. During any time that a
+ * simulation could span they move nothing. Without this floor the remainder of a velocity that the loops forbid falls
+ * by 1e-16 with each projection. The remainder would reach 5e-324 and be compared with a bound that underflows to zero.
+ */
+#define KT_SPEED_LEAST 1e-100
+
+#ifndef KT_LANES
+static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
+#endif
+
+/* Adds phi of a group to the violation. */
+static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        const kt_real1 x = kt_abs1(w->residual[r]);
+        violation->gap = kt_most1(violation->gap, x / w->scale[r]);
+        violation->position = KT_CHOOSE((x > violation->position) | (x != x), x, violation->position); /* keeps a NaN */
+    }
+}
+
+/* Adds -(A v + phi_t) of an equation to the violation and stores it in `right`; largest: the largest of its terms. */
+KT_INLINE void kt_group_violate(const kt_group_work *w, int r, kt_real1 sum, kt_real1 largest,
+                                kt_violation *violation) {
+    w->right[r] = -sum;
+    violation->velocity =
+        KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
+    violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w->scale[r]);
+    violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
+}
+
+/* The same of all, of which `right` holds A v; size: the largest terms of A v. */
+static inline void kt_group_violation(const kt_group_work *w, const kt_real1 *size, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++)
+        kt_group_violate(w, r, w->rate[r] + w->right[r], kt_most1(kt_abs1(w->rate[r]), size[r]), violation);
+}
+
+/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
+static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                               const kt_real1 *v, kt_violation *violation) {
+    for (int r = 0; r < w->k; r++) {
+        kt_real1 sum = w->rate[r], largest = kt_abs1(w->rate[r]);
+        for (int i = 0; i < w->m; i++) {
+            const kt_real1 term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
+            sum += term;
+            largest = kt_most1(largest, kt_abs1(term));
+        }
+        kt_group_violate(w, r, sum, largest, violation);
+    }
+}
+
+/* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
+ * from neighbouring states (singular_crossing.c). */
+#define KT_NEAR_SINGULAR 1e-2
+
+/* The weight of an equation that was chosen at compilation: only one that is 16 times longer replaces it. */
+#define KT_PREFERRED 16.0
+
+/* Lays a group's matrices out; returns the number of doubles that they take. */
+size_t kt_group_layout(kt_group *group);
+
+#endif

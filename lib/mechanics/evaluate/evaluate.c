@@ -1,0 +1,124 @@
+/* The accelerations of a whole mechanism: effects are summed, then a tree or a mechanism with loops is computed. */
+#include "evaluate/evaluate.h"
+
+#include "base/copy.h"
+#include "dynamics/dynamics.h"
+#include "kinetree/algebra.h"
+
+kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
+                            kt_error *error) {
+    const kt_input input = {.q = q, .v = v, .external = external};
+    return kt_input_check(model, &input, error);
+}
+
+kt_status kt_inertia_reject(const char *where, kt_error *error) {
+    return kt_error_set(
+        error, KT_ERROR_SINGULAR, where,
+        "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+}
+
+KT_INLINE kt_status accelerate_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                       kt_error *error) {
+    const kt_status given = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;
+    if (given != KT_OK)
+        return given;
+    if (!model->n.effect)
+        return model->forward(model, data, at, a, error);
+    kt_dynamic_state loaded = *at;
+    const kt_status status = kt_effects_apply(model, data, &loaded, error);
+    return status == KT_OK ? model->forward(model, data, &loaded, a, error) : status;
+}
+
+kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                  kt_error *error) {
+    return accelerate_trusted(model, data, at, a, error);
+}
+
+#if KT_HAS_SWITCHES
+/* Checks open contacts before. Their poses serve the accelerations of slip, too, unless effects come between. */
+static kt_status accelerate_checked(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                    kt_error *error) {
+    kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
+    data->placed = data->placed && model->n.effect == 0;
+    if (status == KT_OK)
+        status = accelerate_trusted(model, data, at, a, error);
+    data->placed = false;
+    return status;
+}
+#endif
+
+kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                   const double *tau, const kt_wrench *external, double *a, kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
+        return KT_ERROR_ARGUMENT;
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+#if KT_HAS_SWITCHES
+    if (model->variants != NULL && !data->followed)
+        return accelerate_checked(model, data, &at, a, error);
+#endif
+    return accelerate_trusted(model, data, &at, a, error);
+}
+
+#if KT_HAS_VARIABLE_MASS
+/* Points at->external at the sum of its wrenches and those of masses that change (dynamics/variable_mass.c). */
+static kt_status add_mass_rates(const kt_model *model, kt_data *data, kt_dynamic_state *at, const double *a,
+                                kt_error *error) {
+    kt_copy_or_clear(data->mass_wrench, at->external, model->n.body * sizeof *data->mass_wrench);
+    at->external = data->mass_wrench;
+    return kt_masses_add_rates(model, data, at->t, at->q, at->v, a, data->mass_wrench, error);
+}
+
+kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                          const double *a, double *da_dt, kt_error *error) {
+    kt_dynamic_state loaded = *at;
+    kt_status status = kt_effects_apply_rising(model, data, &loaded, error);
+    if (status == KT_OK && model->n.varying)
+        status = add_mass_rates(model, data, &loaded, a, error);
+    if (status == KT_OK)
+        status = model->forward(model, data, &loaded, da_dt, error);
+    for (size_t i = 0; i < model->n.v && status == KT_OK; i++)
+        da_dt[i] -= a[i];
+    return status;
+}
+#endif
+
+#if KT_HAS_SWITCHES
+void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
+    kt_copy_or_clear(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
+}
+
+void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, double x, double y) {
+    const kt_slip_frame *frame = &data->slip_frame[k];
+    for (int end = 0; end < 2; end++) {
+        const double sign = end == 0 ? 1.0 : -1.0;
+        const kt_vec3 force =
+            kt_vec3_add(kt_vec3_scale(sign * x, frame->axis[0]), kt_vec3_scale(sign * y, frame->axis[1]));
+        kt_wrench *body = &data->slip_loaded[effect->body[end]];
+        body->moment = kt_vec3_add(body->moment, kt_vec3_cross(frame->arm[end], force));
+        body->force = kt_vec3_add(body->force, force);
+    }
+}
+
+void kt_slip_add_friction_load(kt_data *data, const kt_effect_record *effect, size_t k, double normal) {
+    const double *e = data->slip_direction + 2 * k, force = -effect->friction * normal;
+    kt_slip_add_force(data, effect, k, force * e[0], force * e[1]);
+}
+
+const kt_wrench *kt_slip_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
+    kt_slip_begin_load(model, data, external);
+    for (size_t k = 0; k < model->n.slip; k++)
+        kt_slip_add_friction_load(data, kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1), k,
+                                  data->slip_normal[k]);
+    return data->slip_loaded;
+}
+
+kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
+    return model->n.slip == 0
+               ? KT_OK
+               : kt_error_set(
+                     error, KT_ERROR_UNSUPPORTED, where,
+                     "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "
+                     "differences, or an elastic contact (stiffness)",
+                     kt_slip_name(model, 0));
+}
+#endif

@@ -1,0 +1,161 @@
+/* Reactions, computed only on request. A' lambda = M a + h - tau yields the loops' multipliers, and these yield the
+ * loops' wrenches (loop_wrenches.c). With them as external wrenches, Newton-Euler on the bodies yields the joints'
+ * reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and partitioning
+ * dependent equations carry none; with SVD the multipliers are the least ones. Towards a singular position reactions
+ * may grow without bound, because the lever arm of the direction that is lost there vanishes. At the position itself
+ * that direction carries none.
+ *
+ * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
+ * accelerations of the planar ones.
+ */
+#include "base/copy.h"
+#include "base/where.h"
+#include "dynamics/dynamics.h"
+#include "evaluate/evaluate.h"
+#include "model/scratch.h"
+#include "model/switching.h"
+
+#include <string.h>
+
+#if KT_HAS_SWITCHES
+void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers) {
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (kt_loop_is_off(loop))
+            continue;
+        const kt_group *group = &model->group[loop->group];
+        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
+        for (int r = 0; r < loop->row_count; r++)
+            if (slot[r] >= 0)
+                w.multiplier[slot[r]] = multipliers[loop->equation + r];
+    }
+}
+#endif
+
+KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    kt_dynamic_state loaded = *at;
+    model = kt_model_now(model, data);
+    kt_copy_or_clear(data->loaded, loaded.external, model->n.body * sizeof *data->loaded);
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    loaded.tau = loaded.tau ? loaded.tau : model->zero;
+    if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
+        (void)kernels->forward(model, data, &loaded, false, data->scratch);
+    kernels->multipliers(model, data, at->v, a);
+#if KT_HAS_SWITCHES
+    if (data->given_multipliers != NULL)
+        kt_multipliers_put(model, data, data->given_multipliers);
+#endif
+    kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
+}
+
+#if KT_HAS_SWITCHES
+void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    if (KT_HAS_LOOPS)
+        find_multipliers(model, data, at, a);
+}
+#endif
+
+/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
+ * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
+static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                      const double *a) {
+    kt_dynamic_state loaded = *at;
+    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
+        kt_effects_recall(model, data, &loaded);
+    if (KT_HAS_SWITCHES && model->variants) /* no reactions of loops that are off */
+        memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
+    if (!KT_HAS_LOOPS || !model->n.group)
+        return loaded.external;
+#if KT_HAS_SWITCHES
+    if (model->n.slip > 0)
+        loaded.external = kt_slip_load(model, data, loaded.external);
+#endif
+    find_multipliers(model, data, &loaded, a);
+    return data->loaded;
+}
+
+/* Returns the index of the first wrench that is not finite, or count if there is none. */
+static size_t find_not_finite(const kt_wrench *wrenches, size_t count) {
+    size_t i = 0;
+    while (i < count && kt_vec3_is_finite(wrenches[i].moment) && kt_vec3_is_finite(wrenches[i].force))
+        i++;
+    return i;
+}
+
+/* Reactions can overflow where accelerations do not: a torque that a loop holds moves nothing. */
+static kt_status reject_reaction(const char *kind, const char *name, double t, kt_error *error) {
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, kt_where_format("t = %.9g s, %s '%s'", t, kind, name).text,
+                        "the reaction overflows; look for a velocity, force or torque that is huge");
+}
+
+kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a,
+                             kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
+    const kt_wrench *loaded = joints || loops ? load_wrenches(model, data, at, a) : NULL;
+    const kt_status status = kt_links_update(model, data, at->q, at->v, a, !data->interpolated, links, error);
+    if (status != KT_OK)
+        return status;
+    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
+    const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
+    const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
+    if (loop < model->n.loop)
+        return reject_reaction("loop", kt_loop_name(model, (int)loop), at->t, error);
+    if (body < model->n.body)
+        return reject_reaction("body", kt_body_name(model, (int)body), at->t, error);
+    if (loops)
+        memcpy(loops, data->loop_wrench, model->n.loop * sizeof *loops);
+    if (joints)
+        memcpy(joints, found, model->n.body * sizeof *joints);
+    return KT_OK;
+}
+
+kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                             kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops, kt_error *error) {
+    double *a = kt_scratch_part(model, data, 2);
+    const kt_status status = kt_acceleration_trusted(model, data, at, a, error);
+    return status == KT_OK ? kt_motion_complete(model, data, at, a, links, joints, loops, error) : status;
+}
+
+/* The multiplier of an equation of a loop; zero for equations that no group contains. */
+static double equation_multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
+    const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
+    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+}
+
+kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
+                              kt_error *error) {
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            if (!isfinite(equation_multiplier_of(model, data, &model->loop[i], r)))
+                return reject_reaction("loop", kt_loop_name(model, (int)i), t, error);
+    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            multipliers[model->loop[i].equation + r] = equation_multiplier_of(model, data, &model->loop[i], r);
+    return KT_OK;
+}
+
+kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                 const double *tau, const kt_wrench *external, double *multipliers, kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, multipliers || !model->n.row))
+        return KT_ERROR_ARGUMENT;
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    double *a = kt_scratch_part(model, data, 2);
+    kt_status status = kt_open_contacts_reject(model, data, &at, error);
+    if (status == KT_OK)
+        status = kt_acceleration_trusted(model, data, &at, a, error);
+    if (status != KT_OK)
+        return status;
+    load_wrenches(model, data, &at, a);
+    return kt_multipliers_take(model, data, t, multipliers, error);
+}
+
+kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                               const double *tau, const kt_wrench *external, kt_wrench *joints, kt_wrench *loops,
+                               kt_error *error) {
+    if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q))
+        return KT_ERROR_ARGUMENT;
+    const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
+    const kt_status status = kt_open_contacts_reject(model, data, &at, error);
+    return status == KT_OK ? kt_motion_evaluate(model, data, &at, kt_links_scratch(data), joints, loops, error)
+                           : status;
+}

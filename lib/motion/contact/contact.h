@@ -1,0 +1,491 @@
+/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. Also friction that
+ * sticks. */
+#ifndef KT_CONTACT_CONTACT_H
+#define KT_CONTACT_CONTACT_H
+
+#include "cone/coulomb.h"
+#include "cone/lemke.h"
+#include "contact/mask.h"
+#include "evaluate/evaluate.h"
+#include "model/switching.h"
+#include "simulation/motion.h"
+
+/* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
+ * items. */
+typedef enum kt_contact_side { KT_CONTACT_OFF, KT_CONTACT_ON, KT_CONTACT_BACK, KT_CONTACT_RELEASED } kt_contact_side;
+
+typedef struct kt_contact {
+    kt_simulation *simulation;
+    int loop, index;
+    kt_contact_side next; /* of the set that follows: on if it is closed, or sticks; the last two for friction of joints
+                             that slips backwards, or that is released */
+    bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
+    bool leaves;          /* its reaction, or its stick, has ended at this instant */
+    bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
+    bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
+    uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
+    double sign;   /* of the residual if the contact is open; 1 for friction */
+    int effect;    /* friction: the effect; contacts: -1 */
+    uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
+    int v;         /* friction of a joint: the index of its rate */
+    int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
+    int island;
+} kt_contact;
+
+/* Every array: type, name, count, meaning. n contacts, of which m touch. */
+#define KT_CONTACT_FIELDS(X)                                                                                           \
+    X(kt_contact, item, s->n, "in the order of the loops")                                                             \
+    X(double, value, s->n, "gaps of the open ones, reactions of the others, in the state `at`")                        \
+    X(double, at, s->nq + s->nv, "of the values")                                                                      \
+    X(double, row, s->rows, "residuals, or multipliers, of all equations")                                             \
+    X(double, rate, s->rows, "b' of all equations")                                                                    \
+    X(double, drift, s->rows, "b'' of all equations")                                                                  \
+    X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
+    X(double, direction, s->rows, "scratch: a unit vector of equations")                                               \
+    X(double, reaction, s->rows, "the least multipliers")                                                              \
+    X(double, least, s->rows, "scratch: these, group by group")                                                        \
+    X(double, v, s->nv, "velocities behind impulses")                                                                  \
+    X(double, a, s->nv, "accelerations without the contacts")                                                          \
+    X(kt_contact_island, island, s->islands, "of the model in which all contacts are closed")                          \
+    X(int, rows, s->list, "the items that touch, those of a contact's friction twice, island by island")               \
+    X(int, components, s->list, "of these, which of its rows")                                                         \
+    X(double, rates, s->list, "of these")                                                                              \
+    X(double, matrix_of_rows, s->W, "W of each island: J M^-1 J' of the rows that touch")                              \
+    X(double, response, s->most_rows * s->nv, "M^-1 J': column k is the sum of rows k of all islands")                 \
+    X(double, gap, s->n, "of all contacts")                                                                            \
+    X(double, w, s->most_rows, "accelerations of rows under the reactions; of contacts alone")                         \
+    X(double, L, s->factor, "scratch: Cholesky factor of independent rows, and of a row")                              \
+    X(int, independent, s->most_rows, "scratch: these rows")                                                           \
+    X(double, e, s->most_items, "restitutions of an impact")                                                           \
+    X(int, active, s->most_items, "rows that can have a reaction")                                                     \
+    X(double, limit, s->most_items, "of friction among these; 0 for contacts")                                         \
+    X(double, slip, s->most_items, "force at which slip of these begins; 0 for contacts")                              \
+    X(double, free, s->most_items, "accelerations of these without all their reactions")                               \
+    X(double, q, s->lemke, "of a linear complementarity problem")                                                      \
+    X(double, z, s->lemke, "likewise, its solution")                                                                   \
+    X(char, matrices, s->matrices, "of solvers, which never run at once")                                              \
+    X(char, phase_memory, 2 * kt_impact_phase_size(s->most_items, s->most_rows), "phases of an impact")                \
+    X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
+    X(char, solution_memory, s->solution, "its solution")                                                              \
+    X(char, solver_memory, s->solver, "its solver")                                                                    \
+    X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
+    X(double, ahead, s->most_items, "tau of slow slip of each of its items (slip_prediction.c), s")                    \
+    X(double, slowing, s->most_items, "deceleration of each in present directions, m/s^2; HUGE_VAL: unknown")          \
+    X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
+    X(char, inverse_memory, s->inverse, "M^-1")
+
+/* An island (islands.c). The rows that touch are in this order: those that bound a side, friction of joints, friction
+ * of contacts. */
+typedef struct kt_contact_island {
+    const kt_island *of;
+    int row;                        /* its first row in the arrays of all rows */
+    size_t W;                       /* its first number in matrix_of_rows */
+    int stored;                     /* W is stored if at most so many rows touch */
+    int touching, meeting, resting; /* rows; the first `meeting` rows bound a side, */
+    int known;                      /* of time stepping: rows with a response */
+    double approach;                /* the largest speed at which a gap closes */
+    bool jams;                      /* an impulse without a collision has stopped slip */
+} kt_contact_island;
+
+typedef struct kt_contact_sizes {
+    size_t n, nq, nv, rows, entry, data, inverse, islands;
+    size_t list, W;                         /* rows that may touch, and numbers of W, of all islands */
+    size_t most_items, most_rows, most_dry; /* of an island: contacts and dry friction, rows, dry friction */
+    size_t factor;                          /* of an island: numbers of L */
+    size_t most;                            /* items that have room in matrices */
+    size_t whole;                           /* W of an island is stored if at most so many rows touch */
+    size_t lemke;                           /* unknowns of a linear complementarity problem */
+    size_t problem, solution, solver;       /* bytes; 0: no contact has friction, and all have room */
+    size_t matrices;                        /* bytes */
+} kt_contact_sizes;
+
+/* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
+ * rows. */
+#define KT_IMPACT_PHASE_FIELDS(X)                                                                                      \
+    X(double, bound, n, "lower bounds of final rates of normal rows")                                                  \
+    X(double, least, n, "lower bounds of their impulses")                                                              \
+    X(double, u, list, "initial rates, then final ones")                                                               \
+    X(double, p, list, "impulses")                                                                                     \
+    X(int, line, list, "rows that have impulses, in this order")
+
+typedef struct kt_impact_phase {
+    int rows;
+    KT_ARENA_DECLARE(KT_IMPACT_PHASE_FIELDS)
+} kt_impact_phase;
+
+size_t kt_impact_phase_size(size_t n, size_t list);
+kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
+
+struct kt_contacts {
+    int n, sides; /* the number of items; the first `sides` items bound a side, the others are friction */
+    int islands;  /* of `all` */
+    /* Of the selected island (kt_contacts_select): its rows in the arrays of all rows. Rows up to `resting` are
+     * friction of joints, the others friction of contacts. */
+    kt_contact_island *selected;
+    int touching, meeting, resting;
+    int *list, *component; /* the item of each row, and which of its rows */
+    double *u;             /* rates */
+    double *W;             /* of the rows, or their diagonal */
+    uint64_t mask;         /* the switches of all items: contact_mask */
+    uint64_t back;         /* the bits `back` among them */
+    double speed, change;  /* at an event: roots of v'M v and a'M a */
+    uint64_t set;          /* of the values, like `at` */
+    size_t inverse_size;   /* bytes of inverse_memory */
+    int most, whole;       /* items that have room in matrices; W is stored if at most `whole` rows touch */
+    const kt_model *all;   /* the model of the equations, in which all contacts are closed */
+    kt_data *data;         /* data of `all` */
+    kt_impact_phase *compression, *phase;
+    kt_coulomb *problem; /* NULL, like the next two: no contact has friction, and all have room */
+    kt_coulomb_solution *solution;
+    kt_coulomb_solver *solver;
+    double *M, *lemke;    /* in `matrices`: of a linear complementarity problem, and of its solver */
+    bool rubs;            /* some contacts have friction */
+    bool rests;           /* bounces accumulate: contacts that touch come to rest */
+    bool jams;            /* friction wedges a contact that slips: an impulse stops it */
+    bool releases, holds; /* likewise: it is released, or all that are held stick */
+    bool present;         /* slow slip has its present directions in reactions, not predicted ones */
+    bool holds_slow;      /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
+    bool frees;           /* contacts that are held at rest may slip, since no reactions hold them */
+    int wedged;           /* this contact */
+    bool strikes;         /* speeds of drives jump: contacts that are closed do not bounce */
+    bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
+    kt_event_watch watch; /* the event handler, extended for slip that reverses */
+    kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
+    KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
+};
+
+/* Whether a problem of all that touch is one of Coulomb's friction: of contacts with friction, or of more contacts than
+ * Lemke's tableau has room for. */
+static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
+    return c->touching > c->resting || c->resting > c->most;
+}
+
+/* The rate below which friction has come to rest, m/s or rad/s. */
+static const double kt_contact_resting = 1e-9;
+/* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. */
+static const double kt_contact_touching = 1e-11;
+/* Rates and accelerations below this part of the sum of their terms are rounding. */
+static const double kt_contact_rounding = 1e-11;
+
+/* The acceleration of a contact that grazes, as a part of the sum of its terms. */
+static const double kt_contact_grazing = 1e-9;
+
+/* Whether the contact is closed, or friction sticks, in a model. */
+static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact *contact) {
+    return !kt_loop_is_off(&model->loop[contact->loop]);
+}
+
+/* Whether the contact is released, so that it does not act at any gap (kt_simulation_release). */
+bool kt_contact_is_released(const kt_contact *contact);
+
+/* The first row of its equations. */
+static inline int kt_contact_row(const kt_model *model, const kt_contact *contact) {
+    return model->loop[contact->loop].equation;
+}
+
+/* Whether a contact is closed, sticks, and shares its load with others in several ways. */
+bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact);
+bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model);
+/* Whether dry friction of a joint that sticks exceeds its limit in these multipliers. */
+bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier);
+
+/* Whether item k is friction of a contact. */
+static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }
+
+/* ---- islands (islands.c) ----------------------------------------------------------------------------------------- */
+
+/* Enlarges sizes to those of the islands of a model. */
+void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s);
+/* Numbers of W of all islands. If too many rows of one touch, only their diagonal is stored. */
+size_t kt_contacts_count_of_W(const kt_model *model, size_t whole);
+/* Places the islands of c->all, of which no row touches. */
+void kt_contacts_place_islands(struct kt_contacts *c);
+/* Empties the lists of rows that touch. */
+void kt_contacts_clear_rows(struct kt_contacts *c);
+/* The index in the arrays of all rows of the next row of item k; adds it. */
+static inline int kt_contacts_next_row(const struct kt_contacts *c, int k) {
+    return c->island[c->item[k].island].row + c->island[c->item[k].island].touching;
+}
+int kt_contacts_add_row(struct kt_contacts *c, int k, int component);
+/* Selects an island. Returns whether rows of it touch. */
+bool kt_contacts_select(struct kt_contacts *c, int island);
+/* How many rows touch in all islands. */
+int kt_contacts_total(const struct kt_contacts *c);
+/* Adds a multiple of the response to row k of the selected island to velocities (nv). */
+void kt_contacts_add_response(const struct kt_contacts *c, int k, double p, double *v);
+
+/* ---- rows of the selected island --------------------------------------------------------------------------------- */
+
+/* The loop of row k of the contacts that touch. */
+const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
+/* A row of J over the coordinates of its group; the others are zero. */
+typedef struct kt_contact_line {
+    const kt_group *group;
+    int count;         /* of coordinates */
+    const int32_t *v;  /* these */
+    const double *row; /* the row of the loop's equation: J is `sign` times that */
+    double sign;
+} kt_contact_line;
+
+/* The row of an equation of a contact, and row k of those that touch. */
+static inline kt_contact_line kt_contact_line_of(const struct kt_contacts *c, const kt_contact *contact,
+                                                 int component) {
+    const kt_loop_record *loop = &c->all->loop[contact->loop];
+    const kt_group *group = &c->all->group[loop->group];
+    return (kt_contact_line){.group = group,
+                             .count = group->v_count,
+                             .v = c->all->group_v + group->v,
+                             .row = c->jacobian + kt_loop_entry(group, loop, component),
+                             .sign = contact->sign};
+}
+static inline kt_contact_line kt_contacts_line(const struct kt_contacts *c, int k) {
+    return kt_contact_line_of(c, &c->item[c->list[k]], c->component[k]);
+}
+/* The rate J x - b' of an equation of item k. */
+static inline double kt_contacts_rate(const struct kt_contacts *c, int k, int component, const double *x) {
+    const kt_contact_line line = kt_contact_line_of(c, &c->item[k], component);
+    double sum = -c->rate[kt_contact_row(c->all, &c->item[k]) + component];
+    for (int j = 0; j < line.count; j++)
+        sum += line.row[j] * x[line.v[j]];
+    return line.sign * sum;
+}
+
+/* J x - right likewise. *size: the sum of the terms' magnitudes. */
+double kt_contacts_residual(const struct kt_contacts *c, int k, int component, const double *x, const double *right,
+                            double *size);
+
+/* Writes row k of J over the coordinates of its group (of nv). */
+void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
+/* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */
+void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
+/* J_k x. */
+double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
+/* W_ik from the rows of J and M^-1 J'. It has the bits of a stored one. */
+double kt_contacts_product(const struct kt_contacts *c, int i, int k);
+
+/* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */
+static inline bool kt_contacts_are_stored(const struct kt_contacts *c) { return c->touching <= c->whole; }
+static inline double kt_contacts_between(const struct kt_contacts *c, const double *W, int i, int k) {
+    return kt_contacts_are_stored(c) ? W[i * c->touching + k] : kt_contacts_product(c, i, k);
+}
+static inline double kt_contacts_own(const struct kt_contacts *c, const double *W, int k) {
+    return W[kt_contacts_are_stored(c) ? k * c->touching + k : k];
+}
+/* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude that their rounding is relative to.
+ * It is at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The
+ * sum of the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
+double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
+double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
+
+/* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction that
+ * has reached its limit twice at this instant does not stick again within it. Counts how often it leaves at this
+ * instant (directions.c). */
+bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
+/* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
+ * there is none. */
+int kt_contacts_find_slow(const kt_simulation *simulation);
+/* Holds contact k, or friction, closed for a short time, whatever its reaction (directions.c). */
+void kt_contact_hold(kt_simulation *simulation, int k);
+/* Holds friction k, or with fixed steps for one step at least, and counts this (directions.c). */
+void kt_contact_hold_friction(kt_simulation *simulation, int k);
+/* Whether friction k, or friction of any contact, is held at the present time (directions.c). */
+bool kt_contact_is_held(const kt_simulation *simulation, int k);
+bool kt_contacts_hold_any(const kt_simulation *simulation);
+/* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
+bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
+/* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
+void kt_contact_hold_turning(kt_simulation *simulation, int k);
+/* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether it is to be held at rest. */
+bool kt_contact_count_reversal(kt_simulation *simulation, int k);
+/* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
+ * if the contact parts no faster than its rest velocity. Otherwise rounding would close it again and again: the fourth
+ * corner of a foot, whose other corners hold it. The same holds if its gap has just closed although it parts and
+ * nothing approaches, behind eight instants at once: steps as short as an instant show the rounding of the gap. 0 if it
+ * bounces. */
+double kt_contact_margin(const kt_simulation *simulation, int k);
+/* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
+ * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
+double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
+
+/* The speed behind an impact below which steps do not resolve the bounce, so that the contact comes to rest. Adaptive
+ * steps: the height of the bounce is ten tolerances of its gap. Fixed steps: this bounce and all later ones end within
+ * the length of a step. Requires the same. */
+double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
+
+/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint
+ * slips. */
+double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
+double kt_contact_limit(const kt_model *model, const kt_contact *contact);
+double kt_contact_slip(const kt_model *model, const kt_contact *contact);
+
+/* Friction of joints that acts on one rate is redundant while it sticks. All of it sticks or none, in the set that
+ * follows, and it shares its load in proportion to its limits, so that all of it reaches them together. */
+static inline bool kt_contacts_share_rate(const struct kt_contacts *c, int i, int k) {
+    return i >= c->sides && k >= c->sides && c->item[i].of < 0 && c->item[k].of < 0 && c->item[i].v == c->item[k].v;
+}
+void kt_contacts_hold_together(struct kt_contacts *c);
+void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier);
+/* Friction slips if other friction of its rate does. Their events are due at one instant, one after the other: what has
+ * begun to slip does not stick again within it (directions.c). */
+void kt_contacts_slip_together(kt_simulation *simulation);
+
+/* The contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. */
+int kt_contacts_find_wedged(const kt_simulation *simulation);
+
+/* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at
+ * rest slips forwards. Friction that is released does not act. */
+void kt_contacts_let_slip(struct kt_contacts *c);
+/* The set that follows, as bits of the switches. */
+uint64_t kt_contacts_set(const kt_simulation *simulation);
+
+/* Takes the model in which all contacts are closed, with the loops and effects that are on in a model, and adapts its
+ * data. If it is another one than before, no row touches any more. */
+void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model);
+/* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
+KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
+                                                const double *v, bool all, kt_error *error);
+
+/* Computes the least multipliers that give the same forces as those in c->row, to c->reaction. They are measured in one
+ * unit to find normal forces, and then in roots of the normal forces to find tangential ones (cone/coulomb.h). Those
+ * of contacts that share their load are raised if they would pull, or be too small for friction that sticks
+ * (cone/coulomb_shares.c). Friction of joints that exceeds its limit is shared in other ways, too. */
+KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
+
+/* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. A row without a lever that
+ * closes by less than kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or its
+ * motion is prescribed. */
+KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
+                                              kt_error *error);
+/* Writes x'M x to *square, in which every joint moves by its unit: 1 rad, or the mechanism's length. Data of the
+ * simulation belong to `open`. The scale of W is this number: W x'M x >= (J x)^2, and in x a gap moves at most by the
+ * mechanism's length or a radian. */
+KT_CHECKED kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q,
+                                           double *square, kt_error *error);
+/* Whether contact k has a lever on a joint. own: the number of its row in the diagonal of W. */
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square);
+/* Leaves contacts that touch out of the lists of rows, if other loops hold their gaps, as a foothold at the same point
+ * does (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W, and
+ * renews it if a contact is left out. Contacts that close faster than kt_contact_resting stay in the lists. Friction of
+ * a joint that loops hold at rest is left out, too. It counts as slip. */
+KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error);
+/* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
+ * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
+ * since their motion is prescribed. */
+KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
+                                             kt_status status, kt_error *error);
+/* Checks the multipliers of a record at t (kt_contact_calls.check). */
+KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
+/* Sets the error of contacts without impulses, or without reactions (`what`). */
+kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
+
+/* Solves a phase u + W p of the closing contacts, with friction (friction.c). The tangential impulse p_t lies
+ * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
+ * impulses. */
+bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
+
+/* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities c->v. */
+KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
+/* Applies an impact (impact.c). With W = J M^-1 J' of the touching rows and their rates u: computes impulses of islands
+ * in which contacts close. Then u becomes u+, and c->v the velocities after the impact. *lost grows by the dissipated
+ * kinetic energy. */
+KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error);
+/* Solves contact forces of the selected island, from the accelerations without contacts in c->a. Sets its closed and
+ * sticking contacts of the set that follows, and directions of slip. The others have been let slip. */
+KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
+                                              kt_error *error);
+
+/* The slip of a contact along its direction, from the last evaluation (directions.c). */
+double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
+/* Writes the directions of slip to the simulation's data. */
+void kt_contacts_put_directions(kt_simulation *simulation);
+/* s0 of slip_prediction.c, without the length of fixed steps. */
+double kt_contacts_slow_slip(const kt_simulation *simulation);
+/* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
+ * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
+ * is 0. */
+double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
+/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
+ * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
+ * changed. */
+bool kt_contacts_follow_slip(kt_simulation *simulation);
+/* Begins a step: follows slip, and lets slip that turns round its rest come to rest. */
+KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error);
+
+/* Computes impulses without a collision in the selected island, if no accelerations obey Coulomb's law (Painleve's
+ * paradox). They stop or reverse the slip. Returns false if there are none. Otherwise u and c->v become the values
+ * after these impulses, and *lost grows by the dissipated energy. */
+bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
+/* Whether such an impulse is to stop a contact that friction wedges, which still slips: an impact at this instant may
+ * have stopped it. */
+bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u);
+
+/* Prepares the masks, at the start (model.c). */
+void kt_contacts_init_masks(kt_simulation *simulation);
+/* The model of the set that follows, in the present state. Data of the simulation may be adapted to another model
+ * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
+const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried);
+/* The model of a set in which all contacts are open, and friction of joints slips or is released. NULL: there is no
+ * such set. */
+const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set);
+/* The model of a set with the ranks and the contacts of a checkpoint. NULL: there is no such set. */
+const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
+                                           const kt_contact_memory *state);
+/* Saves the ranks of the present model for a checkpoint. */
+void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
+/* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
+ * accelerations there. The next trial may overwrite the model. */
+const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
+/* Whether contact k slips in the present model. */
+bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
+/* Copies parameters that have been set since it was made to the model that the simulation runs on. */
+void kt_contacts_renew_model(const kt_simulation *simulation);
+
+/* The number of such loops of a model, closed and open. */
+size_t kt_contacts_of(const kt_model *model);
+
+/* The most contacts and dry friction of joints in an island. *has_cone: whether contacts have a cone solver. */
+size_t kt_contacts_most_items(const kt_model *model, bool *has_cone);
+
+/* Bytes of the memory for n contacts of a model, for all its sets. */
+size_t kt_contacts_size(const kt_model *model, size_t n);
+
+/* Lays the memory out and lists the contacts. `simulation` has its model, data and memory. */
+KT_CHECKED kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error);
+
+/* Writes the values of the events of all contacts to c->value (values.c): the gaps of the open ones, the reactions of
+ * the others. */
+KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error);
+
+/* Two spheres whose contact is open: twice the distance D of their centres at which they touch. The gap g has a kink,
+ * and g (g + 2 D) has none. All others: 0 (values.c). */
+double kt_contact_kink(const kt_simulation *simulation, size_t k);
+
+/* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
+KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);
+/* Lists the rows of contacts that touch and are not spared, and of friction. */
+void kt_contacts_list_rows(kt_simulation *simulation);
+/* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
+KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t,
+                                               const double *q, kt_error *error);
+/* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
+KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_model *model, const double *q,
+                                           const double *x, double *norm, kt_error *error);
+/* Finds the contacts of the set that follows, from the reactions in the present state (forces.c). *lost grows if an
+ * impulse without a collision is needed (kt_contacts_jam). */
+KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error);
+/* Finds contacts that may graze, at the rates u before impulses. */
+void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
+/* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations
+ * under the reactions.
+ *
+ * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. They leave a
+ * rotation free, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A
+ * contact that grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing`
+ * of its terms, and it does not depend on the other closed contacts. It opens when its reaction falls below twice the
+ * reaction that belongs to this part. */
+void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
+/* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
+ * joint. Returns its bits. */
+uint64_t kt_contacts_find_held(const kt_simulation *simulation);
+
+#endif

@@ -1,0 +1,511 @@
+/* Impacts and reactions of touching contacts with Coulomb's friction, with cone/coulomb.h.
+ *
+ * Impacts: in each phase (impact.c), Coulomb's law relates the impulses and the slip at its end, in one step. A
+ * contact sticks if its impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no
+ * impulse.
+ *
+ * Reactions, at accelerations: a slipping contact has a given direction of friction. A resting contact sticks or begins
+ * to slip against its friction. Dry friction of joints is among the items.
+ */
+#include "base/copy.h"
+#include "cone/coulomb.h"
+#include "contact/contact.h"
+#include "kinetree/algebra.h"
+
+#include <math.h>
+
+/* Relative rounding, as in contact.h. */
+static const double rounding = 1e-11;
+/* The factor of friction that holds a contact. Slip of up to `about` times the speed of a wedged contact is about as
+ * fast. */
+static const double holding = 1e3, about = 10.0;
+/* The approach of a contact that is wedged, relative to its slip. */
+static const double small = 1e-9;
+/* The part of its friction that a contact holds in reserve in other shares. */
+static const double in_reserve = 1e-3;
+
+static double entry_of_W(const void *user, int line, int column) { return kt_contacts_product(user, line, column); }
+
+/* Begins a problem of rows of the list. */
+static kt_coulomb *begin_coulomb(struct kt_contacts *c, const double *W) {
+    kt_coulomb *p = c->problem;
+    p->n = p->rows = 0;
+    p->W = kt_contacts_are_stored(c) ? W : NULL;
+    p->entry = entry_of_W;
+    p->user = c;
+    p->stride = c->touching;
+    p->size = 0.0;
+    return p;
+}
+
+static int add_line(kt_coulomb *p, int line) {
+    p->line[p->rows] = line;
+    return p->rows++;
+}
+
+/* The first row of the list of a contact's friction. */
+static int friction_line(const struct kt_contacts *c, int line) {
+    for (int i = c->resting; i < c->touching; i++)
+        if (c->list[i] == c->item[c->list[line]].of)
+            return i;
+    return -1;
+}
+
+/* Adds the contact or the dry friction of a row of the list, with the rows of its friction. */
+static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation, int line) {
+    struct kt_contacts *c = simulation->contacts;
+    const int friction = line < c->meeting ? friction_line(c, line) : -1;
+    kt_coulomb_item *item = &p->item[p->n];
+    c->ahead[p->n] = 0.0;
+    c->posed[p->n++] = line;
+    *item = (kt_coulomb_item){.type = KT_COULOMB_FRICTIONLESS, .row = add_line(p, line)};
+    if (friction >= 0) {
+        item->type = KT_COULOMB_CONE;
+        item->friction = kt_contact_coefficient(simulation->model, &c->item[c->list[friction]]);
+        item->across = add_line(p, friction);
+        (void)add_line(p, friction + 1);
+    }
+    return item;
+}
+
+/* ---- impacts ----------------------------------------------------------------------------------------------------- */
+
+bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+    struct kt_contacts *c = simulation->contacts;
+    double size;
+    kt_coulomb *p = begin_coulomb(c, W);
+    for (int i = 0; i < c->meeting; i++)
+        add_item(p, simulation, i)->least = phase->least[i];
+    for (int j = 0; j < p->rows; j++) {
+        (void)kt_contact_rate(c, W, p->line[j], &size);
+        p->size = fmax(p->size, size);
+        p->b[j] = phase->u[p->line[j]];
+    }
+    for (int i = 0; i < p->n; i++)
+        p->b[p->item[i].row] -= phase->bound[i];
+    if (!kt_coulomb_solve(p, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
+        return false;
+    phase->rows = p->rows;
+    for (int j = 0; j < p->rows; j++) {
+        phase->line[j] = p->line[j];
+        phase->p[p->line[j]] = c->solution->p[j];
+        phase->u[p->line[j]] = c->solution->u[j];
+    }
+    for (int i = 0; i < p->n; i++)
+        phase->u[i] = phase->p[i] > phase->least[i] ? phase->bound[i] : phase->u[i] + phase->bound[i];
+    return true;
+}
+
+/* Poses the problem of an impact without approach. Row `wedged` is that of one contact, or -1. This contact approaches
+ * at a rate that is small against its slip, so that no impulse is no solution. Its friction is larger by the part
+ * `excess`. */
+static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
+                            double excess) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_coulomb *p = begin_coulomb(c, W);
+    for (int i = 0; i < c->meeting; i++)
+        if (u[i] <= kt_contact_rest(simulation, W, i))
+            add_item(p, simulation, i)->friction *= i == wedged ? 1.0 + excess : 1.0;
+    for (int j = 0; j < p->rows; j++) {
+        p->b[j] = u[p->line[j]];
+        p->size = fmax(p->size, fabs(p->b[j]));
+    }
+    for (int i = 0; i < p->n; i++) {
+        const kt_coulomb_item *item = &p->item[i];
+        const bool is_wedged = c->posed[i] == wedged;
+        p->b[item->row] = is_wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
+    }
+    return p;
+}
+
+/* Finds impulses that do not raise the energy. *energy: what they dissipate. */
+static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) {
+    struct kt_contacts *c = simulation->contacts;
+    double most = 0.0;
+    *energy = 0.0;
+    if (p->n == 0 || !kt_coulomb_solve(p, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
+        return false;
+    for (int j = 0; j < p->rows; j++) {
+        most = fmax(most, fabs(c->solution->p[j]));
+        *energy -= 0.5 * c->solution->p[j] * (p->b[j] + c->solution->u[j]);
+    }
+    return most > 0.0 && *energy >= 0.0;
+}
+
+/* The slip of row i, m/s; 0 without friction. */
+static double slip_speed_of(const struct kt_contacts *c, int i, const double *u) {
+    const int line = friction_line(c, i);
+    return line >= 0 ? kt_hypot(u[line], u[line + 1]) : 0.0;
+}
+
+/* Whether the contact of row i slips. */
+static bool row_is_slipping(const struct kt_contacts *c, int i, const double *u) {
+    return slip_speed_of(c, i, u) > kt_contact_resting;
+}
+
+/* Whether the impulses of the solution change the slip of row i, and not just its approach. */
+static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
+    const int line = friction_line(c, i);
+    const kt_coulomb *p = c->problem;
+    for (int k = 0; k < p->n; k++)
+        if (c->posed[k] == i) {
+            const double *after = c->solution->u + p->item[k].across;
+            return kt_hypot(after[0] - u[line], after[1] - u[line + 1]) > 0.1 * kt_hypot(u[line], u[line + 1]);
+        }
+    return false;
+}
+
+/* The paradox's problem is that of an impact without approach. Zero impulse is one solution; another one stops slip. If
+ * the solver finds the first one, an impulse is sought that wedges one contact after the other. A step that leads into
+ * the paradox ends before, where this impulse still lies beyond the cone. */
+static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
+    static const double excess[] = {0.0, 1e-4, 1e-2, 1e-1, 1.0};
+    struct kt_contacts *c = simulation->contacts;
+    kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
+    if (!c->jams && solve_jam(simulation, p, energy))
+        return p;
+    for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
+        for (int i = 0; i < c->meeting; i++) {
+            if ((c->jams && c->list[i] != c->wedged) || !row_is_slipping(c, i, u) ||
+                u[i] > kt_contact_rest(simulation, W, i))
+                continue;
+            p = pose_jam(simulation, W, u, i, excess[k]);
+            if (solve_jam(simulation, p, energy) && has_stopped(c, i, u))
+                return p;
+        }
+    return NULL;
+}
+
+bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u) {
+    bool slips = false;
+    for (int i = 0; c->jams && i < c->meeting; i++)
+        slips = slips || (c->list[i] == c->wedged && row_is_slipping(c, i, u));
+    return slips;
+}
+
+bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
+    struct kt_contacts *c = simulation->contacts;
+    double energy = 0.0;
+    const kt_coulomb *p = find_jam(simulation, W, u, &energy);
+    if (p == NULL)
+        return false;
+    for (int j = 0; j < p->rows; j++)
+        kt_contacts_add_response(c, p->line[j], c->solution->p[j], c->v);
+    for (int i = 0; i < c->touching; i++)
+        for (int j = 0; j < p->rows; j++)
+            u[i] += kt_contacts_between(c, W, i, p->line[j]) * c->solution->p[j];
+    *lost += energy;
+    simulation->memory.contacts.jammed++;
+    return true;
+}
+
+/* ---- reactions --------------------------------------------------------------------------------------------------- */
+
+/* Adds a contact that does not part. If it slips fast, its direction is given. Slow slip has the direction of an
+ * implicit step, as the forces behind this instant have (slip_prediction.c): its rates are (s + tau s') / tau. If it
+ * sticks in the solution, it comes to rest within tau, and not yet. With present directions some corners of a body
+ * would press that do not press behind this instant. They would part and close without end. */
+static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
+                                bool leaving) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_coulomb_item *item = add_item(p, simulation, line);
+    if ((leaving && c->item[c->list[line]].leaves) || (c->releases && c->list[line] == c->wedged))
+        item->rejected = ~(1U << KT_COULOMB_OPEN);
+    if (item->type != KT_COULOMB_CONE)
+        return;
+    const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
+    const bool is_held =
+        (c->holds || (!c->frees && speed <= kt_contact_resting)) &&
+        kt_integrator_time(simulation->integrator) < simulation->contact_state[c->item[c->list[line]].of].held;
+    item->friction *= is_held ? holding : 1.0;
+    const double stops =
+        fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
+    const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
+    const bool slips = !is_held && speed > (ends ? stops : kt_contact_resting);
+    double *ahead = &c->ahead[p->n - 1];
+    *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, c->list[line], speed, c->slowing[p->n - 1])
+                                  : 0.0;
+    if (slips && !(*ahead > 0.0)) {
+        item->type = KT_COULOMB_SLIPS;
+        item->e[0] = slip[0] / speed;
+        item->e[1] = slip[1] / speed;
+    } else if (!slips && leaving && c->item[c->item[c->list[line]].of].leaves) {
+        item->rejected |= 1U << KT_COULOMB_STICK;
+    }
+}
+
+static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bool leaving) {
+    const kt_contact *friction = &simulation->contacts->item[simulation->contacts->list[line]];
+    kt_coulomb_item *item = add_item(p, simulation, line);
+    item->type = KT_COULOMB_DRY;
+    item->friction = kt_contact_limit(simulation->model, friction);
+    item->rejected = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
+}
+
+/* Sets the rows that take part, and their accelerations without reactions. leaving: contacts that leave have no
+ * reaction; strict: contacts that part below their rest
+ * velocity are left out, too. */
+static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, bool leaving,
+                               bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    double size;
+    kt_coulomb *p = begin_coulomb(c, W);
+    for (int i = 0; i < c->resting; i++) {
+        (void)kt_contact_rate(c, W, i, &size);
+        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
+            add_dry(p, simulation, i, leaving);
+        else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
+            add_coulomb_contact(p, simulation, i, u, leaving);
+    }
+    for (int j = 0; j < p->rows; j++) {
+        const double free = kt_contact_acceleration(c, W, p->line[j], &size);
+        p->b[j] = fabs(free) <= rounding * size ? 0.0 : free;
+        p->size = fmax(p->size, size);
+    }
+    for (int k = 0; k < p->n; k++)
+        for (int j = p->item[k].across; c->ahead[k] > 0.0 && j < p->item[k].across + 2; j++) {
+            p->b[j] += u[p->line[j]] / c->ahead[k];
+            p->size = fmax(p->size, fabs(p->b[j]));
+        }
+    /* At rest, the model has friction of joints that slips forwards. */
+    for (int k = 0; k < p->n; k++)
+        for (int j = 0; p->item[k].type == KT_COULOMB_DRY && j < p->rows; j++)
+            p->b[j] += kt_coulomb_entry(p, j, p->item[k].row) *
+                       kt_contact_slip(simulation->model, &c->item[c->list[c->posed[k]]]);
+    return p;
+}
+
+/* Sets the direction of slip of item i, its normal force, and by how much this changes slip by friction. */
+static void begin_slip(kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb_item *item = &c->problem->item[i];
+    const kt_contact *contact = &c->item[c->list[c->posed[i]]];
+    const int across = c->problem->line[item->across];
+    kt_contact_memory *memory = &simulation->contact_state[contact->index];
+    memcpy(memory->slip, c->solution->e[i], sizeof memory->slip);
+    for (int k = 0; c->ahead[i] > 0.0 && k < 2; k++)
+        memory->slip[k] = c->u[across + k] / kt_hypot(c->u[across], c->u[across + 1]);
+    memory->load = c->solution->p[item->row];
+    memory->response = 0.5 * kt_contact_coefficient(simulation->model, &c->item[contact->of]) *
+                       (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
+}
+
+/* Sets the contacts of the set that follows, and the directions of slip. */
+static void apply(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    const bool shared = kt_coulomb_fits(p, c->solution) && !kt_coulomb_is_unique(p, c->solution);
+    for (int i = 0; i < p->n; i++) {
+        kt_contact *contact = &c->item[c->list[c->posed[i]]];
+        const kt_coulomb_mode mode = c->solution->mode[i];
+        const kt_coulomb_type type = p->item[i].type;
+        if (type == KT_COULOMB_DRY) {
+            contact->next = mode == KT_COULOMB_STICK       ? KT_CONTACT_ON
+                            : mode == KT_COULOMB_SLIP_BACK ? KT_CONTACT_BACK
+                                                           : KT_CONTACT_OFF;
+            continue;
+        }
+        if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
+            continue;
+        contact->next = KT_CONTACT_ON;
+        simulation->contact_state[contact->index].shared = shared;
+        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0))
+            c->item[contact->of].next = KT_CONTACT_ON;
+        else if (type != KT_COULOMB_FRICTIONLESS)
+            begin_slip(simulation, i);
+    }
+}
+
+/* Whether a contact that is released accelerates into its boundary. */
+static bool closes_released(const struct kt_contacts *c) {
+    bool closes = false;
+    for (int i = 0; c->releases && i < c->problem->n; i++)
+        closes = closes || (c->list[c->posed[i]] == c->wedged &&
+                            !(c->solution->u[c->problem->item[i].row] > -rounding * c->problem->size));
+    return closes;
+}
+
+/* Whether slow slip that may stop comes to rest in the solution. */
+static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
+    const kt_coulomb *p = c->problem;
+    bool any = false;
+    for (int i = 0; i < p->n; i++) {
+        const double *slip = u + p->line[p->item[i].across];
+        any = any || (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) &&
+                      c->solution->mode[i] == KT_COULOMB_STICK && kt_hypot(slip[0], slip[1]) > kt_contact_resting);
+    }
+    return any;
+}
+
+static bool any_is_predicted(const struct kt_contacts *c) {
+    bool any = false;
+    for (int i = 0; i < c->problem->n; i++)
+        any = any || c->ahead[i] > 0.0;
+    return any;
+}
+
+static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    return kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution,
+                            &simulation->memory.contacts.pivots);
+}
+
+/* Finds decelerations of slip in present directions from a solution. Returns whether slip is predicted with them. */
+static bool find_decelerations(const kt_simulation *simulation, const double *u) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    bool any = false;
+    for (int i = 0; i < p->n; i++) {
+        const kt_coulomb_item *item = &p->item[i];
+        if (item->type != KT_COULOMB_SLIPS)
+            continue;
+        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
+        c->slowing[i] = -item->e[0] * a[0] - item->e[1] * a[1];
+        any = any || kt_contacts_prediction_time(simulation, c->list[c->posed[i]], kt_hypot(slip[0], slip[1]),
+                                                 c->slowing[i]) > 0.0;
+    }
+    return any;
+}
+
+/* Solves the problem of one attempt. Under fixed steps, slow slip has present directions at first, and then those that
+ * its deceleration permits. If slow slip has no solution in predicted directions, present ones are taken. Slow
+ * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions. Those in which
+ * it would begin from rest may have other reactions, and press other contacts. If these have no solution either, the
+ * first solve is repeated, whose problem and solution the caller uses. */
+static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    const bool stops = c->stops;
+    for (int i = 0; i < c->resting; i++)
+        c->slowing[i] = HUGE_VAL;
+    bool found = solve_problem(simulation, W, u, leaving, strict);
+    if (found && find_decelerations(simulation, u))
+        found = solve_problem(simulation, W, u, leaving, strict);
+    if (!found && any_is_predicted(c)) {
+        c->present = true;
+        found = solve_problem(simulation, W, u, leaving, strict);
+    }
+    if (!found || !stops || any_comes_to_rest(c, u))
+        return found;
+    c->stops = false;
+    found = solve_problem(simulation, W, u, leaving, strict);
+    c->stops = stops;
+    return found || solve_problem(simulation, W, u, leaving, strict);
+}
+
+/* ---- other shares ------------------------------------------------------------------------------------------------ */
+
+/* Forces of several corners at rest may be shared in several ways. The shares that are watched (rows.c) may reach the
+ * limit of one corner, while all corners stay at rest in other shares. This corner then begins to slip in a direction
+ * in which it cannot move. Its friction turns as soon as it moves along another one. Slip ends, stick ends at once, and
+ * so on. So a corner that begins to slip without any acceleration is solved once more, with less friction. If friction
+ * holds it all the same, it stays at rest, and its reserve is not watched for a short time. Slip that does begin has no
+ * acceleration either, if the force grows steadily to the limit. With less friction, it has one, and all corners of the
+ * body that must move slip in this solution. It is taken: predictions hold them until their friction is exceeded. */
+
+/* The friction of item i, if it has reached its limit at this instant; else NULL. */
+static const kt_contact *leaving_friction(const kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_contact *contact = &c->item[c->list[c->posed[i]]];
+    const bool may_rest =
+        c->problem->item[i].type == KT_COULOMB_CONE && simulation->model->loop[contact->loop].rest_velocity > 0.0;
+    return may_rest && c->item[contact->of].leaves ? &c->item[contact->of] : NULL;
+}
+
+/* Whether item i begins to slip in the solution, without acceleration. */
+static bool begins_at_rest(const kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    const kt_coulomb_mode mode = c->solution->mode[i];
+    const double *a = c->solution->u + p->item[i].across;
+    return leaving_friction(simulation, i) != NULL && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK) &&
+           kt_hypot(a[0], a[1]) <= rounding * p->size;
+}
+
+/* Solves once more for contacts that begin to slip without acceleration. If all of them stick with less friction, they
+ * are held. */
+static void find_other_shares(kt_simulation *simulation, const double *W, const double *u) {
+    struct kt_contacts *c = simulation->contacts;
+    bool any = false;
+    for (int i = 0; i < c->problem->n; i++) {
+        kt_coulomb_item *item = &c->problem->item[i];
+        if (!begins_at_rest(simulation, i))
+            continue;
+        item->friction *= 1.0 - in_reserve;
+        item->rejected &= ~(1U << KT_COULOMB_STICK);
+        any = true;
+    }
+    if (!any)
+        return;
+    const bool found = kt_coulomb_solve(c->problem, c->solver, true, c->solution, &simulation->memory.contacts.pivots);
+    bool all = found;
+    for (int i = 0; all && i < c->problem->n; i++)
+        all = leaving_friction(simulation, i) == NULL || (c->problem->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 ||
+              c->solution->mode[i] == KT_COULOMB_STICK;
+    if (!found)
+        (void)solve_problem(simulation, W, u, true, false);
+    if (!all)
+        return;
+    for (int i = 0; i < c->problem->n; i++) {
+        const kt_contact *friction = leaving_friction(simulation, i);
+        if (friction != NULL && c->solution->mode[i] == KT_COULOMB_STICK)
+            kt_contact_hold_friction(simulation, friction->index);
+    }
+}
+
+/* Counts a solution that is one of several motions. */
+static void count_undecided(kt_simulation *simulation, double t) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    if (counts->undecided++ == 0) {
+        counts->undecided_time = t;
+        counts->undecided_loop = c->item[c->list[c->posed[c->solution->differs]]].loop;
+    }
+    counts->redundant += c->solution->redundant;
+}
+
+/* Holds the friction of all contacts of the wedged one's island that slip about as fast, or slower. */
+static void hold_slow_slip(kt_simulation *simulation, const double *u) {
+    const struct kt_contacts *c = simulation->contacts;
+    double most = -1.0;
+    for (int i = 0; i < c->meeting; i++)
+        if (c->list[i] == c->wedged)
+            most = about * fmax(slip_speed_of(c, i, u), kt_contact_loop(simulation, i)->rest_velocity);
+    for (int i = 0; i < c->meeting; i++)
+        if (friction_line(c, i) >= 0 && slip_speed_of(c, i, u) <= most)
+            kt_contact_hold(simulation, c->item[c->list[i]].of);
+}
+
+kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
+                                   kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    bool found = false, leaving = false;
+    if (c->holds_slow)
+        hold_slow_slip(simulation, u);
+    for (int i = 0; i < c->touching; i++)
+        leaving = leaving || c->item[c->list[i]].leaves;
+    /* The second attempt lets leaving contacts stay, since forces have been redistributed. Third attempt: corners of a
+     * body may part at different speeds below the rest velocity. They cannot always rest together, since their rates
+     * are not those of rest. Then they part. */
+    for (int attempt = 0; attempt < 3 && !found; attempt++) {
+        if (attempt == 1 && !leaving)
+            continue;
+        c->present = false;
+        found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
+        if (found && attempt == 0 && leaving && !c->stops && !c->releases && !c->holds)
+            find_other_shares(simulation, W, u);
+    }
+    if (!found)
+        return kt_contacts_reject(simulation, t, "reactions", error);
+    if (c->solution->count > 1)
+        count_undecided(simulation, t);
+    counts->shared += c->solution->shares;
+    apply(simulation);
+    for (int i = 0; i < c->meeting; i++)
+        c->w[i] = HUGE_VAL;
+    for (int i = 0; i < c->problem->n; i++)
+        if (c->posed[i] < c->meeting)
+            c->w[c->posed[i]] = c->solution->u[c->problem->item[i].row];
+    kt_contacts_close_grazing(simulation, W, u, c->w);
+    return KT_OK;
+}

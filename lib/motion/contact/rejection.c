@@ -1,0 +1,245 @@
+/* Impacts and reactions that do not exist: error messages that name the cause.
+ *
+ * Prescribed motions (loops that are functions of time) reduce the degrees of freedom from which W = J M^-1 J' follows.
+ * If they alone determine the rates of contacts, u = J v - b', rows of W are dependent or zero. Impulses then change
+ * these rates by rounding only, and the result of the complementarity problem with such a W is no solution. After the
+ * projection of velocities onto the loops, a contact still closes.
+ *
+ * If n contacts are compressed together, the sum of their rates is prescribed. One of them therefore keeps at least the
+ * n-th part of that sum. If impulses exist, only rounding remains. Half of the smallest such part separates the two
+ * cases. The message names the loops whose velocities contradict each other once these contacts are closed.
+ */
+#include "assembly/open_loops.h"
+#include "base/copy.h"
+#include "base/where.h"
+#include "contact/contact.h"
+#include "dynamics/dynamics.h"
+#include "integrator/integrator.h"
+#include "kinetree/loop.h"
+#include "kinetree/mechanism.h"
+#include "model/switching.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* For at most ten of them; with more, one may keep less. */
+static const double kept = 0.05;
+/* Rates above this part of the fastest approach belong to contacts that part. */
+static const double rounding = 1e-9;
+/* The least lever with which an impulse moves a body, relative to the mechanism's length. */
+static const double lever = 1e-9;
+/* A recorded reaction is wrong beyond rounding if its error exceeds this part of the largest one along its step. */
+static const double wrong = 1e-6;
+/* Contradicting equations leave at least this part of the speed. */
+static const double left = 1e-3;
+
+/* Returns the contact of all islands that closes fastest; *speed: its speed, at least 0. */
+static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
+    int fastest = 0;
+    *speed = 0.0;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; i < c->meeting; i++) {
+            const double rate = kt_contacts_rate(c, c->list[i], c->component[i], v);
+            fastest = -rate > *speed ? c->list[i] : fastest;
+            *speed = fmax(*speed, -rate);
+        }
+    }
+    return fastest;
+}
+
+static kt_where_text name_contact(const kt_simulation *simulation, int contact, double t) {
+    return kt_where_at("contact", kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
+}
+
+/* Returns the largest violation of the velocity equations after a projection. */
+static double violation_of(const kt_model *model, const kt_data *data) {
+    double most = 0.0;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int r = 0; r < w.k; r++)
+            most = fmax(most, fabs(w.right[r]));
+    }
+    return most;
+}
+
+/* Returns whether loops prescribe that contacts continue to close. If so, sets an error that names these loops. If not,
+ * data belong to the simulation's model again. */
+static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
+    if (!KT_HAS_LOOPS)
+        return false;
+    struct kt_contacts *c = simulation->contacts;
+    const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
+    const kt_model *model = simulation->model;
+    double speed;
+    char what[320];
+    kt_error found;
+    const int fastest = find_fastest(c, from, &speed);
+    for (int k = 0; k < c->n; k++)
+        c->item[k].next = KT_CONTACT_OFF;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; i < c->meeting; i++)
+            if (kt_contacts_rate(c, c->list[i], c->component[i], from) <= rounding * speed)
+                c->item[c->list[i]].next = KT_CONTACT_ON;
+    }
+    const kt_model *closed = kt_contacts_model(simulation, true);
+    kt_data_rebind(closed, simulation->data);
+    kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
+    if (!(speed > 0.0) ||
+        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT ||
+        !(violation_of(closed, simulation->data) > left * speed)) {
+        kt_data_rebind(model, simulation->data);
+        simulation->contact_calls->follow(simulation);
+        return false;
+    }
+    (void)snprintf(what, sizeof what,
+                   "a prescribed motion drives it through its boundary at %.3g (m/s or rad/s), and no impulse can "
+                   "stop this motion; end the motion earlier, apply it through a spring (joint_spring), or use an "
+                   "elastic stop or contact (stiffness). These loops contradict each other",
+                   speed);
+    (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
+    (void)kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, fastest, t).text, "%s", found.message);
+    return true;
+}
+
+static double unit_length(const struct kt_contacts *c) { return c->all->length > 0.0 ? c->all->length : 1.0; }
+
+kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q, double *square,
+                                kt_error *error) {
+    const double length = unit_length(simulation->contacts);
+    double *x = simulation->a;
+    for (size_t i = 1; i < open->n.link; i++)
+        for (int k = 0; k < kt_link_dofs(&open->link[i]); k++)
+            x[open->link[i].v + k] = k < kt_link_lengths(&open->link[i]) ? length : 1.0;
+    const kt_status status = kt_kinematics_update(open, simulation->data, q, x, NULL, error);
+    *square = status == KT_OK ? 2.0 * kt_kinetic_energy(open, simulation->data) : 0.0;
+    return status;
+}
+
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square) {
+    const bool turns = kt_loop_measure_of(c->all, c->item[k].loop, 0) == KT_MEASURE_ANGLE;
+    const double unit = turns ? 1.0 : unit_length(c);
+    return own * square > lever * lever * unit * unit;
+}
+
+/* Spares contacts of the selected island. Returns whether there are any. */
+static bool spare_held_of_island(struct kt_contacts *c, double square) {
+    bool any = false;
+    double size;
+    for (int i = 0; i < c->resting; i++) {
+        const double rate = kt_contact_rate(c, c->W, i, &size);
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) || rate < -kt_contact_resting ||
+            (i >= c->meeting && rate > kt_contact_resting))
+            continue;
+        c->item[c->list[i]].spared = true;
+        any = true;
+    }
+    return any;
+}
+
+kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *q = kt_integrator_state(simulation->integrator);
+    double square;
+    bool any = false;
+    for (int k = 0; k < c->islands; k++)
+        any = any || c->island[k].resting > 0;
+    if (open->n.group == 0 || !any)
+        return KT_OK;
+    const kt_status status = kt_contacts_find_unit(simulation, open, q, &square, error);
+    if (status != KT_OK)
+        return status;
+    any = false;
+    for (int k = 0; k < c->islands; k++)
+        if (kt_contacts_select(c, k))
+            any = spare_held_of_island(c, square) || any;
+    if (!any)
+        return KT_OK;
+    kt_contacts_list_rows(simulation);
+    return kt_contacts_find_response(simulation, open, t, q, error);
+}
+
+/* Checks row i of the selected island, with the scale x'M x of W. */
+static kt_status check_lever(kt_simulation *simulation, int i, double t, double square, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int contact = c->list[i];
+    const double rate = c->u[i];
+    if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, c->W, i), square))
+        return KT_OK;
+    if (rate >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
+        c->u[i] = 0.0;
+        return KT_OK;
+    }
+    if (is_prescribed(simulation, t, error))
+        return KT_ERROR_CONSTRAINT;
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, contact, t).text,
+                        "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
+                        "no bound; avoid this position (such as a rod that stands upright on its lift), or use an "
+                        "elastic stop or contact (stiffness)",
+                        -rate);
+}
+
+kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    double square;
+    kt_status status =
+        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
+    for (int k = 0; status == KT_OK && k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = 0; status == KT_OK && i < c->meeting; i++)
+            status = check_lever(simulation, i, t, square, error);
+    }
+    return status;
+}
+
+kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
+                                  kt_status status, kt_error *error) {
+    double speed = approach;
+    if (status == KT_OK)
+        (void)find_fastest(simulation->contacts, v, &speed);
+    return approach > 0.0 && speed > kept * approach && (status == KT_OK || status == KT_ERROR_CONSTRAINT) &&
+                   is_prescribed(simulation, t, error)
+               ? KT_ERROR_CONSTRAINT
+               : status;
+}
+
+/* Returns the reserve of a closed contact until it opens, or of joint friction until its limit. *size: the scale of
+ * the reserve. */
+static double reserve_of(const kt_simulation *simulation, int k, double *size) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_contact *contact = &c->item[k];
+    const double reaction = contact->sign * simulation->multiplier[kt_contact_row(simulation->model, contact)];
+    const double limit = k < c->sides ? 0.0 : kt_contact_limit(simulation->model, contact);
+    *size = fmax(fmax(fabs(reaction), limit), simulation->event_memory[k].size);
+    return k < c->sides ? reaction - simulation->contact_state[k].opens_at : limit - fabs(reaction);
+}
+
+kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->n; k++) {
+        double size;
+        if (!kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_rubs(c, k) ||
+            t < simulation->contact_state[k].held || !(reserve_of(simulation, k, &size) < -wrong * size))
+            continue;
+        return kt_error_set(
+            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
+            "its reaction of %.3g (N or N m) %s: a step missed the instants at which it %s; bound the steps (max_step)",
+            simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
+            k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
+    }
+    return KT_OK;
+}
+
+kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int first = c->list[0], others = c->meeting - 1;
+    const bool is_rough = c->touching > c->resting;
+    if (is_prescribed(simulation, t, error))
+        return KT_ERROR_CONSTRAINT;
+    return kt_error_set(
+        error, KT_ERROR_CONSTRAINT, name_contact(simulation, first, t).text,
+        "no %s separate it and the %d other touching contacts: they wedge each other%s; leave a gap, or "
+        "use an elastic stop or contact (stiffness)",
+        what, others, is_rough ? ", or friction has no solution (Painleve's paradox)" : "");
+}

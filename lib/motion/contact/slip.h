@@ -1,0 +1,177 @@
+/* The problem of hard contacts that slip (slip.c), and their responses to forces in range space (slip_response.c). */
+#ifndef KT_CONTACT_SLIP_H
+#define KT_CONTACT_SLIP_H
+
+#include "base/arena.h"
+#include "cone/coulomb.h"
+#include "evaluate/evaluate.h"
+#include "reduction/half_columns.h"
+
+#include <math.h>
+
+#if KT_HAS_SWITCHES /* a small library has no hard contacts */
+/* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
+ * along both axes. Contacts of different islands (kt_group.island) do not act on each other. So the islands are solved
+ * one after the other, and arrays have room for the `most` contacts of one. */
+#define SLIP_FIELDS(X)                                                                                                 \
+    X(kt_slip_contact, contact, n, "the contacts")                                                                     \
+    X(int, order, n, "their indices, island by island")                                                                \
+    X(kt_slip_island, island, n, "islands with contacts that slip")                                                    \
+    X(int, place, count->group, "scratch: of the contacts of an island in this order")                                 \
+    X(double, column, kt_half_response_count(count->island_v, 2 * most), "of unit forces: half columns in each group") \
+    X(kt_half_force, force, 2 * most, "units of force along each axis of each contact")                                \
+    X(double, unit_force, 2 * most * count->v, "joint forces of these")                                                \
+    X(double, factor, 2 * most, "of these: friction")                                                                  \
+    X(double, change, 2 * most * count->island_row, "of the multipliers of each group, due to these")                  \
+    X(double, by_normal, 2 * most * most, "of normal forces, due to these")                                            \
+    X(double, by_rate, 4 * most * most, "of J a, due to these")                                                        \
+    X(double, normal, most, "normal forces")                                                                           \
+    X(double, W, 9 * n * most, "of slow slip: responses of each island")                                               \
+    X(double, N0, n, "normal forces without friction")                                                                 \
+    X(double, N, n, "likewise under a unit of force")                                                                  \
+    X(double, rate0, 2 * n, "J a without friction")                                                                    \
+    X(double, rate, 2 * n, "likewise under a unit of force")                                                           \
+    X(double, drift, 2 * n, "the part of s' that is not due to accelerations")                                         \
+    X(double, tau, n, "of each contact, s")                                                                            \
+    X(bool, predicted, n, "whether the direction of each contact is that of slow slip")                                \
+    X(double, slowing, n, "the deceleration of slip in its present direction, m/s^2")                                  \
+    X(bool, fades, n, "whether slip of each contact does not grow (slip_prediction.c)")                                \
+    X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
+    X(int, pivot, 3 * most, "scratch: of these")
+
+/* Those of slow slip alone. The solution has all contacts, in `order`. */
+#define SLIP_SLOW_FIELDS(X)                                                                                            \
+    X(char, matrices, kt_coulomb_matrices_size(3 * most, most), "of the problem and its solver")                       \
+    X(char, problem, kt_coulomb_size(most, 3 * most), "the problem")                                                   \
+    X(char, solution, kt_coulomb_solution_size(n, 3 * n), "its solution")                                              \
+    X(char, trial, kt_coulomb_solution_size(most, 3 * most), "likewise, with a contact that is held")                  \
+    X(char, solver, kt_coulomb_solver_size(most, 3 * most, most), "its solver")
+
+/* A contact that slips, and its friction. */
+typedef struct kt_slip_contact {
+    const kt_loop_record *loop;
+    const kt_effect_record *effect;
+} kt_slip_contact;
+
+/* The contacts of an island that slip. */
+typedef struct kt_slip_island {
+    int32_t index;   /* kt_group.island */
+    size_t first, n; /* in `order` */
+    bool is_slow;    /* some slip is slow: */
+    bool found;      /* their directions are found */
+    double unit;
+} kt_slip_island;
+
+typedef struct kt_slip_problem {
+    bool responds;     /* responses to unit forces are known: */
+    bool is_known;     /* the last evaluation with normal forces left what responses follow from */
+    bool has_friction; /* the last accelerations contain friction: */
+    kt_status status;  /* of its normal forces, */
+    double t;          /* at this time, */
+    kt_error *error;   /* and with this error */
+    bool found;        /* all directions of slow slip are found */
+    bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
+    size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
+    size_t per;        /* of each contact one, along e, or two, along both axes */
+    size_t islands;
+    kt_slip_island *at; /* the present one, of the arrays with room for `most` contacts */
+    double *W_at;       /* its part of W */
+    kt_coulomb *c;
+    kt_coulomb_solution *all, *held;
+    kt_coulomb_solution to;      /* the part of `all` of the present island */
+    const kt_loop_record *loops; /* of the model whose contacts are in `contact`, */
+    const kt_effect_record *effects;
+    uint64_t slips; /* and its kt_model.slips */
+    KT_ARENA_DECLARE(SLIP_FIELDS)
+    KT_ARENA_DECLARE(SLIP_SLOW_FIELDS)
+} kt_slip_problem;
+
+static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
+    return (kt_slip_problem *)(void *)data->slip_work;
+}
+
+/* The index of contact i of the present island. */
+static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
+
+/* The largest slip velocity that counts as zero, and the least s0 of adaptive steps, m/s (slip_prediction.c). */
+static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6;
+
+/* s0, m/s, and tau0, s, of adaptive steps. */
+static inline double kt_slip_slow_of(const kt_data *data) {
+    return data->slow_slip > kt_slip_slow ? data->slow_slip : kt_slip_slow;
+}
+static inline double kt_slip_time_of(const kt_data *data) { return 0.1 * kt_slip_slow_of(data); }
+
+/* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and at the rate `most` by
+ * friction alone (slip_prediction.c). It is 0 if slip does not slow down. */
+static inline double kt_slip_fading_time(double largest, double speed, double slowing, double most) {
+    const double part = fmin(1.0, 9.0 - 10.0 * slowing / most);
+    return slowing > 0.0 && part > 0.0 ? fmin(largest, 0.5 * part * speed / slowing) : 0.0;
+}
+
+/* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
+static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
+    const double *s = data->slip_velocity + 2 * k, wide = data->slip_slow[2 * k + 1];
+    const double slow = kt_slip_slow_of(data), most = wide > slow ? wide : slow;
+    return fabs(s[0]) >= most || fabs(s[1]) >= most;
+}
+
+/* kt_slip_size returns the size of a problem. kt_slip_place lays it out in new data, and finds its contacts and
+ * islands. kt_slip_begin begins an evaluation. It finds contacts and islands again if the model has others.
+ * kt_slip_begin_slow prepares the solution of slow slip. kt_slip_select selects an island (slip_islands.c). */
+size_t kt_slip_size(const kt_counts *n);
+void kt_slip_place(const kt_model *model, kt_data *data);
+void kt_slip_begin(const kt_model *model, kt_data *data);
+void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
+void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);
+
+/* Evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c). */
+kt_forward_call kt_slip_forward;
+/* Adds one such contact to a model that is being compiled. */
+void kt_slip_add(kt_model *model);
+/* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
+ * turned. */
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
+/* Adds the derivative of the directions of friction by velocities to a matrix of damping, Z'C (slip_damping.c). Z has
+ * `free` columns of nv numbers; NULL: Z = 1. a: scratch (nv). */
+KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
+                                         const double *basis, size_t free, double *a, double *damping, kt_error *error);
+/* Finds slip velocities of all contacts, and where their friction acts: data->slip_velocity and slip_frame. In a model
+ * without planar links, the poses and velocities are those with which the next accelerations begin (kt_data.posed). */
+void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_state *at);
+/* Slip velocities of all contacts in the state q, v. */
+void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
+/* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
+ * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
+double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
+/* The same of slip of this speed, with these tau0 and s0. */
+double kt_slip_time_at_speed(double speed, double tau0, double s0);
+
+/* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
+ * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no
+ * solution. */
+bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
+/* Whether some of the last directions were predicted with the length of fixed steps. */
+bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);
+
+/* The following calls need loops. */
+
+/* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in
+ * range space (reduction/half_columns.h). */
+bool kt_slip_has_responses(const kt_model *model, const kt_data *data);
+
+/* The multiplier of the first equation of such a contact. */
+double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop);
+
+/* Responses to unit forces in an island: of normal forces, and of J a if there are two of each contact. */
+void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p);
+
+/* Adds the friction in an island, whose responses are known, to the last free accelerations of the joints. */
+void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem *p);
+
+/* The accelerations that follow. Returns false if a number is not finite. */
+bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
+
+#endif
+
+#endif

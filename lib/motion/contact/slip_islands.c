@@ -1,0 +1,93 @@
+/* The memory of contacts that slip, island by island.
+ *
+ * A force in one island (kt_group.island) changes no acceleration in another. So normal forces, directions of slow slip
+ * and derivatives are found for one island after the other, in arrays that have room for the largest one. Memory grows
+ * with the number of islands, and not with its square. */
+#include "contact/slip.h"
+#include "evaluate/evaluate.h"
+
+#include <string.h>
+
+KT_ARENA_LAYOUT(lay_out_slip, kt_slip_problem, SLIP_FIELDS, size_t n, size_t most, const kt_counts *count)
+KT_ARENA_ARRAYS(lay_out_slow, kt_slip_problem, SLIP_SLOW_FIELDS, size_t n, size_t most)
+
+size_t kt_slip_size(const kt_counts *n) {
+    const size_t most = kt_slip_most(n);
+    return lay_out_slip(NULL, n->slip, most, n) + lay_out_slow(NULL, NULL, n->slip, most);
+}
+
+/* Sorts the contacts by islands. */
+static void sort_contacts(const kt_model *model, kt_slip_problem *p) {
+    size_t first = 0;
+    if (model->n.group == 1) { /* the order of the loops */
+        for (size_t k = 0; k < model->n.slip; k++)
+            p->order[k] = (int)k;
+        p->island[0] = (kt_slip_island){.n = model->n.slip};
+        p->islands = 1;
+        return;
+    }
+    p->islands = 0;
+    memset(p->place, 0, model->n.group * sizeof *p->place);
+    for (size_t k = 0; k < model->n.slip; k++)
+        p->place[model->group[p->contact[k].loop->group].island]++;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const size_t n = (size_t)p->place[g];
+        p->place[g] = (int)first;
+        if (n > 0)
+            p->island[p->islands++] = (kt_slip_island){.index = (int32_t)g, .first = first, .n = n};
+        first += n;
+    }
+    for (size_t k = 0; k < model->n.slip; k++)
+        p->order[p->place[model->group[p->contact[k].loop->group].island]++] = (int)k;
+}
+
+/* The effect with a source; the search begins behind the effect `last`, or NULL: loops have the order of effects. */
+static const kt_effect_record *next_effect(const kt_model *model, const kt_effect_record *last, int source) {
+    const kt_effect_record *end = model->effect + model->n.effect + model->n.effect_off;
+    return last != NULL && last + 1 < end && last[1].source == source ? last + 1 : kt_effect_record_find(model, source);
+}
+
+/* Lists the contacts that slip. */
+static void find_contacts(const kt_model *model, kt_slip_problem *p) {
+    kt_slip_contact *next = p->contact;
+    const kt_effect_record *effect = NULL;
+    for (size_t i = 0; i < model->n.loop && next < p->contact + model->n.slip; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        if (loop->slips > 0)
+            *next++ = (kt_slip_contact){loop, effect = next_effect(model, effect, loop->slips - 1)};
+    }
+    sort_contacts(model, p);
+    p->loops = model->loop;
+    p->effects = model->effect;
+    p->slips = model->slips;
+}
+
+void kt_slip_place(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    const size_t most = kt_slip_most(&model->n), used = lay_out_slip(p, model->n.slip, most, &model->n);
+    (void)lay_out_slow(p, data->slip_work + used, model->n.slip, most);
+    find_contacts(model, p);
+}
+
+void kt_slip_begin(const kt_model *model, kt_data *data) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    if (p->slips != model->slips || p->loops != model->loop || p->effects != model->effect)
+        find_contacts(model, p); /* data serve all models of one shape */
+    p->wedged = model->n.slip;
+}
+
+void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island) {
+    p->at = island;
+    p->W_at = p->W + 9 * kt_slip_most(&model->n) * island->first;
+    if (!island->is_slow)
+        return;
+    p->to = *p->all;
+    p->to.mode += island->first;
+    p->to.e += island->first;
+    p->to.p += 3 * island->first;
+    p->to.u += 3 * island->first;
+}
+
+void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p) {
+    p->all = kt_coulomb_solution_init(model->n.slip, 3 * model->n.slip, p->solution);
+}

@@ -1,0 +1,519 @@
+/* Hard contacts: loops that bound one side, g(q, t) >= 0 (stops, floors, slack ropes), along a motion.
+ *
+ * An open contact has its gap g > 0 watched. A closed contact is a constraint of the mechanism like any other: its loop
+ * is switched on (model/switching.h). Its reaction lambda > 0 is watched. Both are events (event.c). For the contacts
+ * that touch at an event, let u = J v - b' be the rates of their gaps, and W = J M^-1 J'. M^-1 belongs to the mechanism
+ * with its other loops (control/mass_inverse.c). At an event, two steps follow.
+ *
+ * 1. If some contacts close, u < 0, impulses p follow from Newton's rule or Poisson's (contact/impact.c).
+ *
+ * 2. Contacts with u+ = 0, or no faster than the rest velocity, are closed from now on if their reaction is
+ *    compressive. (Two contacts that close in turn would otherwise go on for ever.) With the accelerations w of their
+ *    gaps without reactions,
+ *
+ *       w+ = w + W lambda,   0 <= lambda  complementary to  w+ >= 0
+ *
+ * The speed of a drive may jump. Velocities first jump with all contacts open. The two steps follow, in which contacts
+ * that were closed do not bounce (contact/impact.c).
+ *
+ * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
+ * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. It has no
+ * impulse. At rest
+ *
+ *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
+ *
+ * With z1 = lambda + S and z2 = max(-a, 0), these are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
+ *
+ * Both are linear complementarity problems with a positive semidefinite matrix (cone/lemke.h). If reactions are not
+ * unique (four legs of a table), Lemke's basic solution leaves the redundant contacts open.
+ *
+ * Sources: C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral
+ * Contacts, 1996.
+ */
+#include "contact/contact.h"
+
+#include "base/copy.h"
+#include "base/require.h"
+#include "dynamics/dynamics.h"
+#include "evaluate/evaluate.h"
+#include "integrator/integrator.h"
+#include "model/switching.h"
+#include "simulation/moreau.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+/* Attempts to free a contact that friction wedges. */
+enum { REST, RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
+
+static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    kt_simulation *simulation = contact->simulation;
+    struct kt_contacts *c = simulation->contacts;
+    const size_t nq = at->model->n.q, nv = at->model->n.v;
+    /* The first contact is evaluated first at each instant; the others reuse its results. */
+    const bool known = contact->index > 0 && simulation->contact_time == at->t && c->set == at->model->set &&
+                       memcmp(c->at, at->q, nq * sizeof(double)) == 0 &&
+                       memcmp(c->at + nq, at->v, nv * sizeof(double)) == 0;
+    if (!known) {
+        kt_instant inside = *at; /* where forces jump: the forces of the step that ends or begins here */
+        inside.t = kt_simulation_time_inside(simulation, at->t);
+        simulation->contact_time = (double)NAN;
+        if (kt_contacts_find_values(c, &inside, error) != KT_OK)
+            return 1;
+        memcpy(c->at, at->q, nq * sizeof(double));
+        memcpy(c->at + nq, at->v, nv * sizeof(double));
+        simulation->contact_time = at->t;
+        c->set = at->model->set;
+    }
+    *value = c->value[contact->index];
+    return 0;
+}
+
+/* No contact closes or ends at this instant. */
+static void clear_due_contacts(struct kt_contacts *c) {
+    for (int k = 0; k < c->n; k++)
+        c->item[k].meets = c->item[k].leaves = false;
+}
+
+/* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
+ * resolved one: then it has the other side again. */
+static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
+    const kt_contact *contact = user;
+    struct kt_contacts *c = simulation->contacts;
+    (void)what;
+    for (int k = 0; k < c->n; k++) {
+        const bool mine = k == contact->index, closed = kt_contact_is_closed(simulation->model, &c->item[k]);
+        const bool due = simulation->event_memory[k].side < 0 && (mine || simulation->event_root[k].due);
+        c->item[k].meets = due && !closed;
+        c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
+        if (c->item[k].meets && kt_contact_rubs(c, k))
+            c->holds = kt_contact_count_reversal(simulation, k) || c->holds;
+    }
+    kt_contacts_slip_together(simulation);
+    kt_status status = simulation->contact_calls->resolve(simulation, error);
+    if (status != KT_OK && c->holds) {
+        c->holds = false;
+        status = simulation->contact_calls->resolve(simulation, error);
+    }
+    clear_due_contacts(c);
+    c->rests = c->stops = c->holds = false;
+    return status == KT_OK ? 0 : -1;
+}
+
+static void open_all(kt_simulation *simulation) {
+    const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
+                         (simulation->memory.released & simulation->contact_friction);
+    if (set != simulation->model->set)
+        kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
+    kt_contacts_renew_model(simulation);
+    simulation->memory.set = set;
+    for (size_t k = 0; k < simulation->contact_count; k++) {
+        simulation->contact_state[k].closed = false;
+        simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
+        simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
+        simulation->contact_state[k].held = -HUGE_VAL;
+    }
+}
+
+/* ---- at an instant ----------------------------------------------------------------------------------------------- */
+
+/* Stores which contacts are closed, and counts changes. Switches and jumps open all contacts first: a contact that is
+ * closed again behind them is not counted. */
+static void store_changes(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    const kt_model *model = simulation->model;
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        const bool was = simulation->contact_state[k].counted, is = kt_contact_is_closed(model, contact);
+        simulation->changed_contact = is != was ? (size_t)k + 1 : simulation->changed_contact;
+        simulation->contact_state[k].closed = simulation->contact_state[k].counted = is;
+        counts->closings += k < c->sides && is && !was;
+        counts->openings += k < c->sides && was && !is;
+        counts->sticks += k >= c->sides && is && !was;
+        counts->slips += k >= c->sides && was && !is &&
+                         (kt_contact_rubs(c, k) ? kt_contact_is_closed(model, &c->item[contact->of])
+                                                : !kt_contact_is_released(contact));
+    }
+}
+
+/* Adds to *lost the energy that closed contacts and sticking friction take without an impulse of an impact: a bounce or
+ * slip that comes to rest, or that is held, still has a speed. The projection onto the loops removes it. A change of
+ * velocities that is rounding takes none. */
+static kt_status add_holds(kt_simulation *simulation, const double *y, double *lost, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    double held = 0.0;
+    const kt_status status = kt_simulation_find_loss(simulation, c->v, y, &held, error);
+    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed)
+        *lost += held;
+    return status;
+}
+
+/* Commits contacts: the model of the set that follows, and the state after impulses. approach: the speed before
+ * the impulses; 0: no impulses. */
+static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost, double approach, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_simulation_closing_time(simulation, kt_integrator_time(simulation->integrator));
+    const double *from = kt_integrator_state(simulation->integrator);
+    const uint64_t set = kt_contacts_set(simulation);
+    kt_simulation_energy before, after = {0.0, 0.0};
+    bool changed = false;
+    kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
+    if (status != KT_OK)
+        return status;
+    const kt_model *old = simulation->model;
+    kt_simulation_take_model(simulation, kt_contacts_model(simulation, false));
+    memcpy(simulation->y, from, simulation->size.n * sizeof(double));
+    memcpy(simulation->y + simulation->size.nq, c->v, simulation->size.nv * sizeof(double));
+    status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
+    status = kt_contacts_check_rates(simulation, t, simulation->y + simulation->size.nq, approach, status, error);
+    if (status == KT_OK)
+        status = add_holds(simulation, simulation->y, &lost, error);
+    if (status == KT_OK && kt_simulation_accounts(simulation))
+        status = kt_simulation_find_energy(simulation, simulation->y, &after, error);
+    if (status == KT_OK) {
+        const bool driven =
+            c->all->driven || simulation->model->driven; /* a moving contact may be open again after a bounce */
+        kt_simulation_add_jump(simulation, after.kinetic + after.potential - before.kinetic - before.potential, lost,
+                               driven);
+        status = kt_simulation_land(simulation, simulation->y, &before, &after, error);
+    }
+    if (status != KT_OK) {
+        kt_simulation_take_model(simulation, old);
+        return status;
+    }
+    simulation->memory.set = set;
+    simulation->memory.contacts.dissipated += lost;
+    store_changes(simulation);
+    return KT_OK;
+}
+
+static void watch_open_of_island(kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int i = 0; i < c->resting; i++) {
+        const int k = c->list[i];
+        if (kt_contact_is_closed(simulation->model, &c->item[k]))
+            continue;
+        if (i < c->meeting)
+            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_margin(simulation, i);
+        if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
+            simulation->event_memory[k].side = -1;
+    }
+}
+
+/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
+ * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
+ * touching. It then closes at its present gap, since a bounce may be lower than that. */
+static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++)
+        if (kt_contacts_select(c, i))
+            watch_open_of_island(simulation);
+    for (int k = 0; status == KT_OK && k < c->n; k++)
+        if (c->item[k].spared) {
+            if (k < c->sides)
+                simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
+            simulation->event_memory[k].side = -1;
+        }
+    for (int k = c->sides; k < c->n; k++)
+        simulation->contact_state[k].closes_at = -HUGE_VAL;
+    (void)kt_contacts_follow_slip(simulation);
+    simulation->contact_time = (double)NAN; /* values of this state have changed */
+    return status;
+}
+
+/* Finds the rates of all rows that touch. Returns the largest speed at which a gap closes. */
+static double find_rates(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    double approach = 0.0, size;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        c->selected->approach = 0.0;
+        for (int i = 0; i < c->touching; i++) {
+            c->u[i] = kt_contact_rate(c, c->W, i, &size);
+            if (fabs(c->u[i]) <= kt_contact_rounding * size)
+                c->u[i] = 0.0;
+            c->selected->approach = i < c->meeting ? fmax(c->selected->approach, -c->u[i]) : c->selected->approach;
+        }
+        kt_contacts_find_grazing(simulation, c->u);
+        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
+             i++) /* after impulses, all reactions are possible */
+            c->item[c->list[i]].leaves = false;
+        approach = fmax(approach, c->selected->approach);
+    }
+    return approach;
+}
+
+/* Applies impulses, and finds the set that follows. *lost grows by the energy that impulses dissipate; *approach: the
+ * speed before them. */
+static kt_status solve_contacts(kt_simulation *simulation, double t, double *lost, double *approach, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_data_rebind(open, simulation->data);
+    kt_status status = kt_contacts_find_response(simulation, open, t, y, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
+    if (status == KT_OK)
+        status = kt_contacts_spare_held(simulation, open, t, error);
+    *approach = status == KT_OK ? find_rates(simulation) : 0.0;
+    if (status == KT_OK && *approach > 0.0)
+        status = kt_contacts_check_levers(simulation, open, t, error);
+    if (status == KT_OK && *approach > 0.0)
+        status = kt_contacts_apply_impact(simulation, t, lost, error);
+    if (status == KT_OK)
+        status = kt_contacts_solve_reactions(simulation, t, lost, error);
+    kt_data_rebind(model, simulation->data);
+    return status;
+}
+
+/* Moves c->v to the velocities just after t, at which speeds of drives jump. No contact reacts yet. */
+static kt_status strike_open(kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    double *y = simulation->y;
+    bool changed;
+    memcpy(y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof *y);
+    kt_simulation_take_model(simulation, kt_model_switched(model, model->set & ~c->mask));
+    const kt_status status = kt_simulation_project(simulation, t, y, &changed, error);
+    kt_simulation_take_model(simulation, model);
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof *y);
+    return status;
+}
+
+static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_simulation_recall_breakpoints(simulation);
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    const double *y = kt_integrator_state(simulation->integrator);
+    double lost = 0.0, approach = 0.0;
+    for (int k = 0; k < c->n; k++)
+        simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
+    kt_simulation_clear_jump(simulation);
+    kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
+    kt_status status = c->strikes ? strike_open(simulation, t, error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
+    if (status == KT_OK)
+        status = kt_contacts_find_touching(simulation, t, error);
+    const bool any = status == KT_OK && kt_contacts_total(c) > 0;
+    if (status == KT_OK && !any)
+        store_changes(simulation);
+    if (!any && !c->strikes)
+        return status;
+    if (any)
+        status = solve_contacts(simulation, t, &lost, &approach, error);
+    else
+        kt_contacts_let_slip(c);
+    if (status == KT_OK)
+        status = commit_jump_of_contacts(simulation, lost, approach, error);
+    if (status != KT_OK)
+        return status;
+    simulation->memory.held = kt_contacts_find_held(simulation);
+    return watch_open(simulation, t, error);
+}
+
+/* Whether friction wedges a contact in the present state. */
+static bool is_wedged(kt_simulation *simulation) {
+    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
+    kt_error made = {0};
+    return simulation->model->n.slip > 0 &&
+           kt_simulation_accelerate(simulation, t, kt_integrator_state(simulation->integrator), simulation->tau,
+                                    simulation->external, simulation->a, &made) != 0 &&
+           made.code == KT_ERROR_SINGULAR;
+}
+
+/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does, or other contacts are
+ * closed from now on. */
+static bool stop_slow_slip(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *before = simulation->model;
+    kt_contact_counts *counts = &simulation->memory.contacts;
+    const uint64_t sticks = counts->sticks;
+    kt_error made = {0};
+    if (kt_contacts_find_slow(simulation) < 0)
+        return false;
+    clear_due_contacts(c);
+    c->stops = true;
+    const kt_status status = resolve_once(simulation, &made);
+    c->stops = false;
+    const bool rests = status == KT_OK && counts->sticks > sticks;
+    counts->rested += rests;
+    return rests || (status == KT_OK && simulation->model != before);
+}
+
+/* Frees the contact that friction wedged in the last evaluation. If there is none, it frees the slowest contact that
+ * slips below its rest velocity. The attempts are, in this order:
+ *
+ *     REST       slow slip comes to rest: it may turn faster than the shortest step, in which an implicit method finds
+ *                no solution, or friction wedges a contact
+ *     RELEASE    the contact is released, if it then parts
+ *     then       impulses without a collision stop the slip, up to IMPULSES times
+ *     HOLD       its slip is held for a short time; once for each contact. If it slips on although it is held, other
+ *                contacts of its body do: then all slow slip is held
+ *
+ * Returns false if no attempt is left. */
+static bool free_wedged(kt_simulation *simulation, int *attempt) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_status status = KT_ERROR_CONSTRAINT;
+    c->wedged = kt_contacts_find_wedged(simulation);
+    if (*attempt == REST) {
+        (*attempt)++;
+        if (stop_slow_slip(simulation))
+            return true;
+    }
+    if (c->wedged < 0) {
+        c->wedged = kt_contacts_find_slow(simulation);
+        *attempt = *attempt > HOLD ? *attempt : HOLD;
+    }
+    while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
+        const int now = (*attempt)++;
+        kt_error made = {0};
+        clear_due_contacts(c);
+        c->releases = now == RELEASE;
+        c->jams = now > RELEASE && now < HOLD;
+        c->holds = now >= HOLD;
+        c->holds_slow = c->holds && kt_contact_is_held(simulation, c->item[c->wedged].of);
+        if (c->holds)
+            kt_contact_hold(simulation, c->item[c->wedged].of);
+        status = resolve_once(simulation, &made);
+        simulation->memory.contacts.rested += c->holds && status == KT_OK;
+        if (c->jams && status != KT_OK) /* another impulse would fail, too */
+            *attempt = HOLD;
+        c->releases = c->holds = c->holds_slow = c->jams = false;
+    }
+    return status == KT_OK;
+}
+
+/* Contacts that are held at rest stay so, unless no reactions hold them. */
+static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
+    kt_status status = resolve_once(simulation, error);
+    int attempt = 0;
+    if (status != KT_OK && kt_contacts_hold_any(simulation)) {
+        simulation->contacts->frees = true;
+        status = resolve_once(simulation, error);
+        simulation->contacts->frees = false;
+    }
+    while (status == KT_OK && is_wedged(simulation) && free_wedged(simulation, &attempt)) {
+    }
+    return status;
+}
+
+static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
+    simulation->contacts->strikes = true;
+    const kt_status status = resolve_contacts(simulation, error);
+    simulation->contacts->strikes = false;
+    return status;
+}
+
+static bool rest(kt_simulation *simulation, size_t k) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
+    const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
+    const bool may = simulation->model->loop[item->loop].rest_velocity > 0.0;
+    c->rests = may && ((int)k < c->sides || !is_open);
+    c->stops = may && (kt_contact_rubs(c, (int)k) || !is_open);
+    simulation->memory.contacts.rested += c->rests || c->stops;
+    return c->rests || c->stops;
+}
+
+static const kt_model *find_resting_model(kt_simulation *simulation) {
+    double *a = simulation->contacts->response;
+    return kt_simulation_acceleration(simulation, a, NULL) == KT_OK ? kt_contacts_resting_model(simulation, a)
+                                                                    : simulation->model;
+}
+
+static const kt_contact_calls calls = {.rest = rest,
+                                       .ends = kt_contact_slip_ends,
+                                       .kink = kt_contact_kink,
+                                       .open = open_all,
+                                       .model = kt_contacts_open_model,
+                                       .resting = find_resting_model,
+                                       .resolve = resolve_contacts,
+                                       .strike = strike_contacts,
+                                       .follow = kt_contacts_put_directions,
+                                       .check = kt_contacts_check_record,
+                                       .keep = kt_simulation_keep,
+                                       .undo = kt_simulation_undo_change,
+                                       .renew = kt_contacts_renew_model,
+                                       .free_wedged = free_wedged,
+                                       .gains = kt_simulation_gains_energy,
+                                       .limit = kt_simulation_limit_step,
+                                       .retry = kt_simulation_retry};
+
+kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
+    kt_status status = kt_contacts_lay_out(simulation, error);
+    struct kt_contacts *c = simulation->contacts;
+    const bool steps = simulation->steps_over_contacts;
+    for (int k = 0; status == KT_OK && !steps && k < c->n; k++) {
+        const kt_event event = {.name = kt_loop_name(simulation->model, c->item[k].loop),
+                                .function = watch_contact,
+                                .action = act_on_contacts,
+                                .user = &c->item[k],
+                                .record = simulation->options.record_contacts,
+                                .direction = KT_DIRECTION_FALLING};
+        kt_event_append(simulation, &event);
+    }
+    if (status == KT_OK && !steps && c->rubs) {
+        c->watch = *simulation->watch;
+        c->begin = c->watch.begin;
+        c->watch.begin = kt_contacts_begin_step;
+        simulation->watch = &c->watch;
+    }
+    simulation->contact_count = steps ? 0 : (size_t)c->n;
+    simulation->contact_mask = c->mask;
+    simulation->slow_slip = kt_contacts_slow_slip(simulation);
+    simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
+    simulation->contact_calls = steps ? &kt_moreau_calls : &calls;
+    if (status == KT_OK && steps)
+        kt_moreau_init(simulation);
+    simulation->memory.contacts.count = 0;
+    for (int k = 0; k < c->n; k++)
+        simulation->memory.contacts.count += !kt_contact_rubs(c, k);
+    return status;
+}
+
+/* ---- released ---------------------------------------------------------------------------------------------------- */
+
+uint64_t kt_simulation_released(const kt_simulation *simulation) {
+    const bool has = simulation != NULL && simulation->contacts != NULL;
+    return has ? simulation->memory.released & ~simulation->contacts->back : 0;
+}
+
+kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error) {
+    if (KT_IS_MISSING(error, simulation))
+        return KT_ERROR_ARGUMENT;
+    const uint64_t before = simulation->memory.released;
+    const struct kt_contacts *c = simulation->contacts;
+    uint64_t known = 0, after = set;
+    for (int k = 0; c != NULL && k < c->n; k++) {
+        known |= kt_contact_rubs(c, k) ? 0 : c->item[k].bit;
+        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0;
+    }
+    if ((set & ~known) != 0)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "kt_simulation_release",
+            "of the set 0x%llx only 0x%llx are hard stops, contacts, slack ropes, or joint friction that sticks",
+            (unsigned long long)set, (unsigned long long)(set & known));
+    if (after == before)
+        return KT_OK;
+    simulation->memory.released = after;
+    simulation->contact_time = (double)NAN;
+    const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
+    if (status != KT_OK)
+        simulation->memory.released = before;
+    return status;
+}
+
+/* ---- for callers ------------------------------------------------------------------------------------------------- */
+
+kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
+}

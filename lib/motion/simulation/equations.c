@@ -1,0 +1,351 @@
+/* The equations that a simulation integrates: its right-hand side and its projection.
+ *
+ * The state is y = (q, v, x), and the right-hand side is
+ *
+ *     q' = E(q) v           v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
+ *     v' = a(t, q, v, x)    kt_acceleration_evaluate, or the caller's
+ *     x' = f(t, q, v, x)    auxiliary states, absent in most models (kt_own_state_rates)
+ *
+ * If some coordinates move no mass, all three are evaluated at the (q, v) in which the forces on these coordinates are
+ * balanced (kt_massless_balance).
+ *
+ * If a balance is computed, y = (q, v, x, W_d, W_s) with W_d' and W_s' the powers dissipated and supplied
+ * (kt_power_evaluate).
+ *
+ * Runge-Kutta steps leave the norm of quaternions and the closure of loops wrong by their local error. After each
+ * accepted step both are corrected [MSD 7.55 to 7.58]. The correction changes the state by at most that error and
+ * therefore keeps the method's order.
+ */
+#include "algebra/lane.h"
+#include "dynamics/dynamics.h"
+#include "evaluate/evaluate.h"
+#include "integrator/integrator.h"
+#include "model/switching.h"
+#include "simulation/simulation.h"
+#include "simulation/step_parts.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* ---- the caller's equations -------------------------------------------------------------------------------------- */
+
+static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
+    return (kt_instant){.model = simulation->model,
+                        .data = simulation->data,
+                        .t = at->t,
+                        .q = at->q,
+                        .v = at->v,
+                        .x = at->v + simulation->size.nv,
+                        .tau = at->tau,
+                        .external = at->external};
+}
+
+/* Returns the result of the caller's callback, with its message or, if it wrote none, a standard one. */
+static int report_callback(int result, const char *what, kt_error *made, kt_error *error) {
+    if (made->code == KT_OK)
+        (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "the caller's %s returned %d", what, result);
+    if (error != NULL)
+        *error = *made;
+    return result;
+}
+
+/* Writes v' to `a`, and points *rate at the velocities that give q': those of the state, or the caller's. The state is
+ * a part of y. power: NULL without a balance. */
+static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *given, const double **rate, double *a,
+                            kt_power *power, kt_error *error) {
+    const kt_model *model = simulation->model;
+    kt_dynamic_state at = *given;
+    *rate = at.v;
+    if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
+        kt_simulation_inputs(simulation, at.q, &at.tau, &at.external);
+    if (simulation->options.acceleration == NULL || power != NULL) {
+        const kt_status status = power != NULL ? kt_power_evaluate(model, simulation->data, at.t, at.q, at.v, at.tau,
+                                                                   at.external, a, power, error)
+                                               : kt_acceleration_trusted(model, simulation->data, &at, a, error);
+        if (status != KT_OK)
+            return kt_simulation_is_recoverable(status) ? 1 : -1;
+    }
+    if (simulation->options.acceleration == NULL)
+        return 0;
+    const kt_instant instant = evaluated_instant_of(simulation, &at);
+    kt_error made = {0};
+    memcpy(simulation->rate, at.v, simulation->size.nv * sizeof(double));
+    *rate = simulation->rate;
+    const int result = simulation->options.acceleration(&instant, simulation->rate, a, &made, simulation->options.user);
+    return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
+}
+
+int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                             const kt_wrench *external, double *a, kt_error *error) {
+    const double *rate;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
+    return accelerate_state(simulation, &(kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a,
+                            NULL, error);
+}
+
+int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
+    const kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
+    const double *rate;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_use_states(simulation, y);
+    return accelerate_state(simulation, &at, &rate, simulation->a, power, error);
+}
+
+/* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
+
+/* Whether an evaluation is at the state between two steps. This is the first evaluation of a step, or the last one if
+ * the method reuses its slope for the next step. */
+KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, const double *dydt) {
+    const kt_integrator *it = simulation->integrator;
+    return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
+}
+
+/* Balances the forces of the state y at the time `at`, for coordinates that move no mass. */
+static kt_status balance_forces(kt_simulation *simulation, double at, const double *y, double *balanced,
+                                kt_error *error) {
+#if KT_HAS_QUASI_STATICS
+    const kt_simulation_sizes *size = &simulation->size;
+    const kt_dynamic_state state = {at, y, y + size->nq, simulation->tau, simulation->external};
+    const kt_status status = kt_massless_solve(simulation->model, simulation->data, &state, error);
+    if (status == KT_OK) {
+        memmove(balanced, y, size->n * sizeof *y);
+        memcpy(balanced, simulation->data->balanced_q, size->nq * sizeof *y);
+        memcpy(balanced + size->nq, simulation->data->balanced_v, size->nv * sizeof *y);
+    }
+    return status;
+#else
+    (void)simulation, (void)at, (void)y, (void)balanced, (void)error;
+    return KT_OK;
+#endif
+}
+
+/* Puts the auxiliary states of y into force, and points `at` to the state with its forces balanced. */
+static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynamic_state *at) {
+    kt_simulation_use_states(simulation, y);
+#if KT_HAS_QUASI_STATICS
+    if (simulation->size.balanced > 0) {
+        const kt_status status = balance_forces(simulation, at->t, y, simulation->balanced, &simulation->cause);
+        if (status != KT_OK)
+            return status;
+        at->q = simulation->balanced;
+        at->v = simulation->balanced + simulation->size.nq;
+    }
+#endif
+    (void)at;
+    return KT_OK;
+}
+
+/* Classifies an error at t for the integrator: a smaller step may avoid it unless it is at the present state. */
+static int fail_slope(kt_simulation *simulation, double t, bool is_recoverable) {
+    simulation->ahead = t != kt_integrator_time(simulation->integrator);
+    return is_recoverable && simulation->ahead ? 1 : -1;
+}
+
+/* Computes the slope at (t, y). Next to a breakpoint, forces and drives are those of a time that differs from t by
+ * rounding. */
+static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
+    kt_simulation *simulation = user;
+    const kt_simulation_sizes *size = &simulation->size;
+    const bool works = size->integrates_works;
+    const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
+    kt_dynamic_state at = {t, y, y + size->nq, simulation->tau, simulation->external};
+    kt_power power = {0.0, 0.0};
+    const double *rate;
+    if (simulation->breakpoints.any)
+        at.t = kt_simulation_time_inside(simulation, t);
+    kt_status status = KT_HAS_FORMULAS && size->x + size->balanced > 0 ? use_states(simulation, y, &at) : KT_OK;
+    if (status != KT_OK)
+        return fail_slope(simulation, t, kt_simulation_is_recoverable(status));
+    const int result =
+        accelerate_state(simulation, &at, &rate, dydt + size->nq, works || at_end ? &power : NULL, &simulation->cause);
+    if (simulation->options.acceleration == NULL || works)
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+    /* Powers and the caller's right-hand side may leave anything in data. */
+    const bool left = !works && !(at_end && (simulation->model->driven || simulation->external != NULL));
+    simulation->cached = left && simulation->options.acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    simulation->slope = dydt;
+    if (result != 0)
+        return fail_slope(simulation, t, result > 0);
+    if (size->quaternion > 0)
+        kt_position_rate(simulation->model, at.q, rate, dydt);
+    else if (size->nq > 0)
+        memcpy(dydt, rate, size->nq * sizeof *dydt);
+    else
+        dydt[0] = 0.0; /* the integrator's one number where nothing moves */
+    if (at_end)
+        kt_simulation_take_power(simulation, y, dydt, power);
+    if (works) {
+        dydt[size->work] = power.dissipated;
+        dydt[size->work + 1] = power.supplied;
+    }
+    if (KT_HAS_FORMULAS && size->x > 0)
+        status = kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at.t, at.q, at.v,
+                                                  dydt + size->nq + size->nv, &simulation->cause);
+    return status == KT_OK ? 0 : fail_slope(simulation, t, kt_simulation_is_recoverable(status));
+}
+
+/* Scaling brings |p|^2 no nearer to 1 than four roundings. */
+static const double unit_defect = 4.0 * DBL_EPSILON;
+
+static bool is_unit_quaternion(const double *p) {
+    double defect = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0;
+    return fabs(defect) <= unit_defect;
+}
+
+static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    const kt_instant at =
+        evaluated_instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
+    kt_error made = {0};
+    const int result =
+        simulation->options.projection(&at, y, y + simulation->size.nq, changed, &made, simulation->options.user);
+    if (result == 0)
+        return KT_OK;
+    return report_callback(result, "projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
+}
+
+kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    const bool balances = KT_HAS_QUASI_STATICS && simulation->size.balanced > 0;
+    *changed = false;
+    if (simulation->closes_loops)
+        simulation->cached = KT_CACHED_NOTHING;
+    if (simulation->options.projection != NULL && !simulation->options.unprojected) {
+        const kt_status status = project_by_caller(simulation, t, y, changed, error);
+        if (status != KT_OK)
+            return status;
+    } else if (simulation->groups > 0 && !simulation->options.unprojected) {
+        simulation->memory.factorizations += (uint64_t)simulation->groups;
+        const kt_status status = kt_state_project_trusted(simulation->model, simulation->data, t, y,
+                                                          y + simulation->size.nq, changed, error);
+        if (status != KT_OK || !balances)
+            return status;
+    }
+    if (balances) {
+        *changed = true;
+        simulation->cached = KT_CACHED_NOTHING;
+        kt_simulation_use_states(simulation, y);
+        const kt_status status = balance_forces(simulation, t, y, y, error);
+        if (status != KT_OK)
+            return status;
+    }
+    for (size_t i = 0; i < simulation->size.quaternion && !*changed; i++)
+        *changed = !is_unit_quaternion(y + simulation->quaternion[i]);
+    if (!*changed || kt_position_normalize(simulation->model, y))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
+}
+
+double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
+    const kt_breakpoints *c = &simulation->breakpoints;
+    if (c->strikes && t > c->before && t <= c->end)
+        return c->before;
+    return c->struck && t >= c->begin && t < c->after ? c->after : t;
+}
+
+/* Projects the state after a step, and stores the correction. y is finite, since the integrator has checked it. A
+ * motion ends at a dead point of its drives: smaller steps would only approach that point and finally leap over it. */
+static int project_state(double t, double *y, bool *changed, void *user) {
+    kt_simulation *simulation = user;
+    const kt_data *data = simulation->data;
+    const bool engine = simulation->options.projection == NULL;
+    const kt_status status =
+        kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), y, changed, &simulation->cause);
+    simulation->ahead = true;
+    if (status != KT_OK)
+        return kt_simulation_is_recoverable(status) && !(engine && data->dead) ? 1 : -1;
+    if (!simulation->closes_loops || !engine)
+        return 0;
+    simulation->cached = KT_CACHED_POSES;
+    kt_corrections *corrections = &simulation->memory.corrections;
+    corrections->fastest = fmax(corrections->fastest, data->fastest);
+    if (data->correction > corrections->most) {
+        corrections->most = data->correction;
+        corrections->time = t;
+        corrections->v = data->corrected_v;
+    }
+    return 0;
+}
+
+/* Errors of accelerations next to a singular position. They are uncertain by passage.acceleration. If both ways to
+ * compute them may be right, they jump from one to the other by passage.jump. A step of a tenth of the time to the
+ * position resolves the path. A method of fourth order resolves it to 1e-5 of the distance. Errors of the stages have
+ * either sign and add up to some of these values.
+ *
+ * The limit of a tenth applies if rounding deviates by more than the tolerance, which is reported. Otherwise the limit
+ * is a thousandth of that time, since the estimated error of shorter steps is rounding. */
+static double acceleration_noise_within(double h, void *user) {
+    const kt_simulation *simulation = user;
+    const kt_passage *passage = &simulation->data->passage;
+    const bool uncertain = passage->error > simulation->integrator->options.relative_tolerance;
+    const double off = fmax(4.0 * passage->acceleration, passage->jump);
+    return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? off * h : 0.0;
+}
+
+/* Records and works evaluate accelerations, too. No step may be judged by those evaluations. */
+static void begin_passage(void *user) {
+    const kt_simulation *simulation = user;
+    simulation->data->passage = (kt_passage){.time = 0.0};
+}
+
+const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within};
+
+#if KT_HAS_EVENTS
+/* Time stepping takes no slopes: the integrator's own steps do (leap.c). */
+static int write_no_slope(double t, const double *y, double *dydt, void *user) {
+    const kt_simulation *simulation = user;
+    (void)t, (void)y;
+    memset(dydt, 0, simulation->size.n * sizeof *dydt);
+    return 0;
+}
+#endif
+
+kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    if (simulation->steps_over_contacts)
+        return (kt_integrator_callbacks){.rhs = write_no_slope, .user = simulation};
+#endif
+    const bool projects = simulation->closes_loops || simulation->size.quaternion > 0 || simulation->size.balanced > 0;
+    return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
+}
+
+/* ---- the model --------------------------------------------------------------------------------------------------- */
+
+void kt_simulation_follow_model(kt_simulation *simulation) {
+    const bool adapts = !(simulation->step > 0.0), breakpoints = kt_simulation_has_breakpoints(simulation->model);
+    simulation->groups = kt_loop_group_count(simulation->model);
+    simulation->closes_loops =
+        (simulation->groups > 0 || simulation->options.projection != NULL) && !simulation->options.unprojected;
+    simulation->breakpoints.any = adapts ? simulation->options.corner != NULL || breakpoints
+                                         : !KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false) &&
+                                               kt_simulation_has_motion_breakpoints(simulation->model);
+    simulation->breakpoints.fixed = !adapts && breakpoints;
+    simulation->watches_gaps = adapts && simulation->size.gap > 0;
+    simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;
+    if (KT_HAS_GAP && simulation->size.gap > 0)
+        (void)kt_gap_list(simulation->model, simulation->gap_source);
+    simulation->gap_time = simulation->event_time = (double)NAN;
+    kt_simulation_renew_breakpoints(simulation);
+}
+
+void kt_simulation_renew_model(const kt_simulation *simulation) {
+#if KT_HAS_EVENTS
+    const kt_model *model = simulation->model;
+    if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
+        simulation->contact_calls->renew(simulation);
+#endif
+    (void)simulation;
+}
+
+kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
+#if KT_HAS_EVENTS
+    if (simulation->contacts != NULL)
+        kt_simulation_renew_model(simulation);
+    if (simulation->memory.beyond) {
+        simulation->memory.beyond = false;
+        return simulation->contact_calls->resolve(simulation, error);
+    }
+#endif
+    (void)simulation, (void)error;
+    return KT_OK;
+}

@@ -1,0 +1,133 @@
+/* Time stepping over impacts (moreau.c), for the files of this folder. */
+#ifndef KT_SIMULATION_MOREAU_H
+#define KT_SIMULATION_MOREAU_H
+
+#include "cone/cone.h"
+#include "contact/contact.h"
+
+#include <math.h>
+
+/* Why a contact takes no part in a step: it does not close, or other loops hold its gap. */
+enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
+
+/* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. Its rows are those of
+ * struct kt_contacts. At most `items` items and `list` rows take part in a step. */
+#define KT_MOREAU_FIELDS(X)                                                                                            \
+    X(double, y, s->n, "the state in the middle of the step: q, then the velocities without impulses, and x")          \
+    X(double, middle, s->nv, "vm")                                                                                     \
+    X(double, after, s->nv, "velocities at the end")                                                                   \
+    X(double, change, s->nv, "scratch: displacements")                                                                 \
+    X(double, position, s->nq, "scratch")                                                                              \
+    X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
+    X(int, place, s->n_contacts, "of each contact: its item, or a reason why it has none")                             \
+    X(int, item, s->items, "the contact, or dry friction")                                                             \
+    X(int, next, s->items, "the next item of its island; -1: none")                                                    \
+    X(kt_moreau_island, island, s->islands, "items of each island of contacts")                                        \
+    X(int, chosen, s->most, "scratch: items of a problem")                                                             \
+    X(double, none, s->most, "scratch: zeros")                                                                         \
+    X(double, impulse, 3 * s->most, "scratch: of a problem")                                                           \
+    X(double, coefficient, s->most, "likewise: of friction")                                                           \
+    X(double, limits, s->most, "likewise: of dry friction")                                                            \
+    X(int, first, s->items, "its first row in the list of all rows")                                                   \
+    X(double, bound, s->items, "the least rate at the end")                                                            \
+    X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
+    X(double, mu, s->items, "coefficients of friction")                                                                \
+    X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
+    X(double, viscous, s->items, "of dry friction: the viscous force")                                                 \
+    X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
+    X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
+    X(double, b, 3 * s->most, "of the cone solver")                                                                    \
+    X(double, p, 3 * s->items, "impulses")                                                                             \
+    X(double, column, s->nv, "scratch: of a response")                                                                 \
+    X(kt_contact_memory, kept, s->n_contacts, "of contacts before the last step was accepted")                         \
+    X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
+    X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
+    X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
+    X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \
+    X(double, multiplier, s->row, "of a record: of the equations of all contacts")
+
+typedef struct kt_moreau_sizes {
+    size_t n, nq, nv, x, n_contacts, items, list, islands, cone, body, loop, row;
+    size_t most; /* items of an island */
+} kt_moreau_sizes;
+
+/* An island of contacts (contact/islands.c). */
+typedef struct kt_moreau_island {
+    int first, last, count; /* its items; -1: none */
+    int known;              /* the impulses of so many items are known; -1: none, since velocities have changed */
+    double dissipated;      /* by these */
+} kt_moreau_island;
+
+/* The counts of the last step, which are added once the step is accepted. */
+typedef struct kt_moreau_counts {
+    uint64_t closed, newton, failures, reduced;
+    double penetration, supplied, dissipated;
+} kt_moreau_counts;
+
+typedef struct kt_moreau {
+    double h, t; /* of the last step, s: its length, and the time of its middle */
+    bool has_inverse;
+    bool only_normal; /* the problem of the cone solver has normal rows alone */
+    int posed;        /* items in it */
+    int count;        /* of items */
+    int dry;          /* of these, the first ones are dry friction */
+    kt_cone *cone;
+    kt_moreau_counts counts;
+    kt_contact_counts kept_counts; /* before the last step was accepted */
+    KT_ARENA_DECLARE(KT_MOREAU_FIELDS)
+} kt_moreau;
+
+/* Bytes of the memory for simulations of a model with n numbers of state; 0 without contacts. */
+size_t kt_moreau_size(const kt_model *model, size_t n);
+/* Prepares a simulation whose contacts are laid out (kt_contacts_init). */
+void kt_moreau_init(kt_simulation *simulation);
+
+/* The steps of the integrator, and the operations on contacts. */
+extern const struct kt_leap kt_moreau_leap;
+extern const kt_contact_calls kt_moreau_calls;
+
+/* b' of the equation of a row of a contact, in the state of the last equations; and the rows of an item. */
+double kt_moreau_right(const struct kt_contacts *c, int k, int component);
+static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
+
+/* Gaps down to minus this number are rounding of positions. */
+static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-15 * fmax(1.0, c->all->length); }
+/* The entry of W in rows i and k of the selected island. */
+static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) {
+    const int stride = c->selected->stored;
+    return c->touching <= stride ? c->W[(ptrdiff_t)i * stride + k]
+           : i <= k              ? kt_contacts_product(c, i, k)
+                                 : kt_contacts_product(c, k, i);
+}
+/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
+ * (moreau_items.c). */
+void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
+
+/* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).
+ *
+ * kt_moreau_begin finds the equations in the middle, and the dry friction of joints, which takes part always.
+ *
+ * kt_moreau_take_free receives velocities without impulses, in m->y, and copies them to m->after.
+ *
+ * kt_moreau_add_closing adds contacts that close within the step at the velocities m->after.
+ *
+ * kt_moreau_solve computes the impulses, and m->after with them.
+ *
+ * kt_moreau_correct moves the middle out of contacts, and updates their gaps. It returns whether it did. begins:
+ * impulses of the step are not known yet.
+ *
+ * kt_moreau_renew_laws updates bounds behind a displacement. */
+KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error);
+void kt_moreau_take_free(kt_simulation *simulation, double h);
+KT_CHECKED kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any,
+                                           kt_error *error);
+KT_CHECKED kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error);
+bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
+void kt_moreau_renew_laws(kt_simulation *simulation, double h);
+
+/* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
+ * data belong to the model in which all contacts are closed. */
+KT_CHECKED kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *error);
+KT_CHECKED kt_status kt_moreau_end_record(kt_simulation *simulation, kt_record *record, kt_error *error);
+
+#endif

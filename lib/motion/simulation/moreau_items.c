@@ -1,0 +1,402 @@
+/* The items of a step (moreau.c): the contacts that take part, and their responses. */
+#include "simulation/moreau.h"
+
+#include "base/copy.h"
+#include "control/mass_inverse.h"
+#include "dynamics/dynamics.h"
+#include "evaluate/evaluate.h"
+#include "integrator/integrator.h"
+
+#include <math.h>
+
+/* Rates up to this part of their change in a step are residuals of the cone solver: ten times that at which it ends. */
+static const double settled = 1e-6;
+
+double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
+    return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
+}
+
+void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    if (p != 0.0)
+        kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
+}
+
+/* ---- items ------------------------------------------------------------------------------------------------------- */
+
+static void add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const int row = kt_contacts_add_row(c, k, component);
+    m->begin[row] = kt_contacts_rate(c, k, component, v);
+    m->free[row] = kt_contacts_rate(c, k, component, m->y + simulation->size.nq);
+}
+
+/* Empties the lists of items. */
+static void clear_items(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    kt_contacts_clear_rows(c);
+    m->count = 0;
+    for (int k = 0; k < c->n; k++)
+        m->place[k] = KT_MOREAU_NO_PART;
+    for (int i = 0; i < c->islands; i++) {
+        c->island[i].known = 0;
+        m->island[i] = (kt_moreau_island){.first = -1, .last = -1};
+    }
+}
+
+/* Appends item i to those of its island. */
+static void append_item(kt_simulation *simulation, int i) {
+    kt_moreau *m = simulation->moreau;
+    kt_moreau_island *island = &m->island[simulation->contacts->item[m->item[i]].island];
+    m->next[i] = -1;
+    *(island->count > 0 ? &m->next[island->last] : &island->first) = i;
+    island->last = i;
+    island->count++;
+}
+
+static int list_item(kt_simulation *simulation, int k) {
+    kt_moreau *m = simulation->moreau;
+    const int i = m->count++;
+    m->place[k] = i;
+    m->item[i] = k;
+    append_item(simulation, i);
+    return i;
+}
+
+/* Takes the items from `from` on out of the lists. Those that are not held may be added again. */
+static void drop_items(kt_simulation *simulation, int from) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    for (int i = m->count - 1; i >= from; i--) {
+        kt_contact_island *at = &c->island[c->item[m->item[i]].island];
+        at->touching = m->first[i] - at->row;
+        at->known = at->touching;
+        if (m->place[m->item[i]] == i)
+            m->place[m->item[i]] = KT_MOREAU_NO_PART;
+    }
+    m->count = from;
+    for (int k = 0; k < c->islands; k++) {
+        m->island[k].count = 0;
+        m->island[k].first = m->island[k].last = -1;
+    }
+    for (int i = 0; i < from; i++)
+        append_item(simulation, i);
+}
+
+static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const double *force = simulation->contact_state[k].force;
+    const int i = list_item(simulation, k), of = c->item[k].of;
+    m->first[i] = kt_contacts_next_row(c, k);
+    m->mu[i] = m->bound[i] = m->e[i] = 0.0;
+    m->limit[i] = -1.0;
+    for (int r = 0; r < 3; r++)
+        m->p[3 * i + r] = k < c->sides || r == 0 ? m->h * force[r] : 0.0;
+    add_moreau_row(simulation, k, 0, v);
+    if (k < c->sides && of >= 0) {
+        m->mu[i] = kt_contact_coefficient(simulation->model, &c->item[of]);
+        for (int component = 0; component < 2 && m->mu[i] > 0.0; component++)
+            add_moreau_row(simulation, of, component, v);
+    }
+    return i;
+}
+
+/* The largest rate at which a contact parts behind its approach, so that its depth in the middle is removed. A closed
+ * contact follows a curved gap: the direction of its normal turns, and its rate changes by h b'' in a step. */
+static double following_rate_of(const kt_simulation *simulation, int k, double h, double begin) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double turn = h * c->item[k].sign * c->drift[kt_contact_row(c->all, &c->item[k])];
+    return fmax(simulation->contact_state[k].closed != 0 ? fmin(-begin, 2.0 * turn) : -begin, 0.0);
+}
+
+/* The law of a contact: whether it bounces, and the least rate at the end otherwise. */
+static void set_law(const kt_simulation *simulation, int i, double h) {
+    const struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const int k = m->item[i];
+    const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
+    const double begin = m->begin[m->first[i]], fall = begin - m->free[m->first[i]];
+    const double rounding = fmin(kt_moreau_tolerance(c) / h, fall);
+    const bool bounces = loop->restitution > 0.0 && -begin > fmax(loop->rest_velocity, fall);
+    m->e[i] = bounces ? loop->restitution : 0.0;
+    m->bound[i] = fmin(-c->gap[k] / h, fmax(following_rate_of(simulation, k, h, begin), rounding));
+}
+
+/* The dry force of a joint that slips at the rate v: that of its effect, without the viscous part. */
+static double dry_force_of(const kt_simulation *simulation, const kt_contact *item, double v) {
+    kt_effect_record effect = *kt_effect_record_find(simulation->model, item->effect);
+    effect.idle = false;
+    if (fabs(v) <= kt_contact_resting)
+        return kt_contact_limit(simulation->model, item);
+    effect.direction = v > 0.0 ? 1.0 : -1.0;
+    effect.viscous = 0.0;
+    return fabs(
+        kt_value(kt_effect_kind_of(effect.type)
+                     ->joint_force(&effect, simulation->model->number, kt_real_of(0.0), kt_real_of(v), 0.0, NULL)));
+}
+
+/* Adds all dry friction of joints that acts. */
+static void add_dry_friction(kt_simulation *simulation, double h, const double *v) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    for (int k = c->sides; k < c->n; k++) {
+        if (kt_contact_rubs(c, k) || kt_contact_is_released(&c->item[k]))
+            continue;
+        const int i = add_moreau_item(simulation, k, v);
+        m->limit[i] = h * dry_force_of(simulation, &c->item[k], v[c->item[k].v]);
+    }
+    m->dry = m->count;
+}
+
+/* ---- responses --------------------------------------------------------------------------------------------------- */
+
+/* The compiled model without contacts. The model of a simulation may be a mask, with the groups of all contacts. */
+static const kt_model *open_model(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    const bool is_compiled = kt_model_switched(model, model->set) == model;
+    return is_compiled ? model : kt_model_switched(model, model->set & ~simulation->contacts->mask);
+}
+
+static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    const kt_model *open = open_model(simulation);
+    kt_mass_inverse *inverse = NULL;
+    kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
+    if (open != simulation->model)
+        kt_data_rebind(open, simulation->data);
+    if (status == KT_OK)
+        status = kt_mass_inverse_compute(inverse, simulation->data, m->t, m->y, error);
+    if (open != simulation->model)
+        kt_data_rebind(simulation->model, simulation->data);
+    m->has_inverse = status == KT_OK;
+    return status;
+}
+
+/* Whether new rows of all islands are as many behind equally many known ones, or the only ones. */
+static bool columns_are_free(const struct kt_contacts *c, int known) {
+    bool are = true;
+    for (int i = 0; are && i < c->islands; i++) {
+        const kt_contact_island *at = &c->island[i];
+        are = at->known == at->touching ? at->known <= known : at->known == known;
+    }
+    return are;
+}
+
+/* M^-1 of columns (column by column). */
+static kt_status apply_inverse(kt_simulation *simulation, int columns, double *x, kt_error *error) {
+    return kt_mass_inverse_apply((kt_mass_inverse *)(void *)simulation->contacts->inverse_memory, columns, x, error);
+}
+
+/* M^-1 J' of the new rows, if no island needs their columns for rows that are known. */
+static kt_status respond_at_once(kt_simulation *simulation, int known, int columns, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const size_t nv = simulation->size.nv;
+    double *first = c->response + (size_t)known * nv;
+    kt_clear(first, (size_t)columns * nv * sizeof *first);
+    for (int i = 0; i < c->islands; i++) {
+        (void)kt_contacts_select(c, i);
+        for (int r = c->selected->known; r < c->touching; r++)
+            kt_contacts_write_row(c, r, c->response + (size_t)r * nv);
+    }
+    return apply_inverse(simulation, columns, first, error);
+}
+
+/* M^-1 J' of the next new row of each island. */
+static kt_status respond_apart(kt_simulation *simulation, int next, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    double *column = simulation->moreau->column;
+    const size_t nv = simulation->size.nv;
+    kt_clear(column, nv * sizeof *column);
+    for (int i = 0; i < c->islands; i++)
+        if (kt_contacts_select(c, i) && c->selected->known + next < c->touching)
+            kt_contacts_write_row(c, c->selected->known + next, column);
+    const kt_status status = apply_inverse(simulation, 1, column, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++) {
+        if (!kt_contacts_select(c, i) || c->selected->known + next >= c->touching)
+            continue;
+        double *response = c->response + (size_t)(c->selected->known + next) * nv;
+        const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
+        for (int j = 0; j < c->selected->of->v_count; j++)
+            response[coordinate[j]] = column[coordinate[j]];
+    }
+    return status;
+}
+
+/* Adds the new rows of the selected island to W, if it is stored. */
+static void extend_W(struct kt_contacts *c) {
+    const int stride = c->selected->stored;
+    for (int s = 0; c->touching <= stride && s < c->touching; s++) {
+        const int from = s > c->selected->known ? s : c->selected->known;
+        double *W = c->W + (ptrdiff_t)s * stride;
+        kt_contacts_multiply(c, s, from, W);
+        for (int r = from; r < c->touching; r++)
+            c->W[(ptrdiff_t)r * stride + s] = W[r];
+    }
+}
+
+/* Responses to the rows that are new, and their entries of W. */
+static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    int columns = 0, known = 0;
+    kt_status status = simulation->moreau->has_inverse ? KT_OK : prepare_inverse(simulation, error);
+    for (int i = 0; i < c->islands; i++) {
+        const int count = c->island[i].touching - c->island[i].known;
+        known = count > 0 && c->island[i].known > known ? c->island[i].known : known;
+        columns = count > columns ? count : columns;
+    }
+    const bool at_once = columns_are_free(c, known);
+    if (status == KT_OK && at_once)
+        status = respond_at_once(simulation, known, columns, error);
+    for (int next = 0; status == KT_OK && !at_once && next < columns; next++)
+        status = respond_apart(simulation, next, error);
+    for (int i = 0; status == KT_OK && i < c->islands; i++)
+        if (kt_contacts_select(c, i) && c->selected->known < c->touching) {
+            extend_W(c);
+            c->selected->known = c->touching;
+        }
+    return status;
+}
+
+/* Whether a contact closes within the step at the velocities m->after. */
+static bool is_closing(const kt_simulation *simulation, int k, double h) {
+    const struct kt_contacts *c = simulation->contacts;
+    return c->gap[k] + h * kt_contacts_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
+}
+
+/* Whether a contact was closed in the last step and does not bounce. It most probably takes part, and does not disturb
+ * if it opens: its impulse is then zero. */
+static bool was_closed(const kt_simulation *simulation, int k, const double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
+    return simulation->contact_state[k].closed != 0 &&
+           (!(loop->restitution > 0.0) || -kt_contacts_rate(c, k, 0, v) <= loop->rest_velocity);
+}
+
+/* Adds contacts that take part; begins: with those of the last step. */
+static bool list_closing(kt_simulation *simulation, double h, const double *v, bool begins) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool any = false;
+    for (int k = 0; k < c->sides; k++) {
+        if (simulation->moreau->place[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
+            !(is_closing(simulation, k, h) || (begins && was_closed(simulation, k, v))))
+            continue;
+        set_law(simulation, add_moreau_item(simulation, k, v), h);
+        any = true;
+    }
+    return any;
+}
+
+/* The largest depth in the middle. */
+static double depth_of(const struct kt_contacts *c) {
+    double most = 0.0;
+    for (int k = 0; k < c->sides; k++)
+        if (!kt_contact_is_released(&c->item[k]))
+            most = fmax(most, -c->gap[k]);
+    return most;
+}
+
+/* The largest change of a rate of both bodies of a contact without impulses, m/s or rad/s, if they are at rest at the
+ * beginning; 0 if they move. */
+static double change_at_rest(const kt_simulation *simulation, int k, const double *v) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *free = simulation->moreau->y + simulation->size.nq;
+    double rate = 0.0, change = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const kt_link *link = &c->all->link[c->all->loop[c->item[k].loop].link[end]];
+        for (int j = link->v, last = j + kt_link_dofs(link); j < last; j++) {
+            rate = fmax(rate, fabs(v[j]));
+            change = fmax(change, fabs(free[j] - v[j]));
+        }
+    }
+    return rate <= settled * change ? change : 0.0;
+}
+
+/* Sets gaps of closed contacts to zero that the cone solver's residual explains, if their bodies are at rest. All
+ * contacts of two bodies rest, or none. */
+static void settle_gaps(const kt_simulation *simulation, double h, const double *v) {
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->sides; k++)
+        if (simulation->contact_state[k].closed != 0 &&
+            fabs(c->gap[k]) <= h * settled * change_at_rest(simulation, k, v))
+            c->gap[k] = 0.0;
+}
+
+kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    kt_status status = kt_contacts_find_equations(c, simulation->model, t, m->y, v, true, error);
+    if (status != KT_OK)
+        return status;
+    m->counts.penetration = depth_of(c);
+    settle_gaps(simulation, h, v);
+    m->has_inverse = false;
+    m->t = t;
+    clear_items(simulation);
+    add_dry_friction(simulation, h, v);
+    return m->dry > 0 ? respond_to_rows(simulation, error) : KT_OK;
+}
+
+void kt_moreau_renew_laws(kt_simulation *simulation, double h) {
+    for (int i = simulation->moreau->dry; i < simulation->moreau->count; i++)
+        set_law(simulation, i, h);
+}
+
+void kt_moreau_take_free(kt_simulation *simulation, double h) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    double *free = m->y + simulation->size.nq;
+    for (int i = 0; i < m->dry; i++) {
+        const kt_contact *item = &c->item[m->item[i]];
+        m->viscous[i] = kt_effect_record_find(simulation->model, item->effect)->viscous * m->middle[item->v];
+        (void)kt_contacts_select(c, item->island);
+        kt_moreau_add_response(simulation, i, 0, -h * m->viscous[i], free);
+    }
+    for (int i = 0; i < m->count; i++)
+        for (int r = m->first[i], end = r + kt_moreau_rows(m, i); r < end; r++)
+            m->free[r] = kt_contacts_rate(c, c->rows[r], c->components[r], free);
+    kt_moreau_renew_laws(simulation, h);
+    for (int i = 0; i < c->islands; i++)
+        m->island[i].known = m->island[i].count == 0 ? 0 : -1;
+    kt_copy(m->after, free, simulation->size.nv * sizeof *free);
+}
+
+/* Spares contacts from item `from` on that have no lever: other loops hold their gaps (kt_contacts_spare_held). Their
+ * rates in the middle are not zero, since v belongs to the beginning. If loops move, they may close a gap.
+ * *any: whether any contact is spared. */
+static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    double square = 0.0;
+    const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &square, error);
+    *any = false;
+    for (int i = from; status == KT_OK && i < m->count; i++) {
+        const int r = m->first[i];
+        (void)kt_contacts_select(c, c->item[m->item[i]].island);
+        const double own = kt_moreau_entry(c, r - c->selected->row, r - c->selected->row);
+        const bool closes = m->begin[r] < -kt_contact_resting || m->free[r] < -kt_contact_resting;
+        if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
+            continue;
+        m->place[m->item[i]] = KT_MOREAU_HELD;
+        *any = true;
+    }
+    return status;
+}
+
+kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
+    const bool begins = simulation->moreau->count == simulation->moreau->dry;
+    const int from = simulation->moreau->count;
+    bool spares = false;
+    *any = list_closing(simulation, h, v, begins);
+    kt_status status = *any ? respond_to_rows(simulation, error) : KT_OK;
+    if (status == KT_OK && *any && open_model(simulation)->n.group > 0)
+        status = spare_held_items(simulation, from, &spares, error);
+    if (status != KT_OK || !spares)
+        return status;
+    drop_items(simulation, from);
+    *any = list_closing(simulation, h, v, begins);
+    return *any ? respond_to_rows(simulation, error) : KT_OK;
+}

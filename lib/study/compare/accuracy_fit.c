@@ -1,0 +1,127 @@
+/* Fits to the points of a study: orders, error floors, and the Pareto fronts.
+ *
+ * In the asymptotic range error = C setting^p, a straight line of slope p in logarithms, fitted by least squares. The
+ * range ends above where the error is no longer small against the motion. It ends below where rounding or the
+ * reference's uncertainty becomes visible. The fit uses the finest points of the range.
+ */
+#include "compare/accuracy.h"
+
+#include <math.h>
+
+static const double asymptotic = 1e-2; /* of the amplitude: largest error in the asymptotic range */
+static const double clear = 10.0;      /* times floor or uncertainty: larger errors are essentially those of the
+                                          method */
+enum { FIT_LEAST = 3, FIT_MOST = 5 };
+
+double kt_accuracy_amplitude(const kt_accuracy *study) {
+    const double range = study->results.range;
+    if (!(range > 0.0))
+        return 1.0;
+    return study->results.subject == KT_ACCURACY_POSITIONS ? fmin(range, 1.0) : range;
+}
+
+void kt_accuracy_select(const kt_accuracy *study, kt_accuracy_error *error) {
+    switch (study->results.subject) {
+    case KT_ACCURACY_VELOCITIES:
+        error->judged = error->velocity;
+        break;
+    case KT_ACCURACY_QUANTITY:
+        error->judged = error->quantity;
+        break;
+    default:
+        error->judged = error->position;
+        break;
+    }
+}
+
+bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
+                         const kt_accuracy_point *tight) {
+    if (!curve->adaptive || loose->counts.steps == 0)
+        return false;
+    const double expected = log(loose->setting / tight->setting) / curve->method->order;
+    return log((double)tight->counts.steps / (double)loose->counts.steps) < 0.2 * expected;
+}
+
+static double curve_floor_of(const kt_accuracy *study, const kt_accuracy_curve *curve) {
+    const kt_accuracy_point *points = study->points + curve->first;
+    double least = HUGE_VAL;
+    for (int i = 0; i < curve->count; i++)
+        least = points[i].usable ? fmin(least, points[i].error.judged) : least;
+    return least;
+}
+
+void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
+    const kt_accuracy_point *points = study->points + curve->first;
+    const double amplitude = kt_accuracy_amplitude(study);
+    const bool ended = curve->end == KT_ACCURACY_FLOOR;
+    double least = clear * study->results.uncertainty.judged;
+    double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    const int most = curve->adaptive ? KT_ACCURACY_POINTS_MAX : FIT_MOST;
+    curve->floor = ended ? curve_floor_of(study, curve) : (double)NAN;
+    if (ended)
+        least = fmax(least, clear * curve->floor);
+    for (int i = curve->count - 1; i >= 0 && n < most; i--) {
+        if (!points[i].usable || points[i].error.judged <= least || points[i].error.judged > asymptotic * amplitude)
+            continue;
+        if (i + 1 < curve->count && kt_accuracy_is_held(curve, &points[i], &points[i + 1]))
+            continue;
+        const double setting = log(points[i].setting), error = log(points[i].error.judged);
+        n += 1.0;
+        x += setting;
+        y += error;
+        xx += setting * setting;
+        xy += setting * error;
+    }
+    curve->fitted = n < FIT_LEAST ? 0 : (int)n;
+    curve->slope = curve->fitted > 0 ? (n * xy - x * y) / (n * xx - x * x) : (double)NAN;
+}
+
+/* ---- fronts ------------------------------------------------------------------------------------------------------ */
+
+static double cost(const kt_accuracy_point *point, bool of_time) {
+    return of_time ? point->cpu : (double)point->counts.evaluations;
+}
+
+/* Whether no point of variant 0 has a smaller error at no higher cost, or a lower cost with no larger error. */
+static bool is_on_front(const kt_accuracy *study, const kt_accuracy_point *point, bool of_time) {
+    const double error = kt_accuracy_known(study, point), price = cost(point, of_time);
+    for (int c = 0; c < study->results.curve_count; c++) {
+        const kt_accuracy_curve *curve = &study->curves[c];
+        for (int i = 0; i < curve->count && curve->variant == 0; i++) {
+            const kt_accuracy_point *other = &study->points[curve->first + i];
+            const double its_error = kt_accuracy_known(study, other), its_price = cost(other, of_time);
+            if (other->usable && its_error <= error && its_price <= price && (its_error < error || its_price < price))
+                return false;
+        }
+    }
+    return true;
+}
+
+void kt_accuracy_mark_front(kt_accuracy *study) {
+    for (int c = 0; c < study->results.curve_count; c++) {
+        const kt_accuracy_curve *curve = &study->curves[c];
+        for (int i = 0; i < curve->count; i++) {
+            kt_accuracy_point *point = &study->points[curve->first + i];
+            point->fewest = point->usable && curve->variant == 0 && is_on_front(study, point, false);
+            point->cheapest =
+                point->usable && curve->variant == 0 && !isnan(point->cpu) && is_on_front(study, point, true);
+        }
+    }
+}
+
+int kt_accuracy_best(const kt_accuracy *study, double goal) {
+    if (!study)
+        return -1;
+    int best = -1;
+    const bool timed = study->options.clock != NULL;
+    for (int c = 0; c < study->results.curve_count; c++) {
+        const kt_accuracy_curve *curve = &study->curves[c];
+        for (int i = curve->first; i < curve->first + curve->count; i++) {
+            const kt_accuracy_point *point = &study->points[i];
+            if (curve->variant == 0 && point->usable && kt_accuracy_known(study, point) <= goal &&
+                (best < 0 || cost(point, timed) < cost(&study->points[best], timed)))
+                best = i;
+        }
+    }
+    return best;
+}

@@ -1,0 +1,70 @@
+/* The norm of the difference of two states (defined in kinetree/study.h).
+ *
+ * Differences are those of the joints' own algebra: dv with q (+) dv = q_other. A quaternion therefore yields the
+ * vector of the rotation between the two. Coordinates of a joint that form one vector (a rotation, a translation) count
+ * by its Euclidean length, all others individually.
+ */
+#include "compare/accuracy.h"
+
+#include "kinetree/descriptor.h"
+#include "kinetree/joint.h"
+
+#include <math.h>
+
+static const double turn = 6.28318530717958647692;
+
+static bool kind_is_length(kt_coordinate_kind kind) {
+    return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
+}
+
+/* The largest over one joint. of_rates: differences are of velocities, so whole turns count. */
+static double measure_joint(kt_joint_type type, int count, double length, bool of_rates, const double *d) {
+    double largest = 0.0;
+    for (int k = 0; k < count;) {
+        const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
+        const bool is_vector = kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION;
+        double square = 0.0;
+        do {
+            const double x = kind == KT_COORDINATE_ANGLE && !of_rates ? remainder(d[k], turn) : d[k];
+            square += x * x;
+            k++;
+        } while (is_vector && k < count && kt_joint_coordinate_kind(type, k) == kind);
+        const double size = sqrt(square);
+        largest = kt_worse(largest, kind_is_length(kind) ? size / length : size);
+    }
+    return largest;
+}
+
+/* The norm of study->difference. */
+static double measure_accuracy_norm(const kt_accuracy *study, bool of_rates) {
+    double largest = 0.0;
+    for (int body = 1; body < kt_model_body_count(study->model); body++) {
+        const kt_coordinates at = kt_body_coordinates(study->model, body);
+        const double *d = study->difference + at.v;
+        largest = kt_worse(largest, measure_joint(at.type, at.nv, study->results.length, of_rates, d));
+    }
+    return largest;
+}
+
+kt_accuracy_norm kt_accuracy_distance(const kt_accuracy *study, kt_accuracy_state a, kt_accuracy_state b) {
+    kt_accuracy_norm norm;
+    kt_position_subtract(study->model, b.q, a.q, study->difference);
+    norm.position = measure_accuracy_norm(study, false);
+    for (size_t i = 0; i < study->nv; i++)
+        study->difference[i] = b.v[i] - a.v[i];
+    norm.velocity = measure_accuracy_norm(study, true);
+    return norm;
+}
+
+kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model) {
+    bool angles = false, lengths = false;
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        for (int k = 0; k < at.nv; k++) {
+            const bool length = kind_is_length(kt_joint_coordinate_kind(at.type, k));
+            lengths = lengths || length;
+            angles = angles || !length;
+        }
+    }
+    return angles && lengths ? KT_ACCURACY_MIXED : lengths ? KT_ACCURACY_METRE : KT_ACCURACY_RADIAN;
+}
