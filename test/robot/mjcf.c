@@ -301,6 +301,22 @@ KT_TEST(what_changes_the_motion_is_a_warning_of_its_own) {
     kt_check_equal_int("loops", scene->description.loop_count, 0);
 }
 
+/* mj_saveLastXML writes a flexcomp as bodies and a flex, and a cable as bodies with plugins. */
+KT_TEST(elasticity_of_expanded_models_is_left_out_with_a_warning) {
+    static const char text[] =
+        "<mujoco><worldbody><body name='a'><joint/>" BALL "<body name='b'><joint type='ball'/>" BALL
+        "<plugin plugin='mujoco.elasticity.cable'><config key='bend' value='1e6'/></plugin></body></body></worldbody>"
+        "<deformable><flex dim='1' body='a b' element='0 1'><edge stiffness='2'/><elasticity young='3'/></flex>"
+        "</deformable></mujoco>";
+    kt_scene *scene = test_robot(text, NULL);
+    kt_check_true("flex",
+                  has_ranked_note(scene, KT_NOTE_RANK_MOTION,
+                                  "a flex of <deformable>, whose elastic forces and edges are left to MuJoCo: 1"));
+    kt_check_true("plugin", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "plugin"));
+    kt_check_equal_int("bodies", scene->description.body_count, 2);
+    kt_check_equal_int("effects", scene->description.effect_count, 0);
+}
+
 /* MuJoCo fuses bodies without joints with their parents, so that its medium, its gravcomp or its total mass differ. */
 KT_TEST(fused_bodies_are_a_warning_if_they_move_otherwise) {
     static const struct {

@@ -26,7 +26,7 @@ int kt_start_from(kt_scene *scene, const char *result, const char *folder);
 
 /* Prints that functions of time, masses that are functions of time, times in events and limits of events begin anew.
  * Each line begins with `start`, such as "the motion starts at t = 0 from the state of run.json". `source` names what
- * has the state. Prints nothing if the scene has no such part. FMUs are left to the caller. */
+ * has the state. Prints nothing if the scene has no such part. */
 void kt_say_anew(const kt_scene *scene, const char *start, const char *source);
 
 /* Returns whether a file is a robot, from the ending of its name. */

@@ -444,7 +444,7 @@ static const kt_known_list all_known = {
     sizeof known / sizeof *known,
     .apart = " visual statistic size custom sensor contact extension material texture skin hfield camera light ",
     .closed = " ",
-    .read = " flag spatial adhesion cylinder intvelocity pid dcmotor orientation ",
+    .read = " flag flex spatial adhesion cylinder intvelocity pid dcmotor orientation ",
     .harmless =
         " visual statistic size custom sensor contact extension material texture skin hfield camera light lengthrange "
         "integrator jacobian solver iterations tolerance ls_iterations ls_tolerance "
@@ -454,10 +454,20 @@ static const kt_known_list all_known = {
         "saveinertial conflict smoothnormal normal texcoord material content_type "
         "fluidshape fluidcoef surfacevel solreffix solimpfix nsample interp lengthrange cranklength default "
         "octree_maxdepth needsdf ",
-    .moving = " flex flexvert flexstrain plugin armature damping adhesion "};
+    .moving = " flexvert flexstrain plugin armature damping adhesion "};
+
+/* Flexible bodies as mj_saveLastXML writes them. */
+static void count_flexes(kt_mjcf *m) {
+    for (const kt_element *e = kt_mjcf_section(m, "deformable", NULL); e != NULL;
+         e = kt_mjcf_section(m, "deformable", e))
+        if (strcmp(e->name, "flex") == 0)
+            kt_unknown_count(&m->changes, "a flex of <deformable>, whose elastic forces and edges are left to MuJoCo",
+                             e);
+}
 
 /* In attached models, counts the elements that are not moved to the model: settings and classes. */
 void kt_mjcf_count_strange(kt_mjcf *m) {
+    count_flexes(m);
     kt_strange_search(&m->strange, &all_known, m->root);
     for (int i = 1; i < m->documents.count; i++)
         for (const kt_element *e = kt_mjcf_document_at(m, i)->root->first; e != NULL; e = e->next)
