@@ -79,11 +79,26 @@ bool kt_small_motion_moves(const kt_small_motion *motion) {
     return false;
 }
 
+/* Adds to the message of a failed search downhill that the search for the nearest equilibrium succeeds, if it does. */
+static void suggest_nearest(kt_small_motion *motion, kt_error *error) {
+    kt_equilibrium_options options = kt_equilibrium_options_default();
+    const size_t nq = (size_t)kt_model_nq(motion->model), used = strlen(error->message);
+    double *q = malloc((nq + 1) * sizeof *q);
+    options.nearest = true;
+    if (q != NULL)
+        memcpy(q, motion->q, nq * sizeof *q);
+    if (q != NULL && kt_equilibrium_find(motion->linearization, &options, 0.0, q, NULL, NULL, NULL) == KT_OK)
+        snprintf(error->message + used, sizeof error->message - used, "; --nearest finds one, stable or not");
+    free(q);
+}
+
 kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error *error) {
     kt_equilibrium_options options = kt_equilibrium_options_default();
     options.nearest = nearest;
     const kt_status status =
         kt_equilibrium_find(motion->linearization, &options, 0.0, motion->q, NULL, &motion->equilibrium, error);
+    if (status == KT_ERROR_STEP && !nearest)
+        suggest_nearest(motion, error);
     if (status != KT_OK)
         return status;
     if (motion->equilibrium.followed)

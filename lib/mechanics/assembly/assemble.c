@@ -156,11 +156,11 @@ static bool line_search(const approach *a, double part) {
     return false;
 }
 
-/* The largest entry of the step, relative to its unit. */
-static double assembly_step_length(const approach *a) {
+/* The largest entry of the step, relative to its unit; of all coordinates, or of those with a nonlinear equation. */
+static double assembly_step_length(const approach *a, bool of_nonlinear) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++)
-        if (fabs(a->step[a->model->group_v[i]]) > most * a->model->unit[i])
+        if (fabs(a->step[a->model->group_v[i]]) > most * a->model->unit[i] && !(of_nonlinear && a->model->is_linear[i]))
             most = fabs(a->step[a->model->group_v[i]]) / a->model->unit[i];
     return most;
 }
@@ -171,7 +171,7 @@ static void nearest_on_manifold(const approach *a, double *before) {
     kt_iterations *taken = &a->data->iterations;
     double part = 1.0;
     for (uint32_t i = 0; find_assembly_step(a); i++) {
-        const double most = assembly_step_length(a);
+        const double most = assembly_step_length(a, false), bounded = assembly_step_length(a, true);
         if (i) { /* the Barzilai-Borwein factor: the next step would vanish if the step kept changing at this rate */
             double change = 0.0;
             for (size_t k = 0; k < nv; k++)
@@ -179,8 +179,8 @@ static void nearest_on_manifold(const approach *a, double *before) {
             part = change > 0.0 ? fmin(fmax(part * square(before, nv) / change, 0.1), 10.0) : 1.0;
         }
         memcpy(before, a->step, nv * sizeof *before);
-        if (most * part > 0.2) /* the linearisation is not valid farther away */
-            part = 0.2 / most;
+        if (bounded * part > 0.2) /* the linearisation is not valid farther away */
+            part = 0.2 / bounded;
         if (!(most > 1e-11))
             return;
         if (i == KT_ASSEMBLY_STEPS_MAX ||

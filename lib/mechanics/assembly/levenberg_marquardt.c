@@ -5,7 +5,7 @@
  *
  * The residuals r and the coordinates y are relative to their scales (a radian, or the length of the loops). The size
  * of a mechanism, millimetres or kilometres, therefore makes no difference. A step changes a coordinate by at most half
- * its scale. Each group is iterated independently of the others.
+ * its scale, unless all equations of the coordinate are linear (motions, couplings): then any step is right. Each group is iterated independently of the others.
  *
  * In a long chain tr(B'B) grows with the cube of the length, and the least singular value of B does not. mu would have
  * to fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at
@@ -119,7 +119,7 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
                                      : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
         return;
     for (size_t i = 0; i < m; i++)
-        largest = fmax(largest, fabs(w->free[i]));
+        largest = fmax(largest, model->is_linear[(size_t)group->v + i] ? 0.0 : fabs(w->free[i]));
     const double shorter = largest > 0.5 ? 0.5 / largest : 1.0;
     for (size_t i = 0; i < m; i++)
         step[model->group_v[group->v + (int32_t)i]] = shorter * w->free[i] * unit[i];

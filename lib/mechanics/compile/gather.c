@@ -6,6 +6,7 @@
  */
 #include "compile/attach.h"
 #include "compile/compile.h"
+#include "constraint/formula_row.h"
 #include "constraint/group.h"
 #include "evaluate/evaluate.h"
 
@@ -215,6 +216,27 @@ static void set_islands(kt_attach *a, kt_model *m) {
 static void set_islands(kt_attach *a, kt_model *m) { (void)a, (void)m; }
 #endif
 
+static void mark_link_nonlinear(kt_model *m, int32_t l) {
+    const kt_link *link = &m->link[l];
+    for (int k = 0; link->group >= 0 && k < kt_link_dofs(link); k++)
+        m->is_linear[m->group[link->group].v + link->local + k] = false;
+}
+
+/* Marks the coordinates that only relations with constant coefficients have: motions, couplings, gears. Their equations
+ * are linear, so steps in them are exact at any length. */
+static void mark_linear_coordinates(kt_model *m) {
+    for (size_t i = 0; i < m->n.group_v; i++)
+        m->is_linear[i] = true;
+    for (size_t i = 0; i < m->n.loop; i++) {
+        const kt_loop_record *loop = &m->loop[i];
+        for (int k = 0; k < loop->term_count && kt_has_formula_row(loop); k++)
+            mark_link_nonlinear(m, m->term[loop->term + k].link);
+        for (int end = 0; end < 2 && loop->term_count == 0 && !kt_loop_is_off(loop); end++)
+            for (int32_t k = 0; k < loop->length[end]; k++)
+                mark_link_nonlinear(m, m->path[loop->path[end] + k]);
+    }
+}
+
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
@@ -244,6 +266,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             m->unit[group->v + link->local + k] = k < kt_link_lengths(link) ? m->length : 1.0;
         }
     }
+    mark_linear_coordinates(m);
     mark_passing(m);
     for (size_t g = 0; g < m->n.group && KT_HAS_LOOPS; g++)
         kt_form_begin(m, &m->group[g]);

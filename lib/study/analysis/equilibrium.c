@@ -39,11 +39,11 @@
 enum { STEPS_MOST = 300, SHORTER_MOST = 40 };
 
 #define REACH 0.3       /* initial bound of a step, in units */
-#define TURN_MOST 1.0   /* largest change of an angle in one step, rad */
+#define TURN_MOST 1.0   /* largest change of an angle in one step, rad, before steps show that the forces are linear */
+#define LINEAR 0.1      /* of the forces, by which a linear prediction may be wrong if the next step is to be longer */
 #define RUNAWAY 1e9     /* in units: the search ends when its path is this long, */
-#define FAR 50.0        /* and a failed search with a longer path than this is reported as a joint that runs away */
 #define NEUTRAL 1e-10   /* of the largest stiffness: least mu, for directions without stiffness */
-#define CLOSE 1e-6      /* in units: shorter steps are accepted if |a| falls, as Newton's, */
+#define CLOSE 1e-6      /* in units: shorter steps are also accepted if |a| falls, as Newton's */
 #define ASYMMETRY 1e-12 /* of the largest stiffness: rounding errors */
 #define ROUNDING (4.0 * DBL_EPSILON)
 #define RESTING 1e4 /* times that may be left where no step improves anything: 1e-11 of the forces that cancel */
@@ -60,6 +60,7 @@ typedef struct search {
     int dofs;
     size_t dependents; /* coordinates that depend on others */
     double reach;      /* bound of a step */
+    double turn;       /* bound of the angles in it, rad */
     double rounding;   /* rounding error of forces times units, J */
     double resting;    /* the same where coordinates are large, too: of a search that has arrived */
 } search;
@@ -261,8 +262,17 @@ static double sum_of_squares(const kt_linearization *l, const double *x) {
     return sum;
 }
 
-/* The step E y of all coordinates, shortened to its bounds, into l->direction; returns its length in units. */
-static double expand_step(const search *s) {
+/* g' D^-1 g */
+static double square_of_force(const search *s, const double *force) {
+    double sum = 0.0;
+    for (int j = 0; j < s->dofs; j++)
+        sum += force[j] * force[j] / s->l->inertia[j];
+    return sum;
+}
+
+/* The step E y of all coordinates, shortened to its bounds, into l->direction; returns its length in units. *share: the
+ * part of E y that is left. */
+static double expand_step(const search *s, double *share) {
     kt_linearization *l = s->l;
     const size_t nv = l->size.v;
     double part = 1.0;
@@ -274,13 +284,29 @@ static double expand_step(const search *s) {
     for (size_t k = 1; k < l->model->n.link; k++) {
         const kt_link *link = &l->model->link[k];
         for (int i = 0; i < kt_link_dofs(link); i++) {
-            const double most = i < kt_link_lengths(link) ? s->reach * l->unit[link->v + i] : fmin(s->reach, TURN_MOST);
+            const double most = i < kt_link_lengths(link) ? s->reach * l->unit[link->v + i] : fmin(s->reach, s->turn);
             part = fmin(part, most / fmax(fabs(l->direction[link->v + i]), most));
         }
     }
     for (size_t i = 0; i < nv; i++)
         l->direction[i] *= part;
+    *share = part;
     return part * length;
+}
+
+/* Whether the forces at the end of a step, in l->behind, are those that H predicts. If so, the next step may be longer:
+ * a geared motor turns by hundreds of radians while its arm hardly moves. */
+static bool is_predicted(const search *s, double share) {
+    const kt_linearization *l = s->l;
+    const size_t n = (size_t)s->dofs;
+    double wrong = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double force = l->force[i];
+        for (size_t j = 0; j < n; j++)
+            force -= share * l->stiffness[j * n + i] * l->step[j];
+        wrong += (l->behind[i] - force) * (l->behind[i] - force) / l->inertia[i];
+    }
+    return wrong <= LINEAR * LINEAR * square_of_force(s, l->force);
 }
 
 /* Evaluates the position `part` of the step away, into tried_q and tried_a. */
@@ -297,35 +323,27 @@ static kt_status try_equilibrium_step(const search *s, double part, kt_error *er
     return status;
 }
 
-/* g' D^-1 g */
-static double square_of_force(const search *s, const double *force) {
-    double sum = 0.0;
-    for (int j = 0; j < s->dofs; j++)
-        sum += force[j] * force[j] / s->l->inertia[j];
-    return sum;
-}
-
 /* Whether the tried position is closer to an equilibrium. */
 static bool is_better(const search *s, double length) {
     kt_linearization *l = s->l;
-    if (!s->nearest && length < CLOSE)
-        return sum_of_squares(l, l->tried_a) < sum_of_squares(l, l->a0);
     if (force_at(s, l->tried_q, l->tried_a, l->ahead, l->behind, NULL) != KT_OK)
         return false;
     if (s->nearest) /* in the freedoms of the start, in which the step is Newton's, |g| falls at first */
         return square_of_force(s, l->behind) < square_of_force(s, l->force);
     const double work = kt_dense_dot(l->force, l->step, s->dofs) + kt_dense_dot(l->behind, l->step, s->dofs);
-    return work > 0.0;
+    return work > 0.0 || (length < CLOSE && sum_of_squares(l, l->tried_a) < sum_of_squares(l, l->a0));
 }
 
 /* One step of the search. Returns its length in units, or 0 if no part of the step is an improvement. */
 static double take_equilibrium_step(search *s, kt_error *error) {
     kt_linearization *l = s->l;
-    const double whole = expand_step(s);
+    double share;
+    const double whole = expand_step(s, &share);
     for (int i = 0; i < SHORTER_MOST; i++) {
         const double part = ldexp(1.0, -i);
         if (try_equilibrium_step(s, part, error) == KT_OK && is_better(s, part * whole)) {
             s->reach = i ? fmax(part * s->reach, REACH) : 2.0 * s->reach;
+            s->turn = fmax(is_predicted(s, part * share) ? 2.0 * s->turn : 0.5 * s->turn, TURN_MOST);
             memcpy(l->q0, l->tried_q, l->size.q * sizeof *l->q0);
             memcpy(l->a0, l->tried_a, l->size.v * sizeof *l->a0);
             return part * whole;
@@ -382,15 +400,26 @@ static const char *fastest_joint_of(const kt_linearization *l, const double *x, 
     return name;
 }
 
-static kt_status give_up(const search *s, int steps, bool gone, kt_error *error) {
+static kt_status give_up(const search *s, int steps, bool limited, double path, kt_error *error) {
     double acceleration;
     const char *unit, *name = fastest_joint_of(s->l, s->l->a0, &acceleration, &unit);
-    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("joint '%.120s'", name).text,
-                        gone ? "there is no equilibrium: this joint accelerates without bound, by %.3g %s after %d "
-                               "steps; add a force that holds it, such as a spring"
-                             : "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; try "
-                               "another start",
-                        acceleration, unit, steps);
+    const kt_where_text where = kt_where_format("joint '%.120s'", name);
+    if (path >= RUNAWAY)
+        return kt_error_set(error, KT_ERROR_STEP, where.text,
+                            "there is no equilibrium: this joint accelerates without bound, by %.3g %s after %d steps; "
+                            "add a force that holds it, such as a spring",
+                            acceleration, unit, steps);
+    if (limited)
+        return kt_error_set(
+            error, KT_ERROR_STEP, where.text,
+            "no equilibrium was found within the limit of %d steps: after a path of %.3g rad or lengths "
+            "this joint still accelerates by %.3g %s; add a force that holds it, such as a spring, or "
+            "try a start that is nearer",
+            steps, path, acceleration, unit);
+    return kt_error_set(error, KT_ERROR_STEP, where.text,
+                        "no equilibrium was found: this joint still accelerates by %.3g %s after %d steps; %s",
+                        acceleration, unit, steps,
+                        s->nearest ? "try another start" : "try another start, or the search for the nearest one");
 }
 
 /* Moves q0 to an equilibrium, or reports why there is none. */
@@ -399,7 +428,9 @@ static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, 
     kt_linear_system system = {0};
     double length = 0.0, path = 0.0;
     s->reach = REACH;
-    for (int steps = 0; steps < most && path < RUNAWAY; steps++, found->steps++) {
+    s->turn = TURN_MOST;
+    int steps = 0;
+    for (; steps < most && path < RUNAWAY; steps++, found->steps++) {
         found->distance = length;
         found->acceleration = kt_largest_in_units(l, l->a0);
         if (found->acceleration == 0.0)
@@ -427,7 +458,7 @@ static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, 
         if (length == 0.0)
             break;
     }
-    return give_up(s, found->steps, path >= FAR, error);
+    return give_up(s, found->steps, steps == most, path, error);
 }
 
 /* Moves q0 to the given positions, displaced by up to `size` units and projected; returns whether that can be done. */
