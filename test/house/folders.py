@@ -6,4 +6,3 @@ _TEXT = (pathlib.Path(__file__).resolve().parents[2] / "lib" / "meson.build").re
 PLACES = re.findall(r"'(\w+/\w+)'", re.search(r"kt_rooms = \[(.*?)\]", _TEXT, re.S)[1])
 STOREYS = list(dict.fromkeys(place.split("/")[0] for place in PLACES))
 ROOMS = [place.split("/")[1] for place in PLACES]
-CUTS = {("linear", "model"), ("compile", "contact"), ("contact", "simulation")}  # to be cut: the only uses of rooms above

@@ -11,11 +11,11 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
-from folders import CUTS, PLACES, ROOMS, STOREYS
+from folders import PLACES, ROOMS, STOREYS
 
 # Faces with another name than their room's.
 FACES = {"status": "base", "description": "model", "descriptor": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
-         "method": "integrator", "stability": "integrator", "run": "simulation", "record": "simulation", "equations": "simulation",
+         "method": "integrator", "stability": "integrator", "run": "step", "record": "step", "equations": "step", "simulation": "step",
          "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "closure": "assembly", "mechanism": "evaluate",
          "kinetree": None, "compat": None}
 
@@ -62,7 +62,7 @@ def direction_problem(root, path, target):
         return "is no room of the house"
     if own is None:
         return None
-    if ROOMS.index(other) > ROOMS.index(own) and (own, other) not in CUTS:
+    if ROOMS.index(other) > ROOMS.index(own):
         return f"is above: {own} may not use {other}"
     return None
 

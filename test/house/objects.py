@@ -11,7 +11,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note, output_of
-from folders import CUTS, PLACES
+from folders import PLACES
 
 
 def objects(archive):
@@ -92,7 +92,7 @@ def main():
     for name, _, needed in everything:
         for symbol in needed & home.keys():
             own, other = room_of(name), room_of(home[symbol])
-            if own in rank and other in rank and rank[other] > rank[own] and (own.split("_")[1], other.split("_")[1]) not in CUTS:
+            if own in rank and other in rank and rank[other] > rank[own]:
                 upward[name, home[symbol]].add(symbol)
     note(f"{sum(len(needed & home.keys()) for _, _, needed in everything)} references between objects")
     claim("objects_refer_only_to_what_is_below_them",

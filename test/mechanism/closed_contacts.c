@@ -7,8 +7,8 @@
  */
 #include "../dynamics/tree.h"
 
-#include "contact/open.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/open.h"
 
 #include "kinetree/control.h"
 #include "kinetree/loop.h"

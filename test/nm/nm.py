@@ -30,7 +30,7 @@ CORE_MAY_IMPORT = [
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
 SET_UP = ["base/aligned.c", "base/decimal.c", "base/pool.c", "parts/builder.c", "compile/check.c",
-          "compile/check_model.c", "compile/compile.c", "compile/rank_disagreement.c", "contact/hard.c"]
+          "compile/check_model.c", "compile/compile.c", "compile/rank_disagreement.c", "compile/hard.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "qsort", "strtod"]
 # Threads of a batch, outside the core.
 THREADED = ["compare/threads.c"]

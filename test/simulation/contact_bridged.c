@@ -1,7 +1,7 @@
 /* Impacts and reactions of random islands of contacts, solved one after the other: as in the problem of all contacts at
  * once, and as in a simulation of each island alone. */
 #include "contact/contact.h"
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "simulation/simulation.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The damping of slow slip in Newton's equations, against differences of accelerations; and slip that ends as soon as
  * it begins. */
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -97,7 +97,7 @@ static double error_of(kt_simulation *s, const double *y, kt_random *random, dou
 }
 
 /* Slip of a state: none of it is slow; some is; some is, and friction has force to spare, so that tau depends on forces
- * (contact/slip.c); directions of slow slip are not found. */
+ * (evaluate/slip.c); directions of slow slip are not found. */
 typedef enum kind { FAST, SLOW, OTHER, MISSED } kind;
 
 static kind kind_of(const kt_model *model, const kt_data *data) {

@@ -1,5 +1,5 @@
 /* Hard contacts that slip in several islands: motions as in each island alone, and memory that grows linearly. */
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "kinetree/study.h"
 #include "simulation/simulation.h"
 

@@ -116,7 +116,7 @@ static kt_vec3 velocity_of_slip(const kt_record *record, int index, kt_vec3 norm
 }
 
 /* Returns the unit vector of a slip. It is NaN if slip is so slow that friction opposes the slip of a later instant
- * (lib/motion/contact/slip_prediction.c). */
+ * (lib/mechanics/evaluate/slip_prediction.c). */
 static kt_vec3 direction_of_slip(const kt_record *record, kt_vec3 slip) {
     const double norm = kt_vec3_norm(slip);
     return kt_vec3_scale(norm < record->slow_slip ? (double)NAN : 1.0 / norm, slip);

@@ -3,7 +3,7 @@
  * measured (measure.c). */
 #include "compile/compile.h"
 #include "base/options.h"
-#include "contact/hard.h"
+#include "compile/hard.h"
 
 #include <stdlib.h>
 

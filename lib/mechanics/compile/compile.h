@@ -3,7 +3,7 @@
 #define KT_COMPILE_COMPILE_H
 
 #include "base/inner.h"
-#include "contact/hard.h"
+#include "compile/hard.h"
 #include "model/check.h"
 #include "model/model.h"
 #include "model/switching.h"

@@ -175,7 +175,7 @@ static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_r
 }
 
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out
- * (contact/open.c). Data keep all results. Data of an owner that follows contacts are exempt. */
+ * (evaluate/open.c). Data keep all results. Data of an owner that follows contacts are exempt. */
 KT_CHECKED static inline kt_status kt_open_contacts_reject(const kt_model *model, kt_data *data,
                                                            const kt_dynamic_state *at, kt_error *error) {
 #if KT_HAS_SWITCHES

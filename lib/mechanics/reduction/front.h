@@ -49,7 +49,7 @@ KT_EACH_KERNEL(KT_FRONT_EQUATIONS_DECLARE)
 
 #ifndef KT_LANES
 
-#include "linear/lanes.h"
+#include "reduction/front_lanes.h"
 
 /* The function that is minimised. KT_FRONT_DYNAMICS: the energy of the accelerations, with joint forces tau.
  * KT_FRONT_COORDINATES: the sum of the squares of the coordinates. KT_FRONT_DAMPED: the sum of the squares of the

@@ -135,7 +135,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
 /* Whether a stop or a contact is hard. Stops and contacts are elastic, with a stiffness, or hard, with a restitution
- * (contact/hard.c). A library without Jacobians, which is meant to be small, has no hard ones. */
+ * (compile/hard.c). A library without Jacobians, which is meant to be small, has no hard ones. */
 static inline bool kt_effect_is_hard(const kt_effect *effect) {
     return KT_HAS_SWITCHES && (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) &&
            !isinf(effect->restitution);
@@ -168,7 +168,7 @@ static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 
 #endif
     return kt_vec3_scale(-effect->radius, n);
 }
-/* Whether the effect is friction that sticks. It is a constraint while it sticks (contact/hard.c). */
+/* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/hard.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }

@@ -1,4 +1,4 @@
-/* The check of stops and contacts: elastic, with a stiffness, or hard, with a restitution (contact/hard.c). */
+/* The check of stops and contacts: elastic, with a stiffness, or hard, with a restitution (compile/hard.c). */
 #include "effect/effect.h"
 #include "model/relative.h"
 

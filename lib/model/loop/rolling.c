@@ -21,7 +21,7 @@
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
  *     W' = alpha1 - alpha2 - w2 x W
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
- * A ball that rolls, of a hard contact with friction (contact/hard.c), has t = n, s = 1 and t' = 0 in place of these.
+ * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these.
  * If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies flat
  * (s = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
  *

@@ -47,7 +47,7 @@ typedef struct kt_front_size {
     size_t params, rows, kept, vectors;
 } kt_front_size;
 
-/* A number of entries, rounded up to whole lanes (linear/lanes.h). */
+/* A number of entries, rounded up to whole lanes (reduction/front_lanes.h). */
 enum { KT_FRONT_LANES = 4 };
 static inline int kt_front_padded(int n) { return (n + KT_FRONT_LANES - 1) / KT_FRONT_LANES * KT_FRONT_LANES; }
 

@@ -34,7 +34,7 @@ size_t kt_model_layout(void *memory, const kt_counts *n) {
 }
 
 #if KT_HAS_SWITCHES
-/* FNV-1a over what lists of contacts that slip depend on (contact/slip_islands.c). */
+/* FNV-1a over what lists of contacts that slip depend on (evaluate/slip_islands.c). */
 static uint64_t hash_of_slips(const kt_model *model) {
     uint64_t hash = 14695981039346656037U;
     for (size_t i = 0; i < model->n.loop; i++) {

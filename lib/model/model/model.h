@@ -24,7 +24,7 @@ typedef struct kt_counts {
     size_t effect_off; /* effects that are switched off, behind the others */
 #if KT_HAS_SWITCHES
     size_t slip;      /* hard contacts that slip */
-    size_t slip_work; /* bytes of the scratch memory with which their directions are found (contact/slip.c) */
+    size_t slip_work; /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
 #endif
     size_t dense; /* numbers that the groups' matrices take in the data */
@@ -406,7 +406,7 @@ typedef struct kt_slip_frame {
 /* Arrays of data of models in which hard contacts slip. */
 #if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
-    X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (contact/slip.c)")              \
+    X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (evaluate/slip.c)")             \
     X(double, slip_slow, 2 * n->slip, "of fixed steps, an input: the time s and speed m/s of slow slip; else 0")       \
     X(double, slip_velocity, 2 * n->slip, "slip velocities of the last evaluation")                                    \
     X(double, slip_normal, n->slip, "normal forces of the last evaluation")                                            \
@@ -415,7 +415,7 @@ typedef struct kt_slip_frame {
     X(kt_wrench, slip_loaded, kt_where(n->slip, n->body), "scratch: wrenches on bodies, with friction (kt_slip_load)") \
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
-    X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out with the data (contact/slip.h)")
+    X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out with the data (evaluate/slip.h)")
 #else
 #define KT_DATA_SLIP_FIELDS(X)
 #endif
@@ -508,7 +508,7 @@ struct kt_data {
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
     bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
-    double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (contact/slip.h) */
+    double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (evaluate/slip.h) */
     bool posed;        /* poses and velocities of the spatial links are those of the next accelerations, once */
     bool placed;       /* poses of the spatial links are those of the accelerations that are evaluated now (open.c) */
     bool dead;         /* the last projection was rejected at a dead point (assembly/dead_point.c) */
@@ -522,7 +522,7 @@ struct kt_data {
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
     int32_t corrected_v;        /* that velocity */
-    uint32_t unconverged;       /* directions of slow slip that were not found (contact/slip.c), since a simulation has
+    uint32_t unconverged;       /* directions of slow slip that were not found (evaluate/slip.c), since a simulation has
                                    counted them */
     /* Multipliers that reactions follow from, in place of those that are found, in the form of kt_multiplier_evaluate;
      * or NULL. */

@@ -149,7 +149,7 @@ typedef struct kt_loop_record {
     bool poisson;                      /* likewise: its restitution is of impulses */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
     int32_t rubs;                      /* of a contact with friction: its effect, from 1; 0: none */
-    int32_t slips;                     /* the same in models in which it is closed and slips (contact/slip.c) */
+    int32_t slips;                     /* the same in models in which it is closed and slips (evaluate/slip.c) */
 #endif
 } kt_loop_record;
 

@@ -38,7 +38,7 @@ typedef struct kt_variants {
     uint64_t contacts; /* bits of hard contacts, stops and ropes, and of friction that sticks; 0: there are none */
     uint64_t back;     /* of these, friction of joints that slips backwards */
     bool placed;       /* in the caller's memory (kt_model_copy) */
-    /* Rejects a state in which an open contact touches: kt_open_contacts_place (contact/open.h). */
+    /* Rejects a state in which an open contact touches: kt_open_contacts_place (evaluate/open.h). */
     kt_status (*check_open)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             kt_error *error);
     kt_switches switches;

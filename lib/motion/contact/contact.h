@@ -7,8 +7,9 @@
 #include "cone/lemke.h"
 #include "contact/mask.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
 #include "model/switching.h"
-#include "simulation/motion.h"
+#include "step/motion.h"
 
 /* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
  * items. */
@@ -160,8 +161,6 @@ static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
     return c->touching > c->resting || c->resting > c->most;
 }
 
-/* The rate below which friction has come to rest, m/s or rad/s. */
-static const double kt_contact_resting = 1e-9;
 /* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. */
 static const double kt_contact_touching = 1e-11;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */

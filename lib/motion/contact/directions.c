@@ -1,4 +1,4 @@
-/* Directions of slip of hard contacts, from step to step (contact/slip.c).
+/* Directions of slip of hard contacts, from step to step (evaluate/slip.c).
  *
  * A direction d is fixed along a step, and slip against d ends the step. If slip has turned from d when a step begins,
  * d becomes its direction. Slip that comes to rest by friction with little to spare turns at a rate of mu N / (m |s|)
@@ -40,7 +40,7 @@
  * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
  */
 #include "contact/contact.h"
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "integrator/integrator.h"
 #include "kinetree/algebra.h"
 

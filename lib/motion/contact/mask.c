@@ -16,8 +16,8 @@
 #include "assembly/levenberg_marquardt.h"
 #include "base/generic.h"
 #include "constraint/group.h"
-#include "contact/slip.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"
 

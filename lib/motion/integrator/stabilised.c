@@ -41,17 +41,17 @@
  *     u_j = d_j - j/3 (D_3 - (y1 - y0)) = y(t0 + j h/3) - y0 + O(h^4),   j = 1, 2
  *
  * and the dense output is the cubic P through y0, y0 + u_1, y0 + u_2 and y1. It has no slope at the end of the step. If
- * a step in free flight ends just inside a stop, this slope belongs to the stop, and a Hermite cubic would put the force
- * of the stop into the flight.
+ * a step in free flight ends just inside a stop, this slope belongs to the stop, and a Hermite cubic would put the
+ * force of the stop into the flight.
  *
- * Error estimate of order 4. The last slope that y1 contains may be at 0.73 h. Forces that begin later, at a stop, do not
- * change the sum. Therefore the slope f1 at y1 is compared with that of the dense output,
+ * Error estimate of order 4. The last slope that y1 contains may be at 0.73 h. Forces that begin later, at a stop, do
+ * not change the sum. Therefore the slope f1 at y1 is compared with that of the dense output,
  *
  *     delta = h (f1 - P') = h f1 - (9 u_1 - 18 u_2 + 11 (y1 - y0)) / 2 = O(h^4)
  *
  * The error is the larger one of the norms of the sums' difference (extrapolate_increments) and of delta / (20 (1 + h
- * radius)). The radius is that of the decay: f1 has the errors of y1 times the radius. f1 is the first slope of the next
- * step.
+ * radius)). The radius is that of the decay: f1 has the errors of y1 times the radius. f1 is the first slope of the
+ * next step.
  *
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.

@@ -39,10 +39,10 @@
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
-#include "contact/slip.h"
 #include "derivative/loop_response.h"
 #include "derivative/stiffness.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"

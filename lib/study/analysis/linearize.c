@@ -27,9 +27,9 @@
 #include "analysis/analysis.h"
 
 #include "base/copy.h"
-#include "contact/open.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/open.h"
 
 #include <float.h>
 #include <math.h>

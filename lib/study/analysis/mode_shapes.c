@@ -1,12 +1,12 @@
 /* Shapes of modes next to neutral modes: a second solution, if residuals show that the first one failed.
  *
  * The balancing of dgeevx scales each state until its row and its column of A have equal norms. Next to a neutral mode
- * (a drifting body, a free rotor) a column holds nothing but rounding, for example 1e-28. Balancing then multiplies this
- * state by 2^60, and the rounding of the QR iteration, scaled back, exceeds the components of all other shapes. The
- * eigenvalues do not suffer, since the scaled noise does not act back.
+ * (a drifting body, a free rotor) a column holds nothing but rounding, for example 1e-28. Balancing then multiplies
+ * this state by 2^60, and the rounding of the QR iteration, scaled back, exceeds the components of all other shapes.
+ * The eigenvalues do not suffer, since the scaled noise does not act back.
  *
- * The residual |A x - lambda x| / (|A| |x| + |lambda| |x|), in units of the states, shows this. For pairs that fail, the
- * matrix is solved once more:
+ * The residual |A x - lambda x| / (|A| |x| + |lambda| |x|), in units of the states, shows this. For pairs that fail,
+ * the matrix is solved once more:
  *
  * 1. Scale the states by their units u, and velocities by u w, so that w^2 is the largest stiffness per mass. An entry
  *    below a few eps of the largest scaled entry is set to zero if its whole column or row is that small. Such states
@@ -19,8 +19,8 @@
  * 3. The components of the states of step 1 follow from their own rows of A, in the reverse order of their removal:
  *    x_i = (sum_{j /= i} a_ij x_j) / (lambda - a_ii).
  *
- * A slow mode that step 1 confuses with a neutral one keeps its first pair, whose residual is small. A mended eigenvalue
- * stays within the error bound of the first one.
+ * A slow mode that step 1 confuses with a neutral one keeps its first pair, whose residual is small. A mended
+ * eigenvalue stays within the error bound of the first one.
  */
 #include "analysis/modes.h"
 
@@ -85,7 +85,7 @@ static bool has_any_failed(const kt_modes *m) {
     return false;
 }
 
-/* ---- the second solution ------------------------------------------------------------------------------------------ */
+/* ---- the second solution ----------------------------------------------------------------------------------------- */
 
 /* The square root of the largest stiffness per mass, or the largest damping per mass if that is larger. */
 static double fastest_rate(const kt_linear_system *system) {
@@ -141,7 +141,7 @@ static size_t nearest_pair(const kt_modes *m, size_t n, double real, double imag
     return best;
 }
 
-/* ---- one step of refinement --------------------------------------------------------------------------------------- */
+/* ---- one step of refinement -------------------------------------------------------------------------------------- */
 
 /* Returns w' y of a left vector w, or conj(w)' y of its conjugate. */
 static double _Complex left_product(kt_packed_vector w, const double _Complex *y, size_t n, bool conjugate) {

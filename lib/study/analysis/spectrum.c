@@ -12,7 +12,7 @@
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "model/switching.h"
-#include "simulation/motion.h"
+#include "step/motion.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,8 +3,8 @@
  * A force in one island (kt_group.island) changes no acceleration in another. So normal forces, directions of slow slip
  * and derivatives are found for one island after the other, in arrays that have room for the largest one. Memory grows
  * with the number of islands, and not with its square. */
-#include "contact/slip.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
 
 #include <string.h>
 

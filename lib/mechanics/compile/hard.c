@@ -12,7 +12,7 @@
  * keeps its index. If the loop or its effect is switched off, the loop is released at first. Friction of a joint is
  * released with both of its switches (compile/variants.c).
  */
-#include "contact/hard.h"
+#include "compile/hard.h"
 
 #include "base/copy.h"
 #include "base/sum.h"

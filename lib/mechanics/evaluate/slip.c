@@ -28,10 +28,9 @@
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "base/copy.h"
 #include "base/where.h"
-#include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "kinetree/algebra.h"

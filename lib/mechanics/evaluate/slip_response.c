@@ -1,6 +1,6 @@
 /* Responses to forces at contacts that slip, in range space (slip.h). */
 #include "algebra/finite.h"
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 
 #include <string.h>
 

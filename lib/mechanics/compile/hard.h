@@ -1,6 +1,6 @@
 /* Hard stops, contacts and sticking friction of a description, as switched loops. */
-#ifndef KT_CONTACT_HARD_H
-#define KT_CONTACT_HARD_H
+#ifndef KT_COMPILE_HARD_H
+#define KT_COMPILE_HARD_H
 
 #include "base/small.h"
 #include "model/check.h"

@@ -19,9 +19,9 @@
  */
 #include "algebra/finite.h"
 #include "algebra/lu.h"
-#include "contact/slip.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
 #include "kinetree/algebra.h"
 #include "linear/cholesky.h"
 

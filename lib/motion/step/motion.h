@@ -1,7 +1,7 @@
 /* The struct of a simulation, for contact/ and simulation/. The state is y = (q, v, x), followed by two works if a
  * balance is computed. */
-#ifndef KT_MOTION_MOTION_H
-#define KT_MOTION_MOTION_H
+#ifndef KT_STEP_MOTION_H
+#define KT_STEP_MOTION_H
 
 #include "base/arena.h"
 #include "base/small.h"

@@ -1,6 +1,6 @@
 /* Evaluations in states in which an open contact touches. */
-#ifndef KT_CONTACT_OPEN_H
-#define KT_CONTACT_OPEN_H
+#ifndef KT_EVALUATE_OPEN_H
+#define KT_EVALUATE_OPEN_H
 
 #include "base/small.h"
 #include "model/model.h"

@@ -12,7 +12,7 @@
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
  * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
-#include "contact/open.h"
+#include "evaluate/open.h"
 
 #include "base/where.h"
 #include "evaluate/evaluate.h"

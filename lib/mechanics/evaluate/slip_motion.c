@@ -1,6 +1,6 @@
 /* The velocities of contacts that slip (slip.c), and the frames in which their friction acts. */
-#include "contact/slip.h"
 #include "dynamics/motion.h"
+#include "evaluate/slip.h"
 #include "reduction/kernel.h"
 
 /* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */

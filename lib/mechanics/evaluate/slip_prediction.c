@@ -50,7 +50,7 @@
  * keeps its present direction exactly. In evaluations, tau is at least that of adaptive steps. At events under fixed
  * steps, slip that grows keeps its present direction: a prediction changed no balance of pushed boxes there, and walks
  * of robots took up to 3 % more evaluations. */
-#include "contact/slip.h"
+#include "evaluate/slip.h"
 #include "kinetree/algebra.h"
 
 #include <math.h>

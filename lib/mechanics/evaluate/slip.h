@@ -1,6 +1,6 @@
 /* The problem of hard contacts that slip (slip.c), and their responses to forces in range space (slip_response.c). */
-#ifndef KT_CONTACT_SLIP_H
-#define KT_CONTACT_SLIP_H
+#ifndef KT_EVALUATE_SLIP_H
+#define KT_EVALUATE_SLIP_H
 
 #include "base/arena.h"
 #include "cone/coulomb.h"
@@ -8,6 +8,9 @@
 #include "reduction/half_columns.h"
 
 #include <math.h>
+
+/* The rate below which friction has come to rest, m/s or rad/s. */
+static const double kt_contact_resting = 1e-9;
 
 #if KT_HAS_SWITCHES /* a small library has no hard contacts */
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau

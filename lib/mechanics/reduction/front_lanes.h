@@ -2,8 +2,8 @@
  * other would wait for each addition, and loops of any length would be mostly remainders. So lengths are rounded up to
  * whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
  */
-#ifndef KT_LINEAR_LANES_H
-#define KT_LINEAR_LANES_H
+#ifndef KT_REDUCTION_FRONT_LANES_H
+#define KT_REDUCTION_FRONT_LANES_H
 
 #include "algebra/lane.h"
 #include "model/front.h"
