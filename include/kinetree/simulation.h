@@ -44,8 +44,9 @@ extern "C" {
 /* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
-/* Reports how far a run has come. The callback must not change the simulation. */
-typedef void kt_progress_callback(const struct kt_simulation *simulation, void *user);
+/* Reports how far a run has come. The callback must not change the simulation. It returns 0 to continue; another value
+ * ends the run with KT_ERROR_CALLBACK. */
+typedef int kt_progress_callback(const struct kt_simulation *simulation, void *user);
 
 /* Options of a simulation that a scene file does not contain. */
 typedef struct kt_simulation_options {

@@ -169,21 +169,23 @@ typedef struct kt_accuracy_quantity {
 
 /* The scope of a study, and its cost. */
 typedef struct kt_accuracy_options {
-    size_t size;                          /* sizeof of this struct, for later versions; 0: as of version 0.2 */
-    double duration;                      /* s; 0: that of the run */
-    int records;                          /* number of intervals at whose ends errors are measured; a given reference
+    size_t size;                     /* sizeof of this struct, for later versions; 0: as of version 0.2 */
+    double duration;                 /* s; 0: that of the run */
+    int records;                     /* number of intervals at whose ends errors are measured; a given reference
                                         determines its own */
-    const kt_method *const *methods;      /* NULL: all built-in methods */
-    int method_count;                     /* length of methods */
-    const double *steps;                  /* s, of methods without error estimate; NULL: chosen */
-    int step_count;                       /* length of steps */
-    const double *tolerances;             /* of adaptive methods; NULL: chosen */
-    int tolerance_count;                  /* length of tolerances */
-    const kt_variant *variants;           /* every method is run in each; NULL: in the scene's own settings */
-    int variant_count;                    /* length of variants */
-    const kt_variant *own;                /* the scene's own settings; NULL: kt_variant_default of the run */
-    const kt_reference *reference;        /* NULL: computed */
-    kt_accuracy_subject subject;          /* the errors that goals are about */
+    const kt_method *const *methods; /* NULL: all built-in methods */
+    int method_count;                /* length of methods */
+    const double *steps;             /* s, of methods without error estimate; NULL: chosen */
+    int step_count;                  /* length of steps */
+    const double *tolerances;        /* of adaptive methods; NULL: chosen */
+    const double *goals;             /* errors of interest: settings are refined until they just reach each of them */
+    int goal_count;                  /* length of goals; 0: none */
+    int tolerance_count;             /* length of tolerances */
+    const kt_variant *variants;      /* every method is run in each; NULL: in the scene's own settings */
+    int variant_count;               /* length of variants */
+    const kt_variant *own;           /* the scene's own settings; NULL: kt_variant_default of the run */
+    const kt_reference *reference;   /* NULL: computed */
+    kt_accuracy_subject subject;     /* the errors that goals are about */
     const kt_accuracy_quantity *quantity; /* with KT_ACCURACY_QUANTITY, which needs a computed reference */
     uint64_t run_evaluations;             /* the largest number of evaluations of one run */
     double amplification;                 /* the study ends where a small error has grown by this factor */
@@ -229,6 +231,8 @@ typedef struct kt_accuracy_point {
     double setting;              /* step, s, or tolerance (relative = absolute) */
     kt_status status;            /* of the run; if it is not KT_OK, the rest describes the part of the run before the
                                     failure */
+    bool late;                   /* the run was ended, since it took more than its share of the budget or of the
+                                    evaluations */
     kt_status verdict;           /* kt_constraint_formulation_verdict after the run, if a formulation is used */
     bool usable;                 /* the run reached its end, with an error below a tenth of the subject's range */
     bool believed;               /* the error exceeds the reference's uncertainty; otherwise the error is below that
@@ -247,8 +251,9 @@ typedef struct kt_accuracy_point {
     X(KT_ACCURACY_FLOOR, "the error stopped falling")                                                                  \
     X(KT_ACCURACY_REFERENCE, "the error reached the reference's uncertainty")                                          \
     X(KT_ACCURACY_LENGTH, "the next run would be too long")                                                            \
-    X(KT_ACCURACY_BUDGET, "the time was used up")                                                                      \
-    X(KT_ACCURACY_UNUSABLE, "no setting worked")
+    X(KT_ACCURACY_BUDGET, "the time was used up (--budget)")                                                           \
+    X(KT_ACCURACY_FAILED, "the next run failed")                                                                       \
+    X(KT_ACCURACY_UNUSABLE, "no setting came near the motion")
 
 /* Why a curve has no further point. */
 typedef enum kt_accuracy_end {
@@ -264,9 +269,10 @@ typedef struct kt_accuracy_curve {
     bool adaptive;           /* settings are tolerances, not steps */
     int first, count;        /* the first point and the number of points */
     int fitted;              /* points of the asymptotic range, to which `slope` is fitted; 0: too few for a fit */
-    double slope;       /* d log(error) / d log(setting): the order, or for tolerances the proportionality, ideally 1 */
-    double floor;       /* the error at which it stops falling; NaN: not reached */
-    double stable_step; /* s, the largest stable step, if stability and not accuracy bounds it; else 0 */
+    double slope; /* d log(error) / d log(setting): the order, or for tolerances the proportionality, ideally 1 */
+    double slope_spread; /* the standard error of the slope */
+    double floor;        /* the error at which it stops falling; NaN: not reached */
+    double stable_step;  /* s, the largest stable step, if stability and not accuracy bounds it; else 0 */
     kt_accuracy_end end; /* why the curve has no further point */
 } kt_accuracy_curve;
 
@@ -295,10 +301,11 @@ typedef struct kt_accuracy_results {
     double length;               /* m, the length scale */
     double amplitude;            /* of the motion, in the norm: the largest distance from the initial state */
     kt_accuracy_subject subject; /* of error.judged */
-    double range;         /* of the subject: the amplitude, the largest speed in the norm, or the quantity's largest
+    double range;          /* of the subject: the amplitude, the largest speed in the norm, or the quantity's largest
                                value minus its least one. A quantity that changes by less than a millionth of its magnitude has its magnitude */
-    double amplification; /* the largest growth factor of a small error up to the end of the study */
-    double growth;        /* 1/s, log(amplification) / duration */
+    double absolute_scale; /* absolute tolerances over relative ones: 1, or less if the amplitude is far below 1 */
+    double amplification;  /* the largest growth factor of a small error up to the end of the study */
+    double growth;         /* 1/s, log(amplification) / duration */
 
     const kt_method *reference;                  /* method of the reference; NULL: the reference was given */
     const kt_method *check;                      /* method of the second solution */
@@ -336,9 +343,14 @@ KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 /* Returns the model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 
-/* Returns the index of the cheapest point with an error (error.judged) of at most `goal`, the reference's uncertainty
- * included; -1: none. */
+/* Returns the index of the cheapest point that reaches a goal; -1: none. Its error (error.judged), the reference's
+ * uncertainty included, is at most `goal`, and so are the errors of all tighter settings of its curve that ran to the
+ * end. A setting whose error is small by chance does not count. */
 KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
+
+/* The same for one curve: `count` points by decreasing setting, of this study or of another program. Returns the index
+ * in `points`. */
+KT_API int kt_accuracy_best_of(const kt_accuracy *study, const kt_accuracy_point *points, int count, double goal);
 
 /* Makes one more run, of any variant, like those of the study, and writes its point. Errors: as kt_accuracy_create. */
 KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_variant *variant, const kt_method *method,

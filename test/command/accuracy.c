@@ -154,12 +154,43 @@ KT_TEST(accuracy_says_how_it_was_made) {
 
 /* A formulation that a scene cannot have is a line of the table, and no failure of the study. */
 KT_TEST(price_of_what_a_scene_cannot_have_is_its_reason) {
-    kt_write_file("lag.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
-                              "states: {x: {initial: 1, rate: \"-x\"}}\n"
-                              "simulate: {duration: 1}\n");
+    kt_write_file(
+        "lag.yaml",
+        "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, velocity: 1}, mass: 1, inertia: [1, 1, 1]}]\n"
+        "states: {x: {initial: 1, rate: \"-x\"}}\n"
+        "simulate: {duration: 1}\n");
     const kt_ran ran = kt_shell("$K accuracy lag.yaml --integrators rk4,dopri5 --budget 2 --prices");
     kt_check_equal_int("exit code", ran.code, 0);
     kt_check_contains("line", ran.out, "\n  absolute formulation       fails: the model has auxiliary states");
+}
+
+/* Nothing moves; rounding alone moves; the amplitude is below tolerances; the budget ends before explicit methods have a
+ * stable step. */
+KT_TEST(accuracy_names_what_cannot_be_studied) {
+    static const char form[] = "kinetree: 1\ngravity: [0, -9.81, 0]\n"
+                               "bodies: [{name: p, joint: {type: revolute, axis: z, position: %s}, mass: 1, shape: "
+                               "{type: point, at: [0, -1, 0]}}]\nsimulate: {duration: 10}\n";
+    char scene[400];
+    (void)snprintf(scene, sizeof scene, form, "0");
+    kt_write_file("rest.yaml", scene);
+    kt_ran ran = kt_shell("$K accuracy rest.yaml --integrators rk4 2>&1");
+    kt_check_contains("rest", ran.out, "nothing moves in 10 s");
+    (void)snprintf(scene, sizeof scene, form, "180 deg");
+    kt_write_file("upright.yaml", scene);
+    ran = kt_shell("$K accuracy upright.yaml --integrators rk4 2>&1");
+    kt_check_contains("unstable", ran.out, "the motion starts at an unstable rest: rounding alone moves it");
+    (void)snprintf(scene, sizeof scene, form, "1e-8");
+    kt_write_file("tiny.yaml", scene);
+    ran = kt_shell("$K accuracy tiny.yaml --integrators dopri5 --goal 1e-12 --budget 4 2>&1");
+    kt_check_contains("tiny", ran.out, "hence absolute tolerances are 1e-08 times these");
+    kt_check_contains("use", ran.out, "use dopri5 with tolerance ");
+    kt_write_file("stiff.yaml", "kinetree: 1\n"
+                                "bodies: [{name: p, joint: {type: prismatic, axis: x, position: 1}, mass: 1}]\n"
+                                "effects: [{type: joint_spring, joint: p, stiffness: 2e5, damping: 1e5}]\n"
+                                "simulate: {duration: 3}\n");
+    ran = kt_shell("$K accuracy stiff.yaml --integrators dop853,radau5 --budget 0.5 2>&1");
+    kt_check_contains("budget", ran.out, "the time was used up (--budget)");
+    kt_check_true("no limit of an L-stable method", strstr(ran.out, "stable to'") == NULL);
 }
 
 /* Two pendulums start from the horizontal. No double precision number can follow them for a hundred seconds. */

@@ -392,6 +392,49 @@ static int tell(double done, const char *what, void *user) {
     return ++ticker->told == ticker->stop_at;
 }
 
+/* Smooth errors of fixed steps: the setting for a goal has nearly its error, whatever rungs the ladder has. */
+KT_TEST(settings_are_refined_to_the_goals) {
+    static const double goals[] = {3e-4, 7e-7};
+    bench b;
+    if (takes_a_minute("goals"))
+        return;
+    make_pendulum(&b, 1, start_angle, 2.0);
+    b.options.goals = goals;
+    b.options.goal_count = 2;
+    make_study(&b);
+    for (int c = 0; c < b.results->curve_count; c++) {
+        const kt_accuracy_curve *curve = &b.results->curves[c];
+        const kt_accuracy_point *points = b.results->points + curve->first;
+        for (int which = 0; which < 2; which++) {
+            const int found = kt_accuracy_best_of(b.study, points, curve->count, goals[which]);
+            if (found <= 0 || (curve->adaptive && points[found - 1].setting / points[found].setting < 1.3))
+                continue; /* tolerances have two digits, and errors that are less smooth */
+            kt_check_above(curve->method->name, points[found].error.judged,
+                           (curve->adaptive ? 0.15 : 0.75) * goals[which]);
+        }
+    }
+}
+
+KT_TEST(settings_that_are_small_by_chance_do_not_count) {
+    static const double errors[] = {1e-7, 1e-5, 9e-7, HUGE_VAL, 2e-7};
+    kt_accuracy_point points[5] = {0};
+    bench b;
+    make_pendulum(&b, 1, start_angle, 1.0);
+    const kt_method *method = kt_method_find("rk4");
+    b.options.methods = &method;
+    b.options.method_count = 1;
+    make_study(&b);
+    for (int i = 0; i < 5; i++) {
+        points[i].error.judged = errors[i];
+        points[i].usable = isfinite(errors[i]);
+        points[i].status = isfinite(errors[i]) ? KT_OK : KT_ERROR_STEP; /* it failed, so it has no error */
+        points[i].counts.evaluations = 10U + (unsigned)i;
+    }
+    kt_check_equal_int("the loosest of the last ones", kt_accuracy_best_of(b.study, points, 5, 1e-6), 2);
+    kt_check_equal_int("one", kt_accuracy_best_of(b.study, points, 5, 5e-7), 4);
+    kt_check_equal_int("none", kt_accuracy_best_of(b.study, points, 5, 1.5e-7), -1);
+}
+
 /* A clock that ticks at each reading: the study ends by its budget, with the points that it has. */
 KT_TEST(budget_ends_the_study_and_progress_may_stop_it) {
     bench b;

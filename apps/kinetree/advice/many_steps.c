@@ -119,15 +119,16 @@ static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
 }
 
 /* With paths, each step is watched. Without paths, one of BETWEEN adaptive steps is watched. */
-static void watch_steps(const kt_simulation *simulation, void *user) {
+static int watch_steps(const kt_simulation *simulation, void *user) {
     kt_outcome *outcome = user;
     const bool jumps = kt_path_watch_add(&outcome->paths, kt_simulation_time(simulation),
                                          kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
     if (jumps)
         kt_progress_end(outcome->pace.progress);
     if (outcome->run->step > 0.0 || (outcome->paths.count > 0 && ++outcome->pace.steps % BETWEEN != 0))
-        return;
+        return 0;
     watch_pace(simulation, outcome);
+    return 0;
 }
 
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options) {

@@ -173,6 +173,8 @@ static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arg
     options.step_count = arguments->step_count;
     options.tolerances = arguments->tolerance_count > 0 ? arguments->tolerances : NULL;
     options.tolerance_count = arguments->tolerance_count;
+    options.goals = arguments->goals;
+    options.goal_count = arguments->goal_count;
     options.reference = reference->states != NULL ? &reference->reference : NULL;
     options.subject = subject->of;
     options.quantity = subject->of == KT_ACCURACY_QUANTITY ? &subject->quantity : NULL;

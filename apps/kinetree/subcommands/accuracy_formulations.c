@@ -52,20 +52,18 @@ static const kt_accuracy_curve *method_curve_of(const kt_accuracy_results *resul
     return NULL;
 }
 
-/* Returns the point of the minimal formulation whose setting is used to compare all formulations. It is the first
- * point, from coarse to fine, that reaches the goal. If no point reaches the goal, it is the most accurate point. */
-static const kt_accuracy_point *choose_compared_point(const kt_accuracy_results *results,
-                                                      const kt_accuracy_curve *curve, double goal) {
-    const kt_accuracy_point *best = NULL;
-    for (int i = 0; i < curve->count; i++) {
-        const kt_accuracy_point *point = &results->points[curve->first + i];
-        if (!point->usable)
-            continue;
-        if (point->error.judged <= goal)
-            return point;
-        if (best == NULL || point->error.judged < best->error.judged)
-            best = point;
-    }
+/* Returns the point of the minimal formulation whose setting is used to compare all formulations. It is the cheapest
+ * point that reaches the goal by the rule of recommendations. If no point reaches the goal, it is the most accurate
+ * point. */
+static const kt_accuracy_point *choose_compared_point(const kt_findings *findings, const kt_accuracy_curve *curve,
+                                                      double goal) {
+    const kt_accuracy_point *points = findings->results->points + curve->first, *best = NULL;
+    const int found = kt_accuracy_best_of(findings->study, points, curve->count, goal);
+    if (found >= 0)
+        return &points[found];
+    for (int i = 0; i < curve->count; i++)
+        if (points[i].usable && (best == NULL || points[i].error.judged < best->error.judged))
+            best = &points[i];
     return best;
 }
 
@@ -158,7 +156,7 @@ int kt_findings_print_formulations(const kt_findings *findings) {
     int code = KT_EXIT_DONE;
     for (int m = 0; m < methods && code == KT_EXIT_DONE; m++) {
         const kt_accuracy_curve *curve = method_curve_of(results, results->curves[m].method, 0);
-        const kt_accuracy_point *chosen = curve != NULL ? choose_compared_point(results, curve, goal) : NULL;
+        const kt_accuracy_point *chosen = curve != NULL ? choose_compared_point(findings, curve, goal) : NULL;
         if (chosen != NULL)
             code = print_formulations(findings, curve, chosen);
     }

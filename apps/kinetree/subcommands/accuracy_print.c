@@ -22,6 +22,16 @@ void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point
     snprintf(text, size, curve->adaptive ? "tolerance %.3g" : "step %.4g s", point->setting);
 }
 
+/* The same with the absolute tolerance, as `run --tolerance` takes it, if it is not the relative one. */
+static void describe_setting(const kt_findings *findings, const kt_accuracy_curve *curve,
+                             const kt_accuracy_point *point, char *text, size_t size) {
+    const double scale = findings->results->absolute_scale;
+    if (curve->adaptive && scale != 1.0)
+        snprintf(text, size, "tolerance %.3g,%.3g", point->setting, scale * point->setting);
+    else
+        kt_findings_setting(curve, point, text, size);
+}
+
 /* ---- conditions of the study ------------------------------------------------------------------------------------- */
 
 static void print_horizon(const kt_accuracy_results *results) {
@@ -82,17 +92,18 @@ static void print_head(const kt_findings *findings) {
     printf(", checked by %s at %g", results->check->name, results->check_tolerance);
     if (results->check_step > 0.0)
         printf(" with steps of %.2g s at most", results->check_step);
-    printf(": they differ by %.2g%s,\n  and errors below that are not reliable\n", results->uncertainty.judged, unit.text);
+    printf(": they differ by %.2g%s,\n  and errors below that are not reliable\n", results->uncertainty.judged,
+           unit.text);
     print_horizon(results);
 }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
 
 static void print_slope(const kt_accuracy_curve *curve) {
-    char text[32] = "-";
+    char text[48] = "-";
     if (curve->fitted > 0)
-        snprintf(text, sizeof text, "%s^%.2f", curve->adaptive ? "tol" : "h", curve->slope);
-    printf("  %-9s", text);
+        snprintf(text, sizeof text, "%s^%.2f+-%.2f", curve->adaptive ? "tol" : "h", curve->slope, curve->slope_spread);
+    printf("  %-14s", text);
 }
 
 /* Returns the least error of the points, the uncertainty of the reference included; infinite: none is usable. */
@@ -123,19 +134,36 @@ static void print_or_dash(bool is_known, int width, int digits, double x) {
         printf("  %-*s", width, "-");
 }
 
+/* An error as text: a bound if it is below the uncertainty of the reference. */
+typedef struct kt_error_text {
+    char text[24];
+} kt_error_text;
+
+static kt_error_text error_text(const kt_findings *findings, double error) {
+    const double least = findings->results->uncertainty.judged;
+    kt_error_text made = {"-"};
+    if (isfinite(error))
+        (void)snprintf(made.text, sizeof made.text, error > least ? "%.2g" : "<%.2g", error > least ? error : least);
+    return made;
+}
+
+static void print_bound(const kt_findings *findings, double error, int width) {
+    printf("  %-*s", width, error_text(findings, error).text);
+}
+
 static void print_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
     const double least = least_error(findings, findings->results->points + curve->first, curve->count);
     const char *variant = findings->results->variants[curve->variant].label;
     printf("  %-14s %5d", curve->method->name, curve->method->order);
     print_slope(curve);
     print_or_dash(curve->stable_step > 0.0, 12, 3, curve->stable_step);
-    print_or_dash(isfinite(least), 8, 2, least);
+    print_bound(findings, least, 9);
     printf("  %s%s%s\n", end_text(curve->end), variant != NULL ? "; " : "", variant != NULL ? variant : "");
 }
 
 static void print_methods(const kt_findings *findings) {
     const kt_accuracy_results *results = findings->results;
-    printf("\n  %-14s %5s  %-9s  %-12s  %-8s  %s\n", "method", "order", "error ~", "stable to, s", "least",
+    printf("\n  %-14s %5s  %-14s  %-12s  %-9s  %s\n", "method", "order", "error ~", "stable to, s", "least",
            "reason to stop");
     for (int i = 0; i < results->curve_count; i++)
         print_curve(findings, &results->curves[i]);
@@ -150,20 +178,6 @@ static void print_methods(const kt_findings *findings) {
 
 /* ---- goals ------------------------------------------------------------------------------------------------------- */
 
-/* Returns the cheapest of the points that reach a goal; NULL: none does. */
-static const kt_accuracy_point *find_best(const kt_findings *findings, const kt_accuracy_point *points, int count,
-                                          double goal) {
-    const kt_accuracy_results *results = findings->results;
-    const kt_accuracy_point *best = NULL;
-    for (int i = 0; i < count; i++) {
-        const kt_accuracy_point *point = &points[i];
-        if (point->usable && fmax(point->error.judged, results->uncertainty.judged) <= goal &&
-            (best == NULL || point->cpu < best->cpu))
-            best = point;
-    }
-    return best;
-}
-
 /* The number of goals for which a table has room. */
 static int count_goals(const kt_findings *findings) {
     return findings->arguments->goal_count < 4 ? findings->arguments->goal_count : 4;
@@ -174,12 +188,13 @@ static void print_cheapest(const kt_findings *findings, const kt_accuracy_point 
     const kt_accuracy_results *results = findings->results;
     for (int g = 0; g < count_goals(findings); g++) {
         const double goal = findings->arguments->goals[g];
-        const kt_accuracy_point *point = find_best(findings, points, count, goal);
+        const int found = kt_accuracy_best_of(findings->study, points, count, goal);
+        const kt_accuracy_point *point = &points[found < 0 ? 0 : found];
         const int best = kt_accuracy_best(findings->study, goal);
-        if (point == NULL)
+        if (found < 0)
             printf("  %-8s %7s %9s", "-", "-", "- ");
         else
-            printf("  %-8.2g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
+            printf("  %-8.4g %7.0f %8.3g%c", point->setting, (double)point->counts.evaluations / results->duration,
                    1e3 * point->cpu / results->duration, best >= 0 && point == &results->points[best] ? '*' : ' ');
     }
 }
@@ -205,6 +220,10 @@ static void print_costs(const kt_findings *findings) {
         printf("%s%s\n", results->variant_count > 1 ? "  " : "",
                results->variant_count > 1 ? results->variants[curve->variant].label : "");
     }
+    if (results->absolute_scale != 1.0)
+        printf("  the amplitude is %.2g%s, hence absolute tolerances are %.3g times these: 'run --tolerance R,A'\n",
+               results->amplitude, unit_behind(findings).text, results->absolute_scale);
+    puts("  evaluations and times are those of the steps, without records");
 }
 
 static void print_peers(const kt_findings *findings) {
@@ -219,7 +238,7 @@ static void print_peers(const kt_findings *findings) {
         printf("  %-31s", kt_show(name).text);
         if (isfinite(least)) {
             print_cheapest(findings, curve->points, curve->count);
-            printf("  least %.2g\n", least);
+            printf("  least %s\n", error_text(findings, least).text);
         } else {
             printf("  fails: %s\n",
                    curve->reason[0] != '\0' ? kt_show(curve->reason).text : "no setting comes near the motion");
@@ -243,6 +262,21 @@ static void print_spread(const kt_findings *findings) {
         100.0 * spreads[count / 2], 100.0 * spreads[9 * count / 10]);
 }
 
+/* Prints why no setting is recommended for a goal above the uncertainty of the reference. */
+static void print_miss(const kt_findings *findings, double goal, double least) {
+    const kt_unit_behind unit = unit_behind(findings);
+    const char *budget =
+        findings->arguments->tolerance_count + findings->arguments->step_count > 0 ? "" : " (--budget)";
+    if (!isfinite(least))
+        printf("for %.3g%s: no run came near the motion%s\n", goal, unit.text, budget);
+    else if (least <= goal)
+        printf("for %.3g%s: only single settings came that close, and tighter ones of their methods did not\n", goal,
+               unit.text);
+    else
+        printf("for %.3g%s: no run came that close; the best was %.2g%s%s\n", goal, unit.text, least, unit.text,
+               budget);
+}
+
 static void print_goal(const kt_findings *findings, double goal) {
     const kt_accuracy_results *results = findings->results;
     const kt_unit_behind unit = unit_behind(findings);
@@ -253,14 +287,13 @@ static void print_goal(const kt_findings *findings, double goal) {
             printf("for %.3g%s: the error of the reference itself is %.2g%s\n", goal, unit.text,
                    results->uncertainty.judged, unit.text);
         else
-            printf("for %.3g%s: no run came that close; the best was %.2g%s%s\n", goal, unit.text, least, unit.text,
-                   findings->arguments->tolerance_count + findings->arguments->step_count > 0 ? "" : " (--budget)");
+            print_miss(findings, goal, least);
         return;
     }
     const kt_accuracy_point *point = &results->points[best];
     const double seconds = point->cpu / results->duration;
     char setting[64];
-    kt_findings_setting(kt_findings_curve(findings, best), point, setting, sizeof setting);
+    describe_setting(findings, kt_findings_curve(findings, best), point, setting, sizeof setting);
     printf("for %.3g%s use %s with %s: %.3g %s per simulated second\n", goal, unit.text,
            kt_findings_curve(findings, best)->method->name, setting, seconds < 1e-3 ? 1e6 * seconds : 1e3 * seconds,
            seconds < 1e-3 ? "microseconds" : "ms");
@@ -339,7 +372,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
     if (!findings->arguments->prices && 12.0 * count * point->cpu > 0.2 * findings->arguments->budget)
         return KT_EXIT_DONE;
     char setting[64];
-    kt_findings_setting(curve, point, setting, sizeof setting);
+    describe_setting(findings, curve, point, setting, sizeof setting);
     printf("\ncosts of other settings, with %s at %s\n", curve->method->name, setting);
     printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
     double base = (double)NAN;
@@ -358,11 +391,11 @@ int kt_findings_print_prices(const kt_findings *findings) {
         if (i == 0)
             base = measured.cpu;
         if (measured.usable)
-            printf("%10.3g  %6.2f  %8.0f  %9.2g  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
-                   (double)measured.counts.evaluations / results->duration, measured.error.judged,
-                   measured.error.energy);
+            printf("%10.3g  %6.2f  %8.0f  %9s  %9.2g", 1e3 * measured.cpu / results->duration, measured.cpu / base,
+                   (double)measured.counts.evaluations / results->duration,
+                   error_text(findings, measured.error.judged).text, measured.error.energy);
         else
-            printf("%10s  %6s  %8s  %9.2g  %9s", "-", "-", "-", measured.error.judged, "-");
+            printf("%10s  %6s  %8s  %9s  %9s", "-", "-", "-", error_text(findings, measured.error.judged).text, "-");
         if (kt_loop_count(kt_accuracy_model(findings->study)) > 0)
             printf("  %9.2g\n", measured.error.constraint.position);
         else

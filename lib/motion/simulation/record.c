@@ -350,15 +350,19 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
-static void show_run_progress(kt_simulation *simulation) {
+static kt_status show_run_progress(kt_simulation *simulation, kt_error *error) {
 #if KT_HAS_EVENTS
     if (simulation->options.progress == NULL || --simulation->progress_due > 0)
-        return;
+        return KT_OK;
     simulation->progress_due = simulation->options.progress_steps;
-    simulation->options.progress(simulation, simulation->options.progress_user);
+    if (simulation->options.progress(simulation, simulation->options.progress_user) != 0)
+        return kt_error_set(error, KT_ERROR_CALLBACK,
+                            kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
+                            "the progress callback ended the run");
 #else
-    (void)simulation;
+    (void)simulation, (void)error;
 #endif
+    return KT_OK;
 }
 
 kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user, kt_error *error) {
@@ -377,9 +381,10 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
             !(kt_integrator_time(integrator) < simulation->duration))
             return status;
         status = take_step_of_run(simulation, record, user, error);
+        if (status == KT_OK)
+            status = show_run_progress(simulation, error);
         if (status != KT_OK)
             return status;
-        show_run_progress(simulation);
     }
 }
 

@@ -30,7 +30,7 @@ static bool are_positive(const double *numbers, int count) {
     for (int i = 0; i < count; i++)
         if (!(isfinite(numbers[i]) && numbers[i] > 0.0))
             return false;
-    return numbers == NULL || (count > 0 && count <= KT_ACCURACY_POINTS_MAX);
+    return numbers == NULL || (count > 0 && count <= KT_ACCURACY_LADDER_MAX);
 }
 
 static bool has_length(const void *array, int count) { return count >= 0 && (count == 0 || array != NULL); }
@@ -53,6 +53,8 @@ static kt_status check_lists(const kt_accuracy_options *options, kt_error *error
         return reject_study(error, "steps", "step_count is not their number");
     if (!has_length(options->tolerances, options->tolerance_count))
         return reject_study(error, "tolerances", "tolerance_count is not their number");
+    if (!has_length(options->goals, options->goal_count) || !are_positive(options->goals, options->goal_count))
+        return reject_study(error, "goals", "must be numbers above zero, and goal_count their number");
     if (!has_length(options->variants, options->variant_count))
         return reject_study(error, "variants", "variant_count is not their number");
     if (!(isfinite(options->duration) && options->duration >= 0.0))
@@ -209,6 +211,7 @@ static kt_status begin_study(kt_accuracy *study, const kt_description *descripti
     results->asked = options->duration > 0.0 ? options->duration : run->duration;
     results->records = options->records;
     results->subject = options->subject;
+    results->absolute_scale = 1.0;
     if (options->reference != NULL) {
         results->records = options->reference->count - 1;
         results->asked = options->reference->interval * results->records;

@@ -7,7 +7,8 @@
 #include <math.h>
 
 enum {
-    KT_ACCURACY_POINTS_MAX = 40, /* points of a curve */
+    KT_ACCURACY_LADDER_MAX = 40, /* points of a ladder, or given settings */
+    KT_ACCURACY_POINTS_MAX = 80, /* points of a curve, those next to goals included */
 };
 
 /* A run whose error exceeds this part of the amplitude is unusable. */
@@ -90,15 +91,16 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
  * of them. */
 typedef struct kt_accuracy_guard {
     kt_accuracy *study;
-    double until;               /* by the clock, s */
-    uint64_t evaluations, most; /* number done, and their limit */
-    bool late;                  /* the guard has ended the run */
+    double until;        /* by the clock, s */
+    uint64_t seen, most; /* evaluations: when the clock was read last, and their limit */
+    bool late;           /* the guard has ended the run */
 } kt_accuracy_guard;
 
 /* A guard with this part of the budget and this multiple of run_evaluations. */
 kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs);
 
-/* Makes the guard the right-hand side, which then calls the engine's own. The guard must outlive the simulation. */
+/* Makes the guard watch the steps of a run, whose equations remain those of `kinetree run`. The guard must outlive the
+ * simulation. */
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
 
 /* ---- reference --------------------------------------------------------------------------------------------------- */
@@ -163,7 +165,7 @@ double kt_accuracy_amplitude(const kt_accuracy *study);
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
                          const kt_accuracy_point *tight);
 
-/* Fills a curve's slope, floor and fitted. */
+/* Fills a curve's slope, its spread, floor and fitted. */
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve);
 
 /* Marks the points on the two Pareto fronts. */

@@ -11,6 +11,7 @@
 static const double asymptotic = 1e-2; /* of the amplitude: largest error in the asymptotic range */
 static const double clear = 10.0;      /* times floor or uncertainty: larger errors are essentially those of the
                                           method */
+static const double spread_most = 0.2; /* of the slope: points that scatter more have no slope */
 enum { FIT_LEAST = 3, FIT_MOST = 5 };
 
 double kt_accuracy_amplitude(const kt_accuracy *study) {
@@ -50,30 +51,57 @@ static double curve_floor_of(const kt_accuracy *study, const kt_accuracy_curve *
     return least;
 }
 
+/* The least squares line through n points, from their sums. */
+typedef struct kt_line_sums {
+    double n, x, y, xx, xy, yy;
+    double least, most; /* of x */
+} kt_line_sums;
+
+static void add_to_line(kt_line_sums *s, double x, double y) {
+    s->least = s->n > 0.0 ? fmin(s->least, x) : x;
+    s->most = s->n > 0.0 ? fmax(s->most, x) : x;
+    s->n += 1.0;
+    s->x += x;
+    s->y += y;
+    s->xx += x * x;
+    s->xy += x * y;
+    s->yy += y * y;
+}
+
+/* Sets slope, spread and fitted, if there are enough points, and they lie near a line. */
+static void fit_line(const kt_line_sums *s, double range, kt_accuracy_curve *curve) {
+    curve->fitted = 0;
+    curve->slope = curve->slope_spread = (double)NAN;
+    if (s->n < FIT_LEAST || s->most - s->least < range)
+        return;
+    const double sxx = s->xx - s->x * s->x / s->n, sxy = s->xy - s->x * s->y / s->n, syy = s->yy - s->y * s->y / s->n;
+    const double slope = sxy / sxx, rest = fmax(syy - slope * sxy, 0.0);
+    const double spread = sqrt(rest / (s->n - 2.0) / sxx);
+    if (spread > spread_most * fabs(slope))
+        return;
+    curve->slope = slope;
+    curve->slope_spread = spread;
+    curve->fitted = (int)s->n;
+}
+
 void kt_accuracy_fit(const kt_accuracy *study, kt_accuracy_curve *curve) {
     const kt_accuracy_point *points = study->points + curve->first;
     const double amplitude = kt_accuracy_amplitude(study);
     const bool ended = curve->end == KT_ACCURACY_FLOOR;
-    double least = clear * study->results.uncertainty.judged;
-    double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     const int most = curve->adaptive ? KT_ACCURACY_POINTS_MAX : FIT_MOST;
+    double least = clear * study->results.uncertainty.judged;
+    kt_line_sums sums = {0};
     curve->floor = ended ? curve_floor_of(study, curve) : (double)NAN;
     if (ended)
         least = fmax(least, clear * curve->floor);
-    for (int i = curve->count - 1; i >= 0 && n < most; i--) {
+    for (int i = curve->count - 1; i >= 0 && sums.n < most; i--) {
         if (!points[i].usable || points[i].error.judged <= least || points[i].error.judged > asymptotic * amplitude)
             continue;
         if (i + 1 < curve->count && kt_accuracy_is_held(curve, &points[i], &points[i + 1]))
             continue;
-        const double setting = log(points[i].setting), error = log(points[i].error.judged);
-        n += 1.0;
-        x += setting;
-        y += error;
-        xx += setting * setting;
-        xy += setting * error;
+        add_to_line(&sums, log(points[i].setting), log(points[i].error.judged));
     }
-    curve->fitted = n < FIT_LEAST ? 0 : (int)n;
-    curve->slope = curve->fitted > 0 ? (n * xy - x * y) / (n * xx - x * x) : (double)NAN;
+    fit_line(&sums, log(curve->adaptive ? 30.0 : 3.5), curve);
 }
 
 /* ---- fronts ------------------------------------------------------------------------------------------------------ */
@@ -109,6 +137,23 @@ void kt_accuracy_mark_front(kt_accuracy *study) {
     }
 }
 
+/* From the tightest setting on, as long as the goal is reached. */
+int kt_accuracy_best_of(const kt_accuracy *study, const kt_accuracy_point *points, int count, double goal) {
+    int best = -1;
+    if (!study || !points)
+        return -1;
+    const bool timed = study->options.clock != NULL;
+    for (int i = count - 1; i >= 0; i--) {
+        if (points[i].status != KT_OK)
+            continue;
+        if (!points[i].usable || !(kt_accuracy_known(study, &points[i]) <= goal))
+            break;
+        if (best < 0 || cost(&points[i], timed) < cost(&points[best], timed))
+            best = i;
+    }
+    return best;
+}
+
 int kt_accuracy_best(const kt_accuracy *study, double goal) {
     if (!study)
         return -1;
@@ -116,12 +161,10 @@ int kt_accuracy_best(const kt_accuracy *study, double goal) {
     const bool timed = study->options.clock != NULL;
     for (int c = 0; c < study->results.curve_count; c++) {
         const kt_accuracy_curve *curve = &study->curves[c];
-        for (int i = curve->first; i < curve->first + curve->count; i++) {
-            const kt_accuracy_point *point = &study->points[i];
-            if (curve->variant == 0 && point->usable && kt_accuracy_known(study, point) <= goal &&
-                (best < 0 || cost(point, timed) < cost(&study->points[best], timed)))
-                best = i;
-        }
+        const kt_accuracy_point *points = study->points + curve->first;
+        const int found = curve->variant == 0 ? kt_accuracy_best_of(study, points, curve->count, goal) : -1;
+        if (found >= 0 && (best < 0 || cost(&points[found], timed) < cost(&study->points[best], timed)))
+            best = curve->first + found;
     }
     return best;
 }

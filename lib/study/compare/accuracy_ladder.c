@@ -6,12 +6,20 @@
  * times the error. If that would still be a small error and the run fails nevertheless, the step has left the method's
  * stability region. The limit is then found by bisection. An adaptive method shows the same limit by a number of steps
  * that does not fall when the tolerance is loosened.
+ *
+ * Goals lie between the rungs. After the ladder, settings are refined next to each goal: between the loosest setting
+ * from which all tighter ones reach the goal, and the one before. Fixed steps and tolerances are thus compared at equal
+ * errors. Settings have few digits, so that a printed setting is exactly the one that was run.
  */
 #include "compare/accuracy.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double limit_ratio = 1.02; /* ratio to which a stability limit is found */
+static const double ladder_part = 0.65; /* of a curve's time: the ladder; the rest is for the goals */
+static const double goal_margin = 0.9;  /* of a goal: the error at which the next setting aims */
+enum { GOAL_RUNS = 4, LATE_RUNS = 3 };  /* runs for one goal; runs in succession that took too long */
 
 /* A curve under construction. */
 typedef struct kt_ladder {
@@ -19,6 +27,7 @@ typedef struct kt_ladder {
     kt_accuracy_curve *curve;
     kt_accuracy_point *points; /* of the curve, by decreasing setting */
     double deadline;
+    bool late;  /* the last run took too long */
     int stalls; /* consecutive points at which the error has not fallen */
 } kt_ladder;
 
@@ -26,12 +35,31 @@ static const kt_variant *variant_of(const kt_ladder *ladder) {
     return &ladder->study->results.variants[ladder->curve->variant];
 }
 
-static kt_status try_setting(const kt_ladder *ladder, double setting, kt_accuracy_point *point, kt_error *error) {
+static kt_status try_setting(kt_ladder *ladder, double setting, kt_accuracy_point *point, kt_error *error) {
     const kt_accuracy_curve *curve = ladder->curve;
     kt_accuracy *study = ladder->study;
     point->setting = setting;
-    return kt_accuracy_try(study, study->models[curve->variant], study->absolutes[curve->variant], variant_of(ladder),
-                           curve->method, curve->adaptive, point, error);
+    const kt_status status = kt_accuracy_try(study, study->models[curve->variant], study->absolutes[curve->variant],
+                                             variant_of(ladder), curve->method, curve->adaptive, point, error);
+    ladder->late = point->late;
+    return status;
+}
+
+/* The number with so many digits that is nearest to x. */
+static double round_to_digits(double x, int digits) {
+    const double unit = pow(10.0, floor(log10(x)) - (digits - 1)), whole = floor(x / unit + 0.5);
+    return unit < 1.0 ? whole / floor(1.0 / unit + 0.5) : whole * unit;
+}
+
+static bool is_over(const kt_ladder *ladder) {
+    const kt_accuracy *study = ladder->study;
+    return study->options.clock != NULL && kt_accuracy_now(study) > ladder->deadline;
+}
+
+/* Why there are no longer runs: the budget limits their number of evaluations, or run_evaluations does. */
+static kt_accuracy_end end_of_long_runs(const kt_ladder *ladder) {
+    return kt_accuracy_most(ladder->study) < (double)ladder->study->options.run_evaluations ? KT_ACCURACY_BUDGET
+                                                                                            : KT_ACCURACY_LENGTH;
 }
 
 /* Inserts a point in the order of settings. */
@@ -44,6 +72,15 @@ static void keep_point(kt_ladder *ladder, const kt_accuracy_point *point) {
         ladder->points[i] = ladder->points[i - 1];
     ladder->points[i] = *point;
     curve->count++;
+}
+
+/* Whether the method has no limit of stability on the real axis, as A-stable and L-stable ones have none. */
+static bool damps_all(const kt_method *method) {
+    kt_stability stability;
+    if (strcmp(kt_method_family_name(method), "switching") == 0)
+        return true; /* it goes on with radau5 */
+    return kt_method_is_implicit(method) && kt_stability_make(method, 2, &stability, NULL) == KT_OK &&
+           kt_stability_real_limit(&stability) == HUGE_VAL;
 }
 
 /* ---- where to stop ----------------------------------------------------------------------------------------------- */
@@ -68,7 +105,7 @@ static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt
         curve->end = point->believed ? KT_ACCURACY_FLOOR : KT_ACCURACY_REFERENCE;
     else if (!point->believed && before != NULL && !before->believed)
         curve->end = KT_ACCURACY_REFERENCE;
-    else if (study->options.clock != NULL && kt_accuracy_now(study) > ladder->deadline)
+    else if (is_over(ladder))
         curve->end = KT_ACCURACY_BUDGET;
     else
         return false;
@@ -96,18 +133,22 @@ static kt_status try_all(kt_ladder *ladder, const double *settings, int count, k
 
 /* ---- fixed steps ------------------------------------------------------------------------------------------------- */
 
-static double ladder_step_of(const kt_ladder *ladder, double steps) { return ladder->study->results.duration / steps; }
+static double ladder_step_of(const kt_ladder *ladder, double steps) {
+    return round_to_digits(ladder->study->results.duration / steps, 4);
+}
 
 /* Finds the stability limit between a step that is usable and one that is not. */
 static kt_status bisect(kt_ladder *ladder, double good, double bad, kt_error *error) {
     kt_status status = KT_OK;
     while (bad > limit_ratio * good && status == KT_OK) {
         kt_accuracy_point point;
-        const double step = sqrt(good * bad);
+        const double step = round_to_digits(sqrt(good * bad), 4);
         status = try_setting(ladder, step, &point, error);
         *(point.usable ? &good : &bad) = step;
     }
-    ladder->curve->stable_step = good;
+    /* A method that damps fast modes at every step has no such limit: its Newton iteration or the motion fails. */
+    if (!damps_all(ladder->curve->method))
+        ladder->curve->stable_step = good;
     return status;
 }
 
@@ -120,7 +161,7 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
     failed->setting = 0.0;
     while (status == KT_OK && is_usable && point.usable) {
         keep_point(ladder, &point);
-        if (*steps < 2.0 || ladder->curve->count == KT_ACCURACY_POINTS_MAX / 2)
+        if (*steps < 2.0 || ladder->curve->count >= KT_ACCURACY_LADDER_MAX / 2)
             return KT_OK;
         *steps = floor(0.5 * *steps);
         status = try_setting(ladder, ladder_step_of(ladder, *steps), &point, error);
@@ -130,7 +171,8 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
     while (status == KT_OK && !is_usable && !point.usable) {
         *failed = point;
         *steps *= 2.0;
-        if (is_too_long(ladder, *steps * stages)) {
+        if (ladder->late || is_over(ladder) || is_too_long(ladder, *steps * stages)) {
+            ladder->curve->end = ladder->late || is_over(ladder) ? KT_ACCURACY_BUDGET : end_of_long_runs(ladder);
             *steps = 0.0;
             return KT_OK;
         }
@@ -147,14 +189,18 @@ static kt_status refine(kt_ladder *ladder, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK; i++) {
         if (i == curve->count) {
-            const double step = 0.5 * points[i - 1].setting;
+            const double step = round_to_digits(0.5 * points[i - 1].setting, 4);
             kt_accuracy_point point;
-            if (curve->count == KT_ACCURACY_POINTS_MAX ||
+            if (curve->count >= KT_ACCURACY_LADDER_MAX ||
                 is_too_long(ladder, ladder->study->results.duration / step * curve->method->stages)) {
-                curve->end = KT_ACCURACY_LENGTH;
+                curve->end = end_of_long_runs(ladder);
                 return KT_OK;
             }
             status = try_setting(ladder, step, &point, error);
+            if (status == KT_OK && point.status != KT_OK) {
+                curve->end = point.late ? KT_ACCURACY_BUDGET : KT_ACCURACY_FAILED;
+                return KT_OK;
+            }
             if (status == KT_OK)
                 keep_point(ladder, &point);
         }
@@ -174,7 +220,8 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
     if (status != KT_OK)
         return status;
     if (ladder->curve->count == 0) {
-        ladder->curve->end = KT_ACCURACY_UNUSABLE;
+        if (ladder->curve->end == KT_ACCURACY_LISTED)
+            ladder->curve->end = KT_ACCURACY_UNUSABLE;
         return KT_OK;
     }
     const kt_accuracy_point *coarsest = &ladder->points[0];
@@ -215,23 +262,28 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
     kt_status status = KT_OK;
     curve->end = KT_ACCURACY_LISTED;
     const double started = kt_accuracy_now(ladder->study);
-    int stride = 1;
+    int stride = 1, late = 0;
     for (int i = 4; i < 28 && status == KT_OK; i += stride) { /* 1e-2, 3e-3, ... 3e-14 */
         const int decade = i / 2;
         kt_accuracy_point point;
         const kt_accuracy_point before = curve->count > 0 ? ladder->points[curve->count - 1] : (kt_accuracy_point){0};
-        const double tolerance = mantissas[i % 2] * pow(10.0, -decade);
+        const double tolerance = round_to_digits(mantissas[i % 2] * pow(10.0, -decade), 1);
         if (before.usable &&
             is_too_long(ladder, (double)before.counts.evaluations * pow(3.3, 1.0 / curve->method->order))) {
-            curve->end = KT_ACCURACY_LENGTH;
+            curve->end = end_of_long_runs(ladder);
             break;
         }
         status = try_setting(ladder, tolerance, &point, error);
+        late = point.late ? late + 1 : 0;
+        if (late == LATE_RUNS || (!point.usable && is_over(ladder))) {
+            curve->end = KT_ACCURACY_BUDGET;
+            break;
+        }
         if (status != KT_OK || (!point.usable && curve->count == 0))
             continue;
         keep_point(ladder, &point);
         if (!point.usable && point.status != KT_OK) { /* the step became too small or the run too long */
-            curve->end = KT_ACCURACY_LENGTH;
+            curve->end = point.late ? KT_ACCURACY_BUDGET : KT_ACCURACY_FAILED;
             break;
         }
         if (is_done(ladder, before.usable ? &before : NULL, &point))
@@ -239,16 +291,68 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
         if (i % 2 == 0)
             stride = is_costly(ladder, &point, started) ? 2 : 1;
     }
-    if (curve->count == 0)
+    if (curve->count == 0 && curve->end == KT_ACCURACY_LISTED)
         curve->end = KT_ACCURACY_UNUSABLE;
-    find_held_step(ladder);
+    if (!damps_all(curve->method))
+        find_held_step(ladder);
     return status;
+}
+
+/* ---- goals ------------------------------------------------------------------------------------------------------- */
+
+/* The loosest point from which all tighter ones that ran to the end reach the goal; -1: there is none. */
+static int loosest_for_goal(const kt_ladder *ladder, double goal) {
+    int found = -1;
+    for (int i = ladder->curve->count - 1; i >= 0; i--) {
+        const kt_accuracy_point *point = &ladder->points[i];
+        if (point->status != KT_OK)
+            continue;
+        if (!point->usable || !(kt_accuracy_known(ladder->study, point) <= goal))
+            break;
+        found = i;
+    }
+    return found;
+}
+
+/* A setting between two points at which the error should just be below the goal; 0: there is no room between them. */
+static double setting_for_goal(const kt_ladder *ladder, const kt_accuracy_point *loose, const kt_accuracy_point *tight,
+                               double goal) {
+    const double ratio = loose->setting / tight->setting;
+    const int digits = ladder->curve->adaptive ? 2 : 4;
+    double part = 0.5; /* of the logarithm of the ratio */
+    if (ratio < (ladder->curve->adaptive ? 1.2 : 1.03))
+        return 0.0;
+    if (loose->usable && loose->error.judged > tight->error.judged)
+        part = log(goal_margin * goal / tight->error.judged) / log(loose->error.judged / tight->error.judged);
+    part = fmin(fmax(part, 0.08), 0.92);
+    const double setting = round_to_digits(tight->setting * pow(ratio, part), digits);
+    return setting > tight->setting * (1.0 + 1e-9) && setting < loose->setting * (1.0 - 1e-9) ? setting : 0.0;
+}
+
+static kt_status refine_goal(kt_ladder *ladder, double goal, kt_error *error) {
+    for (int run = 0; run < GOAL_RUNS && !is_over(ladder) && ladder->curve->count < KT_ACCURACY_POINTS_MAX; run++) {
+        kt_accuracy_point point;
+        const int found = loosest_for_goal(ladder, goal);
+        const double setting =
+            found > 0 ? setting_for_goal(ladder, &ladder->points[found - 1], &ladder->points[found], goal) : 0.0;
+        if (setting == 0.0)
+            return KT_OK;
+        const kt_status status = try_setting(ladder, setting, &point, error);
+        if (status != KT_OK)
+            return status;
+        keep_point(ladder, &point);
+    }
+    return KT_OK;
 }
 
 kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double deadline, kt_error *error) {
     const kt_accuracy_options *options = &study->options;
-    kt_ladder ladder = {.study = study, .curve = curve, .points = study->points + curve->first, .deadline = deadline};
+    const double now = kt_accuracy_now(study);
+    const bool listed = (curve->adaptive ? options->tolerances : options->steps) != NULL;
+    kt_ladder ladder = {.study = study, .curve = curve, .points = study->points + curve->first};
     kt_status status;
+    ladder.deadline = options->goal_count > 0 ? now + ladder_part * (deadline - now) : deadline;
+    curve->end = KT_ACCURACY_LISTED;
     if (curve->adaptive)
         status = options->tolerances != NULL ? try_all(&ladder, options->tolerances, options->tolerance_count, error)
                                              : climb_tolerances(&ladder, error);
@@ -257,5 +361,8 @@ kt_status kt_accuracy_climb(kt_accuracy *study, kt_accuracy_curve *curve, double
                                         : climb_steps(&ladder, error);
     if (status == KT_OK)
         kt_accuracy_fit(study, curve);
+    ladder.deadline = deadline;
+    for (int g = 0; g < options->goal_count && status == KT_OK && !listed; g++)
+        status = refine_goal(&ladder, options->goals[g], error);
     return status;
 }

@@ -19,11 +19,14 @@
 #include "kinetree/joint.h"
 #include "simulation/simulation.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 static const double tightest = 1e-13, loosest = 1e-9, nudge = 1e-8;
+static const double small = 1e-3;  /* amplitudes below this have smaller absolute tolerances */
+static const double noise = 1e3;   /* times rounding, times the growth of errors: a motion below that is rounding */
 static const double parted = 1e-5; /* of the amplitude: two solutions further apart are no longer the same motion */
 
 /* Observes a run at its records. */
@@ -178,12 +181,14 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     if (make_simulation(&walk, "dop853", 1e-12, &simulation, NULL) != KT_OK)
         return walk.rows;
     for (size_t i = 0; i < study->nv; i++)
-        study->difference[i] = nudge * cos(1.0 + 2.39996 * (double)i); /* multiples of the golden angle: no symmetry */
+        study->difference[i] = nudge * results->absolute_scale *
+                               cos(1.0 + 2.39996 * (double)i); /* multiples of the golden angle: no symmetry */
     kt_position_add(study->model, study->begin, study->difference, study->moved);
     if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
         const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
         walk.begin = walk_distance(&walk, &first);
-        const bool failed = walk.begin > 0.01 * nudge && follow_walk(&walk, simulation, NULL) != KT_OK;
+        const bool failed =
+            walk.begin > 0.01 * nudge * results->absolute_scale && follow_walk(&walk, simulation, NULL) != KT_OK;
         if (failed || walk.guard.late) /* the limit was not reached */
             walk.rows = results->records + 1;
     }
@@ -216,7 +221,7 @@ static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states 
             kt_accuracy_distance(study, kt_accuracy_row(study, a, k), kt_accuracy_row(study, b, k));
         error->end_position = norm.position;
         error->end_velocity = norm.velocity;
-        if (!(norm.position <= parted * fmax(results->amplitude, nudge)))
+        if (!(norm.position <= parted * fmax(results->amplitude, nudge * results->absolute_scale)))
             return k;
         error->position = fmax(error->position, norm.position);
         error->velocity = fmax(error->velocity, norm.velocity);
@@ -315,6 +320,37 @@ static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_f
     return KT_OK;
 }
 
+/* Rejects a scene in which nothing moves but rounding. The largest coordinate has a rounding, which the motion
+ * amplifies by at most the growth factor. */
+static kt_status reject_rest(const kt_accuracy *study, kt_error *error) {
+    const kt_accuracy_results *results = &study->results;
+    double largest = 0.0;
+    for (size_t i = 0; i < study->nq; i++)
+        largest = fmax(largest, fabs(study->begin[i]));
+    const double growth = fmax(results->amplification, 1.0);
+    if (results->subject == KT_ACCURACY_QUANTITY ||
+        (results->amplitude > noise * DBL_EPSILON * growth * largest && results->amplitude > 0.0))
+        return KT_OK;
+    if (growth > 1.0 / noise / nudge)
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "accuracy",
+            "the motion starts at an unstable rest: rounding alone moves it (by %.2g in %.4g s, in which "
+            "a small error grows by %.2g); a start next to the rest is needed",
+            results->amplitude, results->duration, growth);
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "accuracy",
+                        "nothing moves in %.4g s, so that no run has an error; give a start or a force that moves the "
+                        "mechanism",
+                        results->duration);
+}
+
+/* Whether absolute tolerances must be smaller, because the amplitude is far below 1. Chooses them. */
+static bool is_tiny(kt_accuracy_results *results) {
+    if (results->absolute_scale != 1.0 || !(results->amplitude > 0.0) || results->amplitude >= small)
+        return false;
+    results->absolute_scale = pow(10.0, floor(log10(results->amplitude)));
+    return true;
+}
+
 /* Computes the reference. If the horizon is short, it is computed again with all records within it. */
 static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
@@ -322,11 +358,16 @@ static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     kt_first first = {0};
     kt_accuracy_cut cut = KT_ACCURACY_WHOLE;
     results->reference = kt_method_find("dop853");
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         const double interval = results->interval;
         const kt_status status = find_first(study, &study->reference, &first, error);
         if (status != KT_OK)
             return status;
+        const kt_status moves = reject_rest(study, error);
+        if (moves != KT_OK)
+            return moves;
+        if (is_tiny(results))
+            continue;
         if (first.late && 8 * first.taken < records) {
             results->duration = 0.5 * first.reached;
             cut = KT_ACCURACY_LATE;
@@ -359,6 +400,9 @@ static kt_status find_given(kt_accuracy *study, kt_error *error) {
         return status;
     if (first.taken < 2)
         return say_late(study, &first, error);
+    const kt_status moves = reject_rest(study, error);
+    if (moves != KT_OK)
+        return moves;
     shorten_reference(study, first.grown, KT_ACCURACY_GROWTH);
     memcpy(study->reference.energy, study->second.energy, rows * sizeof(double));
     return KT_OK;

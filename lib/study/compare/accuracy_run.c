@@ -26,7 +26,8 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
     run.interval = study->results.interval;
     run.integrator = method->name;
     run.step = adaptive ? 0.0 : setting;
-    run.relative = run.absolute = adaptive ? setting : 1.0;
+    run.relative = adaptive ? setting : 1.0;
+    run.absolute = run.relative * study->results.absolute_scale;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
     run.markers = NULL;
     run.marker_count = 0;
@@ -53,25 +54,21 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
     return guard;
 }
 
-/* Reading a clock is slow, so it is read every sixteen evaluations. */
-/* NOLINTNEXTLINE(readability-non-const-parameter): the type of a right-hand side */
-static int evaluate_stage_of_run(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
+/* Reading a clock is slow, so it is read after sixteen evaluations. */
+static int watch_length(const kt_simulation *simulation, void *user) {
     kt_accuracy_guard *guard = user;
-    const bool is_due = guard->study->options.clock != NULL && guard->evaluations % 16 == 0;
-    (void)rate;
-    if (guard->evaluations++ >= guard->most || (is_due && kt_accuracy_now(guard->study) > guard->until)) {
-        guard->late = true;
-        return -1;
-    }
-    const kt_status status =
-        kt_acceleration_evaluate(at->model, at->data, at->t, at->q, at->v, at->tau, at->external, a, error);
-    return status == KT_OK ? 0 : status == KT_ERROR_ARGUMENT ? -1 : 1;
+    const uint64_t evaluations = kt_simulation_counts_get(simulation).evaluations;
+    const bool is_due = guard->study->options.clock != NULL && evaluations >= guard->seen + 16;
+    if (is_due)
+        guard->seen = evaluations;
+    guard->late = evaluations >= guard->most || (is_due && kt_accuracy_now(guard->study) > guard->until);
+    return guard->late;
 }
 
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
-    options->acceleration = evaluate_stage_of_run;
-    options->equals_model = true; /* Jacobians, retries and records are then those of a run without the guard */
-    options->user = guard;
+    options->progress = watch_length;
+    options->progress_steps = 1;
+    options->progress_user = guard;
 }
 
 /* ---- the error --------------------------------------------------------------------------------------------------- */
@@ -189,13 +186,14 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_accuracy_guard guard = kt_accuracy_guard_make(study, 1.0 / study->results.curve_count, 1.0);
     recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     kt_accuracy_record_quantity(study, &recorded);
-    if (recorded.acceleration == NULL)
-        kt_accuracy_guard_use(&guard, &recorded);
+    guard.most = (uint64_t)fmin(4.0 * kt_accuracy_most(study), (double)guard.most) + 1;
+    kt_accuracy_guard_use(&guard, &recorded);
     kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
     if (status != KT_OK)
         return status;
     point->status = kt_simulation_run(simulation, watch_errors, &watcher, NULL);
     point->counts = kt_simulation_counts_get(simulation);
+    point->late = guard.late;
     kt_simulation_free(simulation);
     kt_accuracy_judge(study, point);
     return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
@@ -239,7 +237,6 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
     kt_absolute_use(absolute, &options);
     options.method = method;
-    options.max_steps = 1 + (uint64_t)(4.0 * kt_accuracy_most(study) / method->stages);
     if (variant->has_constraint_formulation) {
         const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
         const kt_model *integrated = absolute != NULL ? kt_absolute_model(absolute) : model;
