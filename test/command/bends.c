@@ -42,6 +42,11 @@ KT_TEST(run_tells_velocities_that_do_not_fit_the_loops) {
     kt_check_equal_int("shorter steps", kt_count_of(ran.err, "do not fit the loops"), 0);
     ran = kt_shell("$K run bars.yaml --out /dev/null --integrator rk4");
     kt_check_equal_int("a better method", kt_count_of(ran.err, "do not fit the loops"), 0);
+    kt_check_equal_int("projected", kt_count_of(ran.err, "drifted open"), 0);
+    ran = kt_shell("$K run bars.yaml --out /dev/null --integrator rk4 --step 0.02 --unprojected");
+    kt_check_contains("drift", ran.err, "without projection the loops have drifted open by up to ");
+    ran = kt_shell("$K run bars.yaml --out /dev/null --integrator dop853 --step 0.002 --unprojected");
+    kt_check_equal_int("accurate steps drift less", kt_count_of(ran.err, "drifted open"), 0);
 }
 
 /* A scissor lift of two stages that sinks through its folded position, a bar longer or shorter than the others. If it

@@ -6,6 +6,9 @@
 #include "subcommands/run.h"
 #include "subcommands/stability.h"
 
+#include "algebra/elementary.h"
+#include "kinetree/mechanism.h"
+
 #include <math.h>
 #include <stdio.h>
 
@@ -324,4 +327,43 @@ void kt_warn_of_correction(kt_outcome *outcome) {
                 outcome->run->step, kt_joint_name(outcome->model, correction.body), correction.share,
                 KT_CORRECTION_ERROR, outcome->so_far.corrected_since,
                 driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");
+}
+
+/* ---- drift without projection ------------------------------------------------------------------------------------ */
+
+/* A gap of this part of the mechanism's extent is reported. */
+#define DRIFT_PART 1e-6
+
+/* The largest edge of the box of all bodies' origins, markers and mass centre at the end of the run, m; 0: unknown. */
+static double extent_at_end(const kt_outcome *outcome) {
+    const kt_model *model = outcome->model;
+    kt_data *data = NULL;
+    kt_vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, at;
+    double edge = 0.0;
+    if (kt_data_create(model, &data, NULL) != KT_OK)
+        return 0.0;
+    if (kt_kinematics_update(model, data, kt_simulation_positions(outcome->simulation), NULL, NULL, NULL) == KT_OK) {
+        if (kt_mass_center(model, data, &at) > 0.0)
+            kt_box_widen(&low, &high, at);
+        for (int body = 0; body < kt_model_body_count(model); body++) {
+            kt_box_widen(&low, &high, kt_point_position(model, data, body, kt_vec3_make(0.0, 0.0, 0.0)));
+            for (int marker = 0; marker < kt_marker_count(model, body); marker++)
+                kt_box_widen(&low, &high, kt_point_position(model, data, body, kt_marker_at(model, body, marker)));
+        }
+        edge = fmax(high.x - low.x, fmax(high.y - low.y, high.z - low.z));
+    }
+    kt_data_free(data);
+    return isfinite(edge) ? edge : 0.0;
+}
+
+void kt_warn_of_drift(kt_outcome *outcome) {
+    const double gap = outcome->so_far.constraint.position;
+    const double extent = outcome->unprojected && kt_loop_count(outcome->model) > 0 ? extent_at_end(outcome) : 0.0;
+    if (!(extent > 0.0) || gap <= DRIFT_PART * extent)
+        return;
+    const kt_warning warning = kt_warning_at("drift", (double)NAN, gap, NULL, "Leave out --unprojected");
+    kt_warn(&outcome->warnings, &warning,
+            "without projection the loops have drifted open by up to %.2g (m or rad), %.2g times the extent of the "
+            "mechanism (%.3g m)",
+            gap, gap / extent, extent);
 }

@@ -294,6 +294,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_step(outcome, modes);
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
+        kt_warn_of_drift(outcome);
         kt_warn_of_energy(outcome);
         kt_warn_of_passages(outcome);
         kt_warn_of_growth(outcome);

@@ -211,6 +211,8 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch);
 #define KT_CORRECTION_ERROR 0.1
 void kt_watch_correction(kt_outcome *outcome);
 void kt_warn_of_correction(kt_outcome *outcome);
+/* Warns if a run without projection has let loops drift open by a millionth of the mechanism's extent or more. */
+void kt_warn_of_drift(kt_outcome *outcome);
 
 /* For adaptive steps of an explicit method. The function kt_watch_stability estimates the fastest mode at a dozen
  * records, with at most 17 evaluations each. The function kt_warn_of_stability warns if stability bounded the steps for
