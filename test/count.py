@@ -5,6 +5,8 @@ A program prints "[       OK ] name" for each test that passes and "[  FAILED  ]
 One that prints no such line is one test by itself; one that fails without saying which test did counts as one failure.
 "[  SKIPPED ] name: reason" tells what this machine cannot show; those reasons stand before the last line, and are neither
 passed nor failed. Bounds marked "slack" (check.h) are counted, and the tests that have them named. The last line is "N passed, M failed".
+
+count.py LOG [WORDS...]: each of WORDS is a line before the last one. --slowest prints the ten slowest programs.
 """
 import json
 import re
@@ -32,12 +34,20 @@ def without_what_passed(text):
     return "\n".join(kept + section)
 
 
-def main(path):
+def show_slowest(took):
+    """The table of the ten slowest."""
+    print("seconds  the ten slowest")
+    for seconds, name in sorted(took, reverse=True)[:10]:
+        print(f"{seconds:7.1f}  {name}")
+
+
+def main(path, *words):
     passed = failed = 0
-    skipped, slack = {}, {}
+    skipped, slack, took = {}, {}, []
     with open(path, encoding="utf-8") as log:
         for line in log:
             test = json.loads(line)
+            took.append((test.get("duration", 0.0), test["name"].split(" / ")[-1]))
             texts = [test.get(key) or "" for key in ("stdout", "stderr")]
             well = sum(len(PASSED.findall(text)) for text in texts)
             ill = sum(len(FAILED.findall(text)) for text in texts)
@@ -61,6 +71,8 @@ def main(path):
                 well = 1
             passed += well
             failed += ill
+    if "--slowest" in words:
+        show_slowest(took)
     if slack:
         places = ", ".join(f"{name} {count}" for name, count in sorted(slack.items()))
         print(f"{sum(slack.values())} bounds are slack: {places}")
@@ -71,8 +83,11 @@ def main(path):
     if passed + failed == 0:
         print("no test has run")
         failed = 1
+    for line in words:
+        if not line.startswith("--"):
+            print(line)
     print(f"{passed} passed, {failed} failed")
     return 1 if failed else 0
 
 
-sys.exit(main(sys.argv[1]))
+sys.exit(main(*sys.argv[1:]))
