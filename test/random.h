@@ -21,6 +21,13 @@ kt_random kt_random_of_test(void);
 /* The number of random scenes of a test: KT_SAMPLE, two or more, if that is set. Sanitizers need a few alone. */
 int kt_sample(int usual);
 
+/* A number of random scenes in FOLDER-long, and a short sample of it in FOLDER-quick. */
+#ifdef KT_QUICK
+#define KT_SHORT(quick, usual) (quick)
+#else
+#define KT_SHORT(quick, usual) (usual)
+#endif
+
 /* A stream of any name, and with another seed. */
 kt_random kt_random_named(const char *name);
 kt_random kt_random_seeded(uint64_t seed, const char *name);

@@ -315,7 +315,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
     static kt_closed_tree m;
     int compared = 0, formulas = 0, differentiated = 0, seen[KT_CLOSED_TYPES] = {0};
     kt_generated_need_compiler();
-    for (int n = 0; n < count_mechanisms(2 * KT_CLOSED_TYPES); n++) {
+    for (int n = 0; n < count_mechanisms(KT_SHORT(1, 2) * KT_CLOSED_TYPES); n++) {
         if (!kt_closed_grow(&m, &random, n))
             continue;
         const bool differs = m.tree.nv <= DIFFERENTIATED_MOST && n % EACH == 0;
@@ -335,7 +335,7 @@ KT_TEST(generated_loops_agree_with_the_library) {
         kt_check_above(name, seen[k], 1);
         compared += seen[k];
     }
-    kt_check_above("states that were compared", compared, 2 * count_mechanisms(2 * KT_CLOSED_TYPES));
+    kt_check_above("states that were compared", compared, 2 * count_mechanisms(KT_SHORT(1, 2) * KT_CLOSED_TYPES));
 }
 
 /* Draws a mechanism whose loop has a form, and compares some states. Returns how many. */
@@ -461,7 +461,7 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
     static kt_closed_tree m;
     int changed = 0, of_loops = 0;
     kt_generated_need_compiler();
-    for (int n = 0; n < count_mechanisms(KT_CLOSED_TYPES); n++) {
+    for (int n = 0; n < count_mechanisms(KT_SHORT(3, KT_CLOSED_TYPES)); n++) {
         if (!kt_closed_grow(&m, &random, n + n % 2 * KT_CLOSED_TYPES)) /* in turns in a plane and in space */
             continue;
         kt_generated_make_some(&g, m.tree.model, plain_functions, "cc -O0", false);
@@ -495,8 +495,8 @@ KT_TEST(each_parameter_changes_the_loops_as_it_changes_the_mechanism) {
     }
     kt_check_worst(&c.open);
     kt_check_worst(&c.equations);
-    kt_check_above("parameters that were changed", changed, 100);
-    kt_check_above("parameters of loops", of_loops, 10);
+    kt_check_above("parameters that were changed", changed, KT_SHORT(20, 100));
+    kt_check_above("parameters of loops", of_loops, KT_SHORT(1, 10));
 }
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
@@ -539,7 +539,7 @@ KT_TEST(generated_scenes_with_loops_agree_with_the_library) {
     loop_comparison c = loop_comparison_make();
     int generated = 0, lost = 0; /* lost: that of a rotor whose blades are light */
     kt_generated_need_compiler();
-    for (int i = 0; kt_bundled(i) != NULL; i++) {
+    for (int i = 0; kt_bundled(i) != NULL; i += KT_SHORT(8, 1)) {
         const int compared = compare_scene(kt_bundled(i), i, &random, &c);
         if (compared >= 0) {
             if (compared == 0)
@@ -548,7 +548,7 @@ KT_TEST(generated_scenes_with_loops_agree_with_the_library) {
             generated++;
         }
     }
-    kt_check_above("scenes", generated, 15);
+    kt_check_above("scenes", generated, KT_SHORT(1, 15));
     kt_check_below("scenes without a comparison", lost, 1);
     loop_comparison_check(&c);
 }
