@@ -370,7 +370,7 @@ void near_next(singular *s) {
 
 int near_mechanisms(void) {
     const char *given = getenv("KT_MECHANISMS");
-    return given ? atoi(given) : 40;
+    return given ? atoi(given) : KT_SHORT(12, 40);
 }
 
 bool near_state_at(const singular *s, const quad_mechanism *m, double h, near_state *n) {

@@ -209,7 +209,7 @@ KT_TEST(dropped_boxes_come_to_rest) {
     static const double restitutions[] = {0.0, 0.3, 0.6};
     kt_random random = kt_random_of_test();
     int failed = 0;
-    for (int i = 0; i < kt_sample(24); i++) {
+    for (int i = 0; i < kt_sample(KT_SHORT(8, 24)); i++) {
         double half[3], q[7] = {0.0, 0.0, 0.8}, v[6] = {0.0};
         crate s;
         for (int k = 0; k < 3; k++)
@@ -267,7 +267,7 @@ static double drop_flat(kt_random *random) {
 KT_TEST(corners_without_load_do_not_change_places_without_end) {
     kt_random random = kt_random_of_test();
     double most = 0.0;
-    for (int i = 0; i < kt_sample(250); i++) {
+    for (int i = 0; i < kt_sample(KT_SHORT(80, 250)); i++) {
         const double closings = drop_flat(&random);
         most = closings <= most || isnan(most) ? most : closings;
     }
