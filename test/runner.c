@@ -1,6 +1,6 @@
-/* The main of every test program. A program has many files, and each file runs in a process of its own, so that no file
- * sees what another has left in static variables. If a test ends its process, the runner names the test and its end, and
- * starts a new process for the tests behind it.
+/* The main of every test program. A program has many files, and each file runs in a process of its own. No file then
+ * sees what another has left in static variables. If a test ends its process, the runner names the test and its end,
+ * and starts a new process for the tests behind it.
  *
  *     PROGRAM [--list | --here] [PATTERN...]
  *
@@ -22,7 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* Seconds after which a test hangs, unless KT_PATIENCE has others. The longest test takes some minutes on a slow machine. */
+/* Seconds after which a test hangs, unless KT_PATIENCE has others. The longest takes some minutes on a slow machine. */
 enum { PATIENCE = 1800 };
 
 enum { NOT_RUN, PASSED, SKIPPED, FAILED };
