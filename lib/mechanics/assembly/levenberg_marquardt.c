@@ -16,7 +16,8 @@
  * If links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection
  * after a step, which eliminates the equations. Damped steps, which eliminate none, cost up to ten times as much.
  * Newton's method counts only if each step is short and leaves at most a quarter of the gap. Otherwise the search
- * begins where it was.
+ * begins where it was. In a chain of thousands of links rounding errors bound the damping from below. Then damped steps
+ * converge slowly, at 0.5 a step, and Newton's method still doubles the digits.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
@@ -30,8 +31,10 @@
 #include <string.h>
 
 /* The most steps of a search, and those of a group that is reduced by fronts, from another start and from a sample.
- * Most groups that close at all do so within ten steps. A sample that does not close is taken from less far away. */
-enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 20, STARTS = 4 };
+ * Most groups that close at all do so within ten steps. After these Newton's method is tried on a sample once more. If
+ * the sample does not close, it is taken from less far away. With more than LONG links reduced by fronts, damped steps
+ * converge so slowly that a sample from less far away takes less time. */
+enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 10, STARTS = 4, LONG = 500 };
 
 #define NEWTON_REACH 0.1                  /* the longest step of Newton's method, in the coordinates' units */
 #define NEWTON_ROUNDING (4e3 * KT_CLOSED) /* the gap that rounding errors may leave, as after a step */
@@ -132,10 +135,12 @@ void kt_take_group(const kt_model *model, const kt_group *group, const double *f
     }
 }
 
-/* The purpose of a search: to close the loops, or also to find the minimum of |r|, whose gap is reported. */
-typedef enum purpose { TO_CLOSE, TO_TELL } purpose;
+/* The purpose of a search: to close the loops, or also to find the minimum of |r|, whose gap is reported. A sample of
+ * ranks is to close, too, but may as well be taken nearer to a closed position. */
+typedef enum purpose { TO_CLOSE, TO_SAMPLE, TO_TELL } purpose;
 
-/* Whether the step of one group is accepted; its equations at the new state have been filled. */
+/* Whether the step of one group is accepted; its equations at the new state have been filled. data->damping is mu after
+ * an accepted step, and -mu after a rejected one. */
 static bool judge_group_step(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
     const double before = data->gap[g], after = squares(w);
     /* If the gap alone damps the step, the step ends at a minimum at once. More damping would find it again and
@@ -150,23 +155,26 @@ static bool judge_group_step(const kt_model *model, kt_data *data, size_t g, con
         data->settled[g] = true;
         return false;
     }
-    double *mu = &data->damping[g];
+    const double mu = fabs(data->damping[g]);
     if (after < before) {
         /* Above the first mu, a step with less damping was rejected: steps creep along a valley to a minimum above
          * zero. (From a saddle mu falls first.) */
-        const bool creeps = asked == TO_CLOSE && *mu > BEGINNING && after > 0.99999 * before;
-        *mu = fmax(*mu * 0.1, UNDAMPED);
+        const bool creeps = asked != TO_TELL && mu > BEGINNING && after > 0.99999 * before;
+        data->damping[g] = fmax(mu * 0.1, UNDAMPED);
         data->gap[g] = after;
         data->settled[g] = least || creeps || group_gap_of(w) <= KT_CLOSED ||
-                           (after > 0.99999 * before && *mu <= 1e-12) || (rounding && after > 0.5 * before);
+                           (after > 0.99999 * before && data->damping[g] <= 1e-12) ||
+                           (rounding && after > 0.5 * before);
         return true;
     }
+    /* A sample of a long chain begins too far away if two steps in a row are rejected: the next ones would be short. */
+    const bool is_far = asked == TO_SAMPLE && kt_group_has_fronts(&model->group[g]) && data->damping[g] < 0.0;
     /* Near closure, rounding errors hide the decrease of a damped step along a direction that is about to be lost. More
      * damping would only end the iteration there. If any step closes the gap in this direction, the undamped step
      * does. */
-    const bool near = before <= 1e-24 * (double)w->k, undamped = *mu <= UNDAMPED;
-    *mu = near ? UNDAMPED : *mu * 10.0;
-    data->settled[g] = least || rounding || (near && undamped) || *mu > 1e12;
+    const bool near = before <= 1e-24 * (double)w->k, undamped = mu <= UNDAMPED;
+    data->damping[g] = near ? -UNDAMPED : -10.0 * mu;
+    data->settled[g] = least || rounding || (is_far && !near) || (near && undamped) || 10.0 * mu > 1e12;
     return false;
 }
 
@@ -197,7 +205,7 @@ static void iterate_groups(const kt_model *model, kt_data *data, double t, const
             data->settled[g] |= i >= large && kt_group_has_fronts(&model->group[g]);
             all &= data->settled[g];
             if (!data->settled[g])
-                damped_step(model, data, g, data->damping[g], data->delta);
+                damped_step(model, data, g, fabs(data->damping[g]), data->delta);
         }
         if (all)
             return;
@@ -271,12 +279,13 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
 double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held,
                                        kt_search search, double *q) {
     const kt_reduction_kernels *kernels = model->group_kernels;
+    const int of_sample = model->n.front > LONG ? 0 : STEPS_OF_SAMPLE;
     double *from = data->neighbour_q;
     kt_violation violation;
     double least = (double)INFINITY;
     int best = 0;
     memcpy(from, q, model->n.q * sizeof *q);
-    if (model->n.front && search != KT_SEARCH_SAMPLE && close_by_newton(model, data, t, held, q, &violation))
+    if (model->n.front && close_by_newton(model, data, t, held, q, &violation))
         return violation.gap;
     memcpy(q, from, model->n.q * sizeof *q);
     for (int start = 0; start <= STARTS; start++) { /* the last pass repeats the best start, to report its gap */
@@ -285,12 +294,17 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
             start_elsewhere(model, data, held, from, at, q);
         if (!begin_iteration(model, data, t, held, q))
             return (double)INFINITY;
-        iterate_groups(
-            model, data, t, held,
-            at > 0                       ? STEPS_ELSEWHERE
-            : search == KT_SEARCH_SAMPLE ? STEPS_OF_SAMPLE
-                                         : STEPS_MOST,
-            search == KT_SEARCH_SAMPLE || (search == KT_SEARCH_STUBBORN && start < STARTS) ? TO_CLOSE : TO_TELL, q);
+        iterate_groups(model, data, t, held,
+                       at > 0                       ? STEPS_ELSEWHERE
+                       : search == KT_SEARCH_SAMPLE ? of_sample
+                                                    : STEPS_MOST,
+                       search == KT_SEARCH_SAMPLE                       ? TO_SAMPLE
+                       : search == KT_SEARCH_STUBBORN && start < STARTS ? TO_CLOSE
+                                                                        : TO_TELL,
+                       q);
+        if (search == KT_SEARCH_SAMPLE && model->n.front && (of_sample > 0 || model->n.group > 1) &&
+            close_by_newton(model, data, t, held, q, &violation))
+            return violation.gap;
         if (!kernels->residuals(model, data, t, q, NULL, held, &violation))
             return (double)INFINITY;
         if (kt_loops_are_closed(model, q, violation.gap, KT_CLOSED_ASSEMBLED) || search != KT_SEARCH_STUBBORN)
