@@ -560,6 +560,10 @@ KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
  *     before.
  *   The options `unprojected`, `smooth_inputs`, and whether the caller provides the acceleration or the projection.
  *   The library's version.
+ * The block may come from anywhere. A sum for each part detects any accidental change; the error names the part and its
+ * bytes. Sums do not authenticate, because anybody can compute them. Therefore each index, count and flag is also
+ * compared with its range, and no block makes a later call access memory that is not the simulation's. A block that
+ * was made on purpose may still hold any state.
  * Errors: KT_ERROR_ARGUMENT with the name of the difference, or for a block that is no checkpoint. KT_ERROR_NOT_FINITE.
  * On failure the simulation is unchanged.
  *

@@ -149,7 +149,7 @@ KT_TEST(what_is_missing_is_named) {
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 KT_TEST(every_number_of_a_checkpoint_is_checked) {
-    static const char damaged[] = "the memory is damaged", missing[] = "the memory and a right-hand side must be given";
+    static const char damaged[] = "of the integrator is ", missing[] = "the memory and a right-hand side must be given";
     kt_error error;
     kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, tolerance(1e-5, 1e-5));
     const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL}, none = {NULL, NULL, NULL};
@@ -175,6 +175,11 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     KT_REJECTD(bad.control_error = (double)NAN);
     KT_REJECTD(bad.advanced = (double)NAN);
     KT_REJECTD(bad.window = good.counts.steps + good.counts.rejected + 1);
+    KT_REJECTD(bad.counts.steps = UINT64_MAX);
+    KT_REJECTD(bad.grid = INT64_MAX);
+    KT_REJECTD(bad.grid = INT64_MIN);
+    KT_REJECTD(bad.on_grid = 2);
+    KT_REJECTD(bad.has_previous = -1);
 #undef KT_REJECTD
     kt_check_equal_int("no memory", kt_integrator_restore(it, NULL, y, NULL, NULL, &callbacks, &error),
                        KT_ERROR_ARGUMENT);
@@ -184,6 +189,28 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     kt_check_equal_int("no rhs", kt_integrator_restore(it, &good, y, NULL, NULL, &none, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, missing);
     kt_check_equal_bits("state", kt_integrator_state(it), before, 4);
+}
+
+/* The first number of these histories is a count or a choice, which becomes an integer. */
+KT_TEST(choices_in_the_history_of_a_checkpoint_are_checked) {
+    static const char *const methods[] = {"ab4", "radau5", "rodas5p", "bdf2", "implicit-euler"};
+    const kt_integrator_callbacks callbacks = {problem_kepler.rhs, NULL, NULL};
+    kt_error error;
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+        kt_integrator_options o = kt_integrator_options_default();
+        kt_integrator_memory memory;
+        double y[4], history[64];
+        o.step = 1e-3;
+        kt_integrator *it = integrator_begin(kt_method_find(methods[i]), &problem_kepler, o);
+        integrate_to(it, 0.01);
+        kt_need(kt_check_true("room", kt_integrator_history_size(it) <= 64));
+        kt_integrator_save(it, &memory, y, NULL, history);
+        kt_check_equal_int(methods[i], kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error), KT_OK);
+        history[0] = 1e300;
+        kt_check_equal_int("choice", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error),
+                           KT_ERROR_ARGUMENT);
+        kt_check_contains("words", error.message, "of the integrator is 1e+300, which is out of range");
+    }
 }
 
 KT_TEST(the_history_of_a_checkpoint_is_checked) {
@@ -200,7 +227,7 @@ KT_TEST(the_history_of_a_checkpoint_is_checked) {
         history[i] = (double)NAN;
         kt_check_equal_int("damaged", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error),
                            KT_ERROR_ARGUMENT);
-        kt_check_contains("words", error.message, "the memory is damaged");
+        kt_check_contains("words", error.message, "'history' of the integrator is nan");
         history[i] = good;
     }
     kt_fine("good", kt_integrator_restore(it, &memory, y, NULL, history, &callbacks, &error), &error);

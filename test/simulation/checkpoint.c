@@ -2,6 +2,8 @@
 #include "../dynamics/tree.h"
 #include "scenes.h"
 
+#include "simulation/checkpoint.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -272,6 +274,8 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
     for (size_t k = 0; k < 4; k++) {
         memcpy(block, before, size);
         block[NUMBERS + 8 * k] = (char)(block[NUMBERS + 8 * k] + 1);
+        check_restore("a number", simulation, block, KT_ERROR_ARGUMENT, "the sum of its head, bytes 0 to ");
+        kt_checkpoint_seal(simulation, block);
         check_restore("a number", simulation, block, KT_ERROR_ARGUMENT, "another model");
     }
     int found = 0;
@@ -283,8 +287,63 @@ KT_TEST(damaged_checkpoint_is_rejected_and_changes_nothing) {
             found++;
         }
     kt_check_above("places of the angle", found, 1.0);
+    kt_checkpoint_seal(simulation, block);
     check_restore("NaN in the state", simulation, block, KT_ERROR_NOT_FINITE, "is not finite");
     (void)kt_fine("undamaged, before any step", kt_simulation_restore(simulation, before, &error), &error);
+    free(block);
+    free(before);
+}
+
+/* Every byte is covered by a sum, whose part the error names. */
+KT_TEST(every_changed_bit_of_a_checkpoint_is_rejected) {
+    static kt_stage stage;
+    set_stage(&stage);
+    const kt_run run = kt_run_fixed("radau5", 0.03, 0.4);
+    kt_simulation *simulation = begin(&stage, &run);
+    const size_t size = kt_simulation_state_size(simulation);
+    char *block = malloc(size);
+    kt_error error = {KT_OK, "", ""};
+    kt_need(kt_check_true("memory", block != NULL));
+    kt_test_advance(simulation, 0.2);
+    kt_simulation_save(simulation, block);
+    size_t rejected = 0, damaged = 0;
+    for (size_t bit = 0; bit < 8 * size; bit++) {
+        block[bit / 8] = (char)(block[bit / 8] ^ (1 << bit % 8));
+        rejected += kt_simulation_restore(simulation, block, &error) == KT_ERROR_ARGUMENT;
+        damaged += strstr(error.message, "is damaged: the sum of its ") != NULL;
+        block[bit / 8] = (char)(block[bit / 8] ^ (1 << bit % 8));
+    }
+    kt_check_equal_int("rejected", (int)rejected, (int)(8 * size));
+    kt_check_equal_int("by a sum, except the 16 bytes of the kind", (int)damaged, (int)(8 * (size - 16)));
+    (void)kt_fine("undamaged", kt_simulation_restore(simulation, block, &error), &error);
+    free(block);
+}
+
+/* Right sums do not make an index right: a word out of its range is named. */
+KT_TEST(words_out_of_range_are_rejected_although_the_sums_are_right) {
+    kt_lone lone;
+    kt_pendulum_make(&lone, 0.1, 0.0);
+    kt_simulation *simulation = kt_test_simulation(kt_scene_compile(&lone.description), NULL, NULL);
+    const size_t size = kt_simulation_state_size(simulation);
+    char *block = malloc(size), *before = malloc(size);
+    kt_need(kt_check_true("memory", block != NULL && before != NULL));
+    kt_simulation_save(simulation, before);
+    static const struct {
+        const char *name;
+        size_t at;
+    } words[] = {{"stopped", offsetof(kt_simulation_memory, stopped)},
+                 {"corrections.v", offsetof(kt_simulation_memory, corrections.v)},
+                 {"contacts.undecided_loop", offsetof(kt_simulation_memory, contacts.undecided_loop)},
+                 {"event_cut_of", offsetof(kt_simulation_memory, event_cut_of)},
+                 {"next_record", offsetof(kt_simulation_memory, next_record)}};
+    const size_t memory = kt_checkpoint_memory_at(simulation);
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        memcpy(block, before, size);
+        memset(block + memory + words[i].at, 0xF7, sizeof(int));
+        memset(block + memory + words[i].at + (i == 2 ? 0 : 4), 0xF7, sizeof(int));
+        kt_checkpoint_seal(simulation, block);
+        check_restore("out of range", simulation, block, KT_ERROR_ARGUMENT, words[i].name);
+    }
     free(block);
     free(before);
 }

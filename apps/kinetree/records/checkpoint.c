@@ -39,7 +39,7 @@ typedef struct kt_checkpoint_head {
     char words[160];
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree run 14";
+static const char checkpoint_kind[16] = "kinetree run 15";
 
 enum { WORDS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
 

@@ -295,6 +295,17 @@ void kt_mask_take_ranks(const kt_mask *mask, double *ranks) {
     memcpy(ranks, mask->weight, KT_ROWS_COUNT * mask->model.n.row * sizeof *ranks);
 }
 
+bool kt_mask_ranks_fit(const kt_mask *mask, const double *ranks) {
+    bool fit = true;
+    for (size_t g = 0; g < mask->model.n.group; g++)
+        for (int rows = 0; rows < KT_ROWS_COUNT; rows++, ranks += 2)
+            fit = fit && ranks[0] >= 0.0 && ranks[0] <= mask->group[g].rank[rows] && ranks[1] >= 0.0 &&
+                  ranks[1] < HUGE_VAL;
+    for (size_t i = 0; i < KT_ROWS_COUNT * mask->model.n.row; i++)
+        fit = fit && ranks[i] > 0.0 && ranks[i] < HUGE_VAL;
+    return fit;
+}
+
 void kt_mask_put_ranks(kt_mask *mask, const double *ranks) {
     for (size_t g = 0; g < mask->model.n.group; g++)
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) {

@@ -42,6 +42,9 @@ void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q);
 
 /* Copies the ranks: from them and the set the same model follows. */
 void kt_mask_take_ranks(const kt_mask *mask, double *ranks);
+/* Whether ranks from outside are possible ones of a mask that has been made: as many independent equations as a group
+ * may have, and finite positive weights. */
+bool kt_mask_ranks_fit(const kt_mask *mask, const double *ranks);
 void kt_mask_put_ranks(kt_mask *mask, const double *ranks);
 
 #endif

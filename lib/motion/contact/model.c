@@ -107,6 +107,8 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
     kt_mask *mask = spare(simulation);
     set_open(simulation, mask, set, state);
     kt_mask_make(mask, all, set);
+    if (!kt_mask_ranks_fit(mask, ranks))
+        return NULL;
     kt_mask_put_ranks(mask, ranks);
     return &mask->model;
 }

@@ -74,12 +74,16 @@ static void adams_accept(kt_integrator *it) {
     history[HISTORY_COUNT] = (double)(count < room ? count + 1 : room);
 }
 
+static const kt_history_word adams_words[] = {
+    {"past slopes", KT_HISTORY_START, HISTORY_COUNT, 0.0, KT_METHOD_STEPS_MAX}, {.name = NULL}};
+
 const kt_method_family kt_family_adams = {
     .name = "adams",
     .check_sizes = kt_multistep_check_sizes,
     .check_order = kt_multistep_check_order,
     .measure = measure_adams,
     .init = kt_explicit_init,
+    .words = adams_words,
     .start = forget_past,
     .change = adams_change,
     .try_step = adams_try,

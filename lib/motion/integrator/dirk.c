@@ -234,10 +234,14 @@ static kt_status dirk_function(const kt_method *m, int stages, kt_stability *out
 
 /* ------------------------------------------------------------------------------------------------------------------ */
 
+const kt_history_word kt_dirk_words[] = {
+    KT_NEWTON_WORDS, {"first step", KT_HISTORY_METHOD, KT_DIRK_FLAG, KT_BLOCK_YES_NO}, {.name = NULL}};
+
 const kt_method_family kt_family_dirk = {
     .name = "dirk",
     .check_sizes = kt_table_check_sizes,
     .measure = measure_dirk,
+    .words = kt_dirk_words,
     .init = kt_dirk_init,
     .try_step = dirk_try,
     .error = kt_no_error,

@@ -10,6 +10,7 @@ enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_FROM, KT_DIRK_CORRECTION, KT_DIRK_RO
 
 /* The first numbers of the history besides Newton's: whether there was a step, and n slopes at each of its ends. */
 enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
+extern const kt_history_word kt_dirk_words[];
 static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; }
 
 /* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows. The sign of `part` is that of the

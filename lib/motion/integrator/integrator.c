@@ -351,12 +351,9 @@ kt_status kt_integrator_restore(kt_integrator *it, const kt_integrator_memory *m
     const size_t n = it->sizes.n;
     if (previous_y != NULL && kt_first_not_finite(previous_y, n) < n)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, "state", "the previous state is not finite");
-    if (!isfinite(memory->previous_t) || !isfinite(memory->origin) || !isfinite(memory->last_step) ||
-        !kt_is_not_negative(memory->next_step) || !(memory->control_error > 0.0 && isfinite(memory->control_error)) ||
-        !kt_is_not_negative(memory->advanced) || memory->window > memory->counts.steps + memory->counts.rejected ||
-        kt_first_not_finite(history, it->sizes.history) < it->sizes.history)
-        return reject_argument(error, "kt_integrator_restore",
-                               "the memory is damaged: a time, step or error in it is out of range");
+    status = kt_integrator_check_memory(it, memory, history, error);
+    if (status != KT_OK)
+        return status;
     it->callbacks = *callbacks;
     it->memory = *memory;
     for (size_t i = 0; i < it->sizes.history; i++)

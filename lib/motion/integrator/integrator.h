@@ -321,7 +321,27 @@ void kt_integrator_put_quadratures(kt_integrator *it, const double *values);
 /* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
 size_t kt_integrator_blamed(const kt_integrator *it);
 
+/* Checks a checkpoint's memory and history, which come from outside (memory_words.c). Errors: KT_ERROR_ARGUMENT, with the
+ * word that is out of range. */
+KT_CHECKED kt_status kt_integrator_check_memory(const kt_integrator *it, const kt_integrator_memory *memory,
+                                                const double *history, kt_error *error);
+
 /* ---- families ---------------------------------------------------------------------------------------------------- */
+
+/* A number of the history that a method takes as an index, a count or a choice, with its range: a checkpoint comes from
+ * outside (base/block_words.h). A list ends with a name of NULL. */
+typedef enum kt_history_part {
+    KT_HISTORY_START,  /* `at` counts from the first number, */
+    KT_HISTORY_METHOD, /* from the first behind Newton's, */
+    KT_HISTORY_END,    /* or from the last number backwards: 1 is the last one */
+} kt_history_part;
+
+typedef struct kt_history_word {
+    const char *name;
+    kt_history_part part;
+    int at;
+    double first, last;
+} kt_history_word;
 
 /* The functions of one kind of method. The stepper owns time, state, step size and projection; the family does
  * everything else, in the order of the members. Only members marked NULL may be left out. */
@@ -344,6 +364,7 @@ struct kt_method_family {
     /* Called if inputs of the right-hand side have changed at the present time, but not the state. It keeps the part of
      * the history that remains valid, always or if the inputs are samples of smooth signals. NULL: as start. */
     void (*change)(kt_integrator *it, bool smooth);
+    const kt_history_word *words;       /* NULL: any finite numbers are a history */
     void (*restore)(kt_integrator *it); /* NULL: nothing to do. Restores the values that follow from a history */
 
     /* One step. `prepare` (NULL: nothing to do) computes the data that all tries need in addition to f(t, y), which is

@@ -2,7 +2,10 @@
 #ifndef KT_INTEGRATOR_NEWTON_H
 #define KT_INTEGRATOR_NEWTON_H
 
+#include "base/block_words.h"
 #include "integrator/integrator.h"
+
+#include <float.h>
 
 /* The most iterations of a try: with adaptive steps, and with fixed ones, which are iterated to rounding. */
 enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
@@ -26,6 +29,13 @@ typedef struct kt_newton_memory {
     double step;   /* h for which sigma - J was factored; 0: for none */
     double ratio;  /* theta / (1 - theta) of the last iteration: the error left over the last correction */
 } kt_newton_memory;
+
+/* Their ranges, as entries of a list of kt_history_word. */
+#define KT_NEWTON_WORDS                                                                                                \
+    {"state of the Jacobian", KT_HISTORY_START, 0, KT_JACOBIAN_NONE, KT_JACOBIAN_LEFT_OUT},                            \
+        {"new Jacobian", KT_HISTORY_START, 1, KT_BLOCK_YES_NO}, {                                                      \
+        "ratio of corrections", KT_HISTORY_START, 4, 0.0, DBL_MAX                                                      \
+    }
 
 enum { KT_NEWTON_NUMBERS = sizeof(kt_newton_memory) / sizeof(double) };
 

@@ -329,10 +329,14 @@ static kt_status radau_function(const kt_method *method, int stages, kt_stabilit
 
 /* ------------------------------------------------------------------------------------------------------------------ */
 
+static const kt_history_word radau_words[] = {
+    KT_NEWTON_WORDS, {"first step", KT_HISTORY_METHOD, HISTORY_FLAG, KT_BLOCK_YES_NO}, {.name = NULL}};
+
 const kt_method_family kt_family_radau = {
     .name = "radau",
     .check_sizes = kt_table_check_sizes,
     .measure = measure_radau,
+    .words = radau_words,
     .init = radau_init,
     .try_step = radau_try,
     .error = radau_error_norm,

@@ -367,11 +367,15 @@ static kt_status rosenbrock_function(const kt_method *m, int stages, kt_stabilit
 
 /* ------------------------------------------------------------------------------------------------------------------ */
 
+static const kt_history_word rosenbrock_words[] = {
+    KT_NEWTON_WORDS, {"first step", KT_HISTORY_METHOD, HISTORY_FLAG, KT_BLOCK_YES_NO}, {.name = NULL}};
+
 const kt_method_family kt_family_rosenbrock = {
     .name = "rosenbrock",
     .exact = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_rosenbrock,
+    .words = rosenbrock_words,
     .init = rosenbrock_init,
     .try_step = rosenbrock_try,
     .error = rosenbrock_error_norm,

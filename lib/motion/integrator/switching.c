@@ -452,12 +452,22 @@ static kt_status make_stability(const kt_method *method, int stages, kt_stabilit
 
 /* ------------------------------------------------------------------------------------------------------------------ */
 
+/* The flags of watch, which is the end of the history. */
+static const kt_history_word switching_words[] = {
+    KT_NEWTON_WORDS,
+    {"first step", KT_HISTORY_METHOD, 0, KT_BLOCK_YES_NO},
+    {"last_stiff", KT_HISTORY_END, WATCH_NUMBERS, KT_BLOCK_YES_NO},
+    {"next_stiff", KT_HISTORY_END, WATCH_NUMBERS - 1, KT_BLOCK_YES_NO},
+    {.name = NULL},
+};
+
 const kt_method_family kt_family_switching = {
     .name = "switching",
     .switches = true,
     .check_sizes = kt_table_check_sizes,
     .measure = measure_switching,
     .init = switching_init,
+    .words = switching_words,
     .start = switching_start,
     .restore = restore,
     .prepare = switching_prepare,

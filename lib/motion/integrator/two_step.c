@@ -98,6 +98,7 @@ const kt_method_family kt_family_two_step = {
     .check_sizes = kt_multistep_check_sizes,
     .check_order = kt_multistep_check_order,
     .measure = measure_two_step,
+    .words = kt_dirk_words,
     .init = kt_dirk_init,
     .change = two_step_change,
     .try_step = two_step_try,

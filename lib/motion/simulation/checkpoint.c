@@ -9,12 +9,12 @@
  * block is accepted only if all of them agree. The values of a model's parameters are not compared: a copy of a model
  * may continue with other values.
  */
+#include "simulation/checkpoint.h"
 #include "base/copy.h"
 #include "base/sum.h"
 #include "contact/contact.h"
 #include "expression/expression.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -50,6 +50,43 @@ typedef struct kt_checkpoint_settings {
 #undef KT_CHECKPOINT_SETTING
 } kt_checkpoint_settings;
 
+/* The arrays of the simulation that are copied as they are, by name. */
+#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
+    X(torque, size->user_nv * sizeof(double))                                                                          \
+    X(torque_next, size->user_nv * sizeof(double))                                                                     \
+    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
+    X(wrench_next, size->body * sizeof(kt_wrench))
+#if KT_HAS_EVENTS
+#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
+#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
+    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
+    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
+    X(event_root, size->event * sizeof(kt_event_root))
+#else
+#define KT_CHECKPOINT_RANKS(X)
+#define KT_CHECKPOINT_MEMORIES(X)
+#endif
+
+/* The parts: name, bytes. One list measures, writes and reads. */
+#define KT_CHECKPOINT_PARTS(X)                                                                                         \
+    X(head, sizeof(kt_checkpoint_head))                                                                                \
+    X(memory, sizeof(kt_simulation_memory))                                                                            \
+    X(integrator, sizeof(kt_integrator_memory))                                                                        \
+    X(y, size->n * sizeof(double))                                                                                     \
+    X(previous_y, size->n * sizeof(double))                                                                            \
+    X(history, size->history * sizeof(double))                                                                         \
+    KT_CHECKPOINT_INPUTS(X)                                                                                            \
+    X(kept, size->kept * sizeof(double))                                                                               \
+    KT_CHECKPOINT_RANKS(X)                                                                                             \
+    KT_CHECKPOINT_MEMORIES(X)
+
+enum {
+#define KT_CHECKPOINT_NUMBER(part, bytes) KT_CHECKPOINT_AT_##part,
+    KT_CHECKPOINT_PARTS(KT_CHECKPOINT_NUMBER)
+#undef KT_CHECKPOINT_NUMBER
+        KT_CHECKPOINT_PART_COUNT
+};
+
 typedef struct kt_checkpoint_head {
     char kind[16];   /* "kinetree state" */
     char method[32]; /* its name, cut to fit */
@@ -59,9 +96,10 @@ typedef struct kt_checkpoint_head {
     uint64_t events; /* checksum of the events (kt_event.sum) */
 #endif
     kt_checkpoint_settings settings;
+    uint64_t sum[KT_CHECKPOINT_PART_COUNT]; /* of all bytes of a part; that of the head is made as if it were 0 */
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree state";
+static const char checkpoint_kind[16] = "kinetree stat 2";
 
 /* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. Their numbers are
  * values of parameters and are left out. */
@@ -130,52 +168,22 @@ static uint64_t sum_of_events(const kt_simulation *simulation) {
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
-/* The arrays of the simulation that are copied as they are, by name. */
-#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
-    X(torque, size->user_nv * sizeof(double))                                                                          \
-    X(torque_next, size->user_nv * sizeof(double))                                                                     \
-    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
-    X(wrench_next, size->body * sizeof(kt_wrench))
-#if KT_HAS_EVENTS
-#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
-#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
-    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
-    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
-    X(event_root, size->event * sizeof(kt_event_root))
-#else
-#define KT_CHECKPOINT_RANKS(X)
-#define KT_CHECKPOINT_MEMORIES(X)
-#endif
-
-/* The parts: name, bytes. One list measures, writes and reads. */
-#define KT_CHECKPOINT_PARTS(X)                                                                                         \
-    X(head, sizeof(kt_checkpoint_head))                                                                                \
-    X(memory, sizeof(kt_simulation_memory))                                                                            \
-    X(integrator, sizeof(kt_integrator_memory))                                                                        \
-    X(y, size->n * sizeof(double))                                                                                     \
-    X(previous_y, size->n * sizeof(double))                                                                            \
-    X(history, size->history * sizeof(double))                                                                         \
-    KT_CHECKPOINT_INPUTS(X)                                                                                            \
-    X(kept, size->kept * sizeof(double))                                                                               \
-    KT_CHECKPOINT_RANKS(X)                                                                                             \
-    KT_CHECKPOINT_MEMORIES(X)
-
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
     KT_CHECKPOINT_PARTS(KT_CHECKPOINT_DECLARE)
 #undef KT_CHECKPOINT_DECLARE
-    size_t total;
+    size_t total, begin[KT_CHECKPOINT_PART_COUNT + 1]; /* of all parts in their order, and the end */
 } kt_checkpoint_offsets;
 
 static kt_checkpoint_offsets measure_checkpoint(const kt_simulation_sizes *size) {
     kt_checkpoint_offsets at;
     size_t offset = 0;
 #define KT_CHECKPOINT_MEASURE(part, bytes)                                                                             \
-    at.part = offset;                                                                                                  \
+    at.begin[KT_CHECKPOINT_AT_##part] = at.part = offset;                                                              \
     offset += eight(bytes);
     KT_CHECKPOINT_PARTS(KT_CHECKPOINT_MEASURE)
 #undef KT_CHECKPOINT_MEASURE
-    at.total = offset;
+    at.begin[KT_CHECKPOINT_PART_COUNT] = at.total = offset;
     return at;
 }
 
@@ -208,6 +216,43 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     return head;
 }
 
+/* The sum of a part in a block, the bytes up to the next part included. */
+static uint64_t sum_of_part(const char *block, const kt_checkpoint_offsets *at, int part) {
+    const size_t begin = at->begin[part];
+    return kt_sum_add_words(KT_SUM_START + (uint64_t)part, block + begin, (at->begin[part + 1] - begin) / 8);
+}
+
+static uint64_t sum_of_head(kt_checkpoint_head head) {
+    head.sum[KT_CHECKPOINT_AT_head] = 0;
+    return kt_sum_add_words(KT_SUM_START, &head, sizeof head / 8);
+}
+
+void kt_checkpoint_seal(const kt_simulation *simulation, void *block) {
+    const kt_checkpoint_offsets at = measure_checkpoint(&simulation->size);
+    kt_checkpoint_head head;
+    memcpy(&head, block, sizeof head);
+    for (int part = 1; part < KT_CHECKPOINT_PART_COUNT; part++)
+        head.sum[part] = sum_of_part(block, &at, part);
+    head.sum[KT_CHECKPOINT_AT_head] = sum_of_head(head);
+    memcpy(block, &head, sizeof head);
+}
+
+/* Compares the sums of all parts with those in the head. */
+static kt_status check_sums(const char *block, const kt_checkpoint_head *head, const kt_checkpoint_offsets *at,
+                            kt_error *error) {
+#define KT_CHECKPOINT_NAME(part, bytes) #part,
+    static const char *const names[] = {KT_CHECKPOINT_PARTS(KT_CHECKPOINT_NAME)};
+#undef KT_CHECKPOINT_NAME
+    for (int part = 1; part < KT_CHECKPOINT_PART_COUNT; part++)
+        if (sum_of_part(block, at, part) != head->sum[part])
+            return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                                "it is damaged: the sum of its part '%s', bytes %.0f to %.0f, is wrong", names[part],
+                                (double)at->begin[part], (double)at->begin[part + 1] - 1.0);
+    return KT_OK;
+}
+
+size_t kt_checkpoint_memory_at(const kt_simulation *simulation) { return measure_checkpoint(&simulation->size).memory; }
+
 size_t kt_simulation_state_size(const kt_simulation *simulation) {
     return simulation ? measure_checkpoint(&simulation->size).total : 0;
 }
@@ -236,6 +281,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
+    kt_checkpoint_seal(simulation, block);
 }
 
 /* `recorded`: records were handed over before the checkpoint. Without them, duration and interval concern later steps
@@ -272,7 +318,13 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
                                        kt_error *error) {
     kt_checkpoint_head own = make_head(simulation);
     if (memcmp(head->kind, own.kind, sizeof own.kind) != 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint", "these bytes are not a checkpoint of a simulation");
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                            "these bytes are not a checkpoint of a simulation by this version of the library, %s",
+                            kt_version());
+    if (head->sum[KT_CHECKPOINT_AT_head] != sum_of_head(*head))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
+                            "it is damaged: the sum of its head, bytes 0 to %.0f, is wrong",
+                            (double)sizeof *head - 1.0);
     if (head->nq != own.nq || head->nv != own.nv || head->body != own.body)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
@@ -315,6 +367,33 @@ static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t s
     return kt_model_switched(simulation->model, set);
 }
 
+/* Checks the sums and the words of a block whose head fits. */
+static kt_status check_content(const kt_simulation *simulation, const char *from, const kt_checkpoint_head *head,
+                               const kt_checkpoint_offsets *at, kt_error *error) {
+    const kt_simulation_sizes *size = &simulation->size;
+    const kt_checkpoint_structs structs = {
+        .memory = from + at->memory,
+#if KT_HAS_EVENTS
+        .contact_state = from + at->contact_state,
+        .event_memory = from + at->event_memory,
+        .event_root = from + at->event_root,
+#endif
+    };
+    kt_status status = check_sums(from, head, at, error);
+    if (status == KT_OK)
+        status = kt_checkpoint_check_words(simulation, &structs, error);
+    if (status != KT_OK)
+        return status;
+#define KT_CHECKPOINT_FINITE(part, bytes)                                                                              \
+    if (kt_first_not_finite((const double *)(const void *)(from + at->part), (bytes) / sizeof(double)) <               \
+        (bytes) / sizeof(double))                                                                                      \
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "checkpoint", "a number of its part '%s' is not finite", #part);
+    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_FINITE)
+    KT_CHECKPOINT_FINITE(kept, size->kept * sizeof(double))
+#undef KT_CHECKPOINT_FINITE
+    return KT_OK;
+}
+
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, block) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
@@ -325,19 +404,23 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     kt_checkpoint_head head;
     kt_simulation_memory memory;
     kt_integrator_memory integrator;
+    int64_t recorded;
     memcpy(&head, from + at.head, sizeof head);
-    memcpy(&memory, from + at.memory, sizeof memory);
-    kt_status status = check_checkpoint_head(simulation, &head, memory.recorded > 0, error);
+    memcpy(&recorded, from + at.memory + offsetof(kt_simulation_memory, recorded), sizeof recorded);
+    kt_status status = check_checkpoint_head(simulation, &head, recorded > 0, error);
+    if (status == KT_OK)
+        status = check_content(simulation, from, &head, &at, error);
     if (status != KT_OK)
         return status;
+    memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
         const kt_model *model = checkpoint_model_of(simulation, memory.set, from, &at);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
-                                "its set of switched loops and effects is none "
-                                "of this model");
+                                "its set of switched loops, effects and contacts, or a rank of their equations, is "
+                                "none of this model");
         kt_simulation_take_model(simulation, model);
     }
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
