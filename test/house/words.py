@@ -38,7 +38,7 @@ CODE = [
     ("geared", "has_armature", ("lib/files/robot/urdf",)),
     ("level", "isa", ("lib/motion/integrator/order.c", "lib/files/document/emit", "lib/output/picture/camera.c", "apps/kinetree/text/tree.c")),
     ("bend", "bias, second derivative",  # where a path next to a singular position bends
-     ("lib/mechanics/evaluate/singular_crossing.c", "include/kinetree/model.h", "lib/motion/simulation/step.c", "lib/motion/simulation/fail.c", "apps/kinetree/")),
+     ("lib/mechanics/evaluate/singular_crossing.c", "include/kinetree/model.h", "lib/motion/simulation/step.c", "lib/motion/simulation/fail.c", "lib/motion/simulation/checkpoint_words.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
     ("slopes", "jacobian; stages k_i, and of tables", ("lib/motion/integrator/", "include/kinetree/integrator.h", "include/kinetree/method.h", "lib/motion/simulation/", "lib/motion/sensitivity/", "lib/study/compare/dae.c",
       "include/kinetree/function.h", "lib/model/model/curve.c", "lib/model/model/check_function.c", "lib/files/scene/function.c", "apps/firmware/left_out.c")),

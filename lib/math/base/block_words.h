@@ -38,15 +38,11 @@ typedef struct kt_block_word {
 /* An entry of a list of kt_block_word. */
 #define KT_BLOCK_WORD(type, member, ...)                                                                               \
     { #member, offsetof(type, member), sizeof((type *)0)->member, KT_BLOCK_TYPE(((type *)0)->member), __VA_ARGS__ }
+/* clang-format off */
 #define KT_BLOCK_TYPE(value)                                                                                           \
-    _Generic((value),                                                                                                  \
-        bool: KT_BLOCK_FLAG,                                                                                            \
-        int32_t: KT_BLOCK_INT32,                                                                                        \
-        uint32_t: KT_BLOCK_UINT32,                                                                                      \
-        int64_t: KT_BLOCK_INT64,                                                                                        \
-        uint64_t: KT_BLOCK_UINT64,                                                                                      \
-        double: KT_BLOCK_REAL,                                                                                          \
-        double *: KT_BLOCK_REAL)
+    _Generic((value), bool: KT_BLOCK_FLAG, int32_t: KT_BLOCK_INT32, uint32_t: KT_BLOCK_UINT32,                         \
+             int64_t: KT_BLOCK_INT64, uint64_t: KT_BLOCK_UINT64, double: KT_BLOCK_REAL, double *: KT_BLOCK_REAL)
+/* clang-format on */
 
 /* Returns the first word of the struct at `block` that is outside of its range, with its value in *value; NULL: none
  * is. The struct may lie at any address. */

@@ -321,8 +321,8 @@ void kt_integrator_put_quadratures(kt_integrator *it, const double *values);
 /* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
 size_t kt_integrator_blamed(const kt_integrator *it);
 
-/* Checks a checkpoint's memory and history, which come from outside (memory_words.c). Errors: KT_ERROR_ARGUMENT, with the
- * word that is out of range. */
+/* Checks a checkpoint's memory and history, which come from outside (memory_words.c). Errors: KT_ERROR_ARGUMENT, with
+ * the word that is out of range. */
 KT_CHECKED kt_status kt_integrator_check_memory(const kt_integrator *it, const kt_integrator_memory *memory,
                                                 const double *history, kt_error *error);
 
