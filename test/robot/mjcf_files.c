@@ -71,6 +71,23 @@ KT_TEST(files_are_included_from_the_folder_of_the_model_alone) {
 }
 
 /* A file that is in both folders is the model's, as MuJoCo 3.14 finds it. */
+/* Each level includes the next one ten times: without a limit of all copies, a file of 300 bytes claims any memory. */
+KT_TEST(copies_of_included_files_have_one_limit) {
+    const char *folder = kt_test_folder();
+    kt_scene rejected;
+    (void)kt_test_file(folder, "inner/i8.xml", "<mujoco><worldbody><body/></worldbody></mujoco>");
+    for (int level = 7; level >= 0; level--) {
+        char name[32], text[512] = "<mujoco>";
+        (void)snprintf(name, sizeof name, "inner/i%d.xml", level);
+        for (int i = 0; i < 10; i++)
+            (void)snprintf(text + strlen(text), sizeof text - strlen(text), "<include file='i%d.xml'/>", level + 1);
+        (void)snprintf(text + strlen(text), sizeof text - strlen(text), "</mujoco>");
+        (void)kt_test_file(folder, name, text);
+    }
+    kt_check_equal_int("status", read_in(folder, INCLUDE("i0.xml"), NULL, &rejected), KT_ERROR_SCENE);
+    kt_check_contains("words", faults.text, "more than 4096 files are included");
+}
+
 KT_TEST(what_an_included_file_names_is_in_the_folder_of_the_model_or_in_its_own) {
     const char *folder = kt_test_folder();
     static const char *const files[][2] = {

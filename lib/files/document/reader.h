@@ -25,11 +25,12 @@ enum { KT_FAULT_COUNT_MAX = 1000 };
 /* ---- the reader -------------------------------------------------------------------------------------------------- */
 
 struct kt_reader {
-    kt_pool keep;       /* the data of the finished result */
-    kt_pool scratch;    /* nodes, messages */
-    bool out_of_memory; /* then all other results are invalid */
-    const char *path;   /* of the file that is read, or its name in messages */
-    int64_t effort;     /* operations that remain for finding the names to suggest */
+    kt_pool keep;              /* the data of the finished result */
+    kt_pool scratch;           /* nodes, messages */
+    bool out_of_memory;        /* then all other results are invalid */
+    const char *path;          /* of the file that is read, or its name in messages */
+    size_t elements, included; /* of XML, and included files, all copies counted */
+    int64_t effort;            /* operations that remain for finding the names to suggest */
 
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;

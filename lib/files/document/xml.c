@@ -87,6 +87,12 @@ static void XMLCALL start_element(void *user, const XML_Char *name, const XML_Ch
         stop(x);
         return;
     }
+    if (++x->reader->elements > KT_XML_ELEMENTS_MAX) {
+        (void)kt_xml_fault(x->reader, &place, "the files have more than %d elements, those of included files counted",
+                           (int)KT_XML_ELEMENTS_MAX);
+        stop(x);
+        return;
+    }
     kt_element *element = kt_reader_take(x->reader, &x->reader->scratch, 1, sizeof *element);
     if (element == NULL || !keep_attributes(x, element, attributes)) {
         stop(x);

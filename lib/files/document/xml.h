@@ -27,6 +27,10 @@ typedef struct kt_xml_late {
 
 enum { KT_XML_DEPTH_MAX = 256 /* elements within one another */ };
 
+/* The most elements of all files that a reader reads. A file that is included several times counts as often. This limits
+ * the memory that small files can claim. */
+enum { KT_XML_ELEMENTS_MAX = 1 << 20 };
+
 /* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A
  * document type is rejected: with its own entities, a small file could expand to a large one. */
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late);

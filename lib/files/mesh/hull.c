@@ -5,6 +5,11 @@
  *     (b - a) x (c - a) . (p - a) > 0
  * These are replaced by triangles between p and the edges around them.
  *
+ * Each point that is still to come and outside is in the list of one triangle that it sees. From this triangle, the
+ * others that it sees are found through common edges. The points of replaced triangles are distributed among the new
+ * ones: a point outside of the new hull that saw a replaced triangle sees a new one (Barber, Dobkin, Huhdanpaa,
+ * doi:10.1145/235815.235821). In a random order of n points, all this takes O(n log n) operations on average.
+ *
  * Many points of a box or a cylinder are in one plane, where rounding decides which triangles p sees. So all decisions
  * are those of moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random. Points nearer
  * than NEAR are one. The triangles then have the vertices of the file. The volume that they enclose differs from the
@@ -26,18 +31,38 @@ typedef struct spot {
     int vertex;
 } spot;
 
+/* An edge of the seen triangles, and the triangle beyond it. */
 typedef struct edge {
-    int from, to;
+    int from, to, beyond;
 } edge;
+
+typedef struct face {
+    int corner[3];
+    int beside[3]; /* the face beyond the edge from corner k to the next */
+    int place;     /* in `order` */
+    int first;     /* of the points in its list; -1: none */
+    int seen;      /* the last point that saw it */
+} face;
+
+enum { NONE = -1 };
+
+/* Numbers of a vertex: the face whose list has it, and the next one in the list; the new face that begins there. */
+typedef struct link {
+    int face, next, begins;
+} link;
 
 typedef struct hull {
     kt_vec3 *points; /* moved; of vertices */
+    link *links;     /* of vertices */
     spot *spots;
-    int count; /* of spots */
-    kt_triangle *faces;
-    edge *edges; /* of faces that are seen */
-    size_t face_room, edge_room;
-    int face_count, edge_count;
+    int count;   /* of spots */
+    face *faces; /* in places that do not change */
+    int *order;  /* the faces of the hull */
+    int *seen;   /* faces that the point sees; then places in `order` */
+    int *spare;  /* places of faces that are no more */
+    edge *edges;
+    size_t face_room, order_room, seen_room, spare_room, edge_room;
+    int faces_used, face_count, seen_count, spare_count, edge_count;
 } hull;
 
 /* ---- points ------------------------------------------------------------------------------------------------------ */
@@ -97,23 +122,29 @@ static void scatter_points(hull *h, int vertex_count) {
 
 /* ---- faces ------------------------------------------------------------------------------------------------------- */
 
-static bool add_face(hull *h, int a, int b, int c) {
-    kt_triangle *faces = kt_heap_grow(h->faces, (size_t)h->face_count, 1, &h->face_room, sizeof *faces);
-    if (faces == NULL)
+static bool add_number(int **list, int *count, size_t *room, int number) {
+    int *grown = kt_heap_grow(*list, (size_t)*count, 1, room, sizeof *grown);
+    if (grown == NULL)
         return false;
-    h->faces = faces;
-    h->faces[h->face_count++] = (kt_triangle){{a, b, c}};
+    *list = grown;
+    (*list)[(*count)++] = number;
     return true;
 }
 
-static bool add_edges(hull *h, const int c[3]) {
-    edge *edges = kt_heap_grow(h->edges, (size_t)h->edge_count, 3, &h->edge_room, sizeof *edges);
-    if (edges == NULL)
-        return false;
-    h->edges = edges;
-    for (int k = 0; k < 3; k++)
-        h->edges[h->edge_count++] = (edge){c[k], c[(k + 1) % 3]};
-    return true;
+/* Adds a face to the end of the order; NONE: no memory. */
+static int add_face(hull *h, int a, int b, int c) {
+    int at = h->faces_used;
+    if (h->spare_count > 0) {
+        at = h->spare[--h->spare_count];
+    } else {
+        face *faces = kt_heap_grow(h->faces, (size_t)h->faces_used, 1, &h->face_room, sizeof *faces);
+        if (faces == NULL)
+            return NONE;
+        h->faces = faces;
+        h->faces_used++;
+    }
+    h->faces[at] = (face){{a, b, c}, {NONE, NONE, NONE}, h->face_count, NONE, NONE};
+    return add_number(&h->order, &h->face_count, &h->order_room, at) ? at : NONE;
 }
 
 /* Six times the volume between a triangle and a point, above zero on the outer side. */
@@ -130,27 +161,121 @@ static int compare_hull_edges(const void *a, const void *b) {
     return s_low != t_low ? (s_low > t_low) - (s_low < t_low) : (s_high > t_high) - (s_high < t_high);
 }
 
-/* Replaces the faces that a point sees. An edge between two of them is there in both directions. */
-static bool add_hull_point(hull *h, int point) {
-    h->edge_count = 0;
-    for (int i = 0; i < h->face_count;) {
-        if (!(height_above(h, h->faces[i].corner, point) > 0.0)) {
-            i++;
-            continue;
+static bool sees(const hull *h, int point, int at) { return height_above(h, h->faces[at].corner, point) > 0.0; }
+
+/* Lists the faces that a point sees, from one of them on, and the edges around them. */
+static bool find_seen_faces(hull *h, int point, int at) {
+    h->seen_count = h->edge_count = 0;
+    h->faces[at].seen = point;
+    if (!add_number(&h->seen, &h->seen_count, &h->seen_room, at))
+        return false;
+    for (int i = 0; i < h->seen_count; i++)
+        for (int k = 0; k < 3; k++) {
+            const face *f = &h->faces[h->seen[i]];
+            const int beyond = f->beside[k], from = f->corner[k], to = f->corner[(k + 1) % 3];
+            if (h->faces[beyond].seen == point)
+                continue;
+            if (sees(h, point, beyond)) {
+                h->faces[beyond].seen = point;
+                if (!add_number(&h->seen, &h->seen_count, &h->seen_room, beyond))
+                    return false;
+                continue;
+            }
+            edge *edges = kt_heap_grow(h->edges, (size_t)h->edge_count, 1, &h->edge_room, sizeof *edges);
+            if (edges == NULL)
+                return false;
+            h->edges = edges;
+            h->edges[h->edge_count++] = (edge){from, to, beyond};
         }
-        if (!add_edges(h, h->faces[i].corner))
+    return true;
+}
+
+/* Joins the points in the lists of the seen faces into one list, without `point`. Returns the first one. */
+static int join_lists(hull *h, int point) {
+    int all = NONE;
+    for (int i = 0; i < h->seen_count; i++)
+        for (int q = h->faces[h->seen[i]].first, next; q != NONE; q = next) {
+            next = h->links[q].next;
+            if (q == point)
+                continue;
+            h->links[q].next = all;
+            all = q;
+        }
+    return all;
+}
+
+static int compare_ints(const void *a, const void *b) {
+    const int s = *(const int *)a, t = *(const int *)b;
+    return (s > t) - (s < t);
+}
+
+/* Takes the seen faces out of the order: the last face takes the place of each. */
+static bool remove_seen_faces(hull *h, int point) {
+    for (int i = 0; i < h->seen_count; i++) {
+        if (!add_number(&h->spare, &h->spare_count, &h->spare_room, h->seen[i]))
             return false;
-        h->faces[i] = h->faces[--h->face_count];
+        h->seen[i] = h->faces[h->seen[i]].place;
     }
-    if (h->edge_count > 0) /* none of the edges has memory yet otherwise */
-        qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_hull_edges);
+    qsort(h->seen, (size_t)h->seen_count, sizeof *h->seen, compare_ints);
+    for (int i = 0; i < h->seen_count; i++) {
+        const int place = h->seen[i];
+        while (place < h->face_count && h->faces[h->order[place]].seen == point) {
+            h->order[place] = h->order[--h->face_count];
+            h->faces[h->order[place]].place = place;
+        }
+    }
+    return true;
+}
+
+/* Adds the faces between a point and the edges. */
+static bool add_new_faces(hull *h, int point) {
+    qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_hull_edges);
     for (int i = 0; i < h->edge_count; i++) {
-        const bool is_inner = i + 1 < h->edge_count && compare_hull_edges(&h->edges[i], &h->edges[i + 1]) == 0;
-        if (is_inner)
-            i++;
-        else if (!add_face(h, h->edges[i].from, h->edges[i].to, point))
+        const edge *e = &h->edges[i];
+        const int at = add_face(h, e->from, e->to, point);
+        if (at == NONE)
             return false;
+        face *beyond = &h->faces[e->beyond];
+        for (int k = 0; k < 3; k++)
+            if (beyond->corner[k] == e->to && beyond->corner[(k + 1) % 3] == e->from)
+                beyond->beside[k] = at;
+        h->faces[at].beside[0] = e->beyond;
+        h->links[e->from].begins = at;
     }
+    for (int i = 0; i < h->edge_count; i++) {
+        const int at = h->links[h->edges[i].from].begins, next = h->links[h->edges[i].to].begins;
+        h->faces[at].beside[1] = next;
+        h->faces[next].beside[2] = at;
+    }
+    return true;
+}
+
+/* Puts points into the lists of new faces that they see. The others are inside. */
+static void distribute(hull *h, int q) {
+    for (int next; q != NONE; q = next) {
+        next = h->links[q].next;
+        h->links[q].face = NONE;
+        for (int i = 0; i < h->edge_count && h->links[q].face == NONE; i++) {
+            const int at = h->links[h->edges[i].from].begins;
+            if (!sees(h, q, at))
+                continue;
+            h->links[q].face = at;
+            h->links[q].next = h->faces[at].first;
+            h->faces[at].first = q;
+        }
+    }
+}
+
+/* Replaces the faces that a point sees. */
+static bool add_hull_point(hull *h, int point) {
+    if (h->links[point].face == NONE)
+        return true;
+    if (!find_seen_faces(h, point, h->links[point].face))
+        return false;
+    const int rest = join_lists(h, point);
+    if (!remove_seen_faces(h, point) || !add_new_faces(h, point))
+        return false;
+    distribute(h, rest);
     return true;
 }
 
@@ -192,6 +317,36 @@ static bool find_simplex(const hull *h, int first[4]) {
     return true;
 }
 
+/* Makes the first four faces, with the lists of all other points. */
+static bool add_simplex(hull *h, const int f[4]) {
+    static const int beside[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    const bool whole = add_face(h, f[0], f[1], f[2]) != NONE && add_face(h, f[1], f[0], f[3]) != NONE &&
+                       add_face(h, f[2], f[1], f[3]) != NONE && add_face(h, f[0], f[2], f[3]) != NONE;
+    for (int i = 0; i < 4 && whole; i++)
+        for (int k = 0; k < 3; k++)
+            h->faces[i].beside[k] = beside[i][k];
+    for (int i = 0; i < h->count && whole; i++) {
+        const int q = h->spots[i].vertex;
+        h->links[q].face = NONE;
+        for (int at = 0; at < 4 && h->links[q].face == NONE; at++)
+            if (q != f[0] && q != f[1] && q != f[2] && q != f[3] && sees(h, q, at)) {
+                h->links[q] = (link){at, h->faces[at].first, NONE};
+                h->faces[at].first = q;
+            }
+    }
+    return whole;
+}
+
+/* The faces as triangles, in their order; NULL: no memory. */
+static kt_triangle *take_triangles(const hull *h) {
+    kt_triangle *triangles = malloc((size_t)h->face_count * sizeof *triangles);
+    for (int i = 0; i < h->face_count && triangles != NULL; i++) {
+        const int *corner = h->faces[h->order[i]].corner;
+        triangles[i] = (kt_triangle){{corner[0], corner[1], corner[2]}};
+    }
+    return triangles;
+}
+
 static kt_status wrap(hull *h, const kt_triangles *mesh, kt_error *error) {
     int f[4];
     const char *flat = "the vertices of the mesh are in one plane, so that their hull encloses nothing";
@@ -200,8 +355,7 @@ static kt_status wrap(hull *h, const kt_triangles *mesh, kt_error *error) {
     scatter_points(h, mesh->vertex_count);
     if (!find_simplex(h, f))
         return kt_error_set(error, KT_ERROR_SCENE, "", "%s", flat);
-    bool whole = add_face(h, f[0], f[1], f[2]) && add_face(h, f[1], f[0], f[3]) && add_face(h, f[2], f[1], f[3]) &&
-                 add_face(h, f[0], f[2], f[3]);
+    bool whole = add_simplex(h, f);
     for (int i = 0; i < h->count && whole; i++) {
         const int point = h->spots[i].vertex;
         whole = point == f[0] || point == f[1] || point == f[2] || point == f[3] || add_hull_point(h, point);
@@ -215,19 +369,24 @@ kt_status kt_triangles_hull(kt_triangles *mesh, kt_error *error) {
         return kt_error_set(error, KT_ERROR_SCENE, "", "a hull needs four vertices, and the mesh has %d",
                             mesh->vertex_count);
     h.points = calloc((size_t)mesh->vertex_count, sizeof *h.points);
+    h.links = calloc((size_t)mesh->vertex_count, sizeof *h.links);
     h.spots = calloc((size_t)mesh->vertex_count, sizeof *h.spots);
-    kt_status status = h.points != NULL && h.spots != NULL
-                           ? wrap(&h, mesh, error)
-                           : kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a hull");
+    kt_status status = h.points != NULL && h.links != NULL && h.spots != NULL ? wrap(&h, mesh, error) : KT_ERROR_MEMORY;
+    kt_triangle *triangles = status == KT_OK ? take_triangles(&h) : NULL;
+    if (status == KT_ERROR_MEMORY || (status == KT_OK && triangles == NULL))
+        status = kt_error_set(error, KT_ERROR_MEMORY, "", "there is not enough memory for a hull");
     free(h.points);
+    free(h.links);
     free(h.spots);
+    free(h.faces);
+    free(h.order);
+    free(h.seen);
+    free(h.spare);
     free(h.edges);
-    if (status != KT_OK) {
-        free(h.faces);
+    if (status != KT_OK)
         return status;
-    }
     free(mesh->triangles);
-    mesh->triangles = h.faces;
+    mesh->triangles = triangles;
     mesh->triangle_count = h.face_count;
     return KT_OK;
 }

@@ -60,7 +60,7 @@ kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error);
 /* Replaces the triangles by those of the convex hull of all vertices. Coordinates that differ by less than 1e-9 of
  * their range are the same. On failure the mesh is as it was.
  * Errors: KT_ERROR_SCENE if all vertices are in a plane; KT_ERROR_MEMORY.
- * Cost: O(vertices times triangles of the hull). */
+ * Cost: O(n log n) for n vertices, on average over the order in which they are taken. */
 kt_status kt_triangles_hull(kt_triangles *mesh, kt_error *error);
 
 /* How the tetrahedra under triangles are summed. */

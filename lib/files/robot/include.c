@@ -114,6 +114,12 @@ kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path,
     size_t size = 0;
     kt_error error = {0};
     kt_element *root = NULL;
+    if (r->included >= KT_INCLUDED_MOST) {
+        (void)kt_robot_fault(r, e, "more than %d files are included; a file that is included again counts again",
+                             (int)KT_INCLUDED_MOST);
+        return NULL;
+    }
+    r->included++;
     const kt_status status = kt_file_read(path, &text, &size, &error);
     if (status == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);

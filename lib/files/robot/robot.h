@@ -389,6 +389,9 @@ bool kt_include_is_there(kt_reader *r, const kt_robot_source *source, const char
  * `most` files. */
 bool kt_include_is_circular(const kt_element *e, const char *outermost, const char *path, int most);
 
+/* The most files that a robot includes, directly or through others. A file that is included again counts again. */
+enum { KT_INCLUDED_MOST = 4096 };
+
 /* The root element of a file that an element includes; NULL after reporting why not. `bytes` sums the sizes of files,
  * whose sum is limited. */
 kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path, size_t *bytes);
