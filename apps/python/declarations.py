@@ -68,8 +68,6 @@ typedef struct kt_python_rows {
 } kt_python_rows;
 """
 CALLS = """
-bool kt_python_lock(kt_python_guard *guard);
-void kt_python_unlock(kt_python_guard *guard);
 int kt_python_forward(const kt_python_data *at, double t, const double *q, const double *v, const double *tau, double *a);
 int kt_python_inverse(const kt_python_data *at, const double *q, const double *v, const double *a, double *tau);
 kt_status kt_python_apply(kt_python_loop *loop, kt_error *error);

@@ -238,6 +238,58 @@ static PyType_Slot kt_python_evaluator_slots[] = {
 static PyType_Spec kt_python_evaluator_spec = {"kinetree.Evaluator", sizeof(kt_python_evaluator), 0,
                                                Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE, kt_python_evaluator_slots};
 
+/* ---- guards ------------------------------------------------------------------------------------------------------ */
+
+/* The base of the class Guard. Python runs handlers of signals between two operations of its own. If `__enter__` and
+ * `__exit__` were functions of Python, a KeyboardInterrupt could end one of them while the guard is held, and nothing
+ * would release the guard. */
+typedef struct kt_python_lock_object {
+    PyObject ob_base;
+    kt_python_guard *guard; /* belongs to the class Guard; NULL before hold */
+} kt_python_lock_object;
+
+static PyObject *kt_python_lock_hold(PyObject *object, PyObject *args) {
+    Py_ssize_t address;
+    if (!PyArg_ParseTuple(args, "n", &address))
+        return NULL;
+    ((kt_python_lock_object *)object)->guard = (kt_python_guard *)(intptr_t)address;
+    Py_RETURN_NONE;
+}
+
+/* If the guard is held, the method `_reject` raises Busy. */
+static PyObject *kt_python_lock_enter(PyObject *object, PyObject *none) {
+    kt_python_guard *guard = ((kt_python_lock_object *)object)->guard;
+    (void)none;
+    if (!guard || !kt_python_lock(guard))
+        return PyObject_CallMethod(object, "_reject", NULL);
+    Py_RETURN_NONE;
+}
+
+static PyObject *kt_python_lock_exit(PyObject *object, PyObject *args) {
+    kt_python_guard *guard = ((kt_python_lock_object *)object)->guard;
+    (void)args;
+    if (guard)
+        kt_python_unlock(guard);
+    Py_RETURN_NONE;
+}
+
+static PyMethodDef kt_python_lock_methods[] = {{"_hold", kt_python_lock_hold, METH_VARARGS, NULL},
+                                               {"__enter__", kt_python_lock_enter, METH_NOARGS, NULL},
+                                               {"__exit__", kt_python_lock_exit, METH_VARARGS, NULL},
+                                               {NULL, NULL, 0, NULL}};
+
+static void kt_python_lock_free(PyObject *object) {
+    PyTypeObject *type = Py_TYPE(object);
+    ((freefunc)PyType_GetSlot(type, Py_tp_free))(object);
+    Py_DECREF(type);
+}
+
+static PyType_Slot kt_python_lock_slots[] = {
+    {Py_tp_dealloc, (void *)kt_python_lock_free}, {Py_tp_methods, kt_python_lock_methods}, {0, NULL}};
+
+static PyType_Spec kt_python_lock_spec = {"kinetree.Lock", sizeof(kt_python_lock_object), 0,
+                                          Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE, kt_python_lock_slots};
+
 /* ---- control loops ----------------------------------------------------------------------------------------------- */
 
 /* Yields the simulation before each period, and then advances it. */
@@ -338,7 +390,10 @@ static PyType_Spec kt_python_turns_spec = {"kinetree.Turns", sizeof(kt_python_tu
 static PyObject *kt_python_module(PyObject *module) {
     if (!module || PyModule_AddFunctions(module, kt_python_methods) != 0)
         return NULL;
-    PyObject *evaluator = PyType_FromSpec(&kt_python_evaluator_spec);
+    PyObject *evaluator = PyType_FromSpec(&kt_python_evaluator_spec), *lock = PyType_FromSpec(&kt_python_lock_spec);
     kt_python_turns_type = PyType_FromSpec(&kt_python_turns_spec);
-    return evaluator && kt_python_turns_type && PyModule_AddObject(module, "Evaluator", evaluator) == 0 ? module : NULL;
+    return evaluator && lock && kt_python_turns_type && PyModule_AddObject(module, "Evaluator", evaluator) == 0 &&
+                   PyModule_AddObject(module, "Lock", lock) == 0
+               ? module
+               : NULL;
 }

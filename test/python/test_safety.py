@@ -4,6 +4,7 @@ import os
 import pathlib
 import pickle
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -132,6 +133,25 @@ def advanced_by_two(scenes):
     for thread in threads:
         thread.join()
     return max(both)
+
+
+@pytest.mark.parametrize("call", ["sense", "step", "acceleration"])
+def test_an_interrupt_leaves_a_simulation_usable(call, scenes):
+    """Handlers of signals run between any two operations of Python."""
+    scene = kt.load(scenes / "double-pendulum.yaml")
+    for k in range(60):
+        simulation = scene.simulation(step=1e-4, duration=1e4)
+        method = getattr(simulation, call)
+        previous = signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_REAL, 2e-3 + 1e-5 * k)
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                while True:
+                    method()
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, previous)
+        simulation.advance(simulation.time + 1e-3)
 
 
 def test_two_threads_with_one_model_scale(scenes):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._kinetree import ffi as ffi, learn, lib as lib
+from ._kinetree import Lock, ffi as ffi, learn, lib as lib
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -178,7 +178,6 @@ class Fixed:
 
 
 _DOUBLES, _from_buffer = ffi.typeof("double[]"), ffi.from_buffer
-_lock, _unlock = lib.kt_python_lock, lib.kt_python_unlock
 
 
 class Memory:
@@ -210,23 +209,21 @@ class Memory:
         return np.ndarray(shape, np.float64, self.array, offset, strides)
 
 
-class Guard:
+class Guard(Lock):  # type: ignore[misc]
     """Rejects a second thread while a call runs: two threads must not share a workspace.
 
-    The flag is in C, so that calls that are made often can enter and leave without a call of Python for each.
+    The flag is in C, so that calls that are made often can enter and leave without a call of Python for each. ``__enter__`` and
+    ``__exit__`` are in C, so that a KeyboardInterrupt never leaves the guard held.
     """
 
     __slots__ = ("pointer",)
 
     def __init__(self) -> None:
         self.pointer = ffi.new("kt_python_guard *")
+        self._hold(address_number(self.pointer))
 
-    def __enter__(self) -> None:
-        if not _lock(self.pointer):
-            raise busy()
-
-    def __exit__(self, *_: object) -> None:
-        _unlock(self.pointer)
+    def _reject(self) -> None:
+        raise busy()
 
 
 def busy() -> Busy:
