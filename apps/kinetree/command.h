@@ -7,6 +7,7 @@
 #include "kinetree/import.h"
 #include "text/arguments.h"
 
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -60,6 +61,11 @@ typedef struct kt_subcommand {
 
 /* Returns the subcommand of this name; NULL, after printing an error with the nearest name, if there is none. */
 const kt_subcommand *kt_subcommand_find(const char *name);
+
+/* Prints a part of a message on standard error: a line of several, or what follows. All messages escape the characters
+ * that a terminal would obey. Newlines at both ends of the format are kept, and others are escaped. */
+void kt_print(const char *format, ...) KT_PRINTF(1, 2);
+void kt_print_all(const char *format, va_list arguments) KT_PRINTF(1, 0);
 
 /* Prints "kinetree: ..." and a newline on standard error. Characters that a terminal would obey are escaped. */
 void kt_say(const char *format, ...) KT_PRINTF(1, 2);

@@ -147,3 +147,73 @@ KT_TEST(messages_do_not_quote_a_file_of_another_kind) {
             kt_check_true("and a message", *ran.err != '\0');
         }
 }
+
+/* A terminal obeys the escape character, and C1 controls in UTF-8, too. A newline within a name would begin a message of
+ * its own. */
+KT_TEST(messages_have_no_control_characters) {
+    static const char *const commands[] = {"check e.yaml",
+                                           "check \"$N\"",
+                                           "run \"$N\" --out o.csv",
+                                           "plot \"$N\"",
+                                           "import \"$N\"",
+                                           "run s.yaml --from \"$N\"",
+                                           "run \"s$N.yaml\" --out \"o$N.csv\"",
+                                           "sweep --merge \"$N\" --out o.csv",
+                                           "run s.yaml --set \"$N=1\"",
+                                           "check s.yaml --set initial.from=\"$N\"",
+                                           "draw e.yaml --out e.svg",
+                                           "check t.yaml",
+                                           "view e.yaml --out e.html"};
+    prepare();
+    kt_write_file("e.yaml", "kinetree: 1\nbodies:\n"
+                            "  - {name: a, mass: 1, shape: {type: rod, to: [0, -1, 0]}, joint: {type: revolute}}\n"
+                            "meshes: [{body: a, file: \"x\\e[31m\\x9bq\\nz.stl\"}]\n");
+    kt_write_file("t.yaml", "kinetree: 1\nbodies:\n"
+                            "  - {name: a, mass: 1, shape: {type: rod, to: [0, -1, 0]}, joint: {type: revolute}}\n"
+                            "meshes: [{body: a, file: \"x\\e[31m\\x9bq\\nz.obj\"}]\n");
+    /* ESC, CSI of C1, a mark that turns the text, DEL, and a newline; also files of this name that hold nothing right */
+    kt_shell("N=$(printf 'x\\033[31m\\302\\233q\\342\\200\\256\\177\\nz'); printf 'solid\n' >\"$N.obj\"; "
+             "printf x >\"$(printf 'x\\033[31m\\302\\233q\\nz.obj')\"; cp s.yaml \"s$N.yaml\"");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        const kt_ran ran =
+            kt_shell("N=$(printf 'x\\033[31m\\302\\233q\\342\\200\\256\\177\\nz'); " BOUNDED "$K %s", commands[i]);
+        static const char *const controls[] = {"\033", "\302\233", "\342\200\256", "\177", "\nz"};
+        kt_check_true(commands[i], *ran.err != '\0');
+        for (size_t k = 0; k < sizeof controls / sizeof *controls; k++)
+            kt_check_equal_int("control characters", kt_count_of(ran.err, controls[k]), 0);
+    }
+}
+
+/* Others may put a link into a common folder. The file behind it would be overwritten. */
+KT_TEST(link_at_a_name_of_the_program_is_not_followed) {
+    static const char *const commands[] = {
+        "run s.yaml --quiet --out o.csv",
+        "sweep s.yaml --vary m=1,2 --quiet --out o.csv",
+        "sweep --merge part.csv --quiet --out o.csv",
+        "run s.yaml --quiet --out p.csv --summary o.json",
+        "export s.yaml --c --out oc.c",
+        "run s.yaml --quiet --out p.csv --checkpoint c",
+#ifdef KT_HAS_HDF5
+        "run s.yaml --quiet --out o.h5",
+#endif
+#ifdef KT_HAS_CAIRO
+        "run s.yaml --quiet --out p.csv --plot o.svg",
+        "run s.yaml --quiet --out p.csv --plot o.pdf",
+        "draw s.yaml --out o.svg",
+#endif
+    };
+    static const char *const links[] = {"o.csv.partial", "o.json.partial", "oc.c.partial",
+                                        "o.h5.partial",  "o.svg.partial",  "o.pdf.partial",
+                                        "c.new",         "o.h5.new",       "p.csv.shard"};
+    prepare();
+    kt_shell("printf 'run,m,status\n0,1,done\n' >part.csv");
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        kt_shell("echo precious >other.txt; rm -f o.* c c.new");
+        for (size_t k = 0; k < sizeof links / sizeof *links; k++)
+            kt_shell("ln -sf other.txt %s", links[k]);
+        const kt_ran ran = kt_shell(BOUNDED "$K %s", commands[i]);
+        kt_check_contains(commands[i], ran.err, "symbolic link");
+        kt_check_equal_int(commands[i], ran.code, 4);
+        kt_check_text("the file behind the link", kt_read_file("other.txt"), "precious\n");
+    }
+}

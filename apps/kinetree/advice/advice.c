@@ -83,11 +83,11 @@ int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
                    scene->description.tolerance);
         if (count > LISTED_MAX)
             continue;
-        fprintf(stderr, "  loop '%s' (%s) by up to %.2g m, %.2g deg", kt_loop_name(model, i),
-                kt_loop_type_name(kt_loop_type_of(model, i)), d.length, d.angle / degree);
+        kt_print("  loop '%s' (%s) by up to %.2g m, %.2g deg", kt_loop_name(model, i),
+                 kt_loop_type_name(kt_loop_type_of(model, i)), d.length, d.angle / degree);
         const char *type = count <= TRIED_MAX ? find_lesser(scene, i, kt_model_mobility(model).minimal) : NULL;
         if (type != NULL)
-            fprintf(stderr, "; 'type: %s' leaves the same motion and has no such equations", type);
+            kt_print("; 'type: %s' leaves the same motion and has no such equations", type);
         fputs(count == 1 && type == NULL ? "; give more digits, fewer equations, or a bushing in its place\n" : "\n",
               stderr);
     }
@@ -235,14 +235,13 @@ static int advise_on_millimetres(const kt_scene *scene, int loop) {
         if (whole < MILLIMETRES * (sum - whole) || !closes_longer(scene, l, -0.999 * whole))
             continue;
         if (l->body < 0)
-            fprintf(stderr,
-                    "  millimetres? They close if the joint of '%s' on the world is %.6g m, not %.6g m, from the "
-                    "other one\n",
-                    d->bodies[l->child].name, 1e-3 * whole, whole);
+            kt_print("  millimetres? They close if the joint of '%s' on the world is %.6g m, not %.6g m, from the "
+                     "other one\n",
+                     d->bodies[l->child].name, 1e-3 * whole, whole);
         else
-            fprintf(stderr, "  millimetres? They close if the %.6g m from the joint of '%s' to %s '%s' are %.6g m\n",
-                    whole, d->bodies[l->body].name, l->child >= 0 ? "that of" : "the end of loop",
-                    l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name, 1e-3 * whole);
+            kt_print("  millimetres? They close if the %.6g m from the joint of '%s' to %s '%s' are %.6g m\n", whole,
+                     d->bodies[l->body].name, l->child >= 0 ? "that of" : "the end of loop",
+                     l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name, 1e-3 * whole);
         found++;
     }
     return found;
@@ -256,23 +255,23 @@ static void say_gaps(const kt_model *model, int loop, const double *residual, do
     static const char *const unit[] = {" m", " deg", " (rad or m)"};
     const kt_loop_rows rows = kt_loop_rows_of(model, loop);
     const char *before = "";
-    fprintf(stderr, "  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop),
-            kt_loop_type_name(kt_loop_type_of(model, loop)));
+    kt_print("  loop '%s' (%s), equation by equation: ", kt_loop_name(model, loop),
+             kt_loop_type_name(kt_loop_type_of(model, loop)));
     for (int measure = KT_MEASURE_LENGTH; measure < KT_MEASURE_NONE; measure++) {
         int count = 0;
         for (int r = 0; r < rows.count; r++) {
             if (kt_loop_measure_of(model, loop, r) != (kt_loop_measure)measure)
                 continue;
             const double x = fabs(residual[rows.first + r]) > 1e-6 * most ? residual[rows.first + r] : 0.0;
-            fprintf(stderr, "%s%.3g", count++ ? ", " : before,
-                    measure == KT_MEASURE_ANGLE ? kt_loop_residual_angle(model, loop, r, x) / degree : x);
+            kt_print("%s%.3g", count++ ? ", " : before,
+                     measure == KT_MEASURE_ANGLE ? kt_loop_residual_angle(model, loop, r, x) / degree : x);
         }
         if (count > 0) {
-            fputs(unit[measure], stderr);
+            kt_print("%s", unit[measure]);
             before = "; ";
         }
     }
-    fputc('\n', stderr);
+    kt_print("\n");
 }
 
 static double largest_gap(const kt_model *model, int loop, const double *residual) {
@@ -337,7 +336,7 @@ static int advise_on_hold(const kt_scene *scene) {
     int found = 0;
     for (int i = 0; i < d->hold_count && i < TRIED_MAX; i++)
         if (kt_closes_holding(scene, i, NULL)) {
-            fprintf(stderr, "  they close if '%s' is not in 'initial: hold'\n", d->hold[i]);
+            kt_print("  they close if '%s' is not in 'initial: hold'\n", d->hold[i]);
             found++;
         }
     return found;
@@ -356,7 +355,7 @@ static int advise_on_axis(const kt_scene *scene, int loop) {
         kt_loop changed = *given;
         changed.axis = axes[k].axis;
         if (kt_vec3_norm(across) > 1e-6 && kt_closes_with_loop(scene, loop, &changed)) {
-            fprintf(stderr, "  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
+            kt_print("  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
             found++;
         }
     }
@@ -384,7 +383,7 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
                 changed.axis = axes[k].axis;
                 if (kt_vec3_norm(across) <= 1e-6 || !kt_closes_with_joint(scene, path[i], &changed))
                     continue;
-                fprintf(stderr, "  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
+                kt_print("  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
                 found++;
             }
         }
@@ -410,15 +409,14 @@ static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
         const int digits = digits_of(to, whole);
         const char *more = is_limit ? "more than " : "", *than = !is_limit ? "" : least > 0.0 ? more : "less than ";
         if (l->body < 0)
-            fprintf(stderr,
-                    "  they close if the joint of '%s' on the world is %s%.3g m %s the other one: %s%.*g m, not %.*g "
-                    "m\n",
-                    point, more, fabs(least), least > 0.0 ? "farther from" : "nearer to", than, digits, to, digits,
-                    whole);
+            kt_print("  they close if the joint of '%s' on the world is %s%.3g m %s the other one: %s%.*g m, not %.*g "
+                     "m\n",
+                     point, more, fabs(least), least > 0.0 ? "farther from" : "nearer to", than, digits, to, digits,
+                     whole);
         else
-            fprintf(stderr, "  they close if '%s' is %s%.3g m %s from its joint to %s '%s': %s%.*g m, not %.*g m\n",
-                    d->bodies[l->body].name, more, fabs(least), least > 0.0 ? "longer" : "shorter",
-                    l->child >= 0 ? "that of" : "the end of loop", point, than, digits, to, digits, whole);
+            kt_print("  they close if '%s' is %s%.3g m %s from its joint to %s '%s': %s%.*g m, not %.*g m\n",
+                     d->bodies[l->body].name, more, fabs(least), least > 0.0 ? "longer" : "shorter",
+                     l->child >= 0 ? "that of" : "the end of loop", point, than, digits, to, digits, whole);
     }
     return found;
 }
@@ -441,8 +439,8 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
         if (!closes_with_end_at(scene, loop, k, to))
             continue;
         const kt_vec3 direction = without_rounding(kt_vec3_sub(to, point_of_end(d, &ends[k])));
-        fprintf(stderr, "  they close if the end of loop '%s' on '%s' is moved by [%.3g, %.3g, %.3g] m in that frame\n",
-                d->loops[loop].name, body > 0 ? ends[k].body : "world", direction.x, direction.y, direction.z);
+        kt_print("  they close if the end of loop '%s' on '%s' is moved by [%.3g, %.3g, %.3g] m in that frame\n",
+                 d->loops[loop].name, body > 0 ? ends[k].body : "world", direction.x, direction.y, direction.z);
         found++;
     }
     return found;
@@ -490,7 +488,7 @@ static void advise_changes(const kt_scene *scene, const reached *r, const int *o
         found += advise_on_places(scene, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
         if (kt_closes_without(scene, open[i])) {
-            fprintf(stderr, "  the others close without loop '%s'\n", d->loops[open[i]].name);
+            kt_print("  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
     if (found + types == 0)

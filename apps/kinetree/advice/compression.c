@@ -48,16 +48,14 @@ static bool is_compressed(const kt_compressions *compressions, int k) {
 void kt_compressions_say(const kt_compressions *compressions, const kt_scene *scene) {
     for (int k = 0; k < compressions->count; k++)
         if (is_compressed(compressions, k))
-            fprintf(stderr,
-                    "  distance '%s' pushes with up to %.3g N, from t = %.9g s on, and pulls with up to %.3g N: a rod "
-                    "does, a rope goes slack\n",
-                    scene->description.loops[compressions->loop[k]].name, compressions->compression[k],
-                    compressions->since[k], compressions->tension[k]);
+            kt_print("  distance '%s' pushes with up to %.3g N, from t = %.9g s on, and pulls with up to %.3g N: a rod "
+                     "does, a rope goes slack\n",
+                     scene->description.loops[compressions->loop[k]].name, compressions->compression[k],
+                     compressions->since[k], compressions->tension[k]);
     if (compressions->left > 0)
-        fprintf(stderr,
-                "  whether distances push was watched in the first %d; the forces of the other %d are in --record "
-                "multiplier\n",
-                compressions->count, compressions->left);
+        kt_print("  whether distances push was watched in the first %d; the forces of the other %d are in --record "
+                 "multiplier\n",
+                 compressions->count, compressions->left);
 }
 
 json_t *kt_compressions_describe(const kt_compressions *compressions, const kt_scene *scene) {

@@ -12,9 +12,8 @@ int kt_say_double_motions(const char *before, const kt_scene *scene) {
     for (int i = 0; i < d->loop_count; i++)
         for (int k = 0; k < i && d->loops[i].type == KT_LOOP_MOTION; k++)
             if (d->loops[k].type == KT_LOOP_MOTION && strcmp(d->loops[i].joint, d->loops[k].joint) == 0) {
-                fprintf(stderr,
-                        "%sloops '%s' and '%s' both prescribe the motion of joint '%s'; leave one of them out\n",
-                        before, d->loops[k].name, d->loops[i].name, d->loops[i].joint);
+                kt_print("%sloops '%s' and '%s' both prescribe the motion of joint '%s'; leave one of them out\n",
+                         before, d->loops[k].name, d->loops[i].name, d->loops[i].joint);
                 found++;
             }
     return found;
@@ -28,7 +27,7 @@ static void advise_on_contradicting_loops(const kt_scene *scene) {
         for (int i = 0; i < d->loop_count && d->loop_count > 1; i++)
             if ((d->loops[i].type != KT_LOOP_MOTION) == (others == 1) && tried++ < TRIALS &&
                 kt_closes_without(scene, i))
-                fprintf(stderr, "  the others agree without loop '%s'\n", d->loops[i].name);
+                kt_print("  the others agree without loop '%s'\n", d->loops[i].name);
 }
 
 void kt_say_contradicting_velocities(const kt_scene *scene) {

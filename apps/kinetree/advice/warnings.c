@@ -13,7 +13,7 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
     if (!warnings->quiet && !warning->is_said && warnings->path != NULL)
-        fprintf(stderr, "%s: warning: %s. %s\n", warnings->path, what, warning->remedy);
+        kt_print("%s: warning: %s. %s\n", warnings->path, what, warning->remedy);
     else if (!warnings->quiet && !warning->is_said)
         kt_say("warning: %s. %s", what, warning->remedy);
     if (warnings->list == NULL)

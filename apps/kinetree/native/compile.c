@@ -101,7 +101,7 @@ static void say_log(const char *path) {
     FILE *log = fopen(path, "r");
     for (int i = 0; log != NULL && i < SHOWN_LINES && fgets(line, sizeof line, log) != NULL; i++) {
         line[strcspn(line, "\n")] = '\0';
-        fprintf(stderr, "  %s\n", kt_show(line).text);
+        kt_print("  %s\n", kt_show(line).text);
     }
     if (log != NULL)
         (void)fclose(log);

@@ -48,8 +48,8 @@ static void print_scene_fault(void *user, const kt_error *error) {
     /* The format of compilers, without the command's name: editors recognise FILE:LINE:COLUMN at the start of a
      * line. */
     const char *place = place_in_file(error->where);
-    fprintf(stderr, "%s%s%s%s\n", place != NULL ? reported->path : error->where, place != NULL ? place : "",
-            error->where[0] != '\0' ? ": " : "", error->message);
+    kt_print("%s%s%s%s\n", place != NULL ? reported->path : error->where, place != NULL ? place : "",
+             error->where[0] != '\0' ? ": " : "", error->message);
 }
 
 /* Decides from the first character of the text. The reader of robots finds the format. */
@@ -149,9 +149,9 @@ static void print_location(const kt_scene_note *note, bool has_place, const char
     const bool is_same = *before != NULL && strncmp(*before, note->where, length + 1) == 0;
     *before = note->where;
     if (is_same)
-        fprintf(stderr, "  %s%s", has_place ? place + 1 : "", has_place ? ": " : "");
+        kt_print("  %s%s", has_place ? place + 1 : "", has_place ? ": " : "");
     else
-        fprintf(stderr, "%.*s%s: ", (int)length, note->where, has_place ? place : "");
+        kt_print("%.*s%s: ", (int)length, note->where, has_place ? place : "");
 }
 
 static void print_rank(const kt_scene *scene, kt_note_rank rank, const char **before) {
@@ -159,7 +159,7 @@ static void print_rank(const kt_scene *scene, kt_note_rank rank, const char **be
         if (scene->notes[i].rank != rank)
             continue;
         print_location(&scene->notes[i], true, before);
-        fprintf(stderr, "%s: %s\n", rank == KT_NOTE_RANK_MOTION ? "warning" : "note", scene->notes[i].what);
+        kt_print("%s: %s\n", rank == KT_NOTE_RANK_MOTION ? "warning" : "note", scene->notes[i].what);
     }
 }
 
@@ -171,10 +171,10 @@ static void print_start(const kt_scene *scene, const char **before) {
             continue;
         if (count == 0)
             print_location(&scene->notes[i], false, before);
-        fprintf(stderr, "%s%s", count++ == 0 ? "note: start and limits: " : "; ", scene->notes[i].what);
+        kt_print("%s%s", count++ == 0 ? "note: start and limits: " : "; ", scene->notes[i].what);
     }
     if (count > 0)
-        fputc('\n', stderr);
+        kt_print("\n");
 }
 
 /* Prints a line for each warning and for each kind of unknown name, and a line for the start and the limits. All else

@@ -87,7 +87,7 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
         tried++;
         if (!kt_closes_holding(scene, -1, kt_joint_name(model, last)))
             continue;
-        fprintf(stderr, "%s%s", before, kt_joint_name(model, last));
+        kt_print("%s%s", before, kt_joint_name(model, last));
         before = " or ";
     }
 }
@@ -109,11 +109,10 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
         for (int k = 0; k < count; k++)
             change = fmax(change, fabs(q[first + k] - given[first + k]));
         if (change > KT_INITIAL_CHANGE_LEAST)
-            fprintf(stderr,
-                    "%s%s: 'hold' keeps the part of %s that the scene gives, its %s. Its %s is not given and moved to "
-                    "close the loops: give it, and it is kept, too\n",
-                    path != NULL ? path : "kinetree", path != NULL ? ": warning" : "", d->hold[i],
-                    has_position ? "position" : "orientation", has_position ? "orientation" : "position");
+            kt_print("%s%s: 'hold' keeps the part of %s that the scene gives, its %s. Its %s is not given and moved to "
+                     "close the loops: give it, and it is kept, too\n",
+                     path != NULL ? path : "kinetree", path != NULL ? ": warning" : "", d->hold[i],
+                     has_position ? "position" : "orientation", has_position ? "orientation" : "position");
     }
     free(given);
 }
@@ -135,21 +134,21 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
     kt_initial_change *changes = list_initial_changes(model, q, v, &count);
     double *given = count > 0 ? kt_given_state(model) : NULL;
     if (given != NULL)
-        fprintf(stderr, "%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
-                path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
+        kt_print("%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
+                 path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
     if (given != NULL && kt_loop_count(model) > 0 && !is_struck)
         say_holdable(scene, model, changes, count);
     if (given != NULL)
-        fputs(":\n", stderr);
+        kt_print(":\n");
     for (int i = 0; given != NULL && i < count && i < LISTED_MAX; i++) {
         const int body = changes[i].body;
         const part_name part = name_joint_part(kt_body_coordinates(model, body).type, changes[i].part);
         const double *from = part.of_velocity ? given + kt_model_nq(model) : given, *to = part.of_velocity ? v : q;
-        fprintf(stderr, "  %s: %s from %s to %s\n", kt_joint_name(model, body), part.name,
-                show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
+        kt_print("  %s: %s from %s to %s\n", kt_joint_name(model, body), part.name,
+                 show_value(model, body, &part, from).text, show_value(model, body, &part, to).text);
     }
     if (given != NULL && count > LISTED_MAX)
-        fprintf(stderr, "  and %d more\n", count - LISTED_MAX);
+        kt_print("  and %d more\n", count - LISTED_MAX);
     free(given);
     free(changes);
     say_half_held(path, scene, model, q);

@@ -125,6 +125,7 @@ static bool take_lock(kt_checkpoint *checkpoint) {
         kt_say("checkpoint %s cannot be written: %s; --checkpoint FILE names another file", checkpoint->path,
                is_other         ? "it is not a file"
                : errno == EBUSY ? "another run writes its checkpoints there"
+               : errno == ELOOP ? "FILE.new next to it is a symbolic link, which is not followed"
                                 : strerror(errno));
     return checkpoint->lock >= 0;
 }

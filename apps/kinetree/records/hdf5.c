@@ -165,7 +165,7 @@ int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
     check_hdf5(&w, H5Pset_obj_track_times(w.creation, false));
     const hid_t creation = taken(&w, H5Pcreate(H5P_FILE_CREATE));
     check_hdf5(&w, H5Pset_istore_k(creation, 2)); /* nodes of the trees of chunks: most runs have few chunks */
-    w.file = taken(&w, H5Fcreate(path, H5F_ACC_TRUNC, creation, access));
+    w.file = taken(&w, H5Fcreate(path, H5F_ACC_EXCL, creation, access));
     if (!w.failed)
         write_all_runs(&w, file, words);
     if (w.file >= 0)

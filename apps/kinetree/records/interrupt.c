@@ -45,7 +45,7 @@ static long long count_lines(void) {
     char block[1 << 14];
     long long lines = -1;
     ssize_t count = -1;
-    const int file = open(partial, O_RDONLY | O_CLOEXEC);
+    const int file = open(partial, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
     while (file >= 0 && (count = read(file, block, sizeof block)) > 0)
         for (ssize_t i = 0; i < count; i++)
             lines += block[i] == '\n';

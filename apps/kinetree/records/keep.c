@@ -100,6 +100,8 @@ static int make_file(kt_keep *keep, const kt_keep_words *words, bool whole) {
         kt_say("there is not enough memory");
     rewind(keep->file);
     if (failed == 0)
+        (void)unlink(name); /* a link of this name is not followed */
+    if (failed == 0)
         failed = kt_hdf5_write(name, keep->file, words);
     if (failed == 0 && rename(name, final) != 0) {
         kt_say("%s cannot be written: %s", final, strerror(errno));

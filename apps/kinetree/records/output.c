@@ -94,6 +94,19 @@ static bool name_is_free(const char *path) {
 
 /* ---- one result -------------------------------------------------------------------------------------------------- */
 
+/* NAME.partial is the program's own name, in a folder in which others may have put a link: the file behind the link would
+ * be overwritten. */
+static int check_partial(kt_output *output) {
+    struct stat status;
+    if (lstat(output->partial, &status) != 0 || S_ISREG(status.st_mode))
+        return -1;
+    kt_say("%s is %s, and results are not written through it; remove it, or give the result another name",
+           output->partial, S_ISLNK(status.st_mode) ? "a symbolic link" : "no regular file");
+    free(output->partial); /* it is nothing of this run */
+    output->partial = NULL;
+    return KT_EXIT_INTEGRATION;
+}
+
 int kt_output_start(kt_output *output, const char *path) {
     *output = (kt_output){.name = NULL, .lock = -1};
     if (is_stream(path) || is_written_in_place(path)) {
@@ -108,9 +121,9 @@ int kt_output_start(kt_output *output, const char *path) {
             output->name = NULL;
         }
     }
-    if (output->name != NULL)
-        return -1;
-    return kt_say_no_memory(NULL);
+    if (output->name == NULL)
+        return kt_say_no_memory(NULL);
+    return output->partial != NULL ? check_partial(output) : -1;
 }
 
 const char *kt_output_path(const kt_output *output) { return output->partial != NULL ? output->partial : output->name; }
@@ -141,7 +154,7 @@ bool kt_file_is_named(int file, const char *name) {
  * another run then keeps putting files there. */
 int kt_open_locked(const char *name, int flags) {
     for (int i = 0; i < OPEN_TRIES; i++) {
-        const int file = open(name, flags | O_CLOEXEC, 0666);
+        const int file = open(name, flags | O_NOFOLLOW | O_CLOEXEC, 0666);
         const bool is_mine = file >= 0 && lock(file);
         if (file < 0 || (is_mine && kt_file_is_named(file, name)))
             return file;
@@ -161,6 +174,15 @@ int kt_output_open(kt_output *output, int flags) {
     if (file >= 0)
         output->lock = fcntl(file, F_DUPFD_CLOEXEC, 0); /* the file may be closed before it is renamed */
     return file;
+}
+
+FILE *kt_output_stream(const kt_output *output) {
+    const int own = output->partial != NULL ? O_NOFOLLOW : 0;
+    const int file = open(kt_output_path(output), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | own, 0666);
+    FILE *stream = file >= 0 ? fdopen(file, "w") : NULL;
+    if (stream == NULL && file >= 0)
+        (void)close(file);
+    return stream;
 }
 
 void kt_sync_folder(const char *path) {
@@ -206,7 +228,7 @@ static kt_status fill_output(const char *path, kt_status (*write)(FILE *file, co
     if (*is_said)
         return kt_reject_memory(error);
     errno = 0;
-    FILE *file = is_stream(path) ? stdout : fopen(kt_output_path(&output), "w");
+    FILE *file = is_stream(path) ? stdout : kt_output_stream(&output);
     kt_status status = file != NULL ? write(file, what, error) : KT_OK;
     bool fine = file != NULL && fflush(file) == 0 && !ferror(file);
     int reason = errno;
@@ -278,9 +300,9 @@ const char *kt_temporary_folder(void) {
 }
 
 void kt_say_written(const char *what, const char *path, const char *remark, const char *replaced) {
-    fprintf(stderr, "%s: %s%s\n", what, kt_show_result(path).text, remark);
+    kt_print("%s: %s%s\n", what, kt_show_result(path).text, remark);
     if (replaced[0] != '\0')
-        fprintf(stderr, "  replaces an older %s\n", replaced);
+        kt_print("  replaces an older %s\n", replaced);
 }
 
 ptrdiff_t kt_stem_length(const char *path, const char *endings) {

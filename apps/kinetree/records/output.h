@@ -26,7 +26,10 @@ const char *kt_output_path(const kt_output *output);
  * is truncated. Returns its descriptor, or -1 with errno; EBUSY: another run writes it. */
 int kt_output_open(kt_output *output, int flags);
 
-/* Opens a file as open does, and locks it against other runs for as long as it is open. Returns its descriptor, or -1
+/* Opens the file as an empty stream for writing. Returns NULL with errno on failure. */
+FILE *kt_output_stream(const kt_output *output);
+
+/* Opens a file as open does, unless it is a symbolic link, and locks it against other runs for as long as it is open. Returns its descriptor, or -1
  * with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 

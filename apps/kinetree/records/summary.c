@@ -318,12 +318,12 @@ static void say_mechanism_size(const kt_outcome *outcome) {
     const int bodies = kt_model_body_count(outcome->model) - 1, loops = outcome->scene->description.loop_count;
     const unsigned long long contacts = kt_simulation_contacts(outcome->simulation).count;
     kt_mobility dof = kt_model_mobility(outcome->model);
-    fprintf(stderr, "  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
+    kt_print("  %d bod%s", bodies, bodies == 1 ? "y" : "ies");
     if (loops > 0)
-        fprintf(stderr, ", %d loop%s", loops, kt_plural(loops));
+        kt_print(", %d loop%s", loops, kt_plural(loops));
     if (contacts > 0)
-        fprintf(stderr, ", %llu hard contact%s", contacts, kt_plural((long long)contacts));
-    fprintf(stderr, ", %d degree%s of freedom", dof.minimal, kt_plural(dof.minimal));
+        kt_print(", %llu hard contact%s", contacts, kt_plural((long long)contacts));
+    kt_print(", %d degree%s of freedom", dof.minimal, kt_plural(dof.minimal));
 }
 
 kt_method_words kt_describe_method(const kt_run *run) {
@@ -350,47 +350,47 @@ void kt_print_steps(const kt_run *run, FILE *to) {
 static void say_method(const kt_outcome *outcome) {
     const kt_run *run = outcome->run;
     const char *reason = method_reason(outcome);
-    fprintf(stderr, ", %s", run->integrator);
+    kt_print(", %s", run->integrator);
     kt_print_steps(run, stderr);
     if (reason != NULL)
-        fprintf(stderr, " (%s is %s)", run->integrator, reason);
-    fputc('\n', stderr);
+        kt_print(" (%s is %s)", run->integrator, reason);
+    kt_print("\n");
 }
 
 static void say_cost(const kt_outcome *outcome, double time) {
     kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
-    fprintf(stderr, "  %llu step%s", (unsigned long long)counts.steps, kt_plural((long long)counts.steps));
+    kt_print("  %llu step%s", (unsigned long long)counts.steps, kt_plural((long long)counts.steps));
     if (counts.rejected > 0)
-        fprintf(stderr, " (%llu rejected)", (unsigned long long)counts.rejected);
+        kt_print(" (%llu rejected)", (unsigned long long)counts.rejected);
     if (counts.switches > 0)
-        fprintf(stderr, ", %llu switch%s between explicit and implicit ones", (unsigned long long)counts.switches,
-                counts.switches > 1 ? "es" : "");
-    fprintf(stderr, ", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
-            outcome->so_far.cpu_seconds);
+        kt_print(", %llu switch%s between explicit and implicit ones", (unsigned long long)counts.switches,
+                 counts.switches > 1 ? "es" : "");
+    kt_print(", %llu evaluations, %.3g s of CPU time", (unsigned long long)counts.evaluations,
+             outcome->so_far.cpu_seconds);
     if (outcome->so_far.cpu_seconds > 0.0 && time > 0.0)
-        fprintf(stderr, ": %.3g times real time", time / outcome->so_far.cpu_seconds);
-    fputc('\n', stderr);
+        kt_print(": %.3g times real time", time / outcome->so_far.cpu_seconds);
+    kt_print("\n");
 }
 
 /* The change is that from the first record to a later one. */
 static void say_energy(const kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->so_far.energy;
     if (energy->records > 1 && energy->energetics == KT_ENERGY_CONSERVED)
-        fprintf(stderr, "  total energy %g J, drift at most %.2g J\n", energy->start, energy->change);
+        kt_print("  total energy %g J, drift at most %.2g J\n", energy->start, energy->change);
     else if (energy->records > 1)
-        fprintf(stderr, "  total energy %g J at the start, change at most %.2g J\n", energy->start, energy->change);
+        kt_print("  total energy %g J at the start, change at most %.2g J\n", energy->start, energy->change);
     else if (energy->records > 0)
-        fprintf(stderr, "  total energy %g J at the start\n", energy->start);
+        kt_print("  total energy %g J at the start\n", energy->start);
 }
 
 static void say_result_file(const char *what, const char *path) {
     enum { LARGE = 20000000 }; /* bytes; only frames need more */
     struct stat status;
     if (path != NULL)
-        fprintf(stderr, "  %s: %s\n", what, kt_show_result(path).text);
+        kt_print("  %s: %s\n", what, kt_show_result(path).text);
     if (path != NULL && stat(path, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > LARGE)
-        fprintf(stderr, "    it has %.3g MB; a longer --interval makes it smaller, with fewer frames\n",
-                1e-6 * (double)status.st_size);
+        kt_print("    it has %.3g MB; a longer --interval makes it smaller, with fewer frames\n",
+                 1e-6 * (double)status.st_size);
 }
 
 /* The energy that impacts and closings have dissipated; 0 if it is below the rounding of the energies of the motion. */
@@ -404,17 +404,17 @@ static void say_contacts(const kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const double dissipated = dissipated_beyond_rounding(outcome, seen.dissipated);
     if (seen.count > 0)
-        fprintf(stderr,
-                "  contacts: %llu impact%s (%g J dissipated), %llu closing%s, %llu opening%s; friction: %llu stick%s, "
-                "%llu slip%s\n",
-                (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), dissipated,
-                (unsigned long long)seen.closings, kt_plural((long long)seen.closings),
-                (unsigned long long)seen.openings, kt_plural((long long)seen.openings), (unsigned long long)seen.sticks,
-                kt_plural((long long)seen.sticks), (unsigned long long)seen.slips, kt_plural((long long)seen.slips));
+        kt_print("  contacts: %llu impact%s (%g J dissipated), %llu closing%s, %llu opening%s; friction: %llu stick%s, "
+                 "%llu slip%s\n",
+                 (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), dissipated,
+                 (unsigned long long)seen.closings, kt_plural((long long)seen.closings),
+                 (unsigned long long)seen.openings, kt_plural((long long)seen.openings),
+                 (unsigned long long)seen.sticks, kt_plural((long long)seen.sticks), (unsigned long long)seen.slips,
+                 kt_plural((long long)seen.slips));
     const unsigned long long steps = kt_simulation_counts_get(outcome->simulation).steps;
     if (outcome->scene->contact == KT_CONTACT_STEPS && steps > 0)
-        fprintf(stderr, "  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
-                (double)seen.closed / (double)steps, (double)seen.pivots / (double)steps, seen.penetration);
+        kt_print("  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
+                 (double)seen.closed / (double)steps, (double)seen.pivots / (double)steps, seen.penetration);
 }
 
 /* Names the events that have not happened, with their conditions. */
@@ -426,48 +426,48 @@ static void say_missed(const kt_outcome *outcome) {
         if (!event_is_missed(outcome, i) || count++ >= LISTED)
             continue;
         if (event == &outcome->scene->until)
-            fprintf(stderr, "  until never happened: %s\n", kt_show(event->when).text);
+            kt_print("  until never happened: %s\n", kt_show(event->when).text);
         else
-            fprintf(stderr, "  event '%s' never happened: %s\n", kt_show(event->name).text, kt_show(event->when).text);
+            kt_print("  event '%s' never happened: %s\n", kt_show(event->name).text, kt_show(event->when).text);
     }
     if (count > LISTED)
-        fprintf(stderr, "  and %d more events never happened\n", count - LISTED);
+        kt_print("  and %d more events never happened\n", count - LISTED);
 }
 
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) {
     double time = kt_simulation_time(outcome->simulation), duration = outcome->run->duration;
-    fprintf(stderr, "%s: %g s simulated", kt_show(outcome->name).text, time);
+    kt_print("%s: %g s simulated", kt_show(outcome->name).text, time);
     const kt_event *stopped = kt_simulation_stopped(outcome->simulation);
     if (time < duration)
-        fprintf(stderr, " of %g s", duration);
+        kt_print(" of %g s", duration);
     if (stopped != NULL)
-        fprintf(stderr, ", ended by event '%s'", kt_show(stopped->name).text);
-    fputc('\n', stderr);
+        kt_print(", ended by event '%s'", kt_show(stopped->name).text);
+    kt_print("\n");
     say_mechanism_size(outcome);
     say_method(outcome);
     say_cost(outcome, time);
     say_energy(outcome);
     if (outcome->so_far.energy.has_balance) {
         const kt_work work = kt_simulation_work(outcome->simulation);
-        fprintf(stderr, "  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated,
-                work.supplied, outcome->so_far.energy.balance_change);
+        kt_print("  %g J dissipated, %g J supplied: the balance closes to %.2g J\n", work.dissipated, work.supplied,
+                 outcome->so_far.energy.balance_change);
     }
     if (kt_energy_not_watched(outcome) != NULL)
-        fprintf(stderr, "  energy not watched: %s\n", kt_energy_not_watched(outcome));
+        kt_print("  energy not watched: %s\n", kt_energy_not_watched(outcome));
     if (kt_loop_count(outcome->model) > 0 && outcome->so_far.records > 0)
-        fprintf(stderr, "  %s closed to %.2g m or rad, %.2g m/s or rad/s\n",
-                outcome->scene->description.loop_count > 0 ? "loops" : "active contacts",
-                outcome->so_far.constraint.position, outcome->so_far.constraint.velocity);
+        kt_print("  %s closed to %.2g m or rad, %.2g m/s or rad/s\n",
+                 outcome->scene->description.loop_count > 0 ? "loops" : "active contacts",
+                 outcome->so_far.constraint.position, outcome->so_far.constraint.velocity);
     say_contacts(outcome);
     say_missed(outcome);
     kt_compressions_say(&outcome->so_far.compressions, outcome->scene);
     if (names->out != NULL)
-        fprintf(stderr, "  %lld record%s: %s\n", (long long)outcome->so_far.records, kt_plural(outcome->so_far.records),
-                kt_show_result(names->out).text);
+        kt_print("  %lld record%s: %s\n", (long long)outcome->so_far.records, kt_plural(outcome->so_far.records),
+                 kt_show_result(names->out).text);
     say_result_file("summary", names->summary);
     say_result_file("picture", names->plot);
     say_result_file("view", names->view);
     say_result_file("glTF", names->glb);
     if (outcome->replaced[0] != '\0')
-        fprintf(stderr, "  replaces an older %s\n", outcome->replaced);
+        kt_print("  replaces an older %s\n", outcome->replaced);
 }

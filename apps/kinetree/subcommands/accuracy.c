@@ -187,7 +187,7 @@ static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arg
 
 static void say_study_file(const char *what, const char *path) {
     if (path != NULL && strcmp(path, "-") != 0)
-        fprintf(stderr, "  %s: %s\n", what, kt_show(path).text);
+        kt_print("  %s: %s\n", what, kt_show(path).text);
 }
 
 /* Writes the CSV file and the pictures, prints their names, then the tables. Returns an exit code. */

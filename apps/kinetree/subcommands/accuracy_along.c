@@ -110,7 +110,7 @@ static void write_all_studies(FILE *file, const void *what) {
         const int studied = all->study(&one, all->path, all->base);
         const int written = along.written ? KT_EXIT_DONE : kt_accuracy_along_line(&along, NULL);
         if (!arguments->quiet)
-            fprintf(stderr, "%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(all->plan));
+            kt_print("%lld of %lld values\n", (long long)run + 1, (long long)kt_sweep_plan_runs(all->plan));
         *all->code = studied != KT_EXIT_DONE ? studied : written != KT_EXIT_DONE ? written : *all->code;
         (void)fflush(file);
     }

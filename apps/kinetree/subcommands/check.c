@@ -62,11 +62,11 @@ static void warn_check(check *c, const char *format, ...) KT_PRINTF(2, 3);
 
 static void warn_check(check *c, const char *format, ...) {
     va_list arguments;
-    fprintf(stderr, "%s: warning: ", c->path);
+    kt_print("%s: warning: ", c->path);
     va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
+    kt_print_all(format, arguments);
     va_end(arguments);
-    fputc('\n', stderr);
+    kt_print("\n");
     c->warnings++;
 }
 
@@ -201,7 +201,7 @@ static void check_axis_inertia(check *c) {
 
 /* Prints an error of the scene, and returns its exit code. */
 static int reject_scene(const check *c, kt_status status, const kt_error *error) {
-    fprintf(stderr, "%s: %s\n", c->path, kt_words_of(error).text);
+    kt_print("%s: %s\n", c->path, kt_words_of(error).text);
     return kt_exit_code(status);
 }
 
@@ -303,7 +303,7 @@ static int check_scene_model(const char *path, const kt_scene *scene, const kt_m
 static int view_start(const char *path, const kt_scene *scene, const kt_model *model, const char *view) {
     const int code = kt_view_write_start(scene, model, kt_title_of(model, path), view);
     if (code == KT_EXIT_DONE)
-        fprintf(stderr, "%s: the given and the assembled positions: %s\n", path, kt_show(view).text);
+        kt_print("%s: the given and the assembled positions: %s\n", path, kt_show(view).text);
     return code;
 }
 

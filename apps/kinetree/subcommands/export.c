@@ -85,8 +85,8 @@ static void say_lost_by_format(void *user, const char *what, int count) {
     losses *l = user;
     if (l->is_quiet)
         return;
-    fprintf(stderr, "%s%snote: left out or changed: %s (%d)\n", l->is_named ? "  " : l->path, l->is_named ? "" : ": ",
-            what, count);
+    kt_print("%s%snote: left out or changed: %s (%d)\n", l->is_named ? "  " : l->path, l->is_named ? "" : ": ", what,
+             count);
     l->is_named = true;
 }
 

@@ -101,7 +101,7 @@ int kt_export_c_check(const kt_export_c *c) {
 static FILE *open_output(kt_output *output, const char *path) {
     if (kt_output_start(output, path) >= 0)
         return NULL;
-    FILE *file = fopen(kt_output_path(output), "w");
+    FILE *file = kt_output_stream(output);
     if (file == NULL)
         kt_say("%s cannot be written: %s", path, strerror(errno));
     return file;
@@ -112,10 +112,9 @@ static const long much_source = 2000000;
 
 static void say_source_size(const kt_export_c *c, long size) {
     if (size > much_source)
-        fprintf(stderr,
-                "%s: warning: %s has %.0f MB, for which a compiler may need minutes and several GB of memory; leave "
-                "functions out (--functions; derivatives take most), or use the library\n",
-                c->scene, c->out, 1e-6 * (double)size);
+        kt_print("%s: warning: %s has %.0f MB, for which a compiler may need minutes and several GB of memory; leave "
+                 "functions out (--functions; derivatives take most), or use the library\n",
+                 c->scene, c->out, 1e-6 * (double)size);
 }
 
 static int write_source_and_header(const kt_export_c *c, const kt_model *model, const char *header_path) {
@@ -150,17 +149,17 @@ static void say_effects(const kt_export_c *c, const kt_model *model) {
     const unsigned with_effects = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES | (unsigned)KT_CODEGEN_STEPS |
                                   (unsigned)KT_CODEGEN_STEP_DERIVATIVES;
     if (kt_effect_count(model) > 0 && !(read_function_names(c->functions) & with_effects))
-        fprintf(stderr, "%s: note: left out: forces of effects (%d); add them to tau, or try --functions effects\n",
-                c->scene, kt_effect_count(model));
+        kt_print("%s: note: left out: forces of effects (%d); add them to tau, or try --functions effects\n", c->scene,
+                 kt_effect_count(model));
 }
 
 /* Prints how many events the file leaves out. */
 static void say_events(const kt_export_c *c, const kt_scene *scene) {
     const bool has_until = scene->until.when != NULL;
     if (scene->event_count > 0 || has_until)
-        fprintf(stderr, "%s: note: left out: events (%d%s); a program has to watch them, and change q, v and x%s\n",
-                c->scene, scene->event_count + has_until, has_until ? ", `until` among them" : "",
-                kt_scene_sets(scene) ? "; the header lists the states that they set" : "");
+        kt_print("%s: note: left out: events (%d%s); a program has to watch them, and change q, v and x%s\n", c->scene,
+                 scene->event_count + has_until, has_until ? ", `until` among them" : "",
+                 kt_scene_sets(scene) ? "; the header lists the states that they set" : "");
 }
 
 static int export_scene_as_c(const kt_scene *scene, const kt_model *model, const void *user) {

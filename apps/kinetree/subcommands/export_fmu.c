@@ -242,7 +242,7 @@ static int write_model(const kt_export_fmu *fmu, const kt_scene *scene, const kt
         code = describe_and_write(fmu, &described, parts);
     }
     if (code == KT_EXIT_DONE && reason != NULL)
-        fprintf(stderr, "%s: note: the FMU is for co-simulation alone: %s\n", fmu->scene, reason);
+        kt_print("%s: note: the FMU is for co-simulation alone: %s\n", fmu->scene, reason);
     kt_columns_free(&columns);
     free(is_input);
     free(roles);

@@ -32,7 +32,7 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     const int code = kt_write_scene(&end, path, status, &error);
     kt_scene_free(&end);
     if (code == KT_EXIT_DONE && !quiet) {
-        fprintf(stderr, "  scene: %s\n", kt_show_result(path).text);
+        kt_print("  scene: %s\n", kt_show_result(path).text);
         say_end_scene_anew(outcome, path);
     }
     return code;

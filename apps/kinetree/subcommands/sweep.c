@@ -225,48 +225,46 @@ static int threads_of(const kt_sweep_arguments *arguments) {
 
 /* Describes the runs of --native. */
 static void report_native(const kt_sweep_worker *all, int64_t runs) {
-    fprintf(stderr, "\n  --native: %lld run%s with %llu accelerations by generated code", (long long)all->natively,
-            all->natively == 1 ? "" : "s", (unsigned long long)all->computed);
+    kt_print("\n  --native: %lld run%s with %llu accelerations by generated code", (long long)all->natively,
+             all->natively == 1 ? "" : "s", (unsigned long long)all->computed);
     if (all->left > 0)
-        fprintf(stderr, ", and %llu by the library next to singular positions or beyond the range of the file",
-                (unsigned long long)all->left);
+        kt_print(", and %llu by the library next to singular positions or beyond the range of the file",
+                 (unsigned long long)all->left);
     if (all->natively < runs)
-        fprintf(stderr,
-                "\n  --native: %lld by the library, since the structure differs from that of the first run: another "
-                "number is zero, or an axis, a rotation or a formula changes",
-                (long long)(runs - all->natively));
+        kt_print("\n  --native: %lld by the library, since the structure differs from that of the first run: another "
+                 "number is zero, or an axis, a rotation or a formula changes",
+                 (long long)(runs - all->natively));
 }
 
 /* Names the file of --keep, and the older results, which are replaced next. */
 static void report_kept(const char *keep, const char *out) {
     char replaced[400] = "";
     if (keep != NULL)
-        fprintf(stderr, "  all records: %s\n", kt_show(keep).text);
+        kt_print("  all records: %s\n", kt_show(keep).text);
     kt_note_replaced(out, replaced, sizeof replaced);
     kt_note_replaced(keep, replaced, sizeof replaced);
     if (replaced[0] != '\0')
-        fprintf(stderr, "  replaces an older %s\n", replaced);
+        kt_print("  replaces an older %s\n", replaced);
 }
 
 static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *out, int64_t before) {
     const int64_t runs = s->end - s->first;
-    fprintf(stderr, "%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
+    kt_print("%lld run%s, %lld of them failed", (long long)runs, runs == 1 ? "" : "s", (long long)s->failed);
     if (before > 0)
-        fprintf(stderr, "; %lld more were there already", (long long)before);
+        kt_print("; %lld more were there already", (long long)before);
     if (s->failed > 0)
-        fprintf(stderr, "\n  the first failure: %s (the column 'why' has all reasons)", s->why.text);
+        kt_print("\n  the first failure: %s (the column 'why' has all reasons)", s->why.text);
     if (all->together > 0)
-        fprintf(stderr, "\n  %lld of them in lanes%s, up to %zu at a time in each thread", (long long)all->together,
-                kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
+        kt_print("\n  %lld of them in lanes%s, up to %zu at a time in each thread", (long long)all->together,
+                 kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
     if (all->alone != NULL)
-        fprintf(stderr, "\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
+        kt_print("\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
     if (all->natively > 0)
         report_native(all, runs - all->unmade);
     if (all->why[0] != '\0')
-        fprintf(stderr,
-                "\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
-                all->why);
-    fprintf(stderr, "\n  %s\n", kt_show_result(out).text);
+        kt_print("\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
+                 all->why);
+    kt_print("\n  %s\n", kt_show_result(out).text);
     report_kept(s->sweep->arguments->keep, out);
 }
 

@@ -65,6 +65,7 @@ void kt_sweep_shard_remove(const char *out) {
 
 int kt_sweep_shard_write(const char *out, const kt_sweep_shard *shard) {
     char *name = shard_name(out), sum[24];
+    kt_sweep_shard_remove(out); /* a link of this name is not followed */
     snprintf(sum, sizeof sum, "%016" PRIx64, shard->sweep);
     const int code =
         name == NULL ? KT_EXIT_DONE
@@ -302,7 +303,7 @@ int kt_sweep_merge(const kt_sweep_arguments *arguments, char **names, int count)
     code = code < 0 ? read_shards(parts, count, &runs) : code;
     if (code < 0 && to_file)
         code = kt_output_start(&output, out);
-    FILE *file = code >= 0 ? NULL : to_file ? fopen(kt_output_path(&output), "w") : stdout;
+    FILE *file = code >= 0 ? NULL : to_file ? kt_output_stream(&output) : stdout;
     if (code < 0 && file == NULL)
         code = say_sweep_part(&(part){.name = out}, strerror(errno));
     if (code < 0) {

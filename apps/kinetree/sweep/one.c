@@ -379,7 +379,7 @@ void kt_sweep_result_free(kt_sweep_result *result) {
 
 static void say_fault(void *user, const kt_error *fault) {
     (void)user;
-    fprintf(stderr, "%s: %s\n", fault->where, fault->message);
+    kt_print("%s: %s\n", fault->where, fault->message);
 }
 
 static bool add_sweep_column(kt_sweep *sweep, const char *name, const char *unit) {

@@ -12,11 +12,33 @@
 
 enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
-KT_PRINTF(1, 0) static void print_words(const char *format, va_list arguments) {
+/* All messages pass through here. The newlines at both ends of the format are the program's own. Those within the text came with a name. */
+void kt_print_all(const char *format, va_list arguments) {
     char words[LONGEST], shown[LONGEST + 512];
+    const size_t before = strspn(format, "\n");
+    size_t after = strlen(format);
+    while (after > before && format[after - 1] == '\n')
+        after--;
     (void)vsnprintf(words, sizeof words, format, arguments);
-    (void)kt_text_escape(words, shown, sizeof shown);
-    fprintf(stderr, "kinetree: %s\n", shown);
+    size_t end = strlen(words);
+    for (size_t i = strlen(format) - after; i > 0 && end > before && words[end - 1] == '\n'; i--)
+        end--;
+    words[end] = '\0';
+    (void)kt_text_escape(words + before, shown, sizeof shown);
+    fprintf(stderr, "%.*s%s%s", (int)before, format, shown, format + after);
+}
+
+void kt_print(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    kt_print_all(format, arguments);
+    va_end(arguments);
+}
+
+KT_PRINTF(1, 0) static void print_words(const char *format, va_list arguments) {
+    fputs("kinetree: ", stderr);
+    kt_print_all(format, arguments);
+    fputc('\n', stderr);
 }
 
 void kt_say(const char *format, ...) {

@@ -76,7 +76,7 @@ static kt_status read_mesh_surface_of(kt_mjcf *m, const kt_element *e, const cha
     if (status == KT_OK)
         status = kt_triangles_parse(text, size, mesh, error);
     if (status == KT_ERROR_SCENE)
-        (void)snprintf(error->where, sizeof error->where, "%.150s", path);
+        (void)kt_error_set(error, status, path, "%s", error->message);
     free(text);
     return status;
 }
@@ -222,7 +222,7 @@ void kt_mjcf_read_meshes(kt_mjcf *m) {
 static void name_unread_mesh(kt_mjcf *m, const kt_element *e, kt_error *error) {
     const char *file = file_of_mesh(m, e), *name = file != NULL ? file : kt_mjcf_asset_name(m, e);
     if (name != NULL)
-        (void)snprintf(error->where, sizeof error->where, "%.150s", name);
+        (void)kt_error_set(error, error->code, name, "%s", error->message);
 }
 
 /* Reads a mesh, once. */

@@ -41,7 +41,7 @@ static kt_status read_mesh_file(const char *path, kt_triangles *mesh, kt_error *
         status = is_own_format(path) ? kt_triangles_parse(text, size, mesh, error)
                                      : kt_foreign_parse(path, text, size, mesh, error);
     if (status == KT_ERROR_SCENE)
-        (void)snprintf(error->where, sizeof error->where, "%.150s", path);
+        (void)kt_error_set(error, status, path, "%s", error->message);
     free(text);
     return status;
 }
