@@ -27,8 +27,8 @@ typedef struct kt_xml_late {
 
 enum { KT_XML_DEPTH_MAX = 256 /* elements within one another */ };
 
-/* The most elements of all files that a reader reads. A file that is included several times counts as often. This limits
- * the memory that small files can claim. */
+/* The most elements of all files that a reader reads. A file that is included several times counts as often. This
+ * limits the memory that small files can claim. */
 enum { KT_XML_ELEMENTS_MAX = 1 << 20 };
 
 /* Reads a text into *root; the elements live in reader->scratch. Returns false after reporting a fault of form. A

@@ -38,10 +38,10 @@ typedef struct edge {
 
 typedef struct face {
     int corner[3];
-    int beside[3]; /* the face beyond the edge from corner k to the next */
-    int place;     /* in `order` */
-    int first;     /* of the points in its list; -1: none */
-    int seen;      /* the last point that saw it */
+    int neighbour[3]; /* the face beyond the edge from corner k to the next */
+    int place;        /* in `order` */
+    int first;        /* of the points in its list; -1: none */
+    int seen;         /* the last point that saw it */
 } face;
 
 enum { NONE = -1 };
@@ -172,7 +172,7 @@ static bool find_seen_faces(hull *h, int point, int at) {
     for (int i = 0; i < h->seen_count; i++)
         for (int k = 0; k < 3; k++) {
             const face *f = &h->faces[h->seen[i]];
-            const int beyond = f->beside[k], from = f->corner[k], to = f->corner[(k + 1) % 3];
+            const int beyond = f->neighbour[k], from = f->corner[k], to = f->corner[(k + 1) % 3];
             if (h->faces[beyond].seen == point)
                 continue;
             if (sees(h, point, beyond)) {
@@ -238,14 +238,14 @@ static bool add_new_faces(hull *h, int point) {
         face *beyond = &h->faces[e->beyond];
         for (int k = 0; k < 3; k++)
             if (beyond->corner[k] == e->to && beyond->corner[(k + 1) % 3] == e->from)
-                beyond->beside[k] = at;
-        h->faces[at].beside[0] = e->beyond;
+                beyond->neighbour[k] = at;
+        h->faces[at].neighbour[0] = e->beyond;
         h->links[e->from].begins = at;
     }
     for (int i = 0; i < h->edge_count; i++) {
         const int at = h->links[h->edges[i].from].begins, next = h->links[h->edges[i].to].begins;
-        h->faces[at].beside[1] = next;
-        h->faces[next].beside[2] = at;
+        h->faces[at].neighbour[1] = next;
+        h->faces[next].neighbour[2] = at;
     }
     return true;
 }
@@ -319,12 +319,12 @@ static bool find_simplex(const hull *h, int first[4]) {
 
 /* Makes the first four faces, with the lists of all other points. */
 static bool add_simplex(hull *h, const int f[4]) {
-    static const int beside[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    static const int neighbour[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
     const bool whole = add_face(h, f[0], f[1], f[2]) != NONE && add_face(h, f[1], f[0], f[3]) != NONE &&
                        add_face(h, f[2], f[1], f[3]) != NONE && add_face(h, f[0], f[2], f[3]) != NONE;
     for (int i = 0; i < 4 && whole; i++)
         for (int k = 0; k < 3; k++)
-            h->faces[i].beside[k] = beside[i][k];
+            h->faces[i].neighbour[k] = neighbour[i][k];
     for (int i = 0; i < h->count && whole; i++) {
         const int q = h->spots[i].vertex;
         h->links[q].face = NONE;
