@@ -49,6 +49,8 @@ def kt_python_recorder(record: Any, user: Any) -> int:
 @_extern(error=-1, onerror=_keep_raised)
 def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)
+    if event.calls.raised is not None:  # the engine repeats a search that has failed; a signal raises only once
+        return -1
     value[0] = float(event.function(event.instant(at)))
     return 0
 

@@ -189,7 +189,7 @@ class Scene:
         Parameters
         ----------
         step : float, optional
-            Fixed step, s; with a fixed step the default method is rk4.
+            Fixed step, s. The integrator of the scene stays; without one, a fixed step takes rk4.
         duration : float, optional
             Where iteration ends, s.
         integrator : str, optional

@@ -107,7 +107,7 @@ class Simulation(Fixed):
                                 "'step' is for a fixed step and 'tolerance' for an adaptive one; leave one of them out")
         if how["step"] is not None:
             run.step = finite(how["step"], "step", 0.0)
-            if how["integrator"] is None and not self.model.scene._scene.contact:
+            if how["integrator"] is None and run.integrator == ffi.NULL and not self.model.scene._scene.contact:
                 how["integrator"] = "rk4"
         if how["duration"] is not None:
             run.duration = finite(how["duration"], "duration", 0.0)
