@@ -1,5 +1,8 @@
 """What a simulation of this package does as the command does it: the integrator of the scene, its present state, and no silence."""
+import ctypes
+
 import numpy as np
+import pytest
 
 import kinetree as kt
 
@@ -26,3 +29,118 @@ def test_a_step_keeps_the_integrator_of_the_scene(held):
     held(abs(stepped.positions[0] - run["position.arm"][-1]), 0.0, "simulation(step) against run(step), rad")
     nameless = kt.Scene(STIFF.replace("integrator: radau5, ", "")).simulation(step=1e-3)
     assert nameless.integrator == "rk4" and scene.simulation(step=1e-3, integrator="rk4").integrator == "rk4"
+
+
+ARM = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+parameters: {m: 1}
+bodies:
+  - {name: arm, joint: {type: revolute, axis: y}, mass: =m, com: [0.5, 0, 0], inertia: [0, 0.0833333333333, 0.0833333333333], markers: {tip: [1, 0, 0]}}
+simulate: {duration: 1}
+"""
+
+
+def test_an_event_or_a_force_that_is_no_number_is_rejected():
+    scene = kt.Scene(ARM)
+    for wrong, match in ((lambda at: at.q[0] > 1.0, "expected a number, such as"), (lambda at: bool(at.q[0] > 1.0), "expected a number, such as"),
+                         (lambda at: at.q > 1.0, "expected a number, such as"), (lambda at: None, "expected a number"), (lambda at: "1", "expected a number"),
+                         (lambda at: np.ma.masked_less(at.q, 9.0), "1 of 1 values are masked"), (lambda at: [1.0, 2.0], "expected a number")):
+        simulation = scene.simulation(tolerance=1e-9, duration=1.0)
+        simulation.on("low", wrong, stop=True)
+        with pytest.raises(kt.ArgumentError, match=f"the result of the event: {match}"):
+            simulation.run()
+    for right in (lambda at: at.q[0] - 1.0, lambda at: at.q - 1.0, lambda at: np.float32(at.q[0] - 1.0)):
+        simulation = scene.simulation(tolerance=1e-9, duration=1.0)
+        simulation.on("low", right, stop=True)
+        simulation.run()
+        assert simulation.stopped == "low"
+    with pytest.raises(kt.ArgumentError, match="the result of the force: expected a number"):
+        kt.Simulation(kt.Model(scene, effects=[kt.JointForce("arm", lambda t, q, v: q > 0.1)]), step=1e-3).advance(0.1)
+
+
+def test_a_compiled_function_of_another_type_is_rejected():
+    scene, d, i, p = kt.Scene(ARM), ctypes.c_double, ctypes.c_int, ctypes.c_void_p
+    D = ctypes.POINTER(d)
+    law = ctypes.CFUNCTYPE(i, p, d, D, D, D)(lambda user, t, q, v, tau: 1)
+    scene.simulation(step=1e-3).control(law)
+    for result, *arguments in ((i, p, d, D, D), (d, p, d, D, D, D), (i, p, d, D, D, ctypes.POINTER(ctypes.c_float)), (i, p, ctypes.c_float, D, D, D), (i, D, D, D, D, D)):
+        wrong = ctypes.CFUNCTYPE(result, *arguments)(lambda *_: 1)
+        with pytest.raises(kt.ArgumentError, match=r"law: expected a function int \(void \*, double, double \*, double \*, double \*\), got"):
+            scene.simulation(step=1e-3).control(wrong)
+    with pytest.raises(kt.ArgumentError, match="function: expected a function"):
+        kt.JointForce("arm", law)
+    with pytest.raises(kt.ArgumentError, match="function: expected a function"):
+        scene.simulation(step=1e-3).on("event", law)
+    numba = pytest.importorskip("numba", reason="numba is not on this machine")
+    types = numba.types
+    wrong = numba.cfunc(types.float64(types.float64, types.float64, types.float64))(lambda t, q, v: -q)
+    with pytest.raises(kt.ArgumentError, match=r"got float64 \(float64, float64, float64\)"):
+        kt.JointForce("arm", wrong)
+
+
+def test_masked_arrays_and_overlapping_outputs_are_rejected(scenes):
+    scene = kt.load(scenes / "arm7.yaml")
+    model, data = scene.model, scene.model.data()
+    n, masked = model.nv, np.ma.masked_less(np.arange(7.0), 2.0)
+    for call in (lambda: data.forward_dynamics(masked), lambda: scene.simulation(step=1e-3).set_torque(masked), lambda: model.add(masked, masked),
+                 lambda: model.batch(7).forward_dynamics(np.ma.masked_less(np.ones((7, 7)), 2.0)), lambda: scene.sweep(duration=masked),
+                 lambda: kt.Scene({"kinetree": 1, "gravity": np.ma.masked_less(np.arange(3.0), 2.0)})):
+        with pytest.raises(kt.ArgumentError, match="values are masked; replace them"):
+            call()
+    assert np.array_equal(data.forward_dynamics(np.ma.masked_less(np.ones(7), 0.0)), data.forward_dynamics(np.ones(7)))
+    block, square = np.zeros(2 * n), np.zeros((n, n), order="F")
+    A, B = np.zeros((2 * n, 2 * n), order="F"), np.zeros((2 * n, n), order="F")
+    for call in (lambda: data.step(1e-3, out=(block[:n], block[:n])), lambda: data.step(1e-3, out=(block[:n], block[n - 1:2 * n - 1])),
+                 lambda: data.forward_derivatives(out=(square,) * 3), lambda: data.step_derivatives(1e-3, out=(A, A[:, :n])),
+                 lambda: data.assemble(out=(block[:n], block[:n])), lambda: model.batch(1, method="rk4").step(1e-3, 1, out=(B.T[:1, :n].copy(),) * 2)):
+        with pytest.raises(kt.ArgumentError, match=r"out\[1\]: it shares memory with another output"):
+            call()
+    for call in (lambda: model.add(block[:n], np.ones(n), out=block[1:n + 1]), lambda: data.step(1e-3, block[:n], out=(block[1:n + 1], np.zeros(n))),
+                 lambda: data.step_derivatives(1e-3, A[:n, 0], out=(A, B))):
+        with pytest.raises(kt.ArgumentError, match="it shares memory with a part of an input"):
+            call()
+    q, v = np.full(n, 0.1), np.full(n, 0.2)
+    wanted = [each.copy() for each in data.step(1e-3, q, v)]
+    assert all(map(np.array_equal, data.step(1e-3, q, v, out=(q, v)), wanted))
+
+
+def test_options_without_a_value_need_a_right_name(scenes, tmp_path):
+    scene = kt.load(scenes / "pendulum.yaml")
+    for wrong in (None, False):
+        with pytest.raises(kt.ArgumentError, match="run: there is no option 'durations'; did you mean 'duration'"):
+            scene.run(durations=wrong)
+        with pytest.raises(kt.ArgumentError, match="modes: there is no option 'jsn'"):
+            scene.modes(jsn=wrong)
+    assert len(scene.run(duration=0.1, integrator=None, plot=None, max_step=None)) > 1
+    file = tmp_path / "rod.urdf"
+    file.write_text('<robot name="r"><link name="base"/><link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+                    '</inertial></link><joint name="j" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>')
+    assert kt.load(file, keyframe=None, ground=None, floating=None).model.nv == 1
+    with pytest.raises(kt.ArgumentError, match="there is no option 'keyfram' of robots"):
+        kt.load(file, keyfram=None)
+
+
+def test_failed_runs_of_a_sweep_warn():
+    scene = kt.Scene(ARM)
+    with pytest.warns(kt.KinetreeWarning, match=r"1 of 3 runs of the sweep failed. The first is run 1 with m = -1: .*mass is -1"):
+        table = scene.sweep(m=[1, -1, 2])
+    assert list(table["status"]) == ["done", "scene", "done"]
+
+
+def test_a_copy_of_a_model_serves_one_simulation(held):
+    scene = kt.Scene(ARM)
+    own = scene.model.copy()
+    first = scene.simulation(step=1e-3, model=own)
+    first.advance(0.1)
+    second = scene.simulation(step=1e-3, model=own)
+    for call in (lambda: first.advance(0.2), lambda: first.set("arm.mass", 2.0), lambda: list(first)):
+        with pytest.raises(kt.Busy, match="it serves the latest one"):
+            call()
+    second.set("arm.mass", 2.0)
+    second.advance(0.1)
+    alone = scene.simulation(step=1e-3, model=scene.model.copy())
+    alone.set("arm.mass", 2.0)
+    alone.advance(0.1)
+    assert not np.array_equal(second.state, first.state)
+    held(np.abs(second.state - alone.state).max(), 0.0, "against a simulation with a copy of its own")

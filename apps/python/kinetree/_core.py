@@ -228,13 +228,14 @@ class Guard(Lock):  # type: ignore[misc]
 
 def busy() -> Busy:
     return Busy("this object is in use: by another thread, or by the call that runs this function; give each thread its own data, "
-                "and let the function return first")
+                "and let the function return first. If simulations share a copy of a model, it serves the latest one: give each its own copy")
 
 
 def doubles(value: Any, shape: Shape, what: str) -> Vector:
     """`value` as a C-contiguous array of doubles of this shape. It is not copied if it already is one."""
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == shape and value.flags.c_contiguous:
         return value
+    unmasked(value, what)
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":  # numpy would read texts, and drop imaginary parts
@@ -252,6 +253,24 @@ def doubles(value: Any, shape: Shape, what: str) -> Vector:
     return array
 
 
+def unmasked(value: Any, what: str) -> None:
+    """Reject an array with masked values, whose numbers would count."""
+    masked = int(np.count_nonzero(value.mask)) if isinstance(value, np.ma.MaskedArray) else 0
+    if masked:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"{masked} of {value.size} values are masked; replace them, as with "
+                            "array.filled(0.0)")
+
+
+def number(value: Any, what: str) -> float:
+    """The number that a function of a program returns. A truth value is rejected: its value never passes through zero."""
+    unmasked(value, what)
+    array = np.asarray(value)
+    if array.size != 1 or array.dtype.kind not in "iuf":
+        remedy = ", such as at.q[0] - 1.0 in place of at.q[0] > 1.0" if array.dtype.kind == "b" else ""
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a number{remedy}; got {value!r}")
+    return float(array.reshape(()))
+
+
 def output(out: Optional[Vector], shape: Shape, what: str = "out", order: str = "C") -> Vector:
     """`out` if it can be written to in place, or a new array."""
     if out is None:
@@ -262,13 +281,28 @@ def output(out: Optional[Vector], shape: Shape, what: str = "out", order: str = 
     return out
 
 
-def outputs(out: Optional[Sequence[Vector]], shapes: Sequence[Shape], order: str = "C") -> Tuple[Vector, ...]:
-    """`output` for a call with several results."""
+def outputs(out: Optional[Sequence[Vector]], shapes: Sequence[Shape], order: str = "C", inputs: Sequence[Any] = ()) -> Tuple[Vector, ...]:
+    """`output` for a call with several results, which must not overlap. An output may be a whole input, and not a part of one."""
     if out is None:
         return tuple(output(None, shape, order=order) for shape in shapes)
     if not isinstance(out, (tuple, list)) or len(out) != len(shapes):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", f"expected a tuple of {len(shapes)} arrays")
-    return tuple(output(each, shape, f"out[{i}]", order) for i, (each, shape) in enumerate(zip(out, shapes)))
+    found = tuple(output(each, shape, f"out[{i}]", order) for i, (each, shape) in enumerate(zip(out, shapes)))
+    for i, each in enumerate(found):
+        apart(each, inputs, f"out[{i}]")
+        for other in found[:i]:
+            if np.may_share_memory(each, other):
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, f"out[{i}]", "it shares memory with another output; give each result an array of its own")
+    return found
+
+
+def apart(out: Vector, inputs: Sequence[Any], what: str = "out") -> Vector:
+    """Reject an output that shares memory with a part of an input: the call would read what it has written."""
+    for each in inputs:
+        if isinstance(each, np.ndarray) and np.may_share_memory(out, each) and \
+                (out.ctypes.data, out.shape, out.strides) != (each.ctypes.data, each.shape, each.strides):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, "it shares memory with a part of an input; give the result an array of its own")
+    return out
 
 
 _Array, _FLOAT = np.ndarray, np.dtype(np.float64)

@@ -6,7 +6,7 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple, TypeVar, Unio
 
 import numpy as np
 
-from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, name_of, text
+from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, name_of, number, text, unmasked
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -51,7 +51,7 @@ def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)
     if event.calls.raised is not None:  # the engine repeats a search that has failed; a signal raises only once
         return -1
-    value[0] = float(event.function(event.instant(at)))
+    value[0] = number(event.function(event.instant(at)), "the result of the event")
     return 0
 
 
@@ -62,7 +62,7 @@ def kt_python_event_action(simulation: Any, what: Any, error: Any, user: Any) ->
 
 @_extern(error=-1, onerror=_keep_raised)
 def kt_python_joint_force(user: Any, t: float, q: float, v: float, force: Any, balance: Any) -> int:
-    force[0] = float(ffi.from_handle(user).function(t, q, v))
+    force[0] = number(ffi.from_handle(user).function(t, q, v), "the result of the force")
     return 0
 
 
@@ -97,9 +97,45 @@ class Compiled:
         self.address, self.owner = address, owner
 
 
-def address_of(function: Any, what: str) -> Optional[int]:
-    """The address of a compiled function. None: it is a function of Python."""
+# The arguments of compiled functions: a double (d), an array of doubles (D), or another address (p). Each returns an int.
+LAW, EVENT, JOINT_FORCE, WRENCH = "pdDDD", "pDpp", "pdddDp", "pdppp"
+_WORDS = {"d": "double", "D": "double *", "p": "void *", "i": "int"}
+
+
+def _is_kind(kind: str, given: Any) -> bool:
+    """Whether an argument's type, of numba or of ctypes, is of this kind. A pointer without a type fits all pointers."""
+    if isinstance(given, type):  # of ctypes
+        target = getattr(given, "_type_", None)
+        is_pointer = issubclass(given, ctypes._Pointer)
+        untyped, is_double = given in (ctypes.c_void_p, ctypes.c_char_p), given is ctypes.c_double
+        to_double, is_int = is_pointer and target is ctypes.c_double, given is ctypes.c_int
+    else:
+        target = getattr(given, "dtype", None)
+        untyped, is_double, is_int = str(given) in ("void*", "none*"), str(given) == "float64", str(given) == "int32"
+        is_pointer = target is not None and not is_double
+        to_double = is_pointer and str(target) == "float64"
+    return {"d": is_double, "i": is_int, "D": untyped or to_double, "p": untyped or is_pointer}[kind]
+
+
+def _check_signature(function: Any, kinds: str, what: str) -> None:
+    """Reject a compiled function of another type, which would read or write the wrong memory."""
+    signature = getattr(function, "_sig", None)
+    if signature is not None and hasattr(signature, "return_type"):
+        given, result = list(signature.args), signature.return_type
+    elif isinstance(function, ctypes._CFuncPtr) and function.argtypes is not None:  # type: ignore[attr-defined]
+        given, result = list(function.argtypes), function.restype
+    else:
+        return
+    if len(given) != len(kinds) or not all(map(_is_kind, kinds, given)) or not _is_kind("i", result):
+        names = ", ".join(getattr(each, "__name__", str(each)) for each in given)
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a function int ({', '.join(_WORDS[kind] for kind in kinds)}), got "
+                            f"{getattr(result, '__name__', result)} ({names})")
+
+
+def address_of(function: Any, what: str, kinds: str) -> Optional[int]:
+    """The address of a compiled function with these arguments. None: it is a function of Python."""
     found = getattr(function, "address", None)
+    _check_signature(function, kinds, what)
     if isinstance(found, int):
         return found
     if isinstance(function, ctypes._CFuncPtr):  # type: ignore[attr-defined]
@@ -113,11 +149,11 @@ def address_of(function: Any, what: str) -> Optional[int]:
 class Force:
     """An effect whose force a function computes. `JointForce` and `PointForce` are the two kinds."""
 
-    _compiled_as = ""  # the type of a compiled function
+    _compiled_as = _kinds = ""  # the type of a compiled function, and its arguments
 
     def __init__(self, function: Any, name: Optional[str]) -> None:
         self.function, self.name = function, name
-        self.address = address_of(function, "function")
+        self.address = address_of(function, "function", self._kinds)
         self.calls = Calls()
         self._handle = ffi.new_handle(self)  # of all models with this effect
         self._texts: List[Any] = []
@@ -171,7 +207,7 @@ class JointForce(Force):
         The name of the effect in records and messages.
     """
 
-    _compiled_as = "kt_effect_joint_force_callback *"
+    _compiled_as, _kinds = "kt_effect_joint_force_callback *", JOINT_FORCE
 
     def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Compiled, Any], name: Optional[str] = None) -> None:
         super().__init__(function, name)
@@ -216,7 +252,7 @@ class PointForce(Force):
         The name of the effect in records and messages.
     """
 
-    _compiled_as = "kt_effect_wrench_callback *"
+    _compiled_as, _kinds = "kt_effect_wrench_callback *", WRENCH
 
     def __init__(self, points: Sequence[Union[str, Tuple[str, Numbers]]], function: Union[Callable[[float, List[End]], Numbers], Compiled, Any],
                  name: Optional[str] = None) -> None:
@@ -257,7 +293,9 @@ class PointForce(Force):
         """
         count = len(self.points)
         motion = np.frombuffer(ffi.buffer(ends, count * ffi.sizeof("kt_effect_end")), np.float64).copy().reshape(count, -1)
-        found = np.asarray(self.function(t, [End(row) for row in motion]))
+        returned = self.function(t, [End(row) for row in motion])
+        unmasked(returned, "the result of the force")
+        found = np.asarray(returned)
         if count == 1 and found.shape in ((3,), (6,)):
             found = found[None]
         if found.shape not in ((count, 3), (count, 6)) or found.dtype.kind not in "biuf":

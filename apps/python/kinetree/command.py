@@ -2,9 +2,11 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import pathlib
+import re
 import sys
 from typing import TYPE_CHECKING, Any, List, Mapping, Optional, Tuple
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 
     Completed = subprocess.CompletedProcess[str]
 
-from ._core import ArgumentError, ConstraintError, Error, FileError, Json, SceneError, StepError
+from ._core import ArgumentError, ConstraintError, Error, FileError, Json, SceneError, StepError, hint, unmasked
 
 _KINDS = {1: ArgumentError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
@@ -33,8 +35,14 @@ def path() -> str:
     return found
 
 
-def words(options: Json) -> List[str]:
-    """Keyword arguments as options.
+@functools.lru_cache(maxsize=None)
+def _options_of(subcommand: str) -> Tuple[str, ...]:
+    """The names of the options of a subcommand, as its help lists them."""
+    return tuple(dict.fromkeys(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", run("help", subcommand).stdout, re.M)))
+
+
+def words(options: Json, subcommand: str) -> List[str]:
+    """Keyword arguments as options of a subcommand.
 
     ``max_step=0.1`` becomes ``--max-step=0.1``, a mapping an option for each item, True a flag, None and False nothing.
     """
@@ -42,6 +50,8 @@ def words(options: Json) -> List[str]:
     for name, value in options.items():
         option = "--" + name.rstrip("_").replace("_", "-")
         if value is None or value is False:
+            if option[2:] not in (known := _options_of(subcommand)):  # the command does not see it
+                raise ArgumentError(1, subcommand, f"there is no option '{name}'{hint(option[2:], known)}")
             continue
         if value is True:
             out.append(option)
@@ -84,6 +94,7 @@ def file_name(word: str, what: str) -> bytes:
 
 def plain(value: Any) -> Any:
     """Numbers and arrays of numpy, and bodies, as the standard types of a scene."""
+    unmasked(value, "scene")
     if hasattr(value, "tolist"):
         return value.tolist()
     if hasattr(value, "as_dict"):

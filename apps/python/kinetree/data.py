@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, busy, check, doubles, fail, ffi, finite,
+from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, apart, busy, check, doubles, fail, ffi, finite,
                     hint, lib, method_of, name_of, output, outputs, pointer, text)
 from ._kinetree import Evaluator, quicken
 from .model import Model, Point, vector
@@ -154,9 +154,9 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         numpy.ndarray
             nv x nv, symmetric, kg m^2 or kg.
         """
-        m = self.model
+        m, given = self.model, (q,)
         q = address(q, self._nq, self._q, "q")
-        out = output(out, (m.nv, m.nv))
+        out = apart(output(out, (m.nv, m.nv)), given)
         with self._guard:
             self._check(lib.kt_dynamics_mass(self._m, self._data, q, pointer(out), self._error))
         return out
@@ -226,13 +226,13 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         tuple of numpy.ndarray
             Three nv x nv matrices of column-major order. Column i is the derivative by number i.
         """
-        m = self.model
+        m, given = self.model, (q, v, tau)
         q = address(q, self._nq, self._q, "q")
         v = address(v, self._nv, self._v, "v")
         tau = address(tau, self._nv, self._tau, "tau")
         size = lib.kt_acceleration_work_size(self._m)
         work = self._workspace("acceleration", size)
-        by = outputs(out, [(m.nv, m.nv)] * 3, "F")
+        by = outputs(out, [(m.nv, m.nv)] * 3, "F", given)
         with self._guard:
             self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, finite(t, "t"), q, v, tau, ffi.NULL,
                                                         pointer(by[0]), pointer(by[1]), pointer(by[2]), self._error))
@@ -263,7 +263,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         """
         taken, step, work = self._step(h, q, v, tau, x, t, method)
         m = self.model
-        results = outputs(out, [(count,) for count in (m.nq, m.nv, m.nx)[:3 if m.nx else 2]])
+        results = outputs(out, [(count,) for count in (m.nq, m.nv, m.nx)[:3 if m.nx else 2]], inputs=(q, v, tau, x))
         with self._guard:
             before = self.x.copy()
             self._check(lib.kt_step_evaluate(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], pointer(results[0]),
@@ -302,7 +302,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         m = self.model
         taken, step, work = self._step(h, q, v, tau, x, t, method)
         n = 2 * m.nv + m.nx
-        A, B = outputs(out, [(n, n), (n, m.nv)], "F")
+        A, B = outputs(out, [(n, n), (n, m.nv)], "F", (q, v, tau, x))
         with self._guard:
             before = self.x.copy()
             self._check(lib.kt_step_derivatives(self._m, self._data, work.pointer, work.array.size, step, taken[0], taken[1], ffi.NULL, ffi.NULL,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Memory, Numbers, Vector, check, count, doubles, fail, ffi, hint, lib, name_of, output, pointer, text)
+from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, apart, check, count, doubles, fail, ffi, hint, lib, name_of, output, pointer, text)
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -159,7 +159,7 @@ class Model(Fixed):
     # ---- parameters -------------------------------------------------------------------------------------------------
 
     def copy(self) -> "ModelCopy":
-        """A copy whose parameters can be set. It serves one simulation, or the data of one thread."""
+        """A copy whose parameters can be set. It serves one simulation, the latest that was made with it, or the data of one thread."""
         return ModelCopy(self)
 
     def _parameter(self, name: str) -> Any:
@@ -203,6 +203,7 @@ class Model(Fixed):
             nq positions, rad or m.
         """
         out = output(out, (self.nq,))
+        apart(out, (q, dv))
         q, dv = doubles(q, (self.nq,), "q"), doubles(dv, (self.nv,), "dv")
         lib.kt_position_add(self._pointer, pointer(q), pointer(dv), pointer(out))
         return out
@@ -223,6 +224,7 @@ class Model(Fixed):
             nv numbers, rad or m.
         """
         out = output(out, (self.nv,))
+        apart(out, (end, q))
         end, q = doubles(end, (self.nq,), "end"), doubles(q, (self.nq,), "q")
         lib.kt_position_subtract(self._pointer, pointer(end), pointer(q), pointer(out))
         return out
@@ -269,7 +271,7 @@ def _compiled(scene: Any, values: Optional[Dict[str, Vector]] = None) -> Model:
 
 
 class ModelCopy(Model):
-    """A model with parameters of its own. It serves one simulation, or the data of one thread."""
+    """A model with parameters of its own. It serves one simulation, the latest that was made with it, or the data of one thread."""
 
     def __init__(self, model: Model) -> None:
         self.scene, self.effects = model.scene, model.effects
@@ -278,7 +280,14 @@ class ModelCopy(Model):
         self._memory = Memory(lib.kt_model_size(model._pointer))
         out, error = ffi.new("kt_model **"), ffi.new("kt_error *")
         check(lib.kt_model_copy(model._pointer, self._memory.pointer, self._memory.array.size, out, error), error)
+        self._served: Optional[Guard] = None  # of the simulation that has this copy
         self._set_up(out[0])
+
+    def _serve(self, guard: Guard) -> None:
+        """Serve a simulation. Its parameters would change those of an earlier one, which is busy from now on."""
+        if self._served is not None:
+            self._served.__enter__()
+        self._served = guard
 
     def __reduce__(self) -> Any:
         super().__reduce__()  # rejects functions of Python

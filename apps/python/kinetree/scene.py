@@ -12,7 +12,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, encoded, ffi, fail, finite, lib, text
+from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, encoded, ffi, fail, finite, lib, text, unmasked
 from .callbacks import Force
 from .model import Model
 from .records import Run, Table, read_csv
@@ -138,10 +138,12 @@ class Scene:
         return self._robot
 
     def _robot_options(self) -> Any:
-        chosen, keep = ffi.new("kt_robot_options *"), []
+        chosen, keep = ffi.new("kt_robot_options *"), []  # None is the default of each
         fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping",
                   "contacts": "contacts"}
         for name, value in self.options.items():
+            if value is None and name in (*fields, "ground", "keyframe", "search"):
+                continue
             if name in ("keyframe", "search"):
                 keep.append(ffi.new("char[]", command.file_name(str(value), name)))
                 setattr(chosen, name, keep[-1])
@@ -235,7 +237,7 @@ class Scene:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
         place = self._file()
-        return command.run(subcommand, *settings, *command.words(options), *words, place, text=self.text, show=show, ok=ok)
+        return command.run(subcommand, *settings, *command.words(options, subcommand), *words, place, text=self.text, show=show, ok=ok)
 
     def _file(self) -> str:
         """The file for the command: as it was given, or with its folder if this program works in another one by now."""
@@ -253,7 +255,7 @@ class Scene:
 
     def _as_scene(self) -> "Scene":
         chosen = {name: value for name, value in self.options.items()}
-        done = command.run("import", *command.words(chosen), self._file())
+        done = command.run("import", *command.words(chosen, "import"), self._file())
         return Scene(done.stdout)
 
     def run(self, *, out: Optional[Path] = None, summary: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
@@ -338,7 +340,10 @@ class Scene:
             if vary and name in vary and name in values:
                 raise ArgumentError(1, f"sweep: {name}", "the values are given twice; leave one of them out")
             try:
+                unmasked(each, f"sweep: {name}")
                 numbers = np.atleast_1d(np.asarray(each, np.float64)).ravel()
+            except ArgumentError:
+                raise
             except (TypeError, ValueError):
                 raise ArgumentError(1, f"sweep: {name}", f"expected a list or an array of numbers, got {each!r}; other options of `kinetree sweep` "
                                     "go with scene.command('sweep', ...)") from None
@@ -349,7 +354,10 @@ class Scene:
             table = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "sweep.csv"
             silent = not command.has_bar() if quiet is None else quiet
             self._without(varied).command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
-            return Table(read_csv(table.read_text(encoding="utf8")))
+            found = Table(read_csv(table.read_text(encoding="utf8")))
+        if silent and not quiet:
+            _warn_of_failures(found, list(varied))
+        return found
 
     def evaluate(self, **options: Any) -> Json:
         """Mass matrix, bias, accelerations, poses and constraint matrices of the initial state.
@@ -541,6 +549,16 @@ def _height(value: Any) -> float:
 def _check_file(name: str, path: Optional[Path]) -> None:
     if path is not None and os.fsdecode(path) in ("-", "", "."):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
+
+
+def _warn_of_failures(table: Table, varied: Sequence[str]) -> None:
+    """Warn of the runs of a sweep that have failed, with the values and the reason of the first one."""
+    failed = np.flatnonzero(table["status"] != "done")
+    if failed.size:
+        first = failed[0]
+        values = ", ".join(f"{name} = {table[name][first]:g}" for name in varied if name in table)
+        warnings.warn(f"{failed.size} of {count(len(table), 'run', 'runs')} of the sweep failed. The first is run {first} with {values}: "
+                      f"{table['why'][first]}. Their numbers in the table are NaN", KinetreeWarning, stacklevel=3)
 
 
 def _json(done: command.Completed) -> Json:

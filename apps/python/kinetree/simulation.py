@@ -85,6 +85,8 @@ class Simulation(Fixed):
         self._data: Optional[Data] = None
         self._acting: Optional[int] = None
         self._start: Optional[bytes] = self.save()
+        if isinstance(model, ModelCopy):
+            model._serve(self._guard)
         self._is_fixed = True
 
     def _make_loop(self) -> None:
@@ -340,7 +342,7 @@ class Simulation(Fixed):
             if law._simulation is not self:
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, "law", "it belongs to another simulation; take simulation.feedback(...)")
         else:
-            address = callbacks.address_of(law, "law")
+            address = callbacks.address_of(law, "law", callbacks.LAW)
             handle = ffi.new_handle(Law(self, law))
             compiled = lib.kt_python_control_law if address is None else ffi.cast("kt_python_law *", address)
         with self._guard:
@@ -474,7 +476,7 @@ class Simulation(Fixed):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
         if len(self._events) == _ROOM:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"a simulation takes {_ROOM} events by functions; write others into `events` of the scene")
-        address = callbacks.address_of(function, "function")
+        address = callbacks.address_of(function, "function", callbacks.EVENT)
         event = Event(self, name, function, action, direction, stop)
         handle, label = ffi.new_handle(event), ffi.new("char[]", name_of(name, "name"))
         record = ffi.new("kt_event *", {"name": label, "user": handle, "direction": _DIRECTIONS[direction], "stop": stop})
