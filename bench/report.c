@@ -131,12 +131,11 @@ void kt_bench_heading(const char *title, kt_isa isa, const char *csv) {
            "library    kinetree %s\n"
            "compiler   %s\n"
            "flags      %s\n"
-           "kernels    %s (built: %s)%s\n"
+           "kernels    %s (built: %s)\n"
            "processor  %s\n"
            "figures    %s\n\n",
            title, kt_version(), KT_BENCH_COMPILER, KT_BENCH_FLAGS, kt_bench_isa_name(isa), KT_BENCH_ISAS,
-           kt_batch_is_fused() ? ", fused in lanes" : "", kt_bench_processor(),
-           csv ? csv : "in this table only (--csv FILE)");
+           kt_bench_processor(), csv ? csv : "in this table only (--csv FILE)");
 }
 
 int kt_bench_tell(const kt_error *error) {

@@ -23,11 +23,11 @@ import sources
 
 # Headers of other libraries, and of batches; the last two include all others.
 STUDY_HEADERS = ('study', 'formulation', 'dae')
-ABSENT_HEADERS = ('batch', *STUDY_HEADERS, 'scene', 'import', 'export', 'codegen', 'kinetree', 'compat')
+ABSENT_HEADERS = ('batch', *STUDY_HEADERS, 'scene', 'import', 'export', 'codegen', 'kinetree')
 ABSENT_FUNCTIONS = {'kt_rollout_width', 'kt_rollout_gradients', 'kt_rollout_gradients_work_size'}  # of rollout_lanes.c
 SIZES = 'base/struct_size.c'  # a list of all public structs
 
-MODE = {'KT_DUAL': '1', 'KT_ISA': 'dual', 'KT_LANES': None, 'KT_ISAS': None, 'KT_FUSED': None}
+MODE = {'KT_DUAL': '1', 'KT_ISA': 'dual', 'KT_LANES': None, 'KT_ISAS': None}
 GUARD = re.compile(r'\A(?P<top>.*?)#ifndef (?P<name>K\w+_H)\n#define (?P=name)\n(?P<body>.*)#endif\s*\Z', re.S)
 PRIVATE = re.compile(r'^[ \t]*#\s*include "([^"]+)"[^\n]*\n', re.M)
 
@@ -46,9 +46,7 @@ TOP = '''/* Kinetree {version}, the core in one file. Do not edit: apps/amalgama
  *
  *     cc -std=c17 -O2 -fno-math-errno -Wno-psabi -c kinetree.c
  *
- * Macros for the compiler (-D):
- *     KINETREE_SMALL   omits implicit methods, formulas, events, hard contacts and recursions in the plane
- *     KINETREE_TREES   omits loops
+ * A macro for the compiler (-D):
  *     KINETREE_FULL    calls LAPACK (lapacke.h), for groups of loops with 40 or more coordinates, modes and equilibria
  *
  * License: Apache-2.0.
@@ -70,21 +68,10 @@ FMU_TOP = '''/* Kinetree {version}, an FMU in one file. Do not edit: apps/amalga
 '''
 
 MACROS = '''
-#ifdef KINETREE_SMALL
-#define KT_SMALL 1
-#endif
-#ifdef KINETREE_TREES
-#define KT_NO_LOOPS 1
-#endif
 #ifndef KINETREE_FULL
 #define KT_NO_LAPACK 1
 #endif
 #define KT_ISA baseline
-
-/* What parts alone call that are left out is removed as dead code. */
-#if (defined(KINETREE_SMALL) || defined(KINETREE_TREES)) && defined(__GNUC__) && !defined(__OPTIMIZE__)
-#error "KINETREE_SMALL and KINETREE_TREES would not link without optimisation: compile with -O1 or more"
-#endif
 
 #ifdef __GNUC__
 #pragma GCC diagnostic ignored "-Wpsabi"          /* vectors are passed between inlined functions only */
@@ -174,12 +161,12 @@ class Amalgam:
                 found.append(name)
         return found
 
-    def source(self, path, condition, names):
+    def source(self, path, names):
         text = self.body(path, self.with_patterns(path))
         if path == SIZES:
             types = {t for k, t in ctext.tokens(self.public()) if k == 'name'}
             text = re.sub(r'^ *X\((\w+)\) *\\\n', lambda m: m.group() if m.group(1) in types else '', text, flags=re.M)
-        self.emit_source(path, condition, self.macros_with(text, names) + ctext.rename(text, names))
+        self.emit_source(path, self.macros_with(text, names) + ctext.rename(text, names))
 
     def macros_with(self, text, names):
         """Macros of headers that use names of the source, with the new names."""
@@ -197,18 +184,17 @@ class Amalgam:
                 if item.defines():
                     self.macros[item.defines()] = item.directive
 
-    def emit_source(self, path, condition, text):
+    def emit_source(self, path, text):
         macros = macros_of(text)
         end = ''.join(f'#undef {m}\n' for m in macros)
-        opening, closing = (f'#if {condition}\n', '#endif\n') if condition else ('', '')
-        self.out.append(f'\n/* ==== {path} ==== */\n\n{opening}{text}{end}{closing}')
+        self.out.append(f'\n/* ==== {path} ==== */\n\n{text}{end}')
 
     # ---- dual numbers
 
     def dual_headers(self, files):
         """Declarations of headers that depend on the type of numbers, in a second copy."""
         headers = []
-        for path, _ in files:
+        for path in files:
             for name in self.headers_of(path, []):
                 if name not in headers:
                     headers.append(name)
@@ -278,7 +264,7 @@ def late_inclusions(path, text):
     return late
 
 
-REST = {'KT_LANES': None, 'KT_ISAS': None, 'KT_FUSED': None}
+REST = {'KT_LANES': None, 'KT_ISAS': None}
 
 
 def macros_of(text):
@@ -408,7 +394,7 @@ class Parts:
     """Sources of an amalgam, with the names of file scope that must change."""
 
     def __init__(self, amalgam, plain, dual):
-        paths = dict.fromkeys([p for p, _ in plain + dual])
+        paths = dict.fromkeys(plain + dual)
         texts = {p: amalgam.with_patterns(p) for p in paths}
         headers = {}
         for p in paths:
@@ -424,10 +410,10 @@ def write_dual(amalgam, parts):
     amalgam.out.append('\n/* ==== the same for dual numbers ==== */\n\n'
                        '#define KT_DUAL 1\n#undef KT_ISA\n#define KT_ISA dual\n')
     shared = amalgam.dual_headers(parts.dual)
-    for path, condition in parts.dual:
+    for path in parts.dual:
         own = {n: parts.names[path].get(n, n) + '_in_dual' for n in file_names(parts.texts[path])}
         text = amalgam.body(path, amalgam.read(path))
-        amalgam.emit_source(path, condition, amalgam.macros_with(text, own) + ctext.rename(text, shared | own))
+        amalgam.emit_source(path, amalgam.macros_with(text, own) + ctext.rename(text, shared | own))
 
 
 def system_headers(body):
@@ -441,8 +427,8 @@ def write_fmu(root, output, dependencies):
     plain, dual = sources.core(root / 'lib')
     amalgam = Amalgam(root, tuple(name for name in ABSENT_HEADERS if name not in ('scene', *STUDY_HEADERS, 'batch')))
     parts = Parts(amalgam, plain + sources.fmu(root), dual)
-    for path, condition in parts.plain:
-        amalgam.source(path, condition, parts.names[path])
+    for path in parts.plain:
+        amalgam.source(path, parts.names[path])
     write_dual(amalgam, parts)
     public = amalgam.public().replace(EXPORTED, '#define KT_API\n')
     above, body = system_headers(public + ''.join(amalgam.out))
@@ -469,7 +455,7 @@ def folder_of_sources(words):
     is_fmu = words[1:2] == ['--fmu']
     options = [word for word in words if word.startswith('--') and word != '--fmu']
     if options:
-        reject(f"there is no option '{options[0]}'; macros for the compiler choose the parts, such as -DKINETREE_SMALL")
+        reject(f"there is no option '{options[0]}'; macros for the compiler choose the parts, such as -DKINETREE_FULL")
     if len(words) not in ((3, 4) if is_fmu else (2,)):
         reject('give the folder of the sources and a folder for the output, such as . build/one; --help has examples')
     if not Path(words[0], 'lib/meson.build').is_file():
@@ -489,8 +475,8 @@ def main():
         reject(f"the folder '{output}' cannot be made: {error.strerror}; give another folder for the output")
     amalgam = Amalgam(root)
     parts = Parts(amalgam, *sources.core(root / 'lib'))
-    for path, condition in parts.plain:
-        amalgam.source(path, condition, parts.names[path])
+    for path in parts.plain:
+        amalgam.source(path, parts.names[path])
     write_dual(amalgam, parts)
     top = TOP.replace('{version}', version_of(root))
     (output / 'kinetree.h').write_text(top + amalgam.public())

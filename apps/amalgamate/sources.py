@@ -3,12 +3,6 @@
 import re
 from pathlib import Path
 
-CONDITIONS = {
-    'if kt_has_loops': 'KT_HAS_LOOPS',
-    'if not kt_is_small': 'KT_IS_FULL',
-    'if kt_has_loops and not kt_is_small': 'KT_HAS_LOOPS && KT_IS_FULL',
-}
-
 # Other libraries have the other rooms of `study`, `files` and `output`. Batches run in lanes, which need a second
 # compilation of the recursions for vectors of states; one file has one compilation.
 LEFT_OUT_ROOMS = {'batch'}
@@ -34,56 +28,30 @@ def core_rooms(lib):
 
 
 class Room:
-    """Files of a room: (ROOM/name.c, condition) in the lists `plain`, `dual`."""
+    """Files of a room, ROOM/name.c, in the lists `plain`, `dual`."""
 
     def __init__(self, lib, place):
-        self.place, self.name = place, place.split('/')[1]
+        self.name = place.split('/')[1]
         self.plain, self.dual, self.lists = [], [], {}
         path = lib / place / 'meson.build'
-        if path.exists():
-            self.read(re.sub(r'#.*', '', path.read_text()))
+        if re.search(r'^\s*if\b', path.read_text(), re.M):
+            raise SystemExit(f'lib/{place}/meson.build: a condition is not read; name all sources')
+        self.read(re.sub(r'#.*', '', path.read_text()))
 
     def read(self, text):
-        condition = None
-        if re.search(r'^[ \t]+(?:if|else)\b', text, re.M):
-            raise SystemExit(f'lib/{self.place}/meson.build: a condition within another is not read; write `if a and b`')
-        pattern = r'^(if [^\n]*|else|endif)$|^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
+        pattern = r'^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
         for match in re.finditer(pattern, text, re.M):
-            word, target, _, value = match.groups()
-            if word == 'endif':
-                condition = None
-            elif word == 'else':
-                condition = 'else'
-            elif word:
-                if word not in CONDITIONS:
-                    raise SystemExit(f'lib/{self.place}/meson.build: "{word}" is not known; add it to CONDITIONS')
-                condition = CONDITIONS[word]
-            elif condition == 'else':
-                self.add_to_both(value)
-            else:
-                self.add(target, value, condition)
+            self.add(match[1], match[3])
 
-    def add_to_both(self, value):
-        """Files that a library has with a part and without it are compiled in any case: the file asks for the part."""
-        lists = [part.strip() for part in value.split(' + ')]
-        for name in lists:
-            if name not in self.lists:
-                raise SystemExit(f'lib/{self.place}/meson.build: else {name}: one file has no part for `else` alone; '
-                                 'name a list that has a condition, too')
-        both = {path for name in lists for path, _ in self.lists[name]}
-        self.plain = [(path, None if path in both else own) for path, own in self.plain]
-
-    def add(self, target, value, condition):
+    def add(self, target, value):
         files = []
         for part in value.split(' + '):
-            names = re.findall(r"'([\w/.]+)'", part)
             if part.strip().startswith('files('):
-                files += [(f'{self.name}/{n}', condition) for n in names]
+                files += [f'{self.name}/{n}' for n in re.findall(r"'([\w/.]+)'", part)]
             else:
-                files += [(path, own or condition) for path, own in self.lists.get(part.strip(), [])]
+                files += self.lists.get(part.strip(), [])
         if target in ('kt_sources', 'kt_kernel_sources'):
-            known = {path for path, _ in self.plain}
-            self.plain += [f for f in files if f[0] not in known and f[0] not in LEFT_OUT_FILES]
+            self.plain += [f for f in files if f not in self.plain and f not in LEFT_OUT_FILES]
         elif target == 'kt_dual_sources':
             self.dual += files
         elif target != 'kt_lane_sources':
@@ -91,9 +59,9 @@ class Room:
 
 
 def core(lib):
-    """The files to compile once, and those to compile again for dual numbers: lists of (path, condition)."""
+    """The files to compile once, and those to compile again for dual numbers: lists of paths."""
     parts = [Room(Path(lib), place) for place in core_rooms(Path(lib))]
-    plain = [f for part in parts for f in part.plain] + [('linear/lapack_call.c', None)]
+    plain = [f for part in parts for f in part.plain] + ['linear/lapack_call.c']
     return plain, [f for part in parts for f in part.dual]
 
 
@@ -105,8 +73,8 @@ def fmu(root):
     """The files of an FMU besides the core: the scene reader, the columns of records, and the functions of FMI."""
     lib = Path(root) / 'lib'
     reader = [f for place in READER_ROOMS for f in Room(lib, place).lists['kt_scene_sources']]
-    reader = [(path, own) for path, own in reader if '..' not in path] + [('document/flow.c', None)]
+    reader = [path for path in reader if '..' not in path] + ['document/flow.c']
     text = (Path(root) / 'apps/fmu/meson.build').read_text()
     names = re.search(r"shared_module\('kinetree-fmu', (.*?)\n  name_prefix", text, re.S).group(1)
-    own = [(path.replace('../kinetree/', ''), None) for path in re.findall(r"'([\w/.]+\.c)'", names)]
+    own = [path.replace('../kinetree/', '') for path in re.findall(r"'([\w/.]+\.c)'", names)]
     return reader + own

@@ -218,8 +218,7 @@ static kt_status roll_out_alone(const controller *c, const kt_model *model, kt_d
         status = sample_alone(r, model, data, i * r->sample, x, y, torque, error);
         cost += part_of_cost(r, i, t, x, y, u);
     }
-    const double rounding = kt_batch_is_fused() ? 1e-6 * cost : 0.0;
-    if (status == KT_OK && !(fabs(cost - c->cost[k]) <= rounding))
+    if (status == KT_OK && !(cost == c->cost[k]))
         status = kt_error_set(error, KT_ERROR_STEP, "rollout", "it costs %.17g in a batch and %.17g alone", c->cost[k],
                               cost);
     return status;

@@ -203,15 +203,8 @@ static const kt_pair pairs[] = {
     {"gradients", gradient_alone, gradient_lanes, NULL}, /* of motions of ten such steps */
 };
 
-/* To the bit; where lanes are fused, to rounding of the largest number. */
-static bool agree(const double *a, const double *b, size_t n) {
-    double difference = 0.0, scale = 0.0;
-    for (size_t i = 0; i < n && kt_batch_is_fused(); i++) {
-        difference = fmax(difference, fabs(a[i] - b[i]));
-        scale = fmax(scale, fabs(b[i]));
-    }
-    return kt_batch_is_fused() ? difference <= 1e-10 * scale : memcmp(a, b, n * sizeof *a) == 0;
-}
+/* To the bit. */
+static bool agree(const double *a, const double *b, size_t n) { return memcmp(a, b, n * sizeof *a) == 0; }
 
 static bool gradients_are_equal(kt_states *s) {
     const size_t numbers = STATES * (2 + GRADIENT_STEPS) * (size_t)s->chain->n;
@@ -274,10 +267,8 @@ static int measure(const char *name, kt_chain *chain, double spread, kt_goal goa
                p < 2 && ratio.median < least ? "  missed" : "");
         if (options->check && p < 2 && ratio.median < least)
             status = KT_BENCH_MISSED;
-        char line[64];
-        (void)snprintf(line, sizeof line, "%s%s", pairs[p].name, kt_batch_is_fused() ? ", fused" : "");
         kt_csv_text(csv, name);
-        kt_csv_text(csv, line);
+        kt_csv_text(csv, pairs[p].name);
         kt_csv_number(csv, STATES / times[0].low);
         kt_csv_number(csv, STATES / times[1].low);
         kt_csv_number(csv, ratio.median);

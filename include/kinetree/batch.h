@@ -21,8 +21,7 @@
  *
  * Equal bits. Each docstring names a call for one state. The results of a state have the same bits as this call, on
  * every instruction set and for all values of the other states. If the computation of one state fails, the other states
- * are still computed; kt_batch_status reports the failed states. The only exception is a library whose lanes are fused
- * (kt_batch_is_fused). This is a build option that is off by default.
+ * are still computed; kt_batch_status reports the failed states.
  *
  * Lanes compute the following quantities:
  *   - The recursions over trees, in space and in the plane, with every joint and with armature.
@@ -54,12 +53,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* Returns whether this library was built with -Dfused=enabled, which prefers speed to equal bits. A product and a sum
- * in lanes then have one rounding if the processor has such operations. States and simulations in lanes equal single
- * ones to rounding, not to the bit, and depend on the instruction set. Results that are computed state by state are the
- * same in every build. */
-KT_API bool kt_batch_is_fused(void);
 
 /* Many states of one model, and the memory for their computation. */
 typedef struct kt_batch kt_batch;

@@ -132,8 +132,7 @@ typedef struct kt_shape {
 
 /* The mass of a body as a function of time: fuel burns, a vessel leaks, a belt is loaded. The com is constant in the
  * body. The members mass, com and inertia of kt_body belong together, preferably as the values at t = 0. Mass leaves or
- * arrives with the velocity of the body. If the mass has another velocity, an effect of type thrust adds the force. A
- * small library has no variable mass. */
+ * arrives with the velocity of the body. If the mass has another velocity, an effect of type thrust adds the force. */
 typedef struct kt_variable_mass {
     kt_function mass;       /* kg; above 0 at all times */
     kt_function inertia[6]; /* xx, yy, zz, xy, xz, yz about the com, body axes, kg m^2. If none is given (default), the

@@ -332,7 +332,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  * the given positions an angle lies within half a turn. From there it counts whole turns, if the links between the ends
  * rotate about axes that are parallel to it, and in a screw. Otherwise it is the angle nearest to that in the given
  * positions. A force that depends on such an angle would jump at half a turn from there, and must not go beyond.
- * If a joint and a loop have the same name, the joint is used. A small library has no effects in loops.
+ * If a joint and a loop have the same name, the joint is used.
  *
  * Units: "N (m)" below means N m, or N if the coordinate is a length. */
 typedef struct kt_effect {
@@ -465,7 +465,7 @@ typedef struct kt_description {
                                        a radian or to the length of the longest loop. 0: none; default: 1e-6. See
                                        kt_loop_disagreement_of */
     kt_inertia_limit inertia_check; /* default: strict. Otherwise kt_inertia_excess returns the accepted violation */
-    const kt_state *states;         /* auxiliary states; a small library has none */
+    const kt_state *states;         /* auxiliary states */
     int state_count;                /* length of states */
 } kt_description;
 

@@ -115,8 +115,7 @@ typedef struct kt_descriptor {
 } kt_descriptor;
 
 /* Returns the descriptor of a type; NULL for an invalid value. It is NULL for KT_EFFECT_CUSTOM, too, which scene files
- * do not have. The descriptor of KT_LOOP_CUSTOM has only the key `between`, and no texts. A library for trees alone and
- * for a machine without an operating system returns NULL for all loops. */
+ * do not have. The descriptor of KT_LOOP_CUSTOM has only the key `between`, and no texts. */
 KT_API const kt_descriptor *kt_joint_descriptor(kt_joint_type type);
 KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);
 KT_API const kt_descriptor *kt_effect_descriptor(kt_effect_type type);
@@ -132,7 +131,7 @@ KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_
 /* Returns the number of equations of a loop, which may depend on its members as well as on its type. A rolling wheel
  * with holonomic = false has no equation for its contact, and one with a side has its contact alone. A curve without an
  * arc length has no equation for it. KT_LOOP_CUSTOM has kt_loop.equation_count equations. Returns 0 for a type that
- * does not exist, and in a library without loops. O(1). */
+ * does not exist. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* Returns the texts of KT_QUANTITY_LIST: the name and the unit of a quantity, and its meaning. The argument `sliding`

@@ -44,7 +44,7 @@ typedef struct kt_absolute kt_absolute;
 /* Compiles the absolute formulation of a model. The model was compiled from this description and must outlive the
  * absolute formulation. *absolute is allocated and released with kt_absolute_free; threads may share it. options may be
  * NULL.
- * Errors: those of kt_model_compile; KT_ERROR_UNSUPPORTED without loops.
+ * Errors: those of kt_model_compile.
  * Cost: O(size), and the ranks of as many equations as the joints have. */
 KT_API KT_CHECKED kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options,
                                                const kt_model *model, kt_absolute **absolute, kt_error *error);

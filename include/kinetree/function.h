@@ -70,11 +70,10 @@ typedef struct kt_function {
  * The rows of a table are interpolated in one of three ways.
  *   Linear: straight lines.
  *   Cubic: the natural cubic spline, which is twice continuously differentiable and has no curvature at its ends. If
- *     slopes are given at the ends, it is the clamped spline, which a small library rejects. A spline overshoots: with
+ *     slopes are given at the ends, it is the clamped spline. A spline overshoots: with
  *     two rows of zero, then two rows of 90 degrees, a second apart, it overshoots by 11.5 degrees on both sides.
  *   Monotone: cubics with continuous slope that remain between the values of their two rows. The second derivative
  *     jumps at rows. Source: Fritsch and Butland 1984.
- * A small library (-Dsmall=enabled) has only the types constant, sine, ramp, polynomial and table.
  * Ownership: lists remain the caller's until kt_model_compile copies them. */
 KT_API kt_function kt_function_constant(double value);
 KT_API kt_function kt_function_sine(double amplitude, double frequency, double phase, double offset);

@@ -37,8 +37,4 @@
 #include "kinetree/status.h"
 #include "kinetree/study.h"
 
-#ifdef KT_COMPAT_0_1 /* names and calls of version 0.1 */
-#include "kinetree/compat.h"
-#endif
-
 #endif

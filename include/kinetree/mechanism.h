@@ -255,7 +255,7 @@ typedef struct kt_impact {
  * NULL.
  * Errors: KT_ERROR_CONSTRAINT (the loops contradict each other), KT_ERROR_SINGULAR (no inertia along free directions of
  * the loops), KT_ERROR_NOT_FINITE. Then v is untouched.
- * Cost: that of a projection. Not in a small library (-Dsmall=enabled). */
+ * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_velocity_impact(const kt_model *model, kt_data *data, double t, const double *q,
                                                double *v, kt_impact *impact, kt_error *error);
 

@@ -19,32 +19,30 @@
 extern "C" {
 #endif
 
-/* The built-in methods, in rising order. A small library contains only the methods marked CORE. It omits the implicit
- * and multistep methods, and auto. */
-#define KT_METHOD_LIST_BY_KIND(CORE, MORE)                                                                             \
-    CORE(euler)                                                                                                        \
-    MORE(implicit_euler)                                                                                               \
-    CORE(midpoint)                                                                                                     \
-    CORE(heun)                                                                                                         \
-    CORE(ralston)                                                                                                      \
-    MORE(crank_nicolson)                                                                                               \
-    MORE(bdf2)                                                                                                         \
-    MORE(two_step)                                                                                                     \
-    MORE(ab2)                                                                                                          \
-    CORE(rkc2)                                                                                                         \
-    CORE(kutta3)                                                                                                       \
-    CORE(bs32)                                                                                                         \
-    CORE(rk4)                                                                                                          \
-    CORE(rk38)                                                                                                         \
-    MORE(ab4)                                                                                                          \
-    CORE(rkc4)                                                                                                         \
-    CORE(dopri5)                                                                                                       \
-    CORE(tsit5)                                                                                                        \
-    MORE(auto)                                                                                                         \
-    MORE(rodas5p)                                                                                                      \
-    MORE(radau5)                                                                                                       \
-    CORE(dop853)
-#define KT_METHOD_LIST(X) KT_METHOD_LIST_BY_KIND(X, X)
+/* The built-in methods, in rising order. */
+#define KT_METHOD_LIST(X)                                                                                              \
+    X(euler)                                                                                                           \
+    X(implicit_euler)                                                                                                  \
+    X(midpoint)                                                                                                        \
+    X(heun)                                                                                                            \
+    X(ralston)                                                                                                         \
+    X(crank_nicolson)                                                                                                  \
+    X(bdf2)                                                                                                            \
+    X(two_step)                                                                                                        \
+    X(ab2)                                                                                                             \
+    X(rkc2)                                                                                                            \
+    X(kutta3)                                                                                                          \
+    X(bs32)                                                                                                            \
+    X(rk4)                                                                                                             \
+    X(rk38)                                                                                                            \
+    X(ab4)                                                                                                             \
+    X(rkc4)                                                                                                            \
+    X(dopri5)                                                                                                          \
+    X(tsit5)                                                                                                           \
+    X(auto)                                                                                                            \
+    X(rodas5p)                                                                                                         \
+    X(radau5)                                                                                                          \
+    X(dop853)
 
 /* The kind of steps that a method takes. Opaque; kt_method_family_name returns its name.
  *   Explicit methods.

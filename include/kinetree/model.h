@@ -251,8 +251,7 @@ KT_API kt_energetics kt_model_energetics(const kt_model *model);
  * Velocities before a loop is switched on need not be consistent with it; kt_velocity_impact (mechanism.h) makes them
  * consistent. For positions, kt_state_project closes gaps that are no larger than after a step. */
 
-/* Returns the number of loops and effects that may be switched; 0 for NULL. This and the next six calls are not in a
- * small library (-Dsmall=enabled). */
+/* Returns the number of loops and effects that may be switched; 0 for NULL. */
 KT_API int kt_switch_count(const kt_model *model);
 /* Returns the name of a switch; NULL unless 0 <= k < kt_switch_count; "" for an effect without a name. */
 KT_API const char *kt_switch_name(const kt_model *model, int k);
@@ -275,7 +274,7 @@ KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
  * are initialised for the new model (data may be NULL). Counts of iterations continue. Nothing is allocated.
  * Errors: KT_ERROR_ARGUMENT (there is no such loop, or it is always on, or the data belong to another mechanism). Model
  * and data are then untouched.
- * Cost: the data are cleared. Not in a small library (-Dsmall=enabled). */
+ * Cost: the data are cleared. */
 KT_API KT_CHECKED kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
 /* Switches an effect on or off, like kt_loop_enable. */
 KT_API KT_CHECKED kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on,

@@ -291,8 +291,7 @@ KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout,
 KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rollout *rollout);
 
 /* Computes the gradients of `count` motions. For each motion, value, by_start and by_inputs have the same bits as
- * kt_rollout_gradient and do not depend on the other motions. The exception is a library whose lanes are fused
- * (kt_batch_is_fused).
+ * kt_rollout_gradient and do not depend on the other motions.
  *
  * Groups of kt_rollout_width consecutive tasks are computed together under two conditions. They have the same method
  * and the same numbers of steps and checkpoints. Their models differ only in gravity, masses, centres of mass, inertias

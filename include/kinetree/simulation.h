@@ -64,8 +64,8 @@ typedef struct kt_simulation_options {
                                 a tick. The method bdf2 starts anew, since it would lag by a tick. Leave the option off
                                 if inputs jump */
     bool watch_works;        /* estimates works from the powers at the ends of steps, to detect wrong energies; the
-                                motion keeps its bits. Not available with the caller's equations, with time stepping,
-                                nor in a small library */
+                                motion keeps its bits. Not available with the caller's equations, nor with time
+                                stepping */
     bool kinematics;         /* the data of a record hold the kinematics for queries, as they do if run has markers */
 
     kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers
@@ -194,7 +194,7 @@ typedef struct kt_parameter_change {
  * success changes[i].values are the previous numbers. The call is meant for the actions of events, and for use between
  * calls. Checkpoints do not contain parameters. Nothing is allocated.
  * Errors: those of kt_simulation_set_parameter, kt_simulation_set_own_states and kt_simulation_jump.
- * KT_ERROR_UNSUPPORTED in a small library. On failure the simulation, the model and the changes are unchanged.
+ * On failure the simulation, the model and the changes are unchanged.
  * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,
                                                  kt_parameter_change *changes, int count, const double *x,
@@ -253,7 +253,7 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * With a balance, two losses count as dissipated: that of the impulse, and the energy of springs that are switched off.
  * The energy of springs that are switched on counts as supplied.
  * The integrator discards stored derivatives. Checkpoints contain the set. The call is meant for the actions of events,
- * and for use between calls. Nothing is allocated. Not in a small library (-Dsmall=enabled).
+ * and for use between calls. Nothing is allocated.
  * Errors: KT_ERROR_ARGUMENT (the set has other bits; another formulation is integrated). KT_ERROR_CONSTRAINT (a larger
  * gap of a loop in the set; contradictory velocities). On failure the simulation is unchanged, with one exception: if
  * the hard contacts cannot be resolved after the switch, the simulation cannot continue.
@@ -365,8 +365,7 @@ typedef struct kt_event {
  * closely. The call also fails after 10000 instants of events within one fixed step, or within one interval between
  * records. Each call of kt_simulation_advance or kt_simulation_tick begins a new count.
  *
- * Errors: KT_ERROR_ARGUMENT (no name, the name of another event, no function), KT_ERROR_MEMORY (no room),
- * KT_ERROR_UNSUPPORTED (a small library).
+ * Errors: KT_ERROR_ARGUMENT (no name, the name of another event, no function), KT_ERROR_MEMORY (no room).
  * Cost: four values of the function for each part of a step, about ten for each event, and one to three repeated steps.
  * The callback `corner` is called once for each breakpoint that the motion passes. Nothing is allocated. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
@@ -400,8 +399,7 @@ KT_API kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation);
  * are added. Checkpoints contain the armed events, and kt_simulation_set_state does not change them. The call is meant
  * for the actions of events, and for use between calls.
  * Errors: KT_ERROR_ARGUMENT if there is no event of this name, or if it belongs to a hard contact;
- * kt_simulation_release disarms contacts. KT_ERROR_UNSUPPORTED in a small library, which has this function all the
- * same.
+ * kt_simulation_release disarms contacts.
  * Cost: O(events). */
 KT_API KT_CHECKED kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed,
                                                     kt_error *error);
@@ -442,7 +440,7 @@ typedef struct kt_contact_counts {
 } kt_contact_counts;
 
 /* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for
- * NULL. Not in a small library (-Dsmall=enabled). */
+ * NULL. */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */

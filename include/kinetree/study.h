@@ -125,7 +125,7 @@ typedef enum kt_reduction {
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 
 /* Returns the method of a reduction, for kt_model_options. It is NULL for QR, the default, and for any value out of
- * range. A library that was built without loops has no other method. */
+ * range. */
 KT_API const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction);
 
 /* ---- accuracy study ---------------------------------------------------------------------------------------------- */

@@ -282,10 +282,6 @@ static void draw(group *g, int n, kt_random *random) {
 }
 
 static void compare(kt_isa isa, const char *name) {
-    if (kt_batch_is_fused()) { /* rounding decides which steps are rejected */
-        kt_skip(name, KT_FUSED);
-        return;
-    }
     kt_random random = kt_random_of_test();
     kt_ensemble_report sum = {.width = 0};
     static group g;

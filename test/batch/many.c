@@ -133,20 +133,7 @@ static void set(kt_many *many) {
         kt_check_true("all states are set", false);
 }
 
-/* Compares the results of fused lanes to rounding of the largest number. */
-static bool differ_by_rounding(const double *a, const double *b, size_t n) {
-    double difference = 0.0, scale = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        const double d = fabs(a[i] - b[i]), larger = fmax(fabs(a[i]), fabs(b[i]));
-        difference = d > difference || isnan(d) ? d : difference;
-        scale = larger > scale ? larger : scale;
-    }
-    return !(difference <= KT_MANY_ROUNDING * scale);
-}
-
 static bool differ(const double *a, const double *b, size_t n) {
-    if (kt_batch_is_fused())
-        return differ_by_rounding(a, b, n);
     for (size_t i = 0; i < n; i++)
         if (memcmp(&a[i], &b[i], sizeof *a) != 0 && !(a[i] != a[i] && b[i] != b[i])) /* a NaN is a NaN */
             return true;

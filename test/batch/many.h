@@ -8,10 +8,6 @@
 enum { KT_MANY_STATES = 13 }; /* whole groups and a part of one, for any width */
 enum { KT_MANY_THREADS = 3 };
 
-/* With fused lanes (kt_batch_is_fused), results agree to this part of the largest number of a state. */
-#define KT_MANY_ROUNDING 1e-12
-#define KT_FUSED "lanes of this build are fused (-Dfused=enabled) and have not the bits of single states"
-
 typedef struct kt_many {
     const kt_model *model;
     kt_batch *batch;
@@ -34,7 +30,7 @@ void kt_many_free(kt_many *many);
 bool kt_many_vary(kt_many *many, kt_random *random);
 
 /* The number of states that differ, in one of three ways: in their results, in their status, or in the data after a
- * failed state. Results must agree to the bit, or to rounding if lanes are fused. Inverse dynamics are those of the
+ * failed state. Results must agree to the bit. Inverse dynamics are those of the
  * accelerations in many->a; steps are so many of h, by the method or semi-implicit ones. */
 int kt_many_compare_forward(kt_many *many, kt_data *data);
 int kt_many_compare_inverse(kt_many *many, kt_data *data);

@@ -7,9 +7,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#ifndef KT_NO_LOOPS
 #include <lapacke.h>
-#endif
 
 KT_TEST(bounds_are_reached_but_not_passed) {
     kt_check_near("at the bound", 1.5, 1.0, 0.5);
@@ -111,7 +109,6 @@ KT_TEST(every_allocation_is_counted) {
     kt_check_true("none was to fail", !kt_interpose_has_failed());
 }
 
-#ifndef KT_NO_LOOPS
 /* A call of LAPACKE makes its workspace itself, within its own library; its _work form takes the caller's. */
 KT_TEST(allocation_inside_a_library_is_counted) {
     double a[] = {1.0, 2.0, 3.0, 4.0}, tau[2], work[64];
@@ -123,7 +120,6 @@ KT_TEST(allocation_inside_a_library_is_counted) {
     kt_check_equal_int("allocations of LAPACKE_dgeqrf_work", kt_interpose_stop(), 0);
     kt_check_equal_int("status", status, 0);
 }
-#endif
 
 KT_TEST(chosen_allocation_fails_alone) {
     for (int n = 1; n <= 5; n++) {

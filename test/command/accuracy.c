@@ -97,7 +97,7 @@ KT_TEST(accuracy_writes_by_default_what_it_found) {
               "test \"$(echo *)\" = 'lines p.yaml'",
               few);
     kt_expect(1, "p-accuracy.csv is the reference itself", "$K accuracy d/p.yaml %s --reference p-accuracy.csv", few);
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_check_contains("the picture", kt_read_file("p-accuracy.svg"), "<svg");
     kt_expect(0, NULL, "cd d; $K accuracy p.yaml %s --plot-dark dark.svg; test -s dark.svg -a ! -e p-accuracy.svg",
               few);
@@ -145,7 +145,7 @@ KT_TEST(accuracy_says_how_it_was_made) {
         "absolute formulation"};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         kt_check_contains("table", ran.out, parts[i]);
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_check_text("no words but of files", ran.err, "  every run: p-accuracy.csv\n  picture: p-accuracy.svg\n");
 #else
     kt_check_text("no words but of files", ran.err, "  every run: p-accuracy.csv\n");
@@ -288,7 +288,7 @@ KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {
     kt_expect(1, "nothing moves", "printf 'kinetree: 1\\nbodies: [{name: a, mass: 1}]\\n' | $K accuracy -");
 }
 
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
 /* An SVG is text, so its elements can be counted. */
 static int count_of(const char *text, const char *part) {
     int count = 0;

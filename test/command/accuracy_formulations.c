@@ -75,7 +75,7 @@ KT_TEST(comparison_says_which_sets_lose_the_n_four_bar) {
     kt_check_true("Baumgarte", is_lost(ran.out, "Baumgarte"));
     kt_check_true("projection", !is_lost(ran.out, "projection"));
     kt_check_contains("verdict", ran.out, "passes singular positions without means to cross them\n");
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_check_true("picture", strstr(kt_read_file("n.svg"), "<svg") != NULL);
 #endif
 }

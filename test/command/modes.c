@@ -172,13 +172,13 @@ KT_TEST(scene_without_a_name_goes_by_its_file) {
         kt_check_text(commands[i], json_string_value(kt_json_find(root, "scene")), "nameless");
         json_decref(root);
     }
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(0, NULL, "$K modes nameless.yaml --plot s.svg >/dev/null && $K modes cart.yaml --plot t.svg >/dev/null");
     kt_expect(0, NULL, "test $(wc -c <s.svg) -ge $(wc -c <t.svg)"); /* with a title, which is longer */
 #endif
 }
 
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
 KT_TEST(modes_draws_shapes) {
     kt_write_file("cart.yaml", cart);
     kt_ran ran = kt_shell("$K modes cart.yaml --plot s.svg >/dev/null && grep -c '<rect\\|<path\\|<text' s.svg");

@@ -30,7 +30,7 @@ KT_TEST(name_of_a_scene_is_escaped_where_it_is_shown) {
     static const char *const commands[] = {"run s.yaml --out o.csv", "info s.yaml", "modes s.yaml", "stability s.yaml",
                                            "accuracy s.yaml --integrators rk4 --budget 0.1 --out a.csv --plot a.svg"};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-#ifndef KT_HAS_CAIRO
+#ifndef KT_WITH_CAIRO
         if (strstr(commands[i], ".svg") != NULL)
             continue;
 #endif
@@ -65,7 +65,7 @@ KT_TEST(names_of_columns_are_escaped) {
     kt_write_file("t.csv", "time,x\x1b[31m\xff\n0,1\n1,2\n");
     kt_ran ran = kt_shell("$K plot t.csv --columns none");
     check_plain("standard error", ran.err);
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     ran = kt_shell("$K plot t.csv --out t.svg");
     kt_check_equal_int("drawn", ran.code, 0);
     check_plain("standard error", ran.err);

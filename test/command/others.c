@@ -244,7 +244,7 @@ KT_TEST(integrators_are_all_listed) {
 
 KT_TEST(pictures_are_drawn_or_rejected_in_words) {
     kt_expect(0, NULL, "$K make tree --joint mixed --links 9 >t.yaml");
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(0, NULL,
               "$K run t.yaml --quiet --duration 0.2 --plot t.svg && $K run t.yaml --quiet --duration 0.2 --plot "
               "t.png");
@@ -264,7 +264,7 @@ KT_TEST(pictures_are_drawn_or_rejected_in_words) {
 #endif
 }
 
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
 KT_TEST(picture_of_a_run_shows_what_is_recorded) {
     kt_write_file("w.yaml", "kinetree: 1\n"
                             "gravity: [0, -9.81, 1]\n"
@@ -451,7 +451,7 @@ KT_TEST(half_names_of_markers_and_columns_are_completed) {
     kt_expect(1, "run: --markers takes BODY.MARKER, not 'toe'; did you mean 'leg.toe'?",
               "$K run half.yaml --markers toe");
     kt_expect(0, NULL, "$K run half.yaml --markers leg.toe --quiet");
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(1,
               "there is no column 'leg'; about it there are 'position.leg', 'velocity.leg', 'marker.leg.toe.x', "
               "'marker.leg.toe.y' and 1 more\n",

@@ -96,7 +96,7 @@ KT_TEST(failed_run_is_resumed_to_the_same_records) {
     }
 }
 
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
 KT_TEST(picture_of_a_failed_run_is_drawn_in_its_own_format) {
     make_scene();
     kt_write_file("o.svg", "mine");
@@ -199,7 +199,7 @@ KT_TEST(two_results_are_never_one_file) {
                                        "--out same --checkpoint same",
                                        "--summary same --checkpoint ./same --out o.csv",
                                        "--out o.csv --view a.html --glb a.html",
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
                                        "--out a.svg --plot ./a.svg",
                                        "--out o.csv --summary a.svg --plot a.svg",
                                        "--out o.csv --view a.html --glb a.html"

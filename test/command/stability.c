@@ -105,13 +105,13 @@ KT_TEST(stability_says_what_it_cannot_do) {
                       "there are no degrees of freedom: loops alone determine the motion, and any step is stable\n");
     kt_write_file("lag.yaml", "kinetree: 1\nbodies: [{name: a, mass: 1}]\nstates: {x: {rate: \"-1000*x\"}}\n");
     kt_check_contains("but an auxiliary state", kt_shell("$K stability lag.yaml").out, "decay of 1000 /s");
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(1, "a picture's name ends in .svg, .png or .pdf", "$K stability " PENDULUM " --plot a.jpg");
     kt_expect(1, "nothing to draw", "$K stability still.yaml --plot a.svg");
 #endif
 }
 
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
 /* The x of the label below a tick of the horizontal axis, in points; NaN where there is none. */
 static double label_x(const char *svg, const char *label) {
     char end[64];

@@ -28,7 +28,7 @@ static void prepare(void) {
 KT_TEST(table_has_no_more_rows_than_newlines) {
     static const char where[] = "bare-return.csv:2: a carriage return without a newline is within the row";
     prepare();
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(2, where, BOUNDED "$K plot bare-return.csv --out o.svg");
     kt_expect(2, "behind-quotes.csv:2: text follows a cell in quotes", BOUNDED "$K plot behind-quotes.csv --out o.svg");
     kt_expect(2, "many.csv:2: a carriage return",
@@ -57,7 +57,7 @@ KT_TEST(table_with_a_byte_of_zero_is_rejected) {
     kt_expect(2, what, BOUNDED "$K sweep s.yaml --from values-zero.csv --out o.csv");
     kt_expect(2, what, BOUNDED "$K sweep --merge zero-byte.csv --out o.csv");
     kt_expect(2, what, BOUNDED "$K accuracy s.yaml --reference zero-byte.csv");
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
     kt_expect(2, what, BOUNDED "$K plot zero-byte.csv --out o.svg");
     kt_expect(2, what, BOUNDED "$K plot - --out o.svg <zero-byte.csv");
     kt_expect(2, what, BOUNDED "$K plot - --out o.svg </dev/zero"); /* which never ends */
@@ -72,7 +72,7 @@ KT_TEST(devices_and_pipes_are_rejected_wherever_a_file_is_named) {
         "sweep s.yaml --from $F --out o.csv",
         "sweep --merge $F --out o.csv",
         "accuracy s.yaml --reference $F",
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
         "plot $F --out o.svg",
         "plot two.csv --marks $F --out o.svg",
 #endif
@@ -124,7 +124,7 @@ KT_TEST(messages_do_not_quote_a_file_of_another_kind) {
         "import $F",
         "check csv.yaml --set effects[0].torque.table=$F",
         "check mesh.yaml --set meshes[0].file=$F",
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
         "plot $F --out o.svg",
         "plot two.csv --marks $F --out o.svg",
 #endif
@@ -193,10 +193,10 @@ KT_TEST(link_at_a_name_of_the_program_is_not_followed) {
         "run s.yaml --quiet --out p.csv --summary o.json",
         "export s.yaml --c --out oc.c",
         "run s.yaml --quiet --out p.csv --checkpoint c",
-#ifdef KT_HAS_HDF5
+#ifdef KT_WITH_HDF5
         "run s.yaml --quiet --out o.h5",
 #endif
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
         "run s.yaml --quiet --out p.csv --plot o.svg",
         "run s.yaml --quiet --out p.csv --plot o.pdf",
         "draw s.yaml --out o.svg",

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from swept import BOUNCE, FALL, check, command, fewer, finish, is_fused, rows, run, same
+from swept import BOUNCE, FALL, check, command, fewer, finish, rows, run, same
 
 
 def grids():
@@ -31,7 +31,7 @@ def grids():
     one = run("fall.yaml", "--vary", "g=1:3:1", "--out", "-")
     same("a range of one value", ([float(l["g"]) for l in rows(one.stdout)], "a range of one value is its first end" in one.stderr), ([1.0], True))
     same("a list", [float(l["m"]) for l in lines], [1.0, 2.5, 1000.0])
-    same("columns", list(lines[0])[7:], ["position.stone.end", "position.stone.min", "position.stone.max"] + ["lanes"] * is_fused() + ["why"])
+    same("columns", list(lines[0])[7:], ["position.stone.end", "position.stone.min", "position.stone.max"] + ["why"])
 
 
 def samples():
@@ -100,19 +100,17 @@ simulate: {duration: 1}
     same("whole radians of a later run", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), 1)
 
 
-def fused():
-    """Lines of another kind of build are rejected in words, and those of a build with fused lanes name it."""
+def other_columns():
+    """Lines with other columns are rejected in words."""
     text = run("fall.yaml", "--vary", "g=1:2:30", "--quiet", "--out", "-").stdout
-    header, line = text.splitlines()[:2]
-    same("lines name fused lanes, in builds that have them alone", (",lanes,why" in header, ",fused," in line), (is_fused(), is_fused()))
-    other = text.replace(",lanes,why", ",why").replace(",fused,", ",") if is_fused() else text.replace(",why", ",lanes,why")
+    other = text.replace(",why", ",lanes,why")
     pathlib.Path("own.csv").write_text(text)
     pathlib.Path("other.csv").write_text(other)
     told = run("--merge", "own.csv", "other.csv", "--out", "both.csv", code=1).stderr
-    same("such parts are not merged", "-Dfused=enabled" in told and "the first part" in told, True)
+    same("such parts are not merged", "has other columns than" in told and "the first part" in told, True)
     pathlib.Path("f.csv.partial").write_text(other)
     told = run("fall.yaml", "--vary", "g=1:2:30", "--resume", "--out", "f.csv", code=1).stderr
-    same("nor continued", "-Dfused=enabled" in told and "this sweep" in told, True)
+    same("nor continued", "has other columns than" in told and "this sweep" in told, True)
     pathlib.Path("f.csv.partial").write_text("".join(text.splitlines(keepends=True)[:10]))
     told = run("fall.yaml", "--vary", "g=1:2:31", "--resume", "--out", "f.csv", code=1).stderr
     same("nor by a sweep that agrees in the first run alone", "run 1 has another number or other values in" in told, True)
@@ -522,5 +520,4 @@ def faults():
     same("a fault of the scene", "no parameter 'q'" in run("fall.yaml", "--vary", "q=1,2", code=2).stderr, True)
 
 
-finish((grids, samples, angles, fused, parts_of_other_sweeps, equal_bytes, lanes, eventful, armed, quoted, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults),
-       not_with_fused_lanes=(equal_bytes, lanes, eventful, armed, killed, ranks))
+finish((grids, samples, angles, other_columns, parts_of_other_sweeps, equal_bytes, lanes, eventful, armed, quoted, lighter, killed, as_alone, ranks, accuracy, functionals, reason, faults))

@@ -1,7 +1,7 @@
 """Shared by the tests of sweeps: scenes, calls of the command, and counted checks.
 
 A test says
-    finish([part, ...], not_with_fused_lanes=[...])
+    finish([part, ...])
 """
 import csv
 import os
@@ -60,20 +60,13 @@ output: {record: [position, velocity, energy], columns: {height: 2*position.ston
 """
 
 
-def is_fused():
-    return "fused" in subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout
-
-
-def finish(parts, not_with_fused_lanes=()):
+def finish(parts):
     """Runs the parts in an empty folder, and ends the test."""
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         pathlib.Path("fall.yaml").write_text(FALL)
         pathlib.Path("bounce.yaml").write_text(BOUNCE)
         for part in parts:
-            if part in not_with_fused_lanes and is_fused():
-                print(f"skipped: {part.__name__}: lanes of this build are fused and have not the bits of single runs")
-            else:
-                part()
+            part()
     print(f"{passed} passed, {failed} failed")
     sys.exit(failed > 0)

@@ -67,7 +67,7 @@ KT_TEST(results_that_have_no_place_are_rejected_before_the_run) {
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         kt_expect(4, wrong[i].why, "$K run p.yaml --quiet --out r.csv --summary %s", wrong[i].file);
         kt_expect(4, wrong[i].why, "$K accuracy p.yaml --quiet --out %s", wrong[i].file);
-#ifdef KT_HAS_CAIRO
+#ifdef KT_WITH_CAIRO
         kt_expect(4, wrong[i].why, "$K run p.yaml --quiet --out r.csv --plot %s", wrong[i].file);
         kt_expect(4, wrong[i].why, "$K stability p.yaml --plot %s", wrong[i].file);
 #endif
@@ -139,7 +139,7 @@ KT_TEST(sweep_that_fills_the_disk_says_how_to_go_on) {
     kt_expect(0, NULL, "cmp w.csv all.csv");
 }
 
-#ifdef KT_HAS_HDF5
+#ifdef KT_WITH_HDF5
 /* The HDF5 file is made at the end. If the disk has no room for it, no message says that it has the records. */
 KT_TEST(hdf5_that_could_not_be_made_is_not_said_to_have_records) {
     kt_expect(0, NULL, "$K make pendulum --links 2 >p.yaml");

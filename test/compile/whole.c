@@ -88,7 +88,6 @@ KT_TEST(freedoms_without_inertia_are_told_beside_other_faults) {
     kt_check_equal_int("nothing", kt_model_check(NULL, NULL, NULL, &error), KT_ERROR_ARGUMENT);
 }
 
-#ifndef KT_NO_LOOPS
 static kt_loop loop_between(const char *name, const char *first, const char *second) {
     kt_loop loop = kt_loop_of(name, KT_LOOP_SPHERICAL);
     loop.between[0].body = first;
@@ -134,7 +133,6 @@ KT_TEST(all_loops_within_one_rigid_part_are_told_at_once) {
     check_told("two of three", &tree.description,
                "body 3 joint: body 'd'; loop 0 between: loop 'x'; loop 2 between: loop 'z'; ", "body 'd'");
 }
-#endif
 
 KT_TEST(without_memory_nothing_of_the_whole_is_told) {
     kt_tree tree;

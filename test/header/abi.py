@@ -44,7 +44,7 @@ def declarations(include):
     """Name and text of everything that a program can depend on, without comments and white space."""
     found = {}
     for path in sorted((include / "kinetree").glob("*.h")):
-        if path.name in ("kinetree.h", "compat.h"):
+        if path.name == "kinetree.h":
             continue
         text = re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S).replace("\\\n", " ")
         for line in re.findall(r"^#define (KT_\w+.*)$", text, flags=re.M):

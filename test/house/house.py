@@ -17,7 +17,7 @@ from folders import PLACES, ROOMS, STOREYS
 FACES = {"status": "base", "description": "model", "descriptor": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
          "method": "integrator", "stability": "integrator", "run": "step", "record": "step", "equations": "step", "simulation": "step",
          "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "closure": "assembly", "mechanism": "evaluate",
-         "kinetree": None, "compat": None}
+         "kinetree": None}
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 NEW_FORMAT = re.compile(r"%[-+ 0#]*[\d.*]*(?:[zjt][diouxX]|ll[diu])")  # newlib takes the wrong argument for the %s after these: it reads a wild address
@@ -69,7 +69,7 @@ def direction_problem(root, path, target):
 
 def direction_problems(root, sources):
     for path in sources:
-        if path.name in ("kinetree.h", "compat.h"):
+        if path.name == "kinetree.h":
             continue
         if source_room(root, path) not in ROOMS:
             yield f"{path.relative_to(root)}: no room of the house has this face"

@@ -131,8 +131,9 @@ static kinked draw_kinked(kt_random *random, int kind) {
 }
 
 /* Ends of steps are compared for the springs alone: simulations end their steps at jumps in time. Measured in 600
- * problems: 360 inside (tsit5), 1000 at ends (radau5). The last slope in the sums of rkc4 is at 0.73 h or later. Without the slope at the end, its
- * steps have up to 9e5 times the tolerance. With Hermite's cubic, its records have up to 7e5 times the tolerance. */
+ * problems: 360 inside (tsit5), 1000 at ends (radau5). The last slope in the sums of rkc4 is at 0.73 h or later.
+ * Without the slope at the end, its steps have up to 9e5 times the tolerance. With Hermite's cubic, its records have up
+ * to 7e5 times the tolerance. */
 KT_TEST(steps_and_dense_output_beside_kinks_keep_their_tolerance) {
     kt_random random = kt_random_of_test();
     const int samples = kt_sample(24);

@@ -1,6 +1,6 @@
 """No multiplication is fused with an addition: with its one rounding it would give other bits than two instructions do
 on a lower level. -ffp-contract=off is not enough: gcc 12 makes vfmaddsub of a product less and another product more a
-number, where these are stored side by side. Where lanes are fused (-Dfused=enabled), the libraries are those of the code for one state.
+number, where these are stored side by side.
 
 fused.py OBJDUMP LIBRARY...
 """

@@ -1,6 +1,6 @@
 """What the libraries import, export and hold, read from their symbols.
 
-nm.py INCLUDE-DIRECTORY HAS-LOOPS CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so PICTURE.a]
+nm.py INCLUDE-DIRECTORY CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so PICTURE.a]
 """
 import collections
 import fnmatch
@@ -42,13 +42,6 @@ SCENE_MAY_NOT_IMPORT = [
 ]
 
 
-# What a library for trees alone has nothing of: types of loops, their equations, constraint groups, mechanisms in a plane that
-# are closed.
-OF_LOOPS = ["kt_loop_kinds*", "kt_loop_[a-z]*_baseline", "kt_loop_planar_rows", "kt_loops_*", "kt_closed_*", "kt_group_*", "kt_groups_*",
-            "kt_reduction_kernels*", "kt_reduction_qr_*", "kt_react_*", "kt_planar_ends", "kt_project_in_place", "kt_open_loops_error", "kt_dual_loop*",
-            "kt_assemble_levenberg_marquardt", "kt_damped_step"]
-
-
 def matches(name, patterns):
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
@@ -85,11 +78,6 @@ def writable_sections(archive):
                 yield f"{place}: {field[1]} bytes in {name}"
 
 
-def of_loops(archive):
-    names = {line.split()[-1] for line in output_of("nm", "--defined-only", archive).splitlines() if len(line.split()) == 3}
-    return {name for name in names if matches(name, OF_LOOPS)}
-
-
 def exports(shared):
     return {line.split()[-1].split("@")[0] for line in output_of("nm", "-D", "--defined-only", shared).splitlines()}
 
@@ -106,7 +94,6 @@ def declared(headers, mark):
 
 
 def main():
-    has_loops = sys.argv.pop(2) == "true"
     include, core, core_shared, study, study_shared, *scene = [pathlib.Path(argument) for argument in sys.argv[1:]]
     problems = []
     seen = collections.Counter()
@@ -118,12 +105,6 @@ def main():
             problems.append(f"{place} imports {symbol}")
     note(f"{sum(seen.values())} imports of {len(seen)} objects")
     claim("core_imports_only_what_computes", problems if seen else ["no imports were read"])
-    loops = of_loops(core)
-    if has_loops:
-        claim("loops_are_known_by_their_symbols", [f"nothing is called {pattern}" for pattern in OF_LOOPS
-                                                   if not any(matches(symbol, [pattern]) for symbol in loops)])
-    else:
-        claim("core_without_loops_has_nothing_of_loops", sorted(loops))
     claim("core_keeps_nothing_between_calls", [*writable_sections(core), *writable_sections(study)])
 
     found = {core_shared.name: exports(core_shared), study_shared.name: exports(study_shared)}

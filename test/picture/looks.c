@@ -91,7 +91,7 @@ static const char collada[] =
     "</library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
 
 /* The box around it in cm is (3..7, 0..6, 0..16). The numbers are read in single precision. */
-#ifdef KT_HAS_ASSIMP
+#ifdef KT_WITH_ASSIMP
 /* The mesh of a file with this text, or the error message. */
 static kt_status load_collada(const char *text, kt_mesh *mesh, kt_solid *solid, kt_error *error) {
     const kt_scene_mesh from = {
@@ -101,7 +101,7 @@ static kt_status load_collada(const char *text, kt_mesh *mesh, kt_solid *solid, 
 #endif
 
 KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
-#ifdef KT_HAS_ASSIMP
+#ifdef KT_WITH_ASSIMP
     kt_mesh mesh = {0};
     kt_solid solid = {.body = 1};
     kt_error error = {0};
@@ -121,7 +121,7 @@ KT_TEST(collada_stands_in_metres_where_its_nodes_place_it) {
 /* Found by fuzzing: assimp ends the process at an empty file and at a list of numbers without their count. It also
  * allocates the gigabytes that a file announces. */
 KT_TEST(files_that_end_assimp_do_not_end_the_program) {
-#ifdef KT_HAS_ASSIMP
+#ifdef KT_WITH_ASSIMP
     char damaged[sizeof collada];
     memcpy(damaged, collada, sizeof collada);
     strstr(damaged, "count=")[2] = 'k';

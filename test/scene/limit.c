@@ -352,11 +352,7 @@ static double read_and_compile_many(const void *self, int count) {
 /* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
 KT_TEST(names_that_stand_many_times_take_linear_time) {
     static const char *const names[] = {"markers", "terms", "loops between markers"};
-#ifdef KT_NO_LOOPS
-    enum { KINDS = LOOPS };
-#else
     enum { KINDS = LOOPS + 1 };
-#endif
     for (int i = 0; i < KINDS; i++)
         kt_check_growth(names[i], read_and_compile_many, &(const many){(many)i}, 2000 / FEWER, 8000 / FEWER, 9.0);
 }

@@ -288,12 +288,10 @@ static void check_located(const char *path, const char *text, const char *where,
 KT_TEST(fault_that_compiling_finds_is_put_where_it_stands) {
     check_located("a.yaml", "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n  - name: b\n    joint: {type: revolute}\n",
                   "a.yaml:5:12", "body 'b': its revolute joint moves nothing");
-#ifndef KT_NO_LOOPS
     check_located(NULL,
                   "kinetree: 1\nbodies:\n  - {name: a, mass: 1}\n  - {name: b, mass: 1}\nloops:\n"
                   "  - {name: x, type: weld, between: [a, b]}\n",
                   "scene:6:36", "loop 'x': both its ends are on the same rigid part");
-#endif
 }
 
 KT_TEST(fault_of_nothing_in_the_scene_is_not_put_anywhere) {

@@ -100,16 +100,7 @@ static void set_tasks(const kt_tree *tree, const kt_rollout *like, kt_rollout_ta
     }
 }
 
-static bool differ(const double *a, const double *b, size_t n) {
-    double difference = 0.0, scale = 0.0;
-    if (!kt_batch_is_fused())
-        return memcmp(a, b, n * sizeof *a) != 0;
-    for (size_t i = 0; i < n; i++) {
-        difference = fmax(difference, fabs(a[i] - b[i]));
-        scale = fmax(scale, fabs(b[i]));
-    }
-    return !(difference <= 1e-10 * scale);
-}
+static bool differ(const double *a, const double *b, size_t n) { return memcmp(a, b, n * sizeof *a) != 0; }
 
 /* Counts the motions that differ from a run on their own, in a bit, in their status, or in the results of a failed run.
  */

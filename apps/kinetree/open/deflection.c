@@ -6,8 +6,8 @@
  *
  * which is largest at tan 2 phi = -2 a.b / (|a|^2 - |b|^2). The point is a corner of the box around a solid.
  *
- * A shape belongs to the linear equations. Therefore each point is drawn displaced along a straight line, by its first-order
- * displacement. Finite turns of the joints would shorten a bent beam, and would open loops. */
+ * A shape belongs to the linear equations. Therefore each point is drawn displaced along a straight line, by its
+ * first-order displacement. Finite turns of the joints would shorten a bent beam, and would open loops. */
 #include "open/deflection.h"
 #include "open/play.h"
 

@@ -147,8 +147,6 @@ static void write_all_runs(writer *w, FILE *file, const kt_keep_words *words) {
     write_texts(w, "units", words->units, words->column_count);
     if (words->only == NULL)
         w->group = taken(w, H5Gcreate2(w->file, "runs", H5P_DEFAULT, w->creation, H5P_DEFAULT));
-    if (words->only == NULL && words->lanes != NULL)
-        write_text_attribute(w, w->group, "lanes", words->lanes);
     while (!w->failed && fread(&head, sizeof head, 1, file) == 1)
         write_run(w, file, &head, words);
     w->failed = w->failed || ferror(file) != 0;

@@ -51,8 +51,7 @@ typedef struct kt_keep_words {
     size_t name_count;
     void (*values)(const void *user, int64_t run, double *values); /* theirs */
     const void *user;
-    const char *lanes; /* NULL, or how all runs were computed: an attribute of their group */
-    const char *only;  /* NULL: a dataset runs/N for each run; else the name of the dataset of the only one */
+    const char *only; /* NULL: a dataset runs/N for each run; else the name of the dataset of the only one */
 } kt_keep_words;
 
 /* Ends the side file. For KT_OUTPUT_WHOLE and KT_OUTPUT_PART, it makes the HDF5 file and removes the side file. The

@@ -12,8 +12,8 @@
 
 /* The columns of the lines besides the values, of which the first COLUMNS are written; those of each goal follow. The
  * others are those of sweeps: a parameter has the same column in both. */
-static const char *const columns[] = {"run",         "status",       "uncertainty",  "time",       "steps",
-                                      "evaluations", "energy.error", KT_SWEEP_LANES, KT_SWEEP_WHY, NULL};
+static const char *const columns[] = {"run",         "status",       "uncertainty", "time", "steps",
+                                      "evaluations", "energy.error", KT_SWEEP_WHY,  NULL};
 enum { COLUMNS = 3 };
 
 struct kt_accuracy_along {

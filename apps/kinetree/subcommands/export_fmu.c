@@ -37,7 +37,7 @@ int kt_export_fmu_check(const kt_export_fmu *fmu) {
     return kt_misuse("export: --fmu writes an archive; give --out FILE.fmu");
 }
 
-#ifdef KT_HAS_FMU
+#ifdef KT_WITH_FMU
 
 #include <minizip/zip.h>
 

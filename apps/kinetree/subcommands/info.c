@@ -178,8 +178,8 @@ static void show_sizes(const kt_model *model) {
         printf(": %d of the tree, less %d by loops (%d equations)", dof.tree, dof.rank, dof.equations);
     if (nq != nv)
         printf(" (%d positions: %d quaternion%s)", nq, nq - nv, kt_plural(nq - nv));
-    printf("\nplan       %s, %s kernels%s; --plan lists its steps\n", kt_model_plan(model),
-           name_isa(kt_model_isa(model)), kt_batch_is_fused() ? " (fused in lanes)" : "");
+    printf("\nplan       %s, %s kernels; --plan lists its steps\n", kt_model_plan(model),
+           name_isa(kt_model_isa(model)));
 }
 
 enum { LISTED_MAX = 20 };

@@ -36,8 +36,8 @@ int kt_modes_slowest(const kt_small_motion *motion, int most, int *list, int *li
 int kt_modes_view(const kt_small_motion *motion, const char *state, const char *path, long count, bool boxes);
 int kt_view_modes(const char *scene, const char *path, const kt_settings *settings, bool boxes);
 
-/* Draw up to `count` of the slowest modes about the state with the name `state`: the mechanism deflected in each mode, or
- * bars by joints. Return an exit code. */
+/* Draw up to `count` of the slowest modes about the state with the name `state`: the mechanism deflected in each mode,
+ * or bars by joints. Return an exit code. */
 int kt_modes_draw(const kt_small_motion *motion, const char *state, const char *path, long count, bool is_dark);
 int kt_modes_draw_bars(const kt_small_motion *motion, const char *state, const char *path, long count, bool is_dark);
 

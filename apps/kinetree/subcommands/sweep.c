@@ -76,8 +76,7 @@ const kt_usage kt_usage_sweep = {
              "The last, least and greatest value of each column of the records follow.\n"
              "A run that fails has a line, too.\n"
              "Lines are in the order of the runs.\n"
-             "Their bytes do not depend on --jobs, --shard or an interruption, unless the library is built with fused "
-             "lanes.\n"
+             "Their bytes do not depend on --jobs, --shard or an interruption.\n"
              "\n"
              "Results are written to FILE.partial, which is renamed at the end.\n"
              "If a sweep is killed, FILE.partial stays, and --resume continues from it.\n"
@@ -145,16 +144,6 @@ static int write_result(void *user, int64_t run, const kt_sweep_result *result) 
     return 0;
 }
 
-/* Returns the number of bytes of a line to compare: all, or with fused lanes the bytes up to the status. The digits
- * behind the status then depend on the runs that share the lanes. */
-static size_t compared_bytes(const kt_sweep *sweep, const char *line) {
-    size_t count = 0;
-    for (int commas = sweep->plan.count + 2; kt_batch_is_fused() && line[count] != '\0'; count++)
-        if (line[count] == ',' && --commas == 0)
-            return count + 1;
-    return strlen(line) + 1;
-}
-
 /* The start of the line of a run, which the caller frees; NULL: not enough memory. */
 static char *start_of_line(const kt_sweep *sweep, int64_t run) {
     double values[KT_SWEEP_AXES_MAX];
@@ -172,8 +161,7 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
     if (whole)
         own = kt_sweep_one(sweep, &worker, run);
     kt_sweep_worker_free(&worker);
-    const bool same =
-        own.line != NULL && strncmp(own.line, line, whole ? compared_bytes(sweep, own.line) : strlen(own.line)) == 0;
+    const bool same = own.line != NULL && strncmp(own.line, line, strlen(own.line) + whole) == 0;
     if (own.line == NULL)
         kt_say("sweep: there is not enough memory");
     else if (!same)
@@ -198,7 +186,7 @@ static int resume_lines(const kt_sweep *sweep, FILE *file, const char *name, int
          code < 0 && (lines == 0 || *next < end) && kt_input_line(file, &line) > 0 && line.text[line.used - 1] == '\n';
          lines++) {
         if (lines == 0 && strcmp(line.text, header) != 0) {
-            kt_sweep_say_columns(name, line.text, header, "this sweep", "leave --resume out, or name another --out");
+            kt_sweep_say_columns(name, "this sweep", "leave --resume out, or name another --out");
             code = KT_EXIT_USAGE;
         } else {
             code = lines > 0 ? check_line(sweep, name, *next, line.text, lines == 1) : -1;
@@ -255,8 +243,7 @@ static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *
     if (s->failed > 0)
         kt_print("\n  the first failure: %s (the column 'why' has all reasons)", s->why.text);
     if (all->together > 0)
-        kt_print("\n  %lld of them in lanes%s, up to %zu at a time in each thread", (long long)all->together,
-                 kt_batch_is_fused() ? ", fused (their bits are not those of single runs)" : "", all->width);
+        kt_print("\n  %lld of them in lanes, up to %zu at a time in each thread", (long long)all->together, all->width);
     if (all->alone != NULL)
         kt_print("\n  %s one by one, not in lanes: %s", all->together > 0 ? "others" : "all", all->alone);
     if (all->natively > 0)
@@ -365,8 +352,7 @@ static int end_keep(kt_keep *keep, kt_sweep *sweep, int code) {
                                  .names = names,
                                  .name_count = (size_t)sweep->plan.count,
                                  .values = values_of_run,
-                                 .user = &sweep->plan,
-                                 .lanes = kt_batch_is_fused() ? "fused" : NULL};
+                                 .user = &sweep->plan};
     const int failed =
         kt_keep_end(keep, &words, code == KT_EXIT_DONE && columns != NULL ? KT_OUTPUT_WHOLE : KT_OUTPUT_AS_IS);
     free(columns);

@@ -103,14 +103,8 @@ static int read_shard_file(const char *part, kt_sweep_shard *shard, bool *is_the
 
 /* ---- lines of parts ---------------------------------------------------------------------------------------------- */
 
-void kt_sweep_say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy) {
-    const bool is_fused = strstr(header, "," KT_SWEEP_LANES "," KT_SWEEP_WHY "\n") != NULL;
-    if (is_fused != (strstr(own, "," KT_SWEEP_LANES "," KT_SWEEP_WHY "\n") != NULL))
-        kt_say(
-            "sweep: %s has lines of a kinetree that was built %s -Dfused=enabled, whose digits are not those of %s; %s",
-            name, is_fused ? "with" : "without", than, remedy);
-    else
-        kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
+void kt_sweep_say_columns(const char *name, const char *than, const char *remedy) {
+    kt_say("sweep: %s has other columns than %s; %s", name, than, remedy);
 }
 
 typedef struct part {
@@ -169,8 +163,7 @@ static int open_parts(part *parts, int count, char **names) {
         if (found <= 0)
             return found < 0 ? KT_EXIT_SCENE : say_sweep_part(p, "it is empty");
         if (i > 0 && strcmp(p->line.text, parts[0].line.text) != 0) {
-            kt_sweep_say_columns(p->name, p->line.text, parts[0].line.text, "the first part",
-                                 "leave it out, or compute it anew");
+            kt_sweep_say_columns(p->name, "the first part", "leave it out, or compute it anew");
             return KT_EXIT_USAGE;
         }
     }

@@ -20,7 +20,7 @@ int kt_sweep_shard_write(const char *out, const kt_sweep_shard *shard);
 void kt_sweep_shard_remove(const char *out);
 
 /* Prints the reason why lines with two different headers do not belong together, and the remedy. */
-void kt_sweep_say_columns(const char *name, const char *header, const char *own, const char *than, const char *remedy);
+void kt_sweep_say_columns(const char *name, const char *than, const char *remedy);
 
 /* Puts parts together in --out. Returns an exit code: KT_EXIT_INTEGRATION if runs are missing, though --out is
  * written. */

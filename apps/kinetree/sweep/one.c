@@ -263,8 +263,8 @@ static void add_column_cells(kt_bytes *line, const made *m) {
     }
 }
 
-const char *const kt_sweep_line_columns[] = {"run",          "status",       "time",       "steps", "evaluations",
-                                             "energy.error", KT_SWEEP_LANES, KT_SWEEP_WHY, NULL};
+const char *const kt_sweep_line_columns[] = {"run",         "status",       "time",       "steps",
+                                             "evaluations", "energy.error", KT_SWEEP_WHY, NULL};
 
 char *kt_sweep_header(const kt_sweep *sweep) {
     kt_bytes line = {0};
@@ -277,7 +277,7 @@ char *kt_sweep_header(const kt_sweep *sweep) {
     for (size_t i = 0; i < sweep->column_count; i++)
         for (int k = 0; k < sweep->functional_count; k++)
             kt_bytes_print(&line, ",%s.%s", sweep->columns[i].name, kt_sweep_functional_names[sweep->functionals[k]]);
-    kt_bytes_print(&line, "%s," KT_SWEEP_WHY, kt_batch_is_fused() ? "," KT_SWEEP_LANES : "");
+    kt_bytes_print(&line, "," KT_SWEEP_WHY);
     return end_line(&line);
 }
 
@@ -302,8 +302,6 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     kt_sweep_put_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
     add_column_cells(&line, m);
-    if (kt_batch_is_fused())
-        kt_bytes_print(&line, ",fused");
     if (status == KT_OK)
         kt_bytes_print(&line, ",");
     else

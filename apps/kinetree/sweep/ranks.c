@@ -7,10 +7,9 @@
  * number of blocks that wait to be written is bounded.
  *
  * A block that takes far longer than any before is also given to an idle rank (backup tasks; Dean, Ghemawat 2004).
- * This repeats the work of a lost rank. Whichever comes first is taken, for the bytes are equal; with
- * -Dfused=enabled they may differ by rounding, and either will do. If no rank is left, rank 0 computes. By
- * default, MPI ends all ranks with the first lost one, and --resume continues the sweep. An option changes this
- * (mpirun --enable-recovery of Open MPI). */
+ * This repeats the work of a lost rank. Whichever comes first is taken, because the bytes are equal. If no rank is
+ * left, rank 0 computes. By default, MPI ends all ranks with the first lost one, and --resume continues the sweep. An
+ * option changes this (mpirun --enable-recovery of Open MPI). */
 #include "sweep/ranks.h"
 #include "subcommands/run.h"
 

@@ -158,11 +158,9 @@ typedef struct kt_sweep_result {
 
 void kt_sweep_result_free(kt_sweep_result *result);
 
-/* The columns of the lines besides the values. Those of events and records follow the first KT_SWEEP_LEADING. Only a
- * build with fused lanes (kt_batch_is_fused) has the last but one, with the cells ",fused". */
+/* The columns of the lines besides the values. Those of events and records follow the first KT_SWEEP_LEADING. */
 extern const char *const kt_sweep_line_columns[];
 enum { KT_SWEEP_LEADING = 6 };
-#define KT_SWEEP_LANES "lanes"
 #define KT_SWEEP_WHY "why"
 
 extern const char *const kt_sweep_functional_names[KT_FUNCTIONALS];

@@ -3,7 +3,6 @@
 
 #include "base/grow.h"
 #include "base/require.h"
-#include "base/small.h"
 
 #include <limits.h>
 #include <stdint.h>

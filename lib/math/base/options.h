@@ -31,14 +31,8 @@ typedef struct kt_options_kind {
  * NULL with KT_ERROR_ARGUMENT in *error if the size is not valid. */
 KT_INNER const void *kt_options_read(const kt_options_kind *kind, void *own, const void *given, kt_error *error);
 
-#ifdef KT_NO_WORDS /* linked into one program with its headers */
-#define KT_HAS_SIZES 0
-#define KT_OPTIONS(type, last, own, given, error) ((given) != NULL ? (given) : (own))
-#else
-#define KT_HAS_SIZES 1
 #define KT_OPTIONS(type, last, own, given, error)                                                                      \
     ((const type *)kt_options_read(&(const kt_options_kind){#type, sizeof(type), KT_SIZE_TO(type, last)}, own, given,  \
                                    error))
-#endif
 
 #endif

@@ -4,9 +4,8 @@
  * OpenBLAS starts its threads as soon as it is loaded. The shared library does not link it, so that a program that
  * never needs it has no such threads. The function kt_lapack_open loads a module that links it (lapack_load.c,
  * lapack_table.c) when a model is compiled or an analysis begins. The static library, and the shared one on systems
- * without dlopen, link it (lapack_call.c, here and in lib/study/compare). A build without loops (KT_NO_LOOPS) does not
- * contain it, nor does one with loops whose groups are small and need none (KT_NO_LAPACK). Functions that need it then
- * return an error.
+ * without dlopen, link it (lapack_call.c, here and in lib/study/compare). FMUs, the one-file engine and libraries for
+ * other processors compile lapack_call.c without LAPACK (KT_NO_LAPACK). Functions that need it then return an error.
  */
 #ifndef KT_LINEAR_LAPACK_H
 #define KT_LINEAR_LAPACK_H

@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#if defined KT_NO_LOOPS || defined KT_NO_LAPACK
+#ifdef KT_NO_LAPACK
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define KT_LAPACK_NONE(name, parameters, arguments)                                                                    \
@@ -13,13 +13,9 @@ KT_LAPACK_CORE_LIST(KT_LAPACK_NONE)
 #undef KT_LAPACK_NONE
 
 kt_status kt_lapack_open(kt_error *error) {
-#ifdef KT_NO_LOOPS
-    static const char message[] = "this library was built for trees alone: build it with -Dloops=enabled";
-#else
     static const char message[] =
-        "this library was built without LAPACK, which groups of loops with 40 coordinates and more need, and modes, "
-        "equilibria and constraint formulations: build it with -Dlapack=enabled";
-#endif
+        "this build has no LAPACK, which groups of loops with 40 coordinates and more need, and modes, equilibria and "
+        "constraint formulations: use libkinetree, or compile the one-file engine with -DKINETREE_FULL";
     return kt_error_set(error, KT_ERROR_UNSUPPORTED, NULL, "%s", message);
 }
 

@@ -277,7 +277,6 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
     return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }
 
-#if KT_HAS_SWITCHES
 kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *v,
                                 kt_error *error) {
     kt_violation violation;
@@ -293,4 +292,3 @@ kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, 
     const kt_status status = reject_open_loops(model, data, t, closure, input, true, error);
     return kt_loops_explain(model, data, t, input->q, input->v, status, error);
 }
-#endif

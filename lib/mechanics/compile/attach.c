@@ -72,7 +72,7 @@ static double distance_between(kt_pose a, kt_pose b) { return kt_vec3_norm(kt_ve
 
 /* Whether the function of a loop is to be the distance of its ends. */
 static bool takes_distance(const kt_loop *loop) {
-    return KT_HAS_LOOPS && kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)]->initial_distance &&
+    return kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)]->initial_distance &&
            loop->function.type == KT_FUNCTION_NONE;
 }
 
@@ -118,18 +118,16 @@ static void prepare_loop(const kt_loop *loop, kt_model *m, kt_loop_record *r, si
 
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
-    for (int i = 0; KT_HAS_LOOPS && i < d->loop_count; i++) {
+    for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         kt_loop_record *r = &a->loop[i];
         *r = (kt_loop_record){.type = (int32_t)loop->type, .source = i, .pitch = loop->pitch, .radius = loop->radius};
-#if KT_HAS_SWITCHES
         r->side = (int32_t)loop->side;
         r->restitution = loop->restitution;
         r->rest_velocity = loop->rest_velocity;
         r->poisson = loop->poisson;
         r->comes = loop->switching != KT_ALWAYS_ON;
         r->released = false;
-#endif
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
         const bool off = KT_IS_OFF(loop);
@@ -169,11 +167,10 @@ static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
 
 static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
-    if (KT_HAS_LOOPS && m->n.loop)
+    if (m->n.loop)
         memcpy(m->loop, a->loop, m->n.loop * sizeof *m->loop);
-    if (KT_HAS_LOOPS)
-        kt_paths_fill(m);
-    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
+    kt_paths_fill(m);
+    for (size_t i = 0; i < m->n.loop; i++) {
         const kt_loop *loop = &a->description->loops[i];
         kt_loop_record *r = &m->loop[i];
         kt_vec3 origin;
@@ -182,7 +179,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         for (int k = 0; k < r->term_count; k++)
             m->term[r->term + k] = (kt_term_record){.link = kt_attach_joint_link(m, kt_loop_term(loop, k).joint),
                                                     .coefficient = kt_loop_term(loop, k).coefficient};
-        if (KT_HAS_LOOPS && m->n.planar && !kt_attach_is_relation(r->type) && !kt_loop_is_off(r) &&
+        if (m->n.planar && !kt_attach_is_relation(r->type) && !kt_loop_is_off(r) &&
             (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial) {
             m->planar_loop[i] = a->flat[i];
             kt_planar_ends(m, r, &m->planar_loop[i]);
@@ -202,7 +199,7 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
                               kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     r->ends = ends;
-    if (ends == 0 && KT_HAS_RELATIVE) {
+    if (ends == 0) {
         kt_attach_place_in_coordinate(a, m, effect, r);
     } else if (ends == 0) {
         r->body[0] = kt_joint_index(m, effect->joint);
@@ -232,16 +229,13 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
 #define ATTACH_NUMBER(member) r->member = effect->member;
         KT_EFFECT_NUMBERS(ATTACH_NUMBER)
 #undef ATTACH_NUMBER
-#if KT_HAS_SWITCHES
         r->hard = kt_effect_is_hard(effect);
         r->disc = kt_effect_has_axle(effect);
-#endif
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
         memcpy(r->quadratics, effect->quadratics, sizeof r->quadratics);
         r->in_body = effect->frame == KT_FRAME_BODY;
-        if (KT_HAS_VARIABLE_MASS)
-            r->exhaust = effect->exhaust;
+        r->exhaust = effect->exhaust;
         r->wrench = effect->wrench;
         r->joint_force = effect->joint_force;
         r->wrench_derivatives = KT_IF_JACOBIAN(effect->wrench_derivatives);
@@ -253,7 +247,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;
-        if (KT_HAS_RELATIVE && r->relative.type)
+        if (r->relative.type)
             kt_attach_fill_turns(a, m, r, &term);
         if (kt_effect_has_path(effect)) {
             const kt_status traced = kt_attach_fill_path(m, effect, r, &point, &link, error);
@@ -265,7 +259,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
             r->curve[k] = kt_curve_compile(function, m->number, *number);
             *number += kt_curve_number_count(function);
         }
-        if (KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION && !KT_IS_OFF(effect)) {
+        if (effect->type == KT_EFFECT_EXPRESSION && !KT_IS_OFF(effect)) {
             const kt_status read = kt_attach_fill_formulas(a, m, effect, r, number, variable, part, error);
             if (read != KT_OK)
                 return read;
@@ -319,21 +313,17 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
         a->depth[i] = i ? a->depth[a->tree->link[i].parent] + 1 : 0;
     }
     kt_link_poses(a->tree, a->tree->q0, a->pose);
-    if (KT_HAS_LOOPS)
-        kt_attach_measure_links(a, n->link);
+    kt_attach_measure_links(a, n->link);
     kt_status status = trace_loops(a, n, error);
     if (status != KT_OK)
         return status;
-    if (KT_HAS_LOOPS)
-        kt_attach_place_paths(a, n);
+    kt_attach_place_paths(a, n);
     kt_attach_number_groups(a, n);
-    if (KT_HAS_RELATIVE)
-        a->loop_terms = n->term;
+    a->loop_terms = n->term;
     status = kt_attach_count_effects(a, n, error);
-    if (KT_HAS_FORMULAS && status == KT_OK)
+    if (status == KT_OK)
         status = kt_attach_count_states(a, n, error);
-    if (KT_HAS_VARIABLE_MASS)
-        kt_attach_count_masses(d, n);
+    kt_attach_count_masses(d, n);
     if (status != KT_OK)
         return status;
     for (int i = 0; i < d->effect_count; i++)
@@ -347,17 +337,15 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     size_t number = 0, variable = 0, part = 0, text = a->tree->n.text;
     fill_attached_loops(a, m, &number, &text);
     m->length = 1.0;
-    if (KT_HAS_LOOPS)
-        kt_attach_measure_loops(a, m);
+    kt_attach_measure_loops(a, m);
     kt_attach_fill_groups(a, m);
     kt_armature_note(m);
     for (int i = 0; i < d->hold_count; i++)
         kt_joint_hold(m, &m->body[kt_joint_index(m, d->hold[i])], true);
     status = fill_effects(a, m, &number, &variable, &part, &text, error);
-    if (KT_HAS_FORMULAS && status == KT_OK)
+    if (status == KT_OK)
         status = kt_attach_fill_states(a, m, &number, &variable, &part, &text, error);
-    if (KT_HAS_VARIABLE_MASS)
-        kt_attach_fill_masses(d, m, &number);
+    kt_attach_fill_masses(d, m, &number);
     if (status != KT_OK) {
         kt_aligned_release(m);
         return status;
@@ -366,7 +354,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     kt_aligned_release(*model);
     *model = m;
     m->tolerance = d->tolerance;
-    return KT_HAS_LOOPS ? kt_groups_rank(m, error) : KT_OK;
+    return kt_groups_rank(m, error);
 }
 
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
@@ -376,11 +364,9 @@ kt_status kt_model_attach(kt_model **model, const kt_description *description, c
     for (int i = 0; i < description->effect_count; i++)
         n.effect_off += KT_IS_OFF(&description->effects[i]);
     n.effect = (size_t)description->effect_count - n.effect_off;
-    n.x = KT_HAS_FORMULAS ? (size_t)description->state_count : 0;
+    n.x = (size_t)description->state_count;
     n.planar_loop = n.planar ? n.loop : 0;
-#if KT_HAS_QUASI_STATICS
     n.massless = (*model)->found_massless;
-#endif
     kt_attach a = {.description = description, .flat = flat, .tree = *model};
     const size_t bytes = place_arrays(NULL, NULL, &n);
     void *memory = kt_arena_allocate(bytes, "compiling loops and effects", error);

@@ -68,10 +68,9 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
     bool known[KEYS] = {false};
     for (size_t i = 0; i < n->effect + n->effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
-        const int ends = KT_HAS_RELATIVE ? kt_attach_end_count(a, effect) : kt_effect_end_count(effect),
-                  key = batch_key_of((int)effect->type, ends);
+        const int ends = kt_attach_end_count(a, effect), key = batch_key_of((int)effect->type, ends);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
-        n->term += KT_HAS_RELATIVE ? kt_attach_count_turns(a, effect) : 0;
+        n->term += kt_attach_count_turns(a, effect);
         if (kt_effect_has_path(effect))
             kt_attach_count_path(a->tree, effect, n);
         if (KT_IS_OFF(effect))
@@ -81,10 +80,10 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
         if (ends > 0 && n->force_link == 0)
             n->force_link = 1; /* the ground */
         for (int k = 0; k < ends; k++)
-            mark(a, n, KT_HAS_RELATIVE ? kt_attach_end_body(a, effect, k) : effect->between[k].body);
+            mark(a, n, kt_attach_end_body(a, effect, k));
         for (int k = 0; kt_effect_has_path(effect) && k < effect->path_count; k++)
             mark(a, n, effect->path[k].end.body);
-        if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+        if (effect->type != KT_EFFECT_EXPRESSION)
             continue;
         kt_formula_names names;
         const kt_status status = kt_attach_count_formulas(a->description, effect, &names, n, error);

@@ -92,15 +92,14 @@ static void count_all(const build *b, kt_counts *n) {
         n->v += (size_t)size->nv;
         n->marker += (size_t)body->marker_count;
         n->text += strlen(body->name) + 1;
-        n->varying += KT_HAS_VARIABLE_MASS && body->variable_mass != NULL;
+        n->varying += body->variable_mass != NULL;
         n->named_joint += body->joint.name != NULL;
         n->limit += kt_joint_is_limited(&body->joint);
         n->text += body->joint.name ? strlen(body->joint.name) + 1 : 0;
         for (int k = 0; k < body->marker_count; k++)
             n->text += strlen(body->markers[k].name) + 1;
     }
-    if (KT_HAS_PLANE)
-        n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
+    n->planar = n->link > n->spatial ? n->link - n->spatial + 1 : 0;
     n->index = kt_names_size(n->body + n->named_joint + n->marker);
 }
 
@@ -114,7 +113,7 @@ static size_t find_planes(build *b, kt_plan plan) {
     }
     const kt_ordered ordered = {.description = b->description, .names = &b->names, .body_of = b->body_of, .count = n};
     const size_t planes = kt_planes_find(&ordered, b->moves, b->plane, b->flat);
-    const bool in_space = !KT_HAS_PLANE || plan == KT_PLAN_SPATIAL;
+    const bool in_space = plan == KT_PLAN_SPATIAL;
     for (size_t i = 1; i <= n && in_space; i++)
         b->moves[i].plane = -1;
     return in_space ? 0 : planes;
@@ -393,10 +392,8 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
         m->isa = kt_isa_resolve(options->isa);
         gear_links(b);
         m->forward = kt_forward_tree;
-        if (KT_HAS_LOOPS) {
-            m->reduction = kt_reduction_kind_of(options->reduction, m->isa);
-            m->group_kernels = kt_reduction_kernels_of(m);
-        }
+        m->reduction = kt_reduction_kind_of(options->reduction, m->isa);
+        m->group_kernels = kt_reduction_kernels_of(m);
         if (m->isa == KT_ISA_AUTO)
             status = kt_error_set(error, KT_ERROR_UNSUPPORTED, "options.isa",
                                   "this processor or build does not have that instruction set; use KT_ISA_AUTO");
@@ -404,8 +401,7 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
     if (status == KT_OK)
         status = kt_tree_check(m, b->description, b->report, b->user, error);
     if (status == KT_OK && !b->trial &&
-        (b->description->loop_count || b->description->effect_count ||
-         (KT_HAS_FORMULAS && b->description->state_count) || (KT_HAS_VARIABLE_MASS && n.varying)))
+        (b->description->loop_count || b->description->effect_count || b->description->state_count || n.varying))
         status = kt_model_attach(&b->model, b->description, b->flat, error);
     return status;
 }
@@ -450,12 +446,8 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     build b = {.description = description};
     const kt_status status = build_all(&b, options, error);
     if (status == KT_OK) {
-#if KT_HAS_VARIABLE_MASS
         kt_masses_attach(b.model);
-#endif
-#if KT_HAS_QUASI_STATICS
         kt_massless_attach(b.model);
-#endif
         kt_model_seal(b.model);
         *model = b.model;
     } else {

@@ -37,7 +37,7 @@ static bool check_counts(kt_checker *checker) {
     const bool loops = check_description_list(checker, "loops", d->loops, d->loop_count);
     const bool effects = check_description_list(checker, "effects", d->effects, d->effect_count);
     const bool hold = check_description_list(checker, "hold", (const void *)d->hold, d->hold_count);
-    const bool states = !KT_HAS_FORMULAS || check_description_list(checker, "states", d->states, d->state_count);
+    const bool states = check_description_list(checker, "states", d->states, d->state_count);
     if (!bodies || !loops || !effects || !hold || !states)
         return false;
     size_t markers = 0;
@@ -56,7 +56,7 @@ static void *place_memory(kt_checker *checker) {
     const kt_description *d = checker->description;
     const size_t bodies = (size_t)d->body_count;
     size_t names = 2 * bodies + (size_t)d->loop_count + (size_t)d->effect_count;
-    names += KT_HAS_FORMULAS ? (size_t)d->state_count : 0;
+    names += (size_t)d->state_count;
     for (int i = 0; i < d->body_count; i++)
         names += (size_t)kt_checker_marker_count(&d->bodies[i]);
     const size_t table = kt_names_size(names);
@@ -87,7 +87,7 @@ static void add_checked_names(kt_checker *checker) {
         add_checked_name(checker, KT_SCOPE_LOOP, d->loops[i].name, i);
     for (int i = 0; i < d->effect_count; i++)
         add_checked_name(checker, KT_SCOPE_EFFECT, d->effects[i].name, i);
-    for (int i = 0; KT_HAS_FORMULAS && i < d->state_count; i++)
+    for (int i = 0; i < d->state_count; i++)
         add_checked_name(checker, KT_SCOPE_STATE, d->states[i].name, i);
 }
 
@@ -153,15 +153,13 @@ static void check_world(kt_checker *checker) {
     checker->item = KT_ITEM_SCENE;
     checker->index = 0;
     kt_checker_vector(checker, "gravity", -1, "", checker->description->gravity);
-    if (KT_HAS_LOOPS && !(checker->description->tolerance >= 0.0 && checker->description->tolerance <= 1e-3))
+    if (!(checker->description->tolerance >= 0.0 && checker->description->tolerance <= 1e-3))
         kt_checker_fault(checker, "initial.tolerance", -1, "tolerance is %g; give 0 to 1e-3",
                          checker->description->tolerance);
     if ((unsigned)checker->description->inertia_check >= KT_INERTIA_LIMIT_COUNT)
         kt_checker_fault(checker, "inertia_check", -1,
                          "inertia_check is %d, and there is no such value; take one of kt_inertia_limit",
                          (int)checker->description->inertia_check);
-    if (!KT_HAS_FORMULAS && checker->description->state_count != 0)
-        kt_checker_fault(checker, "type", -1, KT_NOT_IN_SMALL);
 }
 
 static void check_bodies(kt_checker *checker) {
@@ -194,9 +192,7 @@ static void check_custom_loop(kt_checker *checker, const kt_loop *loop) {
 static void check_switching(kt_checker *checker, kt_switching switching) {
     if (switching == KT_ALWAYS_ON)
         return;
-    if (!KT_HAS_SWITCHES)
-        kt_checker_fault(checker, "switching", -1, KT_NOT_IN_SMALL);
-    else if ((unsigned)switching >= KT_SWITCHING_COUNT)
+    if ((unsigned)switching >= KT_SWITCHING_COUNT)
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
 
@@ -211,9 +207,7 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
                 "a loop that holds does not bounce; give the side that it bounds (slack), or leave it out");
         return;
     }
-    if (!KT_HAS_SWITCHES)
-        kt_checker_fault(checker, "side", -1, KT_NOT_IN_SMALL);
-    else if ((unsigned)loop->side >= KT_SIDE_COUNT)
+    if ((unsigned)loop->side >= KT_SIDE_COUNT)
         kt_checker_fault(checker, "side", -1, "side is %d; take one of kt_side", (int)loop->side);
     else if (!may)
         kt_checker_fault(checker, "side", -1, "no loop but distance, inplane, surface and coupling bounds one side");
@@ -233,33 +227,10 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
                          "type is %d, and there is no loop of that number; take one of kt_loop_type", (int)loop->type);
     else
         kt_checker_keys(checker, descriptor, loop, &standard);
-    if (KT_HAS_LOOPS && loop->type == KT_LOOP_CUSTOM)
+    if (loop->type == KT_LOOP_CUSTOM)
         check_custom_loop(checker, loop);
-    if (KT_HAS_LOOPS)
-        check_switching(checker, loop->switching);
-    if (KT_HAS_LOOPS)
-        check_side(checker, loop);
-}
-
-/* A small library has elastic stops and contacts and smooth friction alone. */
-static void check_small_effect(kt_checker *checker, const kt_effect *effect) {
-    const bool stops = effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT;
-    if (stops && (effect->poisson || effect->restitution < (double)INFINITY))
-        kt_checker_fault(checker, effect->poisson ? "poisson" : "restitution", -1, KT_NOT_IN_SMALL);
-    if (effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick)
-        kt_checker_fault(checker, "stick", -1, KT_NOT_IN_SMALL);
-}
-
-/* In a library without loops, contacts and stops are elastic and friction is smooth. */
-static void check_effect_of_tree(kt_checker *checker, const kt_effect *effect) {
-    if (kt_effect_is_hard(effect))
-        kt_checker_fault(checker, "restitution", -1,
-                         "hard stops and contacts are loops, and this library was built without (-Dloops=disabled); "
-                         "give a stiffness instead");
-    if (kt_effect_sticks(effect))
-        kt_checker_fault(checker, "stick", -1,
-                         "friction that sticks is a loop, and this library was built without (-Dloops=disabled); leave "
-                         "`stick` out");
+    check_switching(checker, loop->switching);
+    check_side(checker, loop);
 }
 
 static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
@@ -270,10 +241,6 @@ static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
                          (int)effect->type);
     else
         kt_effect_check(checker, effect);
-    if (!KT_HAS_SWITCHES)
-        check_small_effect(checker, effect);
-    if (!KT_HAS_LOOPS)
-        check_effect_of_tree(checker, effect);
     check_switching(checker, effect->switching);
 }
 
@@ -314,8 +281,7 @@ static void check_all(kt_checker *checker) {
     for (checker->index = 0; checker->index < d->effect_count && !kt_checker_is_done(checker); checker->index++)
         check_one_effect(checker, &d->effects[checker->index]);
     check_hold(checker);
-    if (KT_HAS_FORMULAS)
-        check_states(checker);
+    check_states(checker);
 }
 
 kt_status kt_description_check(const kt_description *description, kt_report *report, void *user, kt_error *error) {

@@ -7,19 +7,6 @@
 
 #include <stdlib.h>
 
-/* Rejects descriptions with loops if the library was built without them. */
-static kt_status reject_loops(const kt_description *description, kt_error *error) {
-#ifdef KT_NO_LOOPS
-    if (description && description->loop_count)
-        return kt_error_set(
-            error, KT_ERROR_UNSUPPORTED, "loops",
-            "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
-#else
-    (void)description, (void)error;
-#endif
-    return KT_OK;
-}
-
 /* Rejects values that are no member of their type, as in a struct that was not initialised by kt_model_options_default.
  * The instruction set is checked when the model is built. */
 static kt_status check_model_options(const kt_model_options *options, kt_error *error) {
@@ -48,11 +35,9 @@ static kt_status compile_one(const kt_description *description, const kt_model_o
     kt_status status = kt_model_build(description, options, &tree, error);
     if (status == KT_OK)
         status = kt_model_measure_springs(tree, description, error);
-#if KT_HAS_QUASI_STATICS
     if (status == KT_OK && tree->n.massless)
         status = kt_massless_find(tree, description, error);
-#endif
-    if (status == KT_OK && KT_HAS_LOOPS)
+    if (status == KT_OK)
         status = kt_delassus_check_accuracy(tree, error);
     if (status == KT_OK)
         *model = tree;
@@ -61,7 +46,6 @@ static kt_status compile_one(const kt_description *description, const kt_model_o
     return status;
 }
 
-#if KT_HAS_SWITCHES
 /* Hard contacts and stops become switched loops first. */
 static kt_status compile_contacts(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error) {
@@ -72,7 +56,6 @@ static kt_status compile_contacts(const kt_description *description, const kt_mo
     free(expanded.memory);
     return status;
 }
-#endif
 
 kt_status kt_model_compile(const kt_description *description, const kt_model_options *options, kt_model **model,
                            kt_error *error) {
@@ -80,18 +63,14 @@ kt_status kt_model_compile(const kt_description *description, const kt_model_opt
         return KT_ERROR_ARGUMENT;
     kt_model_options own = kt_model_options_default();
     const kt_model_options *settings = KT_OPTIONS(kt_model_options, settable, &own, options, error);
-    kt_status status = KT_HAS_SIZES && settings == NULL ? KT_ERROR_ARGUMENT : check_model_options(settings, error);
-    if (status == KT_OK)
-        status = reject_loops(description, error);
+    kt_status status = settings == NULL ? KT_ERROR_ARGUMENT : check_model_options(settings, error);
     if (status == KT_OK)
         status = kt_description_check(description, NULL, NULL, error);
     if (status != KT_OK)
         return status;
-#if KT_HAS_SWITCHES
     if (kt_contacts_count(description) > 0)
         return compile_contacts(description, settings, model, error);
     if (kt_switches_count(description) > 0)
         return kt_variants_compile(description, NULL, settings, compile_one, model, error);
-#endif
     return compile_one(description, settings, model, error);
 }

@@ -20,12 +20,10 @@ KT_INNER kt_status kt_model_build(const kt_description *description, const kt_mo
  * which the other loops and effects are off: KT_SWITCHED_OFF. hard: of each loop; NULL: no effect is a loop. */
 typedef kt_status kt_compile_call(const kt_description *description, const kt_model_options *options, kt_model **model,
                                   kt_error *error);
-#if KT_HAS_SWITCHES
 int kt_switches_count(const kt_description *description);
 kt_status kt_variants_compile(const kt_description *description, const kt_hard_loop *hard,
                               const kt_model_options *options, kt_compile_call *compile, kt_model **model,
                               kt_error *error);
-#endif
 
 /* Builds the tree of a description that has been checked, only for kt_tree_check. */
 kt_status kt_model_try(const kt_description *description, kt_report *report, void *user, kt_error *error);
@@ -81,7 +79,6 @@ void kt_fronts_find_delays(kt_model *model);
 /* Sets the lengths of springs that start unstretched. Errors: KT_ERROR_MEMORY. */
 kt_status kt_model_measure_springs(kt_model *model, const kt_description *description, kt_error *error);
 
-#if KT_HAS_QUASI_STATICS
 /* massless.c: kt_massless_is_carried returns whether effects act on the parts that a link carries. The second
  * function gives an armature of 1 to the coordinates of a link that move no mass. The last one finds the motions of
  * these coordinates that move no mass, in a complete model. Its errors: KT_ERROR_MODEL if there are no such motions,
@@ -89,7 +86,6 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
 void kt_massless_mark(kt_model *tree, size_t link);
 KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);
-#endif
 
 /* pose.c: computes the poses of all links in the world at q, and for these poses their twists (world axes, of the
  * links' origins). */

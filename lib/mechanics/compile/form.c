@@ -65,7 +65,6 @@ static bool has_formula(const kt_model *model, const kt_group *group) {
 
 /* Whether a dense group of spatial links on the ground has hard contacts, so that its equations may be solved in range
  * space (reduction/half_columns.h). Its joints have one axis, or are free. The same for a stop that locks one joint. */
-#if KT_HAS_SWITCHES
 static bool may_range(const kt_model *model, const kt_group *group) {
     const bool locks = group->v_count == 1 && group->row_count == 1;
     bool fits = (group->parent == 0 || locks) && !kt_group_is_planar(model, group) && model->reduction->chooses;
@@ -80,16 +79,13 @@ static bool may_range(const kt_model *model, const kt_group *group) {
         touches = touches || model->loop[model->group_loop[i]].side != KT_SIDE_NONE;
     return fits && touches;
 }
-#else
-static bool may_range(const kt_model *model, const kt_group *group) { return (void)model, (void)group, false; }
-#endif
 
 void kt_form_begin(const kt_model *model, kt_group *group) {
     set_form(group, KT_FORM_DENSE,
-             KT_HAS_FORMULAS && has_formula(model, group) ? KT_FORM_REASON_FORMULA
-             : !model->reduction->fronts                  ? KT_FORM_REASON_METHOD
-             : model->structure == KT_STRUCTURE_DENSE     ? KT_FORM_REASON_ASKED
-                                                          : KT_FORM_REASON_SMALL);
+             has_formula(model, group)                ? KT_FORM_REASON_FORMULA
+             : !model->reduction->fronts              ? KT_FORM_REASON_METHOD
+             : model->structure == KT_STRUCTURE_DENSE ? KT_FORM_REASON_ASKED
+                                                      : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
     group->ranges = may_range(model, group);
 }

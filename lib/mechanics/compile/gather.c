@@ -44,15 +44,15 @@ void kt_attach_number_groups(kt_attach *a, kt_counts *n) {
             n->group_v += (size_t)kt_link_dofs(&a->tree->link[i]);
         }
     const bool large = n->group_v >= KT_FRONT_LEAST || a->tree->structure == KT_STRUCTURE_FRONTS;
-    const bool allowed = KT_HAS_LOOPS && a->tree->reduction->fronts && a->tree->structure != KT_STRUCTURE_DENSE;
+    const bool allowed = a->tree->reduction->fronts && a->tree->structure != KT_STRUCTURE_DENSE;
     n->front = large && allowed ? n->group_link : 0;
 }
 
 /* Determines the sizes of the groups, and the position of each loop and link in its group. */
 static void measure_groups(kt_attach *a, kt_model *m) {
-    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++)
+    for (size_t g = 0; g < m->n.group; g++)
         m->group[g] = (kt_group){.parent = -1};
-    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
+    for (size_t i = 0; i < m->n.loop; i++) {
         if (kt_loop_is_off(&m->loop[i]))
             continue;
         kt_group *group = &m->group[m->loop[i].group];
@@ -78,7 +78,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
 static void place_groups(kt_model *m) {
     int32_t loop = 0, link = 0, v = 0, row = 0;
     m->n.entry = 0;
-    for (size_t g = 0; KT_HAS_LOOPS && g < m->n.group; g++) {
+    for (size_t g = 0; g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         group->loop = loop;
         group->link = link;
@@ -104,7 +104,7 @@ static void place_groups(kt_model *m) {
 
 /* Marks planar links whose accelerations other links need; those inside a group are computed all at once. */
 static void mark_passing(kt_model *m) {
-    for (size_t i = KT_HAS_PLANE ? m->n.planar : 0; i-- > 1;) {
+    for (size_t i = m->n.planar; i-- > 1;) {
         const kt_planar_link *link = &m->planar[i];
         kt_planar_link *up = &m->planar[link->parent];
         up->carries_others |= link->carries_others || link->group < 0 || link->group != up->group;
@@ -123,7 +123,6 @@ void kt_articulated_number(kt_model *m) {
 
 /* ---- islands ----------------------------------------------------------------------------------------------------- */
 
-#if KT_HAS_SWITCHES
 enum island_sum { ISLAND_COORDINATES, ISLAND_EQUATIONS };
 
 /* The largest number in `number`, which has one for each island. */
@@ -212,9 +211,6 @@ static void set_islands(kt_attach *a, kt_model *m) {
     m->n.island_row = most_of_islands(a, m, ISLAND_EQUATIONS);
     m->n.island_side = most_sides_of_islands(a, m);
 }
-#else
-static void set_islands(kt_attach *a, kt_model *m) { (void)a, (void)m; }
-#endif
 
 static void mark_link_nonlinear(kt_model *m, int32_t l) {
     const kt_link *link = &m->link[l];
@@ -241,9 +237,9 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
     place_groups(m);
     kt_articulated_number(m);
-    if (KT_HAS_LOOPS && m->n.group)
+    if (m->n.group)
         m->forward = kt_closed_forward;
-    for (size_t i = 0; KT_HAS_LOOPS && i < m->n.loop; i++) {
+    for (size_t i = 0; i < m->n.loop; i++) {
         if (kt_loop_is_off(&m->loop[i]))
             continue;
         kt_group *group = &m->group[m->loop[i].group];
@@ -268,12 +264,11 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     }
     mark_linear_coordinates(m);
     mark_passing(m);
-    for (size_t g = 0; g < m->n.group && KT_HAS_LOOPS; g++)
+    for (size_t g = 0; g < m->n.group; g++)
         kt_form_begin(m, &m->group[g]);
-    if (KT_HAS_LOOPS && m->n.front)
+    if (m->n.front)
         kt_attach_plan_fronts(a, m);
-    if (KT_HAS_SWITCHES && m->n.group > 0)
+    if (m->n.group > 0)
         set_islands(a, m);
-    if (KT_HAS_LOOPS)
-        kt_groups_place_matrices(m);
+    kt_groups_place_matrices(m);
 }

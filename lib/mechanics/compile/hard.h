@@ -2,11 +2,9 @@
 #ifndef KT_COMPILE_HARD_H
 #define KT_COMPILE_HARD_H
 
-#include "base/small.h"
 #include "model/check.h"
 #include "model/model.h"
 
-#if KT_HAS_SWITCHES
 /* Counts the loops that bound one side, the hard stops and the contacts (hard_loops.c). */
 int kt_contacts_count(const kt_description *description);
 /* Notes in the effects of a compiled model which loops are in their place. first: scratch, one number an effect. */
@@ -31,6 +29,5 @@ KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_ex
 static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
 /* Whether a loop holds on one side only. */
 static inline bool kt_loop_bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
-#endif
 
 #endif

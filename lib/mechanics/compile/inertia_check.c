@@ -53,7 +53,7 @@ static int32_t end_link_of(const kt_model *m, const kt_end *end) {
 }
 
 static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
-    for (int i = 0; i < d->loop_count && KT_HAS_LOOPS; i++) {
+    for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         if (KT_IS_OFF(loop))
             continue;
@@ -113,15 +113,11 @@ static void judge_tree(trial *t, const kt_model *m, const kt_description *d) {
  * some. Next to a mass of 1e16 even that armature is negligible. */
 static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) {
     bool any = false;
-#if KT_HAS_QUASI_STATICS
     for (size_t i = 1; i < m->n.link; i++)
         if (t->still[i] && !t->moves[i] && !m->link[i].has_armature && kt_massless_is_carried(m, d, i)) {
             kt_massless_mark(m, i);
             any = true;
         }
-#else
-    (void)t, (void)m, (void)d;
-#endif
     return any;
 }
 
@@ -171,7 +167,7 @@ kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_re
         for (int i = 0; i < description->body_count; i++)
             if (try.faulty[i])
                 report_inertia(&t, &description->bodies[i], i);
-        for (int i = 0; i < description->loop_count && KT_HAS_LOOPS; i++) {
+        for (int i = 0; i < description->loop_count; i++) {
             const kt_loop *loop = &description->loops[i];
             if (!kt_attach_is_relation((int32_t)loop->type) &&
                 end_link_of(tree, &loop->between[0]) == end_link_of(tree, &loop->between[1]))

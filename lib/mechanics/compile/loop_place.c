@@ -22,16 +22,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#if KT_HAS_LOOPS
-
 /* Rotations and shifts out of a plane that count as rounding, rad, and relative to the mechanism's length. */
 static const double flat_enough = 1e-9;
 
 int kt_loop_place_end(const kt_loop_record *r) {
-#if KT_HAS_SWITCHES
     if (r->side != KT_SIDE_NONE)
         return -1;
-#endif
     if (kt_attach_is_relation(r->type) || kt_loop_kinds_baseline[r->kind]->initial_angle)
         return -1;
     return r->link[0] == 0 ? 0 : r->link[1] == 0 ? 1 : -1;
@@ -39,8 +35,7 @@ int kt_loop_place_end(const kt_loop_record *r) {
 
 /* Whether a plane computes the loop in this model. */
 static bool is_flat(const kt_model *m, const kt_loop_record *r) {
-    return KT_HAS_PLANE && m->n.planar && !kt_loop_is_off(r) &&
-           (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial;
+    return m->n.planar && !kt_loop_is_off(r) && (size_t)(r->link[0] ? r->link[0] : r->link[1]) >= m->n.spatial;
 }
 
 static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
@@ -163,13 +158,3 @@ kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loo
     kt_loop_place_write(here, values);
     return KT_OK;
 }
-
-#else
-
-kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loop, double *values, kt_error *error) {
-    if (KT_IS_MISSING(error, model, values) || KT_IS_OTHER_DATA(error, model, data))
-        return KT_ERROR_ARGUMENT;
-    return kt_error_set(error, KT_ERROR_ARGUMENT, "loop", "%d: there is no such loop", loop);
-}
-
-#endif

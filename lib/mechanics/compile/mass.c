@@ -21,26 +21,25 @@
 /* A sphere has a rotation, although the rotation has no effect. An invalid rotation is still a fault, since a scene
  * file could not contain it. */
 #define PLACE_KEY(help)                                                                                                \
-    { "shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", KT_WORDS(help), .needed = false }
+    { "shape.at", KT_KEY_VECTOR, offsetof(kt_shape, at), "m", help, .needed = false }
 #define LENGTH_KEY(name, member, help)                                                                                 \
-    { name, KT_KEY_NUMBER, offsetof(kt_shape, member), "m", KT_WORDS(help), .range = KT_RANGE_POSITIVE, .needed = true }
+    { name, KT_KEY_NUMBER, offsetof(kt_shape, member), "m", help, .range = KT_RANGE_POSITIVE, .needed = true }
 #define ROTATION_KEY                                                                                                   \
     {                                                                                                                  \
         "shape.rotation", KT_KEY_ROTATION, offsetof(kt_shape, rotation), "",                                           \
-            KT_WORDS("of the axes of the solid against those of the body"), .needed = false                            \
+            "of the axes of the solid against those of the body", .needed = false                                      \
     }
 static const kt_key point_keys[] = {
     PLACE_KEY("where it is, body frame"),
 };
 static const kt_key rod_keys[] = {
-    {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", KT_WORDS("one end, body frame"), .needed = false},
-    {"shape.to", KT_KEY_VECTOR, offsetof(kt_shape, to), "m", KT_WORDS("the other end"), .needed = true},
-    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", KT_WORDS("r; 0: slender"),
-     .range = KT_RANGE_NOT_NEGATIVE},
+    {"shape.from", KT_KEY_VECTOR, offsetof(kt_shape, from), "m", "one end, body frame", .needed = false},
+    {"shape.to", KT_KEY_VECTOR, offsetof(kt_shape, to), "m", "the other end", .needed = true},
+    {"shape.radius", KT_KEY_NUMBER, offsetof(kt_shape, radius), "m", "r; 0: slender", .range = KT_RANGE_NOT_NEGATIVE},
 };
 static const kt_key box_keys[] = {
-    {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m",
-     KT_WORDS("a, b, c, the lengths of its edges along x, y, z"), .range = KT_RANGE_POSITIVE, .needed = true},
+    {"shape.size", KT_KEY_VECTOR, offsetof(kt_shape, size), "m", "a, b, c, the lengths of its edges along x, y, z",
+     .range = KT_RANGE_POSITIVE, .needed = true},
     PLACE_KEY("the centre, body frame"),
     ROTATION_KEY,
 };
@@ -52,14 +51,14 @@ static const kt_key sphere_keys[] = {
 static const kt_key cylinder_keys[] = {
     LENGTH_KEY("shape.radius", radius, "r"),
     LENGTH_KEY("shape.length", length, "l"),
-    {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", KT_WORDS("in the axes of the solid"), .needed = false},
+    {"shape.axis", KT_KEY_AXIS, offsetof(kt_shape, axis), "", "in the axes of the solid", .needed = false},
     PLACE_KEY("the centre, body frame"),
     ROTATION_KEY,
 };
 
 static const kt_key polygon_keys[] = {
     {"shape.points", KT_KEY_CORNERS, offsetof(kt_shape, points), "m",
-     KT_WORDS("[[x, y], [x, y], ...], its corners in order, three or more"), .needed = true},
+     "[[x, y], [x, y], ...], its corners in order, three or more", .needed = true},
     LENGTH_KEY("shape.thickness", length, "d, along z, half on either side of the corners' plane"),
     PLACE_KEY("the origin of the corners, body frame"),
     ROTATION_KEY,
@@ -67,7 +66,7 @@ static const kt_key polygon_keys[] = {
 
 /* A scene with a body of that shape, and joints with which it moves. */
 #define EXAMPLE_BODY(name, joint, shape)                                                                               \
-    KT_WORDS("bodies:\n  - name: " name "\n    joint: " joint "\n    mass: 2\n    shape: " shape "\n")
+    "bodies:\n  - name: " name "\n    joint: " joint "\n    mass: 2\n    shape: " shape "\n"
 #define SWINGS "{type: revolute, axis: y, position: 30 deg}"
 #define TUMBLES "{type: free, velocity: {angular: [1, 2, 3]}}"
 
@@ -76,36 +75,35 @@ static const kt_key polygon_keys[] = {
 /* KT_SHAPE_NONE has no name in scene files, and no descriptor. */
 static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
     [KT_SHAPE_POINT] = {.name = "point",
-                        .help = KT_WORDS("a point mass"),
-                        .formula = KT_WORDS("I = 0"),
+                        .help = "a point mass",
+                        .formula = "I = 0",
                         .example = EXAMPLE_BODY("bob", SWINGS, "{type: point, at: [0, 0, -1]}"),
                         KEYS(point_keys)},
     [KT_SHAPE_ROD] = {.name = "rod",
-                      .help = KT_WORDS("a rod between two points"),
-                      .formula = KT_WORDS("that of the cylinder from one end to the other"),
+                      .help = "a rod between two points",
+                      .formula = "that of the cylinder from one end to the other",
                       .example = EXAMPLE_BODY("rod", SWINGS, "{type: rod, to: [0, 0, -1]}"),
                       KEYS(rod_keys)},
     [KT_SHAPE_BOX] = {.name = "box",
-                      .help = KT_WORDS("a box with edges along its axes"),
-                      .formula = KT_WORDS("I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)"),
+                      .help = "a box with edges along its axes",
+                      .formula = "I = m/12 diag(b^2 + c^2, c^2 + a^2, a^2 + b^2)",
                       .example = EXAMPLE_BODY("solid", TUMBLES, "{type: box, size: [0.1, 0.2, 0.3]}"),
                       KEYS(box_keys)},
     [KT_SHAPE_SPHERE] = {.name = "sphere",
-                         .help = KT_WORDS("a ball"),
-                         .formula = KT_WORDS("I = 2/5 m r^2"),
+                         .help = "a ball",
+                         .formula = "I = 2/5 m r^2",
                          .example = EXAMPLE_BODY("solid", TUMBLES, "{type: sphere, radius: 0.2}"),
                          KEYS(sphere_keys)},
     [KT_SHAPE_CYLINDER] = {.name = "cylinder",
-                           .help = KT_WORDS("a cylinder about its axis"),
-                           .formula = KT_WORDS("I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it"),
+                           .help = "a cylinder about its axis",
+                           .formula = "I = m r^2 / 2 about the axis,  m (3 r^2 + l^2) / 12 across it",
                            .example =
                                EXAMPLE_BODY("solid", TUMBLES, "{type: cylinder, radius: 0.1, length: 0.5, axis: x}"),
                            KEYS(cylinder_keys)},
     [KT_SHAPE_POLYGON] = {.name = "polygon",
-                          .help = KT_WORDS("a plate of any outline"),
-                          .formula = KT_WORDS(
-                              "I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
-                              "<y^2>]]\n<> are means over the area, from its centroid, which is the com"),
+                          .help = "a plate of any outline",
+                          .formula = "I = m [[<y^2> + d^2/12, -<x y>, 0], [-<x y>, <x^2> + d^2/12, 0], [0, 0, <x^2> + "
+                                     "<y^2>]]\n<> are means over the area, from its centroid, which is the com",
                           .example = EXAMPLE_BODY(
                               "bracket", SWINGS,
                               "{type: polygon, points: [[0, 0], [1, 0], [1, 0.2], [0.2, 0.2], [0.2, 0.8], [0, "
@@ -150,9 +148,7 @@ static void check_shape(kt_checker *checker, const kt_shape *shape) {
     const double length = kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)); /* NaN if an end has a fault */
     if (shape->type == KT_SHAPE_ROD && length == 0.0)
         kt_checker_fault(checker, "shape.to", -1, "shape.to is where shape.from is; a rod needs a length");
-    if (!KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON)
-        kt_checker_fault(checker, "shape.type", -1, KT_NOT_IN_SMALL);
-    else if (shape->type == KT_SHAPE_POLYGON)
+    if (shape->type == KT_SHAPE_POLYGON)
         check_polygon(checker, shape);
 }
 
@@ -261,8 +257,7 @@ static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
     case KT_SHAPE_CYLINDER:
         return cylinder_inertia(mass, kt_mat3_apply(r, kt_vec3_normalize(shape->axis)), shape->radius, shape->length);
     case KT_SHAPE_POLYGON:
-        if (KT_HAS_FORMULAS) /* a small library has none */
-            return polygon_inertia(shape, mass, r);
+        return polygon_inertia(shape, mass, r);
         break;
     case KT_SHAPE_POINT:
     case KT_SHAPE_NONE:
@@ -273,7 +268,7 @@ static kt_sym3 solid_inertia(const kt_shape *shape, double mass, kt_mat3 r) {
 }
 
 static kt_vec3 solid_centre(const kt_shape *shape, kt_mat3 r) {
-    if (KT_HAS_FORMULAS && shape->type == KT_SHAPE_POLYGON) {
+    if (shape->type == KT_SHAPE_POLYGON) {
         const kt_polygon p = kt_polygon_measure(shape->points, shape->point_count);
         return kt_vec3_add(shape->at, kt_mat3_apply(r, kt_vec3_make(p.x, p.y, 0.0)));
     }
@@ -298,7 +293,7 @@ kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, k
             return checker.first.code;
         kt_mat3 r = kt_mat3_identity();
         const bool is_turned = body->shape.type == KT_SHAPE_BOX || body->shape.type == KT_SHAPE_CYLINDER ||
-                               (KT_HAS_FORMULAS && body->shape.type == KT_SHAPE_POLYGON);
+                               (body->shape.type == KT_SHAPE_POLYGON);
         if (is_turned && kt_rotation_evaluate(&body->shape.rotation, &r, error) != KT_OK)
             return KT_ERROR_MODEL; /* not reached: the shape has passed the rules */
         if (body->com_of_shape)

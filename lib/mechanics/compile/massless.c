@@ -27,8 +27,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#if KT_HAS_QUASI_STATICS
-
 /* ---- in a tree --------------------------------------------------------------------------------------------------- */
 
 static bool link_carries_body(const kt_model *m, size_t link, int body) {
@@ -301,5 +299,3 @@ kt_status kt_massless_find(kt_model *model, const kt_description *description, k
     kt_pool_free(f.pool.chunks);
     return status;
 }
-
-#endif

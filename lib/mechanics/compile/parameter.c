@@ -134,13 +134,11 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name_at, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
-#if KT_HAS_SWITCHES
     if (!p->loop && m->effect[item].hard)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
                             "effect %s is hard: loops are in its place, whose numbers are fixed",
                             kt_name_quote(p->item).text);
-#endif
-    if (KT_HAS_LOOPS && p->loop && strcmp(p->key, place) == 0 && kt_loop_place_end(&m->loop[item]) >= 0) {
+    if (p->loop && strcmp(p->key, place) == 0 && kt_loop_place_end(&m->loop[item]) >= 0) {
         *parameter = (kt_parameter){.kind = KT_PARAMETER_LOOP_PLACE, .item = item, .count = KT_PLACE_COUNT};
         return KT_OK;
     }
@@ -158,7 +156,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
         }
         (void)kt_nearest_try(&search, key->name);
     }
-    (void)kt_nearest_try(&search, KT_HAS_LOOPS && p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
+    (void)kt_nearest_try(&search, p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
     return reject_key(what, p, &search, error);
 }
 
@@ -211,7 +209,7 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
         return KT_IS_INDEX(item, m->n.loop) &&
                has_parameter_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
     case KT_PARAMETER_LOOP_PLACE:
-        return KT_HAS_LOOPS && KT_IS_INDEX(item, m->n.loop) && kt_loop_place_end(&m->loop[item]) >= 0 &&
+        return KT_IS_INDEX(item, m->n.loop) && kt_loop_place_end(&m->loop[item]) >= 0 &&
                parameter->count == KT_PLACE_COUNT;
     }
     return false;
@@ -280,8 +278,7 @@ static void get_parameter(const kt_model *model, const kt_parameter *parameter, 
         get_curve(model, &model->loop[parameter->item].curve, values);
         break;
     case KT_PARAMETER_LOOP_PLACE:
-        if (KT_HAS_LOOPS)
-            kt_loop_place_get(model, parameter->item, values);
+        kt_loop_place_get(model, parameter->item, values);
         break;
     }
 }
@@ -289,8 +286,7 @@ static void get_parameter(const kt_model *model, const kt_parameter *parameter, 
 /* The model in which a parameter has its numbers: those of a loop that is off are those of the models in which it is
  * on. */
 static const kt_model *model_with(const kt_model *model, const kt_parameter *parameter) {
-    const bool off =
-        KT_HAS_SWITCHES && parameter->kind >= KT_PARAMETER_LOOP_CURVE && kt_loop_is_off(&model->loop[parameter->item]);
+    const bool off = parameter->kind >= KT_PARAMETER_LOOP_CURVE && kt_loop_is_off(&model->loop[parameter->item]);
     return off ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : model;
 }
 
@@ -319,7 +315,7 @@ static void set_body(kt_model *m, const kt_parameter *parameter, const double *x
 static void set_gravity(kt_model *m, const double *x) {
     const kt_vec3 gravity = kt_vec3_make(x[0], x[1], x[2]);
     m->gravity = kt_v4_from(gravity);
-    for (size_t p = 0; KT_HAS_PLANE && p < m->n.plane; p++)
+    for (size_t p = 0; p < m->n.plane; p++)
         kt_plane_set_weights(m, &m->plane[p]);
 }
 
@@ -351,13 +347,11 @@ bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter) {
 static kt_status check_body(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_body_record *record = &m->body[parameter->item];
     kt_body body = kt_body_default();
-#if KT_HAS_VARIABLE_MASS
     for (size_t k = 0; k < m->n.varying && parameter->kind != KT_PARAMETER_ARMATURE; k++)
         if (m->varying[k].body == parameter->item)
             return kt_error_set(error, KT_ERROR_MODEL, "parameter",
                                 "the mass of body '%.100s' is a function of time, and no number; change the function",
                                 m->text + record->name);
-#endif
     for (int k = 0; k < kt_joint_sizes[record->type].nv; k++)
         if (kt_is_massless(m, (size_t)record->v + (size_t)k))
             return kt_error_set(error, KT_ERROR_MODEL, "parameter",
@@ -395,9 +389,7 @@ static kt_status check_changed_effect(const kt_model *m, const kt_parameter *par
     effect.type = (kt_effect_type)record.type;
     effect.name = effect_name_at(m, (size_t)parameter->item);
     effect.initial_length = false;
-#if KT_HAS_SWITCHES
     effect.stick = record.direction != 0.0;
-#endif
 #define PARAMETER_NUMBER(member) effect.member = record.member;
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
 #undef PARAMETER_NUMBER
@@ -461,7 +453,7 @@ static kt_status check_parameter(const kt_model *model, const kt_parameter *para
     if (parameter->kind == KT_PARAMETER_EFFECT)
         return check_changed_effect(model, parameter, values, error);
     status = check_numbers(model, parameter, values, error);
-    return KT_HAS_LOOPS && status == KT_OK && parameter->kind == KT_PARAMETER_LOOP_PLACE
+    return status == KT_OK && parameter->kind == KT_PARAMETER_LOOP_PLACE
                ? kt_loop_place_check(model_with(model, parameter), parameter->item, values, error)
                : status;
 }
@@ -480,14 +472,9 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
     case KT_PARAMETER_ARMATURE:
         memcpy(copy->armature + copy->body[parameter->item].v, values, (size_t)parameter->count * sizeof *values);
         kt_armature_note(copy);
-#if KT_HAS_VARIABLE_MASS
         kt_masses_attach(copy);
-#endif
-#if KT_HAS_QUASI_STATICS
         kt_massless_attach(copy);
-#endif
-        if (KT_HAS_LOOPS)
-            kt_forms_choose(copy);
+        kt_forms_choose(copy);
         break;
     case KT_PARAMETER_HOLD:
         kt_joint_hold(copy, &copy->body[parameter->item], values[0] != 0.0);
@@ -510,8 +497,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
         copy->driven = true;
         break;
     case KT_PARAMETER_LOOP_PLACE:
-        if (KT_HAS_LOOPS)
-            kt_loop_place_put(copy, parameter->item, values);
+        kt_loop_place_put(copy, parameter->item, values);
         break;
     }
 }
@@ -534,7 +520,7 @@ kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const 
     const kt_status status = check_parameter(copy, parameter, values, error);
     if (status != KT_OK)
         return status;
-    if (!KT_HAS_SWITCHES || !copy->variants) {
+    if (!copy->variants) {
         kt_parameter_put(copy, parameter, values);
         return KT_OK;
     }

@@ -204,15 +204,11 @@ static size_t drop_planes(kt_body_plane *body, size_t count, kt_plane *plane, si
 
 size_t kt_planes_find(const kt_ordered *o, kt_body_plane *body, kt_plane *plane, kt_planar_loop *flat) {
     find_trees(o->description, body, o->count);
-    if (KT_HAS_LOOPS)
-        kt_trees_join(o, body);
-    if (!KT_HAS_PLANE)
-        return 0;
+    kt_trees_join(o, body);
     find_plane_normals(o->description, body, o->count);
     const size_t planes = choose_planes(body, o->count, plane);
     check_planes(o->description, body, o->count, plane);
-    if (KT_HAS_LOOPS)
-        kt_loops_planar_rows(o, body, plane, flat);
+    kt_loops_planar_rows(o, body, plane, flat);
     for (size_t i = 1; i <= o->count; i++)
         if (body[i].tree == (int32_t)i)
             body[i].plane = body[body[i].component].plane;
@@ -261,7 +257,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int
 
 void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
     int32_t plane = -1;
-    for (size_t index = 1; KT_HAS_PLANE && index < m->n.planar; index++) {
+    for (size_t index = 1; index < m->n.planar; index++) {
         const kt_link *link = &m->link[m->n.spatial + index - 1];
         const int32_t own = body[body[link->body].tree].plane;
         if (own != plane) {
@@ -272,7 +268,5 @@ void kt_planar_links_fill(kt_model *m, const kt_body_plane *body) {
         place_link(m, body, index, plane);
         m->plane[plane].last = (int32_t)index + 1;
     }
-    m->sweep = !KT_HAS_PLANE || m->n.planar == 0 ? KT_SWEEP_SPATIAL
-               : m->n.spatial > 1                ? KT_SWEEP_MIXED
-                                                 : KT_SWEEP_PLANAR;
+    m->sweep = m->n.planar == 0 ? KT_SWEEP_SPATIAL : m->n.spatial > 1 ? KT_SWEEP_MIXED : KT_SWEEP_PLANAR;
 }

@@ -170,14 +170,10 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         if (kt_rank_accept_disagreement(model, data, &found) != KT_OK)
             status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     }
-#if KT_HAS_SWITCHES
     if (status == KT_OK && kt_rank_sample_places(model, data, &found) != KT_OK)
         status = kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
-#endif
     if (status == KT_OK) {
-#if KT_HAS_SWITCHES
         kt_rank_sample_bounds(model, data, &found);
-#endif
         kt_rank_sample_groups(model, data, model->q0, false, &found);
         finish_ranks(model, data, &found);
         status = choose_among_delayed(model, &found, error);

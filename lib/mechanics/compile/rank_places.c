@@ -19,8 +19,6 @@
 
 #include <string.h>
 
-#if KT_HAS_SWITCHES
-
 enum { ROUNDS = 4 };
 
 /* The gap that a switch closes, over the model's length (kt_simulation_options.switch_gap). */
@@ -110,7 +108,7 @@ static void sample_places(kt_model *model, kt_data *data, kt_pose *pose, kt_rank
 
 kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found) {
     const size_t loops = model->n.loop * sizeof *model->loop;
-    const size_t flats = KT_HAS_PLANE && model->n.planar ? model->n.loop * sizeof *model->planar_loop : 0;
+    const size_t flats = model->n.planar ? model->n.loop * sizeof *model->planar_loop : 0;
     if (!model->settable || !mark_places(model, data, found->placed))
         return KT_OK;
     kt_pool pool = {.chunks = NULL};
@@ -131,5 +129,3 @@ kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples 
     kt_pool_free(pool.chunks);
     return all ? KT_OK : KT_ERROR_MEMORY;
 }
-
-#endif

@@ -244,7 +244,6 @@ void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found) {
         }
 }
 
-#if KT_HAS_SWITCHES
 static bool is_bounded(const kt_model *model, size_t g) {
     const kt_group *group = &model->group[g];
     bool any = false;
@@ -271,4 +270,3 @@ void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *foun
     }
     memcpy(found->sampled, found->seen, model->n.group * sizeof *found->seen);
 }
-#endif

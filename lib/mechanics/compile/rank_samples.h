@@ -50,13 +50,11 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
 /* Evaluates the groups at all samples. */
 void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found);
 
-#if KT_HAS_SWITCHES
 /* Evaluates groups with a loop that bounds one side, and that no sample found closed. */
 void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *found);
 /* Evaluates groups with a switched loop to the world at generic positions, at which that loop is closed because its
  * place is there (rank_places.c). Errors: KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found);
-#endif
 
 /* Factors all groups. Returns false if one cannot be factored. */
 bool kt_rank_factor(const kt_model *model, kt_data *data, int rows);

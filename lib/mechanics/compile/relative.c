@@ -19,7 +19,7 @@ static int coordinate_body_of(const kt_model *m, const char *text, kt_coordinate
 static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joint) {
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
     kt_attach_coordinate c = {.body = coordinate_body_of(a->tree, joint, name), .loop = -1, .component = name.k};
-    if (KT_HAS_RELATIVE && c.body < 0) {
+    if (c.body < 0) {
         c.loop = kt_coordinate_loop(a->description, joint, a->loop_of_effect);
         a->loop_of_effect = c.loop < 0 ? 0 : c.loop;
     }
@@ -33,7 +33,7 @@ static int32_t component_link_of(const kt_model *m, int body, int component) {
 
 int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
     const int own = kt_joint_index(m, joint);
-    if (!KT_HAS_SWITCHES || own >= 0)
+    if (own >= 0)
         return m->body[own].link;
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
     return component_link_of(m, coordinate_body_of(m, joint, name), name.k);
@@ -41,7 +41,7 @@ int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
 
 /* The loop in a coordinate of which an effect acts; NULL: it does not. */
 static const kt_loop *coordinate_loop_of(kt_attach *a, const kt_effect *effect) {
-    if (!KT_HAS_RELATIVE || kt_effect_end_count(effect) > 0)
+    if (kt_effect_end_count(effect) > 0)
         return NULL;
     const int loop = find_attach_coordinate(a, effect->joint).loop;
     return loop >= 0 ? &a->description->loops[loop] : NULL;
@@ -142,7 +142,7 @@ static void place_in_loop(const kt_attach *a, kt_attach_coordinate c, kt_effect_
 
 void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r) {
     const kt_attach_coordinate c = find_attach_coordinate(a, effect->joint);
-    if (KT_HAS_RELATIVE && c.body < 0) {
+    if (c.body < 0) {
         place_in_loop(a, c, r);
         return;
     }

@@ -8,10 +8,6 @@ void kt_checker_variable_mass(kt_checker *checker, const kt_body *body) {
     const kt_variable_mass *variable = body->variable_mass;
     if (variable == NULL)
         return;
-    if (!KT_HAS_VARIABLE_MASS) {
-        kt_checker_fault(checker, "variable_mass", -1, KT_NOT_IN_SMALL);
-        return;
-    }
     if (variable->mass.type == KT_FUNCTION_NONE)
         kt_checker_fault(checker, "mass", -1, "variable_mass has no mass; give its function of time");
     else
@@ -35,7 +31,6 @@ void kt_attach_count_masses(const kt_description *description, kt_counts *n) {
     }
 }
 
-#if KT_HAS_VARIABLE_MASS
 static kt_curve compile_curve(const kt_function *function, kt_model *m, size_t *number) {
     const kt_curve curve = kt_curve_compile(function, m->number, *number);
     *number += kt_curve_number_count(function);
@@ -57,8 +52,3 @@ void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_
             m->body[other].on_variable_link |= m->body[other].link == m->body[b].link;
     }
 }
-#else
-void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number) {
-    (void)description, (void)m, (void)number;
-}
-#endif

@@ -13,7 +13,7 @@ typedef struct kt_formula_row {
 
 /* Whether a relation has a formula. */
 static inline bool kt_has_formula_row(const kt_loop_record *loop) {
-    return KT_HAS_FORMULAS && loop->term_count > 0 && loop->type == KT_LOOP_COUPLING && loop->form > 0;
+    return loop->term_count > 0 && loop->type == KT_LOOP_COUPLING && loop->form > 0;
 }
 
 static inline const kt_expression *kt_loop_formula(const kt_model *model, const kt_loop_record *loop) {

@@ -279,7 +279,7 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
                                 kt_real1 t) {
     kt_rows_relation_value(model, group, w, loop, slot, q, t);
 #ifndef KT_LANES
-    if (KT_HAS_FORMULAS && loop->form && slot >= 0)
+    if (loop->form && slot >= 0)
         kt_rows_add_formula(model, group, w, loop, slot, q, v);
 #else
     (void)v; /* formulas are not computed in lanes */

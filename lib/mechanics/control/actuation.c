@@ -42,7 +42,7 @@ static kt_status check_actuated_loops(kt_actuation_work *w, kt_data *data, doubl
     const kt_model *model = w->model;
     double worst = 0.0, size;
     int loop = 0;
-    if (!KT_HAS_LOOPS || !model->n.row)
+    if (!model->n.row)
         return KT_OK;
     const kt_status status = kt_loop_equations(model, data, t, q, v, w->jacobian, NULL, NULL, w->drift, error);
     if (status != KT_OK)

@@ -167,7 +167,7 @@ static kt_status solve_particular(kt_actuation_work *w, kt_data *data, double t,
                                   kt_error *error) {
     const kt_model *model = w->model;
     memset(w->force, 0, model->n.v * sizeof *w->force);
-    if (!KT_HAS_LOOPS || !model->n.group)
+    if (!model->n.group)
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     kt_violation violation;

@@ -14,13 +14,13 @@ typedef struct sizes {
     size_t v, closed, along, data, rows, terms;
 } sizes;
 
-static bool has_closed_loops(const kt_model *model) { return KT_HAS_LOOPS && model->n.group > 0; }
+static bool has_closed_loops(const kt_model *model) { return model->n.group > 0; }
 
 static sizes mass_inverse_sizes_of(const kt_model *model, int rows) {
     const bool closed = has_closed_loops(model), along = kt_mass_inverse_is_along(model);
     return (sizes){.v = model->n.v,
                    .closed = closed && !along ? model->n.v : 0,
-                   .along = KT_HAS_LOOPS && along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
+                   .along = along ? kt_kkt_init(NULL, NULL, model, NULL) : 0,
                    .data = along ? kt_data_size(model) : 0,
                    .rows = (size_t)rows,
                    .terms = closed ? 0 : kt_inverse_layout(NULL, NULL, &model->n)};
@@ -60,7 +60,7 @@ kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, si
         (void)kt_inverse_layout(&w->of_tree, w->terms, &model->n);
     if (rows > 0)
         kt_model_units(model, w->unit);
-    if (KT_HAS_LOOPS && s.along) {
+    if (s.along) {
         (void)kt_kkt_init(&w->kkt, w->along, model, NULL);
         const kt_status made = kt_data_init_followed(model, w->memory, s.data, &w->kkt.data, error);
         if (made != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the layout that it requires */
@@ -130,7 +130,7 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
     inverse->kkt.model = kt_model_now(model, data);
     if (status != KT_OK)
         return status;
-    if (KT_HAS_LOOPS && kt_mass_inverse_is_along(model))
+    if (kt_mass_inverse_is_along(model))
         status = compute_along(inverse, t, q, error);
     else if (has_closed_loops(model))
         status = compute_closed(inverse, data, t, q, error);
@@ -151,7 +151,7 @@ static void apply_closed(kt_mass_inverse *w, double *x) {
 }
 
 void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
-    if (KT_HAS_LOOPS && kt_mass_inverse_is_along(inverse->model)) {
+    if (kt_mass_inverse_is_along(inverse->model)) {
         kt_kkt_solve(&inverse->kkt, (size_t)columns, x, NULL);
         return;
     }
@@ -159,7 +159,7 @@ void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x) {
     if (nv == 0)
         return;
     for (int c = 0; c < columns; c++, x += nv)
-        if (KT_HAS_LOOPS && has_closed_loops(inverse->model))
+        if (has_closed_loops(inverse->model))
             apply_closed(inverse, x);
         else
             kt_inverse_apply(inverse->model, &inverse->of_tree, x);

@@ -100,7 +100,7 @@ static void fill_task_responses(kt_mass_inverse *w, int rows, const double *jaco
             w->task[c * rows + r] = sum;
         }
         w->free_fraction[c] = task_row_size(w, rows, c, jacobian);
-        if (KT_HAS_LOOPS && w->model->n.group > 0)
+        if (w->model->n.group > 0)
             w->free_fraction[c] *= w->kkt.data ? free_fraction_by_generic(w, rows, c, jacobian)
                                                : free_fraction_by_basis(w, rows, c, jacobian);
     }

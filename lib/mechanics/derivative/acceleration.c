@@ -17,7 +17,7 @@
 #include <string.h>
 
 static size_t kkt_size(const kt_model *model) {
-    if (!KT_HAS_LOOPS || !model->n.row || kt_linearized_is_dense(model))
+    if (!model->n.row || kt_linearized_is_dense(model))
         return 0;
     return kt_kkt_init(NULL, NULL, model, NULL);
 }
@@ -58,7 +58,7 @@ static kt_status factor_reduced_mass(work *w, const double *q, kt_error *error) 
         const kt_status status = kt_mass_factor_init(model, w->factors, kt_mass_factor_size(model), &w->factor, error);
         return status == KT_OK ? kt_mass_factor_compute(w->factor, w->of.mass, error) : status;
     }
-    if (KT_HAS_LOOPS && !w->of.dense) {
+    if (!w->of.dense) {
         (void)kt_kkt_init(&w->kkt, w->along, model, w->of.data);
         return kt_kkt_factor(&w->kkt, KT_ROWS_ALL, KT_METRIC_MASS, w->of.t, q, error);
     }
@@ -88,11 +88,11 @@ static void solve_closed(work *w, double *d, const double *e) {
 /* Overwrites `columns` columns of D with da. */
 static kt_status solve_derivative_columns(work *w, size_t columns, double *d, const double *e, kt_error *error) {
     const size_t n = w->of.n, p = w->of.p;
-    for (size_t j = 0; KT_HAS_LOOPS && j < columns && w->of.dense; j++)
+    for (size_t j = 0; j < columns && w->of.dense; j++)
         solve_closed(w, d + j * n, e ? e + j * p : NULL);
     for (size_t i = 0; i < n * columns && !w->of.dense; i++)
         d[i] = -d[i];
-    if (KT_HAS_LOOPS && p && !w->of.dense)
+    if (p && !w->of.dense)
         kt_kkt_solve(&w->kkt, columns, d, e);
     const kt_status status = p ? KT_OK : kt_mass_factor_solve(w->factor, (int)columns, d, error);
     return status == KT_OK && !kt_all_finite(d, n * columns) ? kt_derivatives_overflow(error) : status;
@@ -161,7 +161,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
         status = solve_derivative_columns(&w, w.of.n, w.of.d_v, w.of.e_v, error);
     if (status == KT_OK && states && model->n.x > 0)
         status = solve_derivative_columns(&w, model->n.x, w.of.force_x, NULL, error);
-    if (KT_HAS_LOOPS && status == KT_OK && w.of.error > 0.0 && !to->uncertain)
+    if (status == KT_OK && w.of.error > 0.0 && !to->uncertain)
         status = reject_unknown_accelerations(&w, error);
     if (status == KT_OK && to->by.tau)
         status = solve_force_derivatives(&w, error);

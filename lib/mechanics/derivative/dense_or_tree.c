@@ -10,7 +10,7 @@
 enum { COORDINATES_FEW = 28 };
 
 bool kt_linearized_is_dense(const kt_model *model) {
-    if (!KT_HAS_LOOPS || !model->n.row)
+    if (!model->n.row)
         return false;
     if (!model->n.group || !model->reduction->fronts || model->structure == KT_STRUCTURE_DENSE)
         return true;
@@ -25,7 +25,7 @@ bool kt_linearized_is_dense(const kt_model *model) {
 #define PRODUCTS_FEW 5e4
 
 bool kt_mass_inverse_is_along(const kt_model *model) {
-    if (!KT_HAS_LOOPS || !model->n.group || kt_linearized_is_dense(model))
+    if (!model->n.group || kt_linearized_is_dense(model))
         return false;
     const double n = (double)model->n.v, dofs = kt_model_mobility(model).minimal;
     return model->structure == KT_STRUCTURE_FRONTS || n * n * (dofs + 4.0) > PRODUCTS_FEW;

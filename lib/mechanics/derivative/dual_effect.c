@@ -108,8 +108,6 @@ void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *num
 
 void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
                             int moved, const double force[3], kt_effect_jacobian *jacobian) {
-    if (!KT_HAS_PATHS)
-        return;
     const kt_v4 none = kt_v4_splat(0.0);
     kt_effect_frame frames[KT_PATH_LINK_MAX];
     kt_path_value path;

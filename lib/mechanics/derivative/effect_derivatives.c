@@ -115,7 +115,7 @@ static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *e
     const size_t count = find_differentiated_ends(s, effect, &e);
     if (count == 0)
         return;
-    if (KT_HAS_RELATIVE && effect->relative.type)
+    if (effect->relative.type)
         write_relative_jacobian(s, effect, e.end, &jacobian);
     else if (kind->jacobian)
         kind->jacobian(effect, s->model->number, e.end, s->at->t, &jacobian);
@@ -260,11 +260,11 @@ static void find_wrenches(const kt_effects_state *s, const kt_effect_record *eff
         x[0] = (kt_effect_pair){kt_v4_splat(0.0), kt_v4_splat(values[0])};
         return;
     }
-    if (KT_HAS_PATHS && effect->path_count > 0) {
+    if (effect->path_count > 0) {
         kt_path_wrenches_find(effect, path, values[0], x);
         return;
     }
-    if (KT_HAS_RELATIVE && effect->relative.type) {
+    if (effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
         kt_relative_wrenches(&motion, end, values[0], wrench);
     } else {
@@ -281,11 +281,11 @@ static void subtract_ends(const kt_effects_state *s, const kt_effect_record *eff
                           const kt_path_ends *path, size_t count, const target *to) {
     const double force[3] = {f->value[0], f->value[6], f->value[7]};
     kt_effect_jacobian jacobian;
-    if (KT_HAS_PATHS && effect->path_count > 0) {
+    if (effect->path_count > 0) {
         kt_path_subtract(s, effect, path, force, count, to->q, to->v);
         return;
     }
-    if (KT_HAS_RELATIVE && effect->relative.type) {
+    if (effect->relative.type) {
         const double counted = kt_relative_motion_of(s->model, effect, s->at->q, e->end).counted;
         kt_dual_relative_jacobian(effect, counted, force, e->end, &jacobian);
     } else {
@@ -318,7 +318,7 @@ static void subtract_variables(const kt_effects_state *s, const kt_effect_record
  * finite where their values are, except at corners. */
 static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_record *effect, const target *to,
                                    kt_error *error) {
-    const bool has_path = KT_HAS_PATHS && effect->path_count > 0;
+    const bool has_path = effect->path_count > 0;
     kt_path_ends path;
     ends e = {.last = 0};
     formulas f;
@@ -439,7 +439,7 @@ static kt_status subtract_own_relative(const kt_effects_state *s, const kt_effec
 
 static kt_status subtract_own(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v,
                               kt_error *error) {
-    if (KT_HAS_RELATIVE && effect->relative.type)
+    if (effect->relative.type)
         return subtract_own_relative(s, effect, d_q, d_v, error);
     return effect->ends ? subtract_own_wrench(s, effect, d_q, d_v, error)
                         : subtract_own_joint_force(s, effect, d_q, d_v, error);

@@ -24,7 +24,7 @@ bool kt_model_is_differenced(const kt_model *model) {
     for (size_t i = 0; model && i < model->n.effect; i++)
         if (kt_law_is_differenced(&model->effect[i]))
             return true;
-    for (size_t i = 0; KT_HAS_FORMULAS && model && i < model->n.x; i++)
+    for (size_t i = 0; model && i < model->n.x; i++)
         if (kt_law_is_differenced(&model->state[i]))
             return true;
     return model && has_differenced_forces(model);

@@ -38,16 +38,14 @@ KT_ARENA_ARRAYS(place_arrays, kt_linearized, KT_STIFFNESS_FIELDS, const kt_model
 
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense) {
     const size_t n = model->n.v, p = model->n.row, l = p ? n : 0;
-#if KT_HAS_VARIABLE_MASS
     if (memory && model->n.varying) {
         data->mass_time[0] = t;
         model = kt_model_of_instant(model, data);
     }
-#endif
     if (memory)
         *w = (kt_linearized){.model = model, .data = data, .t = t, .n = n, .p = p, .dense = dense && p > 0};
     const size_t bytes = place_arrays(w, memory, model, n, p, l, dense ? l : 0, dense ? p : 0);
-    if (KT_HAS_LOOPS && memory && w->dense)
+    if (memory && w->dense)
         (void)kt_jacobian_qr_init(&w->qr, w->factors, n, p);
     return bytes;
 }
@@ -68,7 +66,7 @@ static void reduce_mass(kt_linearized *w) {
 
 /* Factors the loops' equations. Next to singular positions the error is measured, or they are rejected. */
 static kt_status reject_singular_equations(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
-    if (!KT_HAS_LOOPS || !w->model->n.group)
+    if (!w->model->n.group)
         return KT_OK;
     if (w->estimates)
         return kt_loops_derivative_error(w->model, w->data, at, w->change, &w->error, error);
@@ -81,7 +79,7 @@ static kt_status reject_singular_equations(kt_linearized *w, const kt_dynamic_st
 
 /* Whether the following steps read the terms of the tree, or the links' motion in space. */
 static bool reads_space(const kt_model *model) {
-    bool reads = model->n.x > 0 || (KT_HAS_LOOPS && model->n.row && kt_loop_gradient_reads_space(model));
+    bool reads = model->n.x > 0 || (model->n.row && kt_loop_gradient_reads_space(model));
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
         reads = reads || effect->ends || effect->type == KT_EFFECT_CUSTOM || effect->type == KT_EFFECT_EXPRESSION;
@@ -140,7 +138,7 @@ kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const
     if (status == KT_OK) /* first: the following steps leave other motions in data */
         status = kt_effects_differentiate(w->model, w->data, at, &w->terms, w->path,
                                           &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
-    if (status == KT_OK && KT_HAS_LOOPS && w->p)
+    if (status == KT_OK && w->p)
         status = fill_loop_stiffness(w, at, error);
     return status == KT_OK ? kt_linearized_difference_effects(w, at->q, at->v, error) : status;
 }
@@ -154,16 +152,14 @@ void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-static bool is_along_tree(const kt_model *model) {
-    return KT_HAS_LOOPS && model->n.row && !kt_linearized_is_dense(model);
-}
+static bool is_along_tree(const kt_model *model) { return model->n.row && !kt_linearized_is_dense(model); }
 
 size_t kt_stiffness_work_size(const kt_model *model) {
     if (!model)
         return 0;
     const bool by_tree = is_along_tree(model);
     return kt_linearized_init(NULL, NULL, model, NULL, 0.0, !by_tree) +
-           (KT_HAS_LOOPS && by_tree ? kt_kkt_init(NULL, NULL, model, NULL) : 0);
+           (by_tree ? kt_kkt_init(NULL, NULL, model, NULL) : 0);
 }
 
 static bool stiffness_is_finite(const kt_linearized *w) {
@@ -309,22 +305,21 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
         return status;
     if (!stiffness_is_finite(&w))
         return kt_derivatives_overflow(error);
-    if (KT_HAS_LOOPS && by_tree)
+    if (by_tree)
         status = write_along(&w, (char *)memory + used, at->q, to, force, error);
-    else if (KT_HAS_LOOPS && w.p)
+    else if (w.p)
         write_closed(&w, to);
     else
         write_tree_matrices(&w, to);
-    if (force && KT_HAS_LOOPS && w.p && !by_tree)
+    if (force && w.p && !by_tree)
         write_closed_forces(&w, force);
     else if (force && !w.p)
         kt_copy(force, w.force_x, w.n * model->n.x * sizeof *force);
     if (states && status == KT_OK)
         kt_linearized_copy_rates(&w, states);
-    return status == KT_OK && KT_HAS_LOOPS && w.p
-               ? reject_unknown_stiffness(&w, (size_t)kt_model_mobility(model).minimal, to->basis, to->mass,
-                                          to->stiffness, error)
-               : status;
+    return status == KT_OK && w.p ? reject_unknown_stiffness(&w, (size_t)kt_model_mobility(model).minimal, to->basis,
+                                                             to->mass, to->stiffness, error)
+                                  : status;
 }
 
 kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memory, size_t memory_size, double t,

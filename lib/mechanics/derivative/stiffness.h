@@ -26,7 +26,7 @@
     X(double, best, kt_model_is_differenced(model) ? n : 0, "the differences of the least error")                      \
     X(double, coarse, kt_model_is_differenced(model) ? n : 0, "those of a lower order")                                \
     X(double, jacobian, m *k, "A, p x n")                                                                              \
-    X(char, factors, KT_HAS_LOOPS &&m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                          \
+    X(char, factors, m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                                         \
     X(double, product, m, "a column of M Z")                                                                           \
     X(double, half, m *m, "Q' M Z, n x f")                                                                             \
     X(kt_effect_dof, path, kt_effect_path_size(model), "of an effect")                                                 \

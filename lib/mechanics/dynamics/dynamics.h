@@ -89,10 +89,8 @@ void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
  * call. For a model of constant masses, returns the model itself. */
 const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data);
 static inline const kt_model *kt_model_now(const kt_model *model, const kt_data *data) {
-#if KT_HAS_VARIABLE_MASS
     if (model->n.varying)
         return kt_model_of_instant(model, data);
-#endif
     (void)data;
     return model;
 }

@@ -64,6 +64,6 @@ void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_re
         m->local = b->base ? none : kt_add3(parent->local, m->link.offset);
         m->velocity = kt_add3(kt_add3(parent->velocity, kt_cross3(parent->link.omega, m->link.offset)), linear);
     }
-    if (KT_GRAVITY_FORCES(&model->n) > 0)
+    if (model->n.gravity > 0)
         balance_gravity(model, data);
 }

@@ -13,8 +13,6 @@
 #include "dynamics/without_masses.h"
 #include "kinetree/dynamics.h"
 
-#if KT_HAS_QUASI_STATICS
-
 static const kt_kernels *plain(const kt_model *model) { return kt_kernels_of(model->isa, model->sweep, false); }
 
 static size_t massless_forward(const kt_model *model, kt_data *data, const double *q, const double *v,
@@ -53,16 +51,12 @@ void kt_massless_attach(kt_model *model) {
         model->kernels = &kernels;
 }
 
-#endif
-
 kt_status kt_massless_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
-#if KT_HAS_QUASI_STATICS
     if (model->n.massless)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                             "joint '%.60s' moves no mass and follows from the balance of forces, and %s; give its "
                             "bodies a small mass, and integrate with an implicit method (radau5)",
                             kt_joint_name(model, kt_body_of_velocity(model, model->massless[0])), what);
-#endif
     (void)model, (void)where, (void)what, (void)error;
     return KT_OK;
 }

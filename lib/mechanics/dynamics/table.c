@@ -9,8 +9,8 @@
 
 /* All that can fail is done before the first number is written. */
 static size_t mass_by_kernel(const kt_model *model, kt_data *data, const double *q, double *mass) {
-    const bool spatial = !KT_HAS_PLANE || model->sweep != KT_SWEEP_PLANAR;
-    const bool planar = KT_HAS_PLANE && model->sweep != KT_SWEEP_SPATIAL;
+    const bool spatial = model->sweep != KT_SWEEP_PLANAR;
+    const bool planar = model->sweep != KT_SWEEP_SPATIAL;
     size_t failed = spatial ? KT_KERNEL(kt_mass_compose)(model, data, q) : 0;
     if (!failed && planar)
         failed = KT_KERNEL(kt_planar_mass_compose)(model, data, q);
@@ -25,7 +25,6 @@ static size_t mass_by_kernel(const kt_model *model, kt_data *data, const double 
     return 0;
 }
 
-#if KT_HAS_PLANE
 static size_t mixed_forward(const kt_model *model, kt_data *data, const double *q, const double *v, const double *tau,
                             const kt_wrench *external, double *a) {
     const size_t failed = KT_KERNEL(kt_forward)(model, data, q, v, tau, external, a);
@@ -54,7 +53,6 @@ static size_t armature_mixed_forward(const kt_model *model, kt_data *data, const
     const size_t failed = KT_KERNEL(kt_armature_forward)(model, data, q, v, tau, external, a);
     return failed ? failed : KT_KERNEL(kt_planar_armature_forward)(model, data, q, v, tau, external, a);
 }
-#endif
 
 /* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds it where joints are
  * eliminated (aba.h). */
@@ -85,16 +83,14 @@ static size_t armature_mass(const kt_model *model, kt_data *data, const double *
 #define KT_KERNELS_MIXED(forward, inverse, mass_by_kernel)                                                             \
     KT_KERNELS_OF(forward, inverse, mass_by_kernel, mixed_kinematics, mixed_follow)
 
-/* Without armature, then with it. A small library has those in space alone. */
+/* Without armature, then with it. */
 const kt_kernels KT_KERNEL(kt_kernels)[2 * KT_SWEEP_COUNT] = {
     [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass_by_kernel),
     [KT_SWEEP_COUNT +
         KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_armature_forward), armature_inverse, armature_mass),
-#if KT_HAS_PLANE
     [KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_forward), KT_KERNEL(kt_planar_inverse), mass_by_kernel),
     [KT_SWEEP_MIXED] = KT_KERNELS_MIXED(mixed_forward, mixed_inverse, mass_by_kernel),
     [KT_SWEEP_COUNT +
         KT_SWEEP_PLANAR] = KT_KERNELS_PLANAR(KT_KERNEL(kt_planar_armature_forward), armature_inverse, armature_mass),
     [KT_SWEEP_COUNT + KT_SWEEP_MIXED] = KT_KERNELS_MIXED(armature_mixed_forward, armature_inverse, armature_mass),
-#endif
 };

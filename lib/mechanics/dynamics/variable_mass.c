@@ -29,8 +29,6 @@
 
 #include <string.h>
 
-#if KT_HAS_VARIABLE_MASS
-
 /* ---- masses of an instant ---------------------------------------------------------------------------------------- */
 
 /* A mass and an inertia about the centre of mass, or their derivatives by time. */
@@ -209,29 +207,20 @@ kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, double t, co
     return status;
 }
 
-#endif
-
 kt_status kt_masses_update(const kt_model *model, kt_data *data, double t, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data))
         return KT_ERROR_ARGUMENT;
-#if KT_HAS_VARIABLE_MASS
     const kt_status status = check_masses(model, t, 0.0, error);
     if (status == KT_OK && model->n.varying)
         data->mass_time[0] = t;
     return status;
-#else
-    (void)t;
-    return KT_OK;
-#endif
 }
 
 kt_status kt_masses_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {
-#if KT_HAS_VARIABLE_MASS
     if (model->n.varying)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                             "the mass of body '%.60s' is a function of time, and %s",
                             kt_body_name(model, model->varying[0].body), what);
-#endif
     (void)model, (void)where, (void)what, (void)error;
     return KT_OK;
 }

@@ -70,7 +70,7 @@ KT_INLINE int evaluate_joint_force(const kt_model *model, const surroundings *in
         *force = kind->joint_force(effect, model->number, x.position, x.rate, in->at->t, balance);
         return 0;
     }
-    if (KT_HAS_FORMULAS && kind->formula_wrench) {
+    if (kind->formula_wrench) {
         double values[6];
         const int code = evaluate_formulas(model, in, effect, end, values);
         *force = values[0];
@@ -103,11 +103,11 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
         kind->wrench(effect, model->number, end, in->at->t, wrench, balance);
         return 0;
     }
-    if (KT_HAS_RELATIVE && effect->relative.type) {
+    if (effect->relative.type) {
         double force;
         return evaluate_in_loop(model, in, effect, end, &force, wrench, balance);
     }
-    if (KT_HAS_FORMULAS && kind->formula_wrench) {
+    if (kind->formula_wrench) {
         double values[6];
         const int code = evaluate_formulas(model, in, effect, end, values);
         kind->formula_wrench(effect, values, end, wrench, balance);
@@ -127,9 +127,9 @@ KT_INLINE coordinate joint_coordinate(const kt_dynamic_state *at, const kt_link 
 static int evaluate_load(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
                          const kt_effect_end end[2], kt_effect_load *load, kt_effect_balance *balance) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-    if (KT_HAS_RELATIVE && effect->relative.type)
+    if (effect->relative.type)
         return evaluate_in_loop(model, in, effect, end, &load->joint_force, load->wrench, balance);
-    if (KT_HAS_PATHS && effect->path_count > 0) {
+    if (effect->path_count > 0) {
         kt_path_value path;
         const int code =
             kt_path_force_find(model, in->data, in->kinematics, effect, in->at, &path, &load->joint_force, balance);
@@ -199,7 +199,7 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
         s->failed = effect;
-        if (KT_HAS_PATHS && effect->path_count > 0) {
+        if (effect->path_count > 0) {
             s->code = apply_along_path(s, effect, asked);
         } else {
             kt_effect_ends_of(s->data, effect, end);
@@ -234,7 +234,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 static kt_where_text name_effect_at_fault(const sum *s, const kt_effect_record *effect) {
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     char own[56], on[72];
-    if (KT_HAS_FORMULAS && effect->law_rate > 0) /* of an auxiliary state */
+    if (effect->law_rate > 0) /* of an auxiliary state */
         return kt_where_format("the law of state '%.60s', t = %.9g s", s->model->text + effect->name, s->at->t);
     if (effect->name)
         (void)snprintf(own, sizeof own, "effect '%.24s'", s->model->text + effect->name);
@@ -270,7 +270,7 @@ kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_re
 /* Finds the ends of an effect, or those that stand for its path. */
 static void find_effect_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
                              kt_path_value *path, kt_effect_end end[2]) {
-    if (KT_HAS_PATHS && effect->path_count > 0) {
+    if (effect->path_count > 0) {
         kt_path_value_find(model, data, NULL, effect, path);
         kt_path_as_ends(path->length, path->rate, end);
     } else {
@@ -283,7 +283,7 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
     double values[KT_FORMULA_VARIABLE_MAX];
     kt_effect_end end[2];
     text[0] = '\0';
-    if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+    if (effect->type != KT_EFFECT_EXPRESSION)
         return;
     kt_path_value path;
     find_effect_ends(s->model, s->data, effect, &path, end);
@@ -294,7 +294,7 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
 static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
     const kt_where_text where = name_effect_at_fault(s, effect);
     char fault[120];
-    if (effect->type == KT_EFFECT_CUSTOM || (KT_HAS_FORMULAS && effect->law != NULL))
+    if (effect->type == KT_EFFECT_CUSTOM || (effect->law != NULL))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text,
                             "its callback gave a force or power that is not finite");
     explain_force(s, effect, fault, sizeof fault);
@@ -357,7 +357,7 @@ kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_stat
     return sum_all(&s, at, error);
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* Adds the derivatives by time that a caller's own effect provides. Returns the code of its callback. */
 static int differentiate_own(sum *s, const kt_effect_record *effect) {
     const kt_link *link = &s->model->link[effect->link[0]];
@@ -372,7 +372,7 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
     }
     kt_effect_ends_of(s->data, effect, end);
     int code;
-    if (KT_HAS_RELATIVE && effect->relative.type) {
+    if (effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
         code = effect->joint_force_derivatives(effect->user, s->at->t, motion.position, motion.rate, derivatives);
         kt_relative_wrenches(&motion, end, derivatives[2], of_ends.by_time);
@@ -406,21 +406,21 @@ kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynam
         kt_path_value path;
         find_effect_ends(model, data, effect, &path, end);
         double rates[6];
-        if (KT_HAS_FORMULAS && kind->formula_wrench) {
+        if (kind->formula_wrench) {
             const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
             if (code != 0)
                 return kt_effect_reject_derivatives(model, effect, t, code, error);
         }
-        if (KT_HAS_PATHS && effect->path_count > 0) {
+        if (effect->path_count > 0) {
             s.excess += kt_path_wrenches_add(model, data, effect, rates[0], path.unit, data->applied);
             continue;
         }
-        if (KT_HAS_RELATIVE && effect->relative.type) {
+        if (effect->relative.type) {
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
             if (kind->joint_time_derivative)
                 rates[0] = kind->joint_time_derivative(effect, model->number, motion.position, motion.rate, t);
             kt_relative_wrenches(&motion, end, rates[0], wrench);
-        } else if (KT_HAS_FORMULAS && kind->formula_wrench) {
+        } else if (kind->formula_wrench) {
             if (effect->ends == 0)
                 data->tau[link->v] += rates[0];
             else
@@ -490,7 +490,7 @@ double kt_effect_energy(const kt_model *model, kt_data *data, double t, const do
         kt_effect_load load;
         kt_effect_end end[2];
         const surroundings in = {.data = data, .at = &at};
-        if (KT_HAS_PATHS && effect->path_count > 0) /* it stores none */
+        if (effect->path_count > 0) /* it stores none */
             continue;
         if (effect->ends)
             kt_effect_ends_of(data, effect, end);

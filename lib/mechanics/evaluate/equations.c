@@ -117,9 +117,8 @@ static kt_status find_equations(const kt_model *model, kt_data *data, double t, 
         return status;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
-    if (KT_HAS_LOOPS)
-        model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
-    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
+    model->group_kernels->fill(model, data, t, q, v ? v : model->zero);
+    for (size_t g = 0; g < model->n.group; g++)
         if (!group_is_finite(model, data, g, out->jacobian != NULL))
             return kt_loops_explain(model, data, t, q, v, reject_group(model, g, t, error), error);
     if (out->jacobian)
@@ -127,7 +126,7 @@ static kt_status find_equations(const kt_model *model, kt_data *data, double t, 
     for (int k = 0; k < 3; k++)
         if (vectors[k])
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);
-    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
+    for (size_t g = 0; g < model->n.group; g++)
         write_group_equations(model, data, g, out);
     return KT_OK;
 }
@@ -179,7 +178,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
         return status;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
-    if (KT_HAS_LOOPS && model->n.group) {
+    if (model->n.group) {
         const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
         kernels->fill(model, data, t, q, model->zero);
         if (!kernels->factor(model, data, KT_ROWS_ALL, false))
@@ -189,7 +188,7 @@ kt_status kt_loop_nullspace(const kt_model *model, kt_data *data, double t, cons
     }
     kt_clear(basis, nv * nv * sizeof *basis);
     memset(data->delta, 0, nv * sizeof *data->delta); /* 1 for coordinates of a group */
-    for (size_t g = 0; KT_HAS_LOOPS && g < model->n.group; g++)
+    for (size_t g = 0; g < model->n.group; g++)
         count += write_group_basis(model, data, g, basis + count * nv, data->delta);
     for (size_t i = 0; i < nv; i++)
         if (data->delta[i] == 0.0)

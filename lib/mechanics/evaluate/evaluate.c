@@ -34,7 +34,6 @@ kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt
     return accelerate_trusted(model, data, at, a, error);
 }
 
-#if KT_HAS_SWITCHES
 /* Checks open contacts before. Their poses serve the accelerations of slip, too, unless effects come between. */
 static kt_status accelerate_checked(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                     kt_error *error) {
@@ -45,21 +44,17 @@ static kt_status accelerate_checked(const kt_model *model, kt_data *data, const 
     data->placed = false;
     return status;
 }
-#endif
 
 kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                    const double *tau, const kt_wrench *external, double *a, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, a || !model->n.v))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-#if KT_HAS_SWITCHES
     if (model->variants != NULL && !data->followed)
         return accelerate_checked(model, data, &at, a, error);
-#endif
     return accelerate_trusted(model, data, &at, a, error);
 }
 
-#if KT_HAS_VARIABLE_MASS
 /* Points at->external at the sum of its wrenches and those of masses that change (dynamics/variable_mass.c). */
 static kt_status add_mass_rates(const kt_model *model, kt_data *data, kt_dynamic_state *at, const double *a,
                                 kt_error *error) {
@@ -80,9 +75,7 @@ kt_status kt_acceleration_time_derivative(const kt_model *model, kt_data *data, 
         da_dt[i] -= a[i];
     return status;
 }
-#endif
 
-#if KT_HAS_SWITCHES
 void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external) {
     kt_copy_or_clear(data->slip_loaded, external, model->n.body * sizeof *data->slip_loaded);
 }
@@ -121,4 +114,3 @@ kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *err
                      "differences, or an elastic contact (stiffness)",
                      kt_slip_name(model, 0));
 }
-#endif

@@ -88,12 +88,10 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, double *derivatives);
 
-#if KT_HAS_QUASI_STATICS
 /* kt_massless_balance for a finite state of a model with such coordinates. It writes the state to data->balanced_q and
  * balanced_v. */
 KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                        kt_error *error);
-#endif
 
 /* kt_own_state_rates for a finite state; rates are written in any case. */
 KT_CHECKED kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
@@ -118,7 +116,6 @@ kt_status kt_inertia_reject(const char *where, kt_error *error);
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 
-#if KT_HAS_SWITCHES
 /* The k-th loop that slips, and its name. */
 static inline const kt_loop_record *kt_slip_loop(const kt_model *model, size_t k) {
     size_t i = 0;
@@ -155,21 +152,13 @@ KT_CHECKED kt_status kt_slip_reject(const kt_model *model, const char *where, kt
  * the wrenches of the loops. Data hold the equations of the last evaluation of a. data->loaded: all wrenches on
  * bodies. */
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a);
-#else
-static inline kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
-    (void)model, (void)where, (void)error;
-    return KT_OK;
-}
-#endif
 
 /* The first loop that bears the force of an effect: a closed contact or stop, or friction that sticks. -1: the effect
  * bears its force itself. */
 static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_record *effect) {
-#if KT_HAS_SWITCHES
     for (int32_t i = effect->loop; i < effect->loop + effect->loops; i++)
         if (!kt_loop_is_off(&model->loop[i]))
             return i;
-#endif
     (void)model, (void)effect;
     return -1;
 }
@@ -178,13 +167,11 @@ static inline int kt_effect_closed_loop(const kt_model *model, const kt_effect_r
  * (evaluate/open.c). Data keep all results. Data of an owner that follows contacts are exempt. */
 KT_CHECKED static inline kt_status kt_open_contacts_reject(const kt_model *model, kt_data *data,
                                                            const kt_dynamic_state *at, kt_error *error) {
-#if KT_HAS_SWITCHES
     if (model->variants != NULL && !data->followed) {
         const kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
         data->placed = false; /* the caller may change the poses */
         return status;
     }
-#endif
     (void)model, (void)data, (void)at, (void)error;
     return KT_OK;
 }

@@ -62,7 +62,7 @@ void kt_formula_variables_read(const kt_model *model, const kt_data *data, const
             values[k] = find_marker_coordinate(kinematics, variable);
         } else if (kinematics && variable->type == KT_VARIABLE_GRAVITY) {
             values[k] = find_gravity_force(model, kinematics, variable);
-        } else if (KT_HAS_RELATIVE && effect->relative.type && (is_length || is_speed)) { /* in a loop's coordinate */
+        } else if (effect->relative.type && (is_length || is_speed)) { /* in a loop's coordinate */
             const kt_relative_motion motion = kt_relative_motion_of(model, effect, at->q, end);
             values[k] = is_speed ? motion.rate : motion.position;
         } else {

@@ -26,10 +26,8 @@ static bool ends_on_ground(const kt_effect_record *effect) {
 
 /* Whether the effect is the contact of a sphere with a plane. Its distance is that of its centre, less its radius. */
 static bool is_sphere_on_plane(const kt_effect_record *effect) {
-#if KT_HAS_SWITCHES
     if (effect->disc)
         return false;
-#endif
     return effect->ends == 2 && !effect->relative.type;
 }
 
@@ -41,7 +39,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
     const kt_pose *plane = &effect->frame[1];
     const kt_vec3 from = moves && link != NULL ? kt_vec3_sub(plane->position, link->at) : plane->position;
     kt_gap_form form = KT_GAP_OF_COORDINATE;
-    if (KT_HAS_CLEARANCES && moves && is_sphere_on_plane(effect))
+    if (moves && is_sphere_on_plane(effect))
         form = link != NULL ? KT_GAP_OF_HEIGHT : ends_on_ground(effect) ? KT_GAP_TO_GROUND : KT_GAP_OF_ENDS;
     else if (moves)
         form = KT_GAP_OF_OTHERS;
@@ -51,7 +49,7 @@ static kt_gap_source source_of(const kt_model *model, const kt_effect_record *ef
                            .count = 1,
                            .q = link != NULL ? link->q : 0,
                            .v = link != NULL ? link->v : 0,
-                           .farthest = KT_HAS_CLEARANCES && moves ? kt_vec3_norm(effect->frame[0].position) : 0.0,
+                           .farthest = moves ? kt_vec3_norm(effect->frame[0].position) : 0.0,
                            .offset = moves ? kt_vec3_dot(plane->rotation.z, from) : 0.0};
 }
 
@@ -79,7 +77,7 @@ size_t kt_gap_list(const kt_model *model, kt_gap_source *sources) {
             if (sources == NULL)
                 continue;
             sources[count] = source_of(model, &model->effect[batch->first + j]);
-            if (!KT_HAS_CLEARANCES || count == 0 || !row_goes_on(&sources[first], &sources[count])) {
+            if (count == 0 || !row_goes_on(&sources[first], &sources[count])) {
                 first = count;
                 continue;
             }
@@ -99,7 +97,7 @@ static kt_gap gap_of_moving_ends(const kt_model *model, const kt_data *data, con
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_end end[2];
     kt_effect_ends_of(data, effect, end);
-    if (!KT_HAS_RELATIVE || !effect->relative.type)
+    if (!effect->relative.type)
         return kind->gap(effect, end);
     const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
     return kind->joint_gap(effect, motion.position, motion.rate);

@@ -24,14 +24,12 @@ kt_status kt_velocity_impact(const kt_model *model, kt_data *data, double t, con
     kt_impact found = {0.0, 0.0};
     const kt_input input = {.q = q, .v = v};
     kt_status status = kt_input_check(model, &input, error);
-#if KT_HAS_VARIABLE_MASS
     if (model->n.varying) {
         data->mass_time[0] = t;
         model = kt_model_of_instant(model, data);
     }
-#endif
     kt_copy(after, v, model->n.v * sizeof *v);
-    if (status == KT_OK && KT_HAS_LOOPS && model->n.group)
+    if (status == KT_OK && model->n.group)
         status = kt_velocities_project(model, data, t, &input, after, error);
     if (status == KT_OK && impact) {
         for (size_t i = 0; i < model->n.v; i++)

@@ -37,7 +37,7 @@ bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loo
 
 double kt_loop_arc_length(const kt_model *model, const kt_data *data, int loop) {
     kt_loop_motion motion;
-    if (!KT_HAS_LOOPS || !kt_loop_motion_evaluate(model, data, loop, &motion))
+    if (!kt_loop_motion_evaluate(model, data, loop, &motion))
         return (double)NAN;
     const kt_loop_record *r = &model->loop[loop];
     const double p[3] = {motion.position.x, motion.position.y, motion.position.z};

@@ -116,8 +116,6 @@ kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t,
                                  kt_error *error) {
     size_t first = 0;
     data->placed = false;
-    if (!KT_HAS_LOOPS) /* there are no kernels of loops to call */
-        return KT_OK;
     while (first < model->n.loop && !is_open_contact(&model->loop[first]) && !is_joint_friction(&model->loop[first]))
         first++;
     if (first == model->n.loop)

@@ -2,7 +2,6 @@
 #ifndef KT_EVALUATE_OPEN_H
 #define KT_EVALUATE_OPEN_H
 
-#include "base/small.h"
 #include "model/model.h"
 
 /* Rejects a state in which an open contact touches and does not part, since an evaluation would leave its reaction out.

@@ -49,7 +49,6 @@ static kt_status reject_power(const kt_model *model, double t, const kt_input *i
                         "a power overflows; look for a velocity, force or torque that is huge");
 }
 
-#if KT_HAS_SWITCHES
 /* The power that friction of contacts that slip dissipated in the last evaluation. */
 static double power_of_slip(const kt_model *model, const kt_data *data) {
     double sum = 0.0;
@@ -59,7 +58,6 @@ static double power_of_slip(const kt_model *model, const kt_data *data) {
     }
     return sum;
 }
-#endif
 
 kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             const double *tau, const kt_wrench *external, double *a, kt_power *power, kt_error *error) {
@@ -77,22 +75,18 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
     if (status != KT_OK)
         return status;
     status = model->forward(model, data, &loaded, acceleration, error);
-#if KT_HAS_SWITCHES
     if (status == KT_OK && model->n.slip > 0) {
         sum.dissipated += power_of_slip(model, data);
         if (model->driven)
             loaded.external = kt_slip_load(model, data, loaded.external);
     }
-#endif
     if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, &loaded, acceleration, &loops, error);
     if (status != KT_OK)
         return status;
     sum.supplied += loops;
-#if KT_HAS_VARIABLE_MASS
     if (model->n.varying)
         sum.supplied += kt_masses_power(model, data, t, q, v);
-#endif
     if (tau)
         sum.supplied += kt_dense_dot(tau, v, (int)model->n.v);
     if (external)

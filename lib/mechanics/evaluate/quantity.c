@@ -79,22 +79,20 @@ int kt_effect_loop(const kt_model *model, int effect, int *component) {
 }
 
 /* Whether an effect acts in one coordinate, of a joint or of a loop, and not at its ends. */
-static bool is_in_coordinate(const kt_effect_record *effect) {
-    return effect->ends == 0 || (KT_HAS_RELATIVE && effect->relative.type);
-}
+static bool is_in_coordinate(const kt_effect_record *effect) { return effect->ends == 0 || (effect->relative.type); }
 
 double kt_effect_coordinate(const kt_model *model, const kt_data *data, const double *q, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
     if (KT_IS_OTHER_DATA(NULL, model, data) || !record || !q || !is_in_coordinate(record))
         return (double)NAN;
-    if (!KT_HAS_RELATIVE || record->ends == 0)
+    if (record->ends == 0)
         return q[model->link[record->link[0]].q];
     kt_effect_end end[2];
     kt_effect_ends_find(data, record, end);
     return kt_relative_motion_of(model, record, q, end).position;
 }
 
-static bool has_path(const kt_effect_record *effect) { return KT_HAS_PATHS && effect->path_count > 0; }
+static bool has_path(const kt_effect_record *effect) { return effect->path_count > 0; }
 
 /* Returns the quantities of a record. Those of formulas and of a caller's own effect depend on their points of
  * action. */
@@ -106,7 +104,7 @@ static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, i
     static const kt_effect_quantity along_line_of_ends[] = {KT_QUANTITY_TENSION, KT_QUANTITY_POWER, KT_QUANTITY_LENGTH,
                                                             KT_QUANTITY_LENGTH_RATE};
     const kt_descriptor *descriptor = kt_effect_descriptor((kt_effect_type)effect->type);
-    const bool is_formula = KT_HAS_FORMULAS && effect->type == KT_EFFECT_EXPRESSION;
+    const bool is_formula = effect->type == KT_EFFECT_EXPRESSION;
     if (descriptor != NULL && !is_formula) {
         *count = descriptor->quantity_count;
         return descriptor->quantities;
@@ -137,7 +135,7 @@ kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int 
 
 bool kt_effect_is_sliding(const kt_model *model, int effect) {
     const kt_effect_record *record = model ? kt_effect_record_find(model, effect) : NULL;
-    if (KT_HAS_RELATIVE && record && record->relative.type)
+    if (record && record->relative.type)
         return kt_relative_is_length((kt_relative)record->relative.type);
     return record && (!is_in_coordinate(record) || model->link[record->link[0]].motion == KT_MOTION_PRISMATIC);
 }
@@ -168,7 +166,7 @@ static double along_line(const reading *r, kt_vec3 vector) {
 }
 
 static double penetration_of(const reading *r) {
-#if KT_HAS_GAP
+#if KT_IS_OF_VALUES
     const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
     const bool in_coordinate = is_in_coordinate(r->effect);
     if (in_coordinate && kind->joint_gap != NULL)
@@ -259,7 +257,7 @@ static int evaluate_one(const kt_model *model, const kt_data *data, double t, co
     int count;
     const kt_effect_quantity *quantities = quantities_of(effect, &count);
     const bool fine = kt_effect_load_find(model, data, t, q, v, effect, r.end, &r.load) == 0;
-    if (KT_HAS_RELATIVE && effect->relative.type) {
+    if (effect->relative.type) {
         const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, r.end);
         r.q = motion.position;
         r.v = motion.rate;

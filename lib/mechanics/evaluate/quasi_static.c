@@ -30,26 +30,15 @@
 int kt_massless_count(const kt_model *model) { return model ? (int)model->n.massless : 0; }
 
 int kt_massless_coordinate(const kt_model *model, int k) {
-#if KT_HAS_QUASI_STATICS
     return model && KT_IS_INDEX(k, model->n.massless) ? model->massless[k] : -1;
-#else
-    (void)model, (void)k;
-    return -1;
-#endif
 }
 
 bool kt_massless_moves(const kt_model *model, int v) {
     bool moves = false;
-#if KT_HAS_QUASI_STATICS
     for (size_t k = 0; model && KT_IS_INDEX(v, model->n.v) && k < model->n.massless; k++)
         moves |= model->massless_motion[k * model->n.v + (size_t)v] != 0.0;
-#else
-    (void)model, (void)v;
-#endif
     return moves;
 }
-
-#if KT_HAS_QUASI_STATICS
 
 enum { ITERATIONS = 30 };
 
@@ -244,7 +233,6 @@ kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynam
         return reject_quasi_static(&b, unbalanced, error);
     return status == KT_OK ? follow_springs(&springs, a, error) : status;
 }
-#endif
 
 kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, double *q, double *v, const double *tau,
                               const kt_wrench *external, kt_error *error) {
@@ -252,7 +240,6 @@ kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, do
         return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v, .x = tau, .what = "force", .external = external};
     kt_status status = kt_input_check(model, &input, error);
-#if KT_HAS_QUASI_STATICS
     if (status != KT_OK || model->n.massless == 0)
         return status;
     status = kt_massless_solve(model, data, &(kt_dynamic_state){t, q, v, tau, external}, error);
@@ -260,7 +247,6 @@ kt_status kt_massless_balance(const kt_model *model, kt_data *data, double t, do
         memcpy(q, data->balanced_q, model->n.q * sizeof *q);
         memcpy(v, data->balanced_v, model->n.v * sizeof *v);
     }
-#endif
     (void)t;
     return status;
 }

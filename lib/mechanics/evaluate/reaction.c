@@ -17,7 +17,6 @@
 
 #include <string.h>
 
-#if KT_HAS_SWITCHES
 void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers) {
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
@@ -31,7 +30,6 @@ void kt_multipliers_put(const kt_model *model, kt_data *data, const double *mult
                 w.multiplier[slot[r]] = multipliers[loop->equation + r];
     }
 }
-#endif
 
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
@@ -42,35 +40,28 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
     if (data->interpolated || model->sweep != KT_SWEEP_SPATIAL)
         (void)kernels->forward(model, data, &loaded, false, data->scratch);
     kernels->multipliers(model, data, at->v, a);
-#if KT_HAS_SWITCHES
     if (data->given_multipliers != NULL)
         kt_multipliers_put(model, data, data->given_multipliers);
-#endif
     kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
 }
 
-#if KT_HAS_SWITCHES
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
-    if (KT_HAS_LOOPS)
-        find_multipliers(model, data, at, a);
+    find_multipliers(model, data, at, a);
 }
-#endif
 
 /* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
  * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
 static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                       const double *a) {
     kt_dynamic_state loaded = *at;
-    if (!KT_HAS_FORMULAS || model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
+    if (model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
         kt_effects_recall(model, data, &loaded);
-    if (KT_HAS_SWITCHES && model->variants) /* no reactions of loops that are off */
+    if (model->variants) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
-    if (!KT_HAS_LOOPS || !model->n.group)
+    if (!model->n.group)
         return loaded.external;
-#if KT_HAS_SWITCHES
     if (model->n.slip > 0)
         loaded.external = kt_slip_load(model, data, loaded.external);
-#endif
     find_multipliers(model, data, &loaded, a);
     return data->loaded;
 }
@@ -124,11 +115,11 @@ static double equation_multiplier_of(const kt_model *model, const kt_data *data,
 
 kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
                               kt_error *error) {
-    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+    for (size_t i = 0; i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             if (!isfinite(equation_multiplier_of(model, data, &model->loop[i], r)))
                 return reject_reaction("loop", kt_loop_name(model, (int)i), t, error);
-    for (size_t i = 0; KT_HAS_LOOPS && i < model->n.loop; i++)
+    for (size_t i = 0; i < model->n.loop; i++)
         for (int r = 0; r < model->loop[i].row_count; r++)
             multipliers[model->loop[i].equation + r] = equation_multiplier_of(model, data, &model->loop[i], r);
     return KT_OK;

@@ -83,12 +83,11 @@ static double coefficient_of_slip(const kt_data *data, size_t k) { return effect
 static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                  double *normal, kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    kt_status status = KT_HAS_LOOPS ? kt_closed_forward(model, data, at, a, error) : KT_ERROR_UNSUPPORTED;
+    kt_status status = kt_closed_forward(model, data, at, a, error);
     if (status != KT_OK || normal == NULL)
         return status;
     /* spatial links respond behind the last pass as between the passes; planar ones may have been computed again */
-    const bool known =
-        KT_HAS_LOOPS && ((p->has_friction && model->n.planar == 0) || kt_slip_has_responses(model, data));
+    const bool known = ((p->has_friction && model->n.planar == 0) || kt_slip_has_responses(model, data));
     p->is_known = known;
     if (known && p->has_friction)
         return KT_OK;
@@ -98,8 +97,7 @@ static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_
     }
     for (size_t k = 0; status == KT_OK && k < model->n.slip; k++) {
         const kt_loop_record *loop = p->contact[k].loop;
-        normal[k] =
-            KT_HAS_LOOPS && known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
+        normal[k] = known ? kt_slip_multiplier(model, data, loop) : data->slip_multiplier[loop->equation];
     }
     return status;
 }
@@ -361,10 +359,10 @@ static kt_status solve_island(const kt_model *model, kt_data *data, const kt_dyn
                               kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     p->per = p->at->is_slow ? 2 : 1;
-    if (KT_HAS_LOOPS && p->responds)
+    if (p->responds)
         kt_slip_find_responses(model, data, p);
     const kt_status status = (p->at->is_slow ? find_slow : find_normals)(model, data, at, a, error);
-    if (KT_HAS_LOOPS && status == KT_OK && p->responds)
+    if (status == KT_OK && p->responds)
         kt_slip_add_friction(model, data, p);
     return status;
 }
@@ -385,9 +383,8 @@ static kt_status solve_islands(const kt_model *model, kt_data *data, const kt_dy
 static void solve_between(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const kt_dynamic_state at = {.t = p->t};
-    p->responds = p->has_friction =
-        KT_HAS_LOOPS && !kt_is_near_singular(model, data) && kt_slip_has_responses(model, data);
-    for (size_t k = 0; KT_HAS_LOOPS && p->has_friction && k < model->n.slip; k++)
+    p->responds = p->has_friction = !kt_is_near_singular(model, data) && kt_slip_has_responses(model, data);
+    for (size_t k = 0; p->has_friction && k < model->n.slip; k++)
         p->N0[k] = kt_slip_multiplier(model, data, p->contact[k].loop);
     p->status = p->has_friction ? solve_islands(model, data, &at, NULL, p->error) : KT_OK;
 }
@@ -419,7 +416,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
     kt_status status = evaluate_without_friction(model, data, at, is_slow, a, error);
     if (status == KT_OK)
         status = p->has_friction ? p->status : solve_islands(model, data, at, a, error);
-    if (status != KT_OK || p->has_friction || (KT_HAS_LOOPS && p->responds && kt_slip_resume(model, data, at, a)))
+    if (status != KT_OK || p->has_friction || (p->responds && kt_slip_resume(model, data, at, a)))
         return status;
     (void)kt_slip_load(model, data, at->external);
     return evaluate(model, data, at, a, NULL, error);

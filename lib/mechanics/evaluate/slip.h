@@ -12,7 +12,6 @@
 /* The rate below which friction has come to rest, m/s or rad/s. */
 static const double kt_contact_resting = 1e-9;
 
-#if KT_HAS_SWITCHES /* a small library has no hard contacts */
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. Contacts of different islands (kt_group.island) do not act on each other. So the islands are solved
  * one after the other, and arrays have room for the `most` contacts of one. */
@@ -174,7 +173,5 @@ void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem 
 
 /* The accelerations that follow. Returns false if a number is not finite. */
 bool kt_slip_resume(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a);
-
-#endif
 
 #endif

@@ -96,7 +96,7 @@ static void find_slip(const kt_link_kinematics *of_sphere, const kt_link_kinemat
 
 /* Sets poses and velocities in the data's motion. Returns false if the model has planar links. */
 static bool set_poses_of_slip(const kt_model *model, kt_data *data, const double *q, const double *v) {
-    if (!KT_HAS_LOOPS || model->n.planar > 0)
+    if (model->n.planar > 0)
         return false;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
     if (!data->placed)

@@ -42,7 +42,7 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     memcpy(new_v, v, model->n.v * sizeof *v);
     if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
         return kt_input_reject_not_finite(model, t, &input, error);
-    if (KT_HAS_LOOPS && model->n.group) {
+    if (model->n.group) {
         const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
         if (status != KT_OK)
             return status;
@@ -69,7 +69,7 @@ kt_status kt_state_project(const kt_model *model, kt_data *data, double t, doubl
 
 kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool projects, double *q, double *v,
                          kt_error *error) {
-    if (KT_HAS_LOOPS && model->n.group && projects)
+    if (model->n.group && projects)
         return kt_state_project(model, data, t, q, v, NULL, error);
     if (!kt_all_finite(q, model->n.q) || !kt_all_finite(v, model->n.v))
         return kt_input_check(model, &(kt_input){.q = q, .v = v}, error);
@@ -85,7 +85,7 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
     v = v ? v : model->zero;
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
-    if (KT_HAS_LOOPS && model->n.group && !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
+    if (model->n.group && !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
         return kt_input_reject_not_finite(model, t, &input, error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;
@@ -103,10 +103,10 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     kt_copy(new_v, v, model->n.v * sizeof *v);
     (void)kt_unit_quaternions(model, new_q); /* none is zero */
     memcpy(given, new_q, model->n.q * sizeof *q);
-    if (KT_HAS_LOOPS && model->n.group)
+    if (model->n.group)
         status = kt_loops_assemble(model, data, t, given, new_q, new_v, error);
     if (status != KT_OK)
-        return KT_HAS_LOOPS ? kt_loops_explain(model, data, t, given, v, status, error) : status;
+        return kt_loops_explain(model, data, t, given, v, status, error);
     kt_copy(q, new_q, model->n.q * sizeof *q);
     kt_copy(v, new_v, model->n.v * sizeof *v);
     return KT_OK;

@@ -44,7 +44,6 @@ static void driver_basis(const kt_model *model, kt_data *data) {
     }
 }
 
-#if KT_HAS_SWITCHES
 static void driver_pose(const kt_model *model, kt_data *data, const double *q) { kt_links_pose(model, data, q); }
 
 static void driver_move(const kt_model *model, kt_data *data, const double *v) {
@@ -89,9 +88,6 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
                              .rate = kt_dot3(rows[0].moment, w) + kt_dot3(rows[0].force, u) + rows[0].rate};
 }
 #define KT_FIRST_ROW_KERNELS , .pose = driver_pose, .move = driver_move, .first_row = first_row
-#else
-#define KT_FIRST_ROW_KERNELS
-#endif
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {KT_DRIVER_KERNELS, .multipliers = driver_multipliers,
                                                               .basis = driver_basis,

@@ -49,7 +49,6 @@ typedef struct kt_reduction_kernels {
     void (*basis)(const kt_model *model, kt_data *data);
     /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
-#if KT_HAS_SWITCHES
     /* Compute only the poses of the links, then their velocities; likewise NULL. */
     void (*pose)(const kt_model *model, kt_data *data, const double *q);
     void (*move)(const kt_model *model, kt_data *data, const double *v);
@@ -57,7 +56,6 @@ typedef struct kt_reduction_kernels {
      * phi' = A v + phi_t as `rate`. If v is NULL, the velocities have not been computed, and the rate is undefined. */
     kt_relation_row (*first_row)(const kt_model *model, const kt_data *data, size_t loop, double t, const double *q,
                                  const double *v);
-#endif
 } kt_reduction_kernels;
 
 #define KT_REDUCTION_DECLARE(isa)                                                                                      \

@@ -33,7 +33,7 @@ static kt_energetics attraction_energetics(const kt_effect_record *effect) {
     return KT_ENERGY_CONSERVED;
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* The force on the second end is -S d / r^3. Outside the ball, with n = d / r, its derivative is
  *
  *     -S (1 - 3 n n') / r^3 */
@@ -58,22 +58,22 @@ const kt_effect_kind KT_EFFECT(kt_effect_attraction) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_effect),
-    {"strength", KT_KEY_NUMBER, KT_EFFECT_AT(strength), "N m^2", KT_WORDS("S; less than 0: repulsion"), .needed = true},
+    {"strength", KT_KEY_NUMBER, KT_EFFECT_AT(strength), "N m^2", "S; less than 0: repulsion", .needed = true},
 };
 const kt_descriptor kt_effect_attraction_descriptor = {
     .name = "attraction",
-    .help = KT_WORDS("attraction of two points by the inverse square of their distance"),
-    .formula = KT_WORDS("force = S / d^2    d: distance of the ends"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: moon\n"
-                        "    joint:\n"
-                        "      type: free\n"
-                        "      position: {position: [1, 0, 0]}\n"
-                        "      velocity: {linear: [0, 2, 0]}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: sphere, radius: 0.1}\n"
-                        "effects:\n"
-                        "  - {type: attraction, between: [world, moon], strength: 4}\n"),
+    .help = "attraction of two points by the inverse square of their distance",
+    .formula = "force = S / d^2    d: distance of the ends",
+    .example = "bodies:\n"
+               "  - name: moon\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [1, 0, 0]}\n"
+               "      velocity: {linear: [0, 2, 0]}\n"
+               "    mass: 1\n"
+               "    shape: {type: sphere, radius: 0.1}\n"
+               "effects:\n"
+               "  - {type: attraction, between: [world, moon], strength: 4}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_LINE,
 };

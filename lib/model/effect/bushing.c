@@ -47,7 +47,7 @@ static kt_energetics bushing_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(dissipates);
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* Derivatives in the axes of the first end, with kappa = Kr theta. The terms du and dtheta are for a displacement and a
  * rotation of the second end:
  *     dF = -K dd - C du,               du = -w1 x dd
@@ -105,26 +105,25 @@ const kt_effect_kind KT_EFFECT(kt_effect_bushing) = {
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_effect),
     {"stiffness", KT_KEY_SIX, KT_EFFECT_AT(stiffnesses), "N/m, N m/rad",
-     KT_WORDS("K, Kr: along and about x, y, z of the first end"), "zeros", .range = KT_RANGE_NOT_NEGATIVE},
-    {"damping", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad", KT_WORDS("C, Cr: likewise"), "zeros",
+     "K, Kr: along and about x, y, z of the first end", "zeros", .range = KT_RANGE_NOT_NEGATIVE},
+    {"damping", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad", "C, Cr: likewise", "zeros",
      .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_bushing_descriptor = {
     .name = "bushing",
-    .help = KT_WORDS("springs and dampers in all six directions between two frames"),
-    .formula =
-        KT_WORDS("force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
-                 "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: engine\n"
-                        "    joint: {type: free}\n"
-                        "    mass: 2\n"
-                        "    shape: {type: box, size: [0.4, 0.2, 0.2]}\n"
-                        "effects:\n"
-                        "  - type: bushing\n"
-                        "    between: [world, engine]\n"
-                        "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
-                        "    damping: [20, 20, 20, 1, 1, 1]\n"),
+    .help = "springs and dampers in all six directions between two frames",
+    .formula = "force = -K d - C d',  moment = -G^-T Kr theta - Cr w    d, theta, w: displacement, Euler vector and\n"
+               "angular velocity of the second frame as seen from the first, less than half a turn;  w = G theta'",
+    .example = "bodies:\n"
+               "  - name: engine\n"
+               "    joint: {type: free}\n"
+               "    mass: 2\n"
+               "    shape: {type: box, size: [0.4, 0.2, 0.2]}\n"
+               "effects:\n"
+               "  - type: bushing\n"
+               "    between: [world, engine]\n"
+               "    stiffness: [4e3, 4e3, 4e3, 50, 50, 50]\n"
+               "    damping: [20, 20, 20, 1, 1, 1]\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };

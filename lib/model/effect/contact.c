@@ -18,8 +18,7 @@
 #include "effect/effect.h"
 
 static void contact_check(kt_checker *checker, const kt_effect *effect) {
-    if (KT_HAS_SWITCHES)
-        kt_effect_check_hard(checker, effect, "contact");
+    kt_effect_check_hard(checker, effect, "contact");
     if (kt_effect_has_axle(effect) && !kt_effect_is_hard(effect))
         kt_checker_fault(
             checker, "axle", -1,
@@ -79,7 +78,7 @@ static kt_energetics contact_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* A change of the plane's motion: rotation and displacement, angular velocity and velocity of its point. */
 typedef struct change {
     kt_vec3 rotation, displacement, omega, velocity;
@@ -160,15 +159,11 @@ static void contact_jacobian(const kt_effect_record *effect, const double *numbe
 }
 #endif
 
-#if KT_HAS_GAP
+#if KT_IS_OF_VALUES
 /* The distance of the lowest point below the centre: r, and r |n x a| for a disc. */
 static double contact_reach_of(const kt_effect_record *effect, const kt_effect_end *end) {
-#if KT_HAS_SWITCHES
     if (effect->disc)
         return effect->radius * kt_vec3_norm(kt_vec3_cross(end[1].axes.z, end[0].axes.z));
-#else
-    (void)end;
-#endif
     return effect->radius;
 }
 
@@ -202,52 +197,51 @@ const kt_effect_kind KT_EFFECT(kt_effect_contact) = {.check = contact_check,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the centre of the sphere"), .needed = true},
-    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", KT_WORDS("r; 0: a point"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"point", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the centre of the sphere", .needed = true},
+    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", "r; 0: a point", .range = KT_RANGE_NOT_NEGATIVE},
     {"axle", KT_KEY_AXIS, KT_EFFECT_AT(axle), "",
-     KT_WORDS(
-         "of hard contacts: the axis of a thin disc whose rim touches, in place of the sphere; frame of the point"),
+
+     "of hard contacts: the axis of a thin disc whose rim touches, in place of the sphere; frame of the point",
      "a sphere", .needed = false},
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "",
-     KT_WORDS("a frame in the plane, or the centre of a second sphere (radius2)"), .needed = true},
+     "a frame in the plane, or the centre of a second sphere (radius2)", .needed = true},
     {"radius2", KT_KEY_NUMBER, KT_EFFECT_AT(radius2), "m",
-     KT_WORDS("of hard contacts: the radius of a second sphere in place of the plane"), "a plane",
+     "of hard contacts: the radius of a second sphere in place of the plane", "a plane",
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "",
-     KT_WORDS("n, the normal of the plane, in that frame, out of the half-space"), .needed = false},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
-    {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", KT_WORDS("m, 1 or more; 1.5 is that of Hertz"),
+    {"axis", KT_KEY_AXIS, KT_EFFECT_AT(axis), "", "n, the normal of the plane, in that frame, out of the half-space",
      .needed = false},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m^exponent", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
+    {"exponent", KT_KEY_NUMBER, KT_EFFECT_AT(exponent), "", "m, 1 or more; 1.5 is that of Hertz", .needed = false},
     {"dissipation", KT_KEY_NUMBER, KT_EFFECT_AT(dissipation), "s/m",
-     KT_WORDS("c; after a slow impact at v, the speed is v - c v^2"), .range = KT_RANGE_NOT_NEGATIVE},
-    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "",
-     KT_WORDS("mu, the coefficient of friction; hard contacts also stick"), .range = KT_RANGE_NOT_NEGATIVE},
+     "c; after a slow impact at v, the speed is v - c v^2", .range = KT_RANGE_NOT_NEGATIVE},
+    {"friction", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "", "mu, the coefficient of friction; hard contacts also stick",
+     .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s",
-     KT_WORDS("v0, the speed of slip over which friction of an elastic contact builds up"), .range = KT_RANGE_POSITIVE},
+     "v0, the speed of slip over which friction of an elastic contact builds up", .range = KT_RANGE_POSITIVE},
     KT_HARD_KEYS("e: the contact is hard; a point that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
-    .help = KT_WORDS("contact of a sphere with a half-space (Hunt and Crossley), with friction"),
-    .formula = KT_WORDS(
+    .help = "contact of a sphere with a half-space (Hunt and Crossley), with friction",
+    .formula =
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
-        "x: depth of the sphere's lowest point;  s: slip velocity there"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: ball\n"
-                        "    joint:\n"
-                        "      type: free\n"
-                        "      position: {position: [0, 0, 0.5]}\n"
-                        "      velocity: {linear: [1, 0, 0]}\n"
-                        "    mass: 0.2\n"
-                        "    shape: {type: sphere, radius: 0.05}\n"
-                        "    markers: {centre: [0, 0, 0]}\n"
-                        "effects:\n"
-                        "  - type: contact\n"
-                        "    point: ball.centre\n"
-                        "    radius: 0.05\n"
-                        "    plane: world\n"
-                        "    stiffness: 1e4\n"
-                        "    dissipation: 0.2\n"
-                        "    friction: 0.4\n"),
+        "x: depth of the sphere's lowest point;  s: slip velocity there",
+    .example = "bodies:\n"
+               "  - name: ball\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [0, 0, 0.5]}\n"
+               "      velocity: {linear: [1, 0, 0]}\n"
+               "    mass: 0.2\n"
+               "    shape: {type: sphere, radius: 0.05}\n"
+               "    markers: {centre: [0, 0, 0]}\n"
+               "effects:\n"
+               "  - type: contact\n"
+               "    point: ball.centre\n"
+               "    radius: 0.05\n"
+               "    plane: world\n"
+               "    stiffness: 1e4\n"
+               "    dissipation: 0.2\n"
+               "    friction: 0.4\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITY_NORMAL, KT_QUANTITY_FRICTION, KT_QUANTITIES_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_EXCESS,
                   KT_QUANTITY_SLIP, KT_QUANTITY_POINT_X, KT_QUANTITY_POINT_Y, KT_QUANTITY_POINT_Z),

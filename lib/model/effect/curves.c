@@ -12,7 +12,7 @@ kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const doubl
     return effect->in_body ? kt_columns_apply(end->axes, value) : value;
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
                                         double t) {
     double x[3], y[3], z[3];

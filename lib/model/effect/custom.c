@@ -1,7 +1,7 @@
 /* A caller's own effect: its record has callbacks. They can fail, so the sum of the effects calls them (effects.c). */
 #include "effect/effect.h"
 
-static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the end"), .needed = true}};
+static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the end", .needed = true}};
 static const kt_key two_keys[] = {KT_BETWEEN_KEY(kt_effect)};
 static const kt_descriptor one_end = {.name = "custom", .keys = one_key, .key_count = 1};
 static const kt_descriptor two_ends = {.name = "custom", .keys = two_keys, .key_count = 1};
@@ -13,17 +13,14 @@ static void custom_check(kt_checker *checker, const kt_effect *effect) {
                                         : "neither wrench nor joint_force is given");
         return;
     }
-    if (KT_HAS_EFFECT_JACOBIAN &&
+    if (KT_IS_OF_VALUES &&
         (effect->wrench_derivatives ? !effect->wrench : effect->joint_force_derivatives && !effect->joint_force))
         kt_checker_fault(checker, effect->wrench ? "joint_force_derivatives" : "wrench_derivatives", -1,
                          "it belongs to %s, and %s is given; leave it out, or give %s_derivatives",
                          effect->wrench ? "joint_force" : "wrench", effect->wrench ? "wrench" : "joint_force",
                          effect->wrench ? "wrench" : "joint_force");
     if (effect->joint_force) {
-        if (KT_HAS_RELATIVE)
-            kt_checker_coordinate(checker, "joint", effect->joint);
-        else
-            (void)kt_checker_scalar_joint(checker, "joint", -1, effect->joint);
+        kt_checker_coordinate(checker, "joint", effect->joint);
         return;
     }
     if (effect->end_count == 1 || effect->end_count == 2)

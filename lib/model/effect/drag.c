@@ -47,7 +47,7 @@ static kt_energetics drag_energetics(const kt_effect_record *effect) {
                             acts_along(effect, 3));
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* Adds the derivatives of the sum F of one part. A rotation by d turns the axes: e_i' = d x e_i, so that
  *     dF = d x F - sum_i h_i' e_i (e_i x v) . d,   dF/dv = -sum_i h_i' e_i e_i',   h' = b + 2 q |s| */
 static void add_jacobian(const kt_effect_record *effect, int part, kt_mat3 axes, kt_vec3 v, kt_vec3 *force,
@@ -92,23 +92,23 @@ const kt_effect_kind KT_EFFECT(kt_effect_drag) = {.energetics = drag_energetics,
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"on", KT_KEY_BODY, KT_EFFECT_AT(between[0]), "", KT_WORDS("the body, or BODY.MARKER"), .needed = true},
-    {"at", KT_KEY_POINT, KT_EFFECT_AT(between[0].at), "m", KT_WORDS("the point, body frame; or a marker of the body"),
+    {"on", KT_KEY_BODY, KT_EFFECT_AT(between[0]), "", "the body, or BODY.MARKER", .needed = true},
+    {"at", KT_KEY_POINT, KT_EFFECT_AT(between[0].at), "m", "the point, body frame; or a marker of the body",
      "the body's origin", .needed = false},
-    {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", KT_WORDS("c1"), .range = KT_RANGE_NOT_NEGATIVE},
-    {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", KT_WORDS("c2"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"linear", KT_KEY_NUMBER, KT_EFFECT_AT(linear), "N s/m", "c1", .range = KT_RANGE_NOT_NEGATIVE},
+    {"quadratic", KT_KEY_NUMBER, KT_EFFECT_AT(quadratic), "N s^2/m^2", "c2", .range = KT_RANGE_NOT_NEGATIVE},
     {"axes_linear", KT_KEY_SIX, KT_EFFECT_AT(dampings), "N s/m, N m s/rad",
-     KT_WORDS("b: along and about x, y, z of the point's frame, that of its marker or else of the body"), "zeros",
+     "b: along and about x, y, z of the point's frame, that of its marker or else of the body", "zeros",
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"axes_quadratic", KT_KEY_SIX, KT_EFFECT_AT(quadratics), "N s^2/m^2, N m s^2/rad^2", KT_WORDS("q: likewise"),
-     "zeros", .range = KT_RANGE_NOT_NEGATIVE},
+    {"axes_quadratic", KT_KEY_SIX, KT_EFFECT_AT(quadratics), "N s^2/m^2, N m s^2/rad^2", "q: likewise", "zeros",
+     .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_drag_descriptor = {
     .name = "drag",
-    .help = KT_WORDS("resistance of a medium at rest to the motion of a point, or to a body along its axes"),
-    .formula = KT_WORDS("force = -(c1 + c2 |v|) v    v: velocity of the point\n"
-                        "        -(b + q |s|) s    s: velocity along, or angular velocity about, an axis of its frame"),
-    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n"),
+    .help = "resistance of a medium at rest to the motion of a point, or to a body along its axes",
+    .formula = "force = -(c1 + c2 |v|) v    v: velocity of the point\n"
+               "        -(b + q |s|) s    s: velocity along, or angular velocity about, an axis of its frame",
+    .example = KT_EXAMPLE_CUBE "  - {type: drag, on: box, at: corner, linear: 0.1, quadratic: 0.02}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };

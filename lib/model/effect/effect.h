@@ -9,7 +9,6 @@
 
 #include "base/inner.h"
 #include "base/isa.h"
-#include "base/small.h"
 #include "effect/triple.h"
 #include "kinetree/effect.h"
 #include "kinetree/expression.h"
@@ -111,22 +110,15 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
     return (kt_mat3){kt_vec3_scale(b.x, a), kt_vec3_scale(b.y, a), kt_vec3_scale(b.z, a)};
 }
 
-/* Members of kt_effect_kind that the code for derivatives and lanes does not have, nor a small library:
- * .jacobian = KT_IF_JACOBIAN(write_jacobian). */
-#if defined(KT_DUAL) || defined(KT_LANES) || !KT_HAS_JACOBIAN
-#define KT_HAS_EFFECT_JACOBIAN 0
-#define KT_IF_JACOBIAN(function) NULL
-#else
-#define KT_HAS_EFFECT_JACOBIAN 1
-#define KT_IF_JACOBIAN(function) function
-#endif
-
-/* The same for members that derivatives and lanes do not need. */
+/* Members of kt_effect_kind that the code for derivatives and lanes does not have:
+ * .jacobian = KT_IF_JACOBIAN(write_jacobian), .gap = KT_GAP(find_gap). */
 #if defined(KT_DUAL) || defined(KT_LANES)
-#define KT_HAS_GAP 0
+#define KT_IS_OF_VALUES 0
+#define KT_IF_JACOBIAN(function) NULL
 #define KT_GAP(function) NULL
 #else
-#define KT_HAS_GAP 1
+#define KT_IS_OF_VALUES 1
+#define KT_IF_JACOBIAN(function) function
 #define KT_GAP(function) function
 #endif
 
@@ -135,10 +127,9 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
 /* Whether a stop or a contact is hard. Stops and contacts are elastic, with a stiffness, or hard, with a restitution
- * (compile/hard.c). A library without Jacobians, which is meant to be small, has no hard ones. */
+ * (compile/hard.c). */
 static inline bool kt_effect_is_hard(const kt_effect *effect) {
-    return KT_HAS_SWITCHES && (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) &&
-           !isinf(effect->restitution);
+    return (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) && !isinf(effect->restitution);
 }
 /* Checks whether the effect is hard or elastic, and rejects the numbers of the other kind. `what` is its name in
  * messages. */
@@ -156,21 +147,17 @@ static inline double kt_stop_distance(const kt_effect_record *effect, double q) 
 /* The vector from the centre of a contact's sphere or disc to the lowest point. It is -r n for a sphere, and -r a x (n
  * x a) / |n x a| for a disc with the axle a. For a disc that lies flat, it is that of any point of the rim. */
 static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 axes, kt_vec3 n) {
-#if KT_HAS_SWITCHES
     if (effect->disc) {
         const kt_vec3 across = kt_vec3_cross(n, axes.z);
         const double s = kt_vec3_norm(across);
         return s > 0.0 ? kt_vec3_scale(-effect->radius / s, kt_vec3_cross(axes.z, across))
                        : kt_vec3_scale(-effect->radius, axes.x);
     }
-#else
-    (void)axes;
-#endif
     return kt_vec3_scale(-effect->radius, n);
 }
 /* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/hard.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
-    return KT_HAS_SWITCHES && effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
+    return effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
 /* Reports that an effect has neither of two numbers of which it needs one. */
@@ -178,24 +165,17 @@ void kt_effect_report_neither(kt_checker *checker, const char *first, const char
 /* Checks that lower is not above upper. */
 void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
 
-#if KT_HAS_SWITCHES
 #define KT_ELASTIC_STIFFNESS .range = KT_RANGE_NOT_NEGATIVE
-#define KT_ELASTIC_WORDS(words) KT_WORDS(words "; stiffness or restitution is needed")
+#define KT_ELASTIC_WORDS(words) words "; stiffness or restitution is needed"
 #define KT_HARD_KEYS(words)                                                                                            \
-    {"restitution",   KT_KEY_NUMBER, KT_EFFECT_AT(restitution),     "",                                                \
-     KT_WORDS(words), "none",        .range = KT_RANGE_NOT_NEGATIVE},                                                  \
+    {"restitution", KT_KEY_NUMBER, KT_EFFECT_AT(restitution), "", words, "none", .range = KT_RANGE_NOT_NEGATIVE},      \
         {"rest_velocity",                                                                                              \
          KT_KEY_NUMBER,                                                                                                \
          KT_EFFECT_AT(rest_velocity),                                                                                  \
          "rad/s|m/s",                                                                                                  \
-         KT_WORDS("of a hard stop or contact: a slower arrival does not bounce"),                                      \
+         "of a hard stop or contact: a slower arrival does not bounce",                                                \
          .range = KT_RANGE_NOT_NEGATIVE},                                                                              \
         KT_POISSON_KEY(KT_EFFECT_AT(poisson), "of a hard stop or contact: ")
-#else
-#define KT_ELASTIC_STIFFNESS .range = KT_RANGE_POSITIVE, .needed = true
-#define KT_ELASTIC_WORDS(words) KT_WORDS(words)
-#define KT_HARD_KEYS(words)
-#endif
 
 /* The beginning of an example: a free cube, or an arm on a joint, on which an effect acts. */
 #define KT_EXAMPLE_CUBE                                                                                                \
@@ -279,8 +259,6 @@ kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const do
     X(KT_EFFECT_DRAG, drag)                                                                                            \
     X(KT_EFFECT_ATTRACTION, attraction)                                                                                \
     X(KT_EFFECT_CONTACT, contact)
-#elif !KT_HAS_FORMULAS
-#define KT_EFFECT_KIND_LIST(X) KT_EFFECT_PLAIN_LIST(X)
 #else
 #define KT_EFFECT_KIND_LIST(X) KT_EFFECT_LIST(X)
 #endif

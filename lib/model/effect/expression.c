@@ -112,7 +112,7 @@ static void expression_check(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 static kt_vec3 in_world(const kt_effect_record *effect, const kt_effect_end *end, const double x[3]) {
     const kt_vec3 value = {x[0], x[1], x[2]};
     return effect->in_body ? kt_mat3_apply(end->axes, value) : value;
@@ -174,33 +174,31 @@ const kt_effect_kind KT_EFFECT(kt_effect_expression) = {.check = expression_chec
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", KT_WORDS("the joint or loop, or `NAME[k]`, in which it acts; or"),
-     KT_WORDS("none"), .needed = false},
-    {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", KT_WORDS("the two ends that it pushes apart; or"),
-     KT_WORDS("none"), .needed = false},
-    {"path", KT_KEY_PATH, KT_EFFECT_AT(path), "", KT_WORDS("the points and surfaces along which it acts; or"),
-     KT_WORDS("none"), .needed = false},
-    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point of a body that it acts on"), KT_WORDS("none"),
+    {"joint", KT_KEY_JOINT, KT_EFFECT_AT(joint), "", "the joint or loop, or `NAME[k]`, in which it acts; or", "none",
      .needed = false},
-    {"force", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[0]), "N m|N",
-     KT_WORDS("f: a formula; on a body a list of three, N"), KT_WORDS("none"), .needed = false},
-    {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", KT_WORDS("on a body: a list of three formulas"),
-     KT_WORDS("none"), .needed = false},
+    {"between", KT_KEY_ENDS, KT_EFFECT_AT(between), "", "the two ends that it pushes apart; or", "none",
+     .needed = false},
+    {"path", KT_KEY_PATH, KT_EFFECT_AT(path), "", "the points and surfaces along which it acts; or", "none",
+     .needed = false},
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the point of a body that it acts on", "none", .needed = false},
+    {"force", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[0]), "N m|N", "f: a formula; on a body a list of three, N", "none",
+     .needed = false},
+    {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", "on a body: a list of three formulas", "none",
+     .needed = false},
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
-     KT_WORDS("on a body: `world`, or `body` for components along the axes of the marker, or else of the body"),
-     "world", .needed = false},
+     "on a body: `world`, or `body` for components along the axes of the marker, or else of the body", "world",
+     .needed = false},
 };
 const kt_descriptor kt_effect_expression_descriptor = {
     .name = "expression",
-    .help = KT_WORDS("a force by formulas of t, parameters and the motion of joints and markers"),
-    .formula = KT_WORDS("force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
-                        "             named, and gravity.JOINT, which balances gravity in a joint;\n"
-                        "             in a loop also of position.LOOP and velocity.LOOP;\n"
-                        "             between two ends of length and speed, and f > 0 pushes them apart;\n"
-                        "             along a path likewise, of its length"),
-    .example = KT_WORDS(
-        KT_EXAMPLE_ARM
-        "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n"),
+    .help = "a force by formulas of t, parameters and the motion of joints and markers",
+    .formula = "force = f    of t, position.JOINT, velocity.JOINT, marker.BODY.MARKER.x, .vx, as columns are\n"
+               "             named, and gravity.JOINT, which balances gravity in a joint;\n"
+               "             in a loop also of position.LOOP and velocity.LOOP;\n"
+               "             between two ends of length and speed, and f > 0 pushes them apart;\n"
+               "             along a path likewise, of its length",
+    .example = KT_EXAMPLE_ARM
+    "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -9,7 +9,7 @@ static void force_wrench(const kt_effect_record *effect, const double *numbers, 
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* A force fixed in the end turns with its body: df = theta x f. */
 static void force_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                            kt_effect_jacobian *jacobian) {
@@ -33,20 +33,18 @@ const kt_effect_kind KT_EFFECT(kt_effect_force) = {.energetics = kt_effect_energ
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point"), .needed = true},
-    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", KT_WORDS("f: three numbers or functions of time"),
-     .needed = true},
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the point", .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N", "f: three numbers or functions of time", .needed = true},
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
-     KT_WORDS("`world`, or `body` for components along the axes of the marker, or else of the body"), "world",
-     .needed = false},
+     "`world`, or `body` for components along the axes of the marker, or else of the body", "world", .needed = false},
 };
 const kt_descriptor kt_effect_force_descriptor = {
     .name = "force",
-    .help = KT_WORDS("a force on a point of a body"),
-    .formula = KT_WORDS("force = f(t)"),
-    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - type: force\n"
-                                        "    at: box.corner\n"
-                                        "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n"),
+    .help = "a force on a point of a body",
+    .formula = "force = f(t)",
+    .example = KT_EXAMPLE_CUBE "  - type: force\n"
+                               "    at: box.corner\n"
+                               "    value: [0, 0, {ramp: {from: 0, to: 10, start: 0.2, end: 0.4}}]\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
 };

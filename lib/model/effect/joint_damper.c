@@ -9,7 +9,7 @@ static kt_real joint_damper_force(const kt_effect_record *effect, const double *
     return -effect->damping * v;
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 static void joint_damper_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                   double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
@@ -26,14 +26,14 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_damper) = {.energetics = kt_effec
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE,
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE,
      .needed = true},
 };
 const kt_descriptor kt_effect_joint_damper_descriptor = {
     .name = "joint_damper",
-    .help = KT_WORDS("a linear damper in a joint"),
-    .formula = KT_WORDS("force = -c v"),
-    .example = KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_damper, joint: arm, damping: 0.1}\n"),
+    .help = "a linear damper in a joint",
+    .formula = "force = -c v",
+    .example = KT_EXAMPLE_ARM "  - {type: joint_damper, joint: arm, damping: 0.1}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_JOINT,
 };

@@ -12,9 +12,9 @@
 #include "effect/effect.h"
 
 static void joint_friction_check(kt_checker *checker, const kt_effect *effect) {
-    if (KT_HAS_SWITCHES && effect->stick)
+    if (effect->stick)
         kt_effect_check_stick(checker, effect);
-    else if (KT_HAS_SWITCHES && effect->stribeck == 0.0)
+    else if (effect->stribeck == 0.0)
         kt_checker_fault(checker, "stribeck", -1, "stribeck is 0; it must be greater than 0");
     if (kt_number_is_fine(effect->coulomb) && effect->breakaway > 0.0 && effect->breakaway < effect->coulomb)
         kt_checker_fault(
@@ -24,13 +24,8 @@ static void joint_friction_check(kt_checker *checker, const kt_effect *effect) {
 }
 
 /* If friction sticks, static friction may end with the first motion. */
-#if KT_HAS_SWITCHES
 #define HAS_CURVE(effect) ((effect)->stribeck > 0.0)
 #define STRIBECK_RANGE KT_RANGE_NOT_NEGATIVE
-#else
-#define HAS_CURVE(effect) true
-#define STRIBECK_RANGE KT_RANGE_POSITIVE
-#endif
 
 static kt_real joint_friction_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,
                                     kt_plain t, kt_effect_power *balance) {
@@ -40,14 +35,12 @@ static kt_real joint_friction_force(const kt_effect_record *effect, const double
         const kt_real ratio = v / effect->stribeck;
         dry += (effect->breakaway - effect->coulomb) * kt_exp(-ratio * ratio);
     }
-#if KT_HAS_SWITCHES
     if (effect->direction != 0.0) { /* it slips, and this is the sign of v, which may have just become zero */
         const kt_real slipping = effect->idle ? kt_real_of(0.0) : -effect->direction * dry - effect->viscous * v;
         if (balance)
             *balance = (kt_effect_power){.dissipated = -slipping * v};
         return slipping;
     }
-#endif
     const kt_real force = -dry * kt_tanh(v / effect->smoothing) - effect->viscous * v;
     if (balance)
         *balance = (kt_effect_power){.dissipated = -force * v};
@@ -58,15 +51,13 @@ static kt_energetics joint_friction_energetics(const kt_effect_record *effect) {
     return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* With D the dry force, s = v / v0 and r = v / vs:  dD/dv = -2 (S - C) exp(-r^2) r / vs. */
 static void joint_friction_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                     double derivative[2]) {
     (void)numbers, (void)q, (void)t;
     double sign = tanh(v / effect->smoothing);
-#if KT_HAS_SWITCHES
     sign = effect->direction != 0.0 ? effect->direction : sign;
-#endif
     double dry = effect->coulomb, change = 0.0;
     if (effect->breakaway > effect->coulomb && HAS_CURVE(effect)) {
         const double ratio = v / effect->stribeck, more = (effect->breakaway - effect->coulomb) * exp(-ratio * ratio);
@@ -74,10 +65,8 @@ static void joint_friction_jacobian(const kt_effect_record *effect, const double
         change = -2.0 * more * ratio / effect->stribeck;
     }
     derivative[0] = derivative[1] = 0.0;
-#if KT_HAS_SWITCHES
     if (effect->idle)
         return;
-#endif
     derivative[1] = -change * sign - dry * (1.0 - sign * sign) / effect->smoothing - effect->viscous;
 }
 #endif
@@ -92,32 +81,29 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", KT_WORDS("C, friction in motion"),
-     .range = KT_RANGE_NOT_NEGATIVE},
-    {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE},
-    {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", KT_WORDS("S, friction at rest, not less than coulomb"),
+    {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", "C, friction in motion", .range = KT_RANGE_NOT_NEGATIVE},
+    {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
+    {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", "S, friction at rest, not less than coulomb",
      "that of `coulomb`", .range = KT_RANGE_NOT_NEGATIVE},
     {"stribeck", KT_KEY_NUMBER, KT_EFFECT_AT(stribeck), "rad/s|m/s",
-     KT_WORDS("vs, the speed over which static friction falls to coulomb"), .range = STRIBECK_RANGE},
+     "vs, the speed over which static friction falls to coulomb", .range = STRIBECK_RANGE},
     {"smoothing", KT_KEY_NUMBER, KT_EFFECT_AT(smoothing), "rad/s|m/s",
-     KT_WORDS("v0, the speed over which the force changes its sign"), .range = KT_RANGE_POSITIVE},
-#if KT_HAS_SWITCHES
+     "v0, the speed over which the force changes its sign", .range = KT_RANGE_POSITIVE},
     {"stick", KT_KEY_FLAG, KT_EFFECT_AT(stick), "",
-     KT_WORDS("true: it sticks at rest, up to S, and slips by the sign of the speed (with vs = 0 at C from the start)"),
+     "true: it sticks at rest, up to S, and slips by the sign of the speed (with vs = 0 at C from the start)",
      .needed = false},
-#endif
 };
 const kt_descriptor kt_effect_joint_friction_descriptor = {
     .name = "joint_friction",
-    .help = KT_WORDS("dry and viscous friction in a joint, with Stribeck's curve"),
-    .formula = KT_WORDS("force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v"),
-    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_friction\n"
-                                       "    joint: arm\n"
-                                       "    coulomb: 0.1\n"
-                                       "    static: 0.15\n"
-                                       "    viscous: 0.01\n"
-                                       "    stribeck: 0.05\n"
-                                       "    smoothing: 0.01\n"),
+    .help = "dry and viscous friction in a joint, with Stribeck's curve",
+    .formula = "force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v",
+    .example = KT_EXAMPLE_ARM "  - type: joint_friction\n"
+                              "    joint: arm\n"
+                              "    coulomb: 0.1\n"
+                              "    static: 0.15\n"
+                              "    viscous: 0.01\n"
+                              "    stribeck: 0.05\n"
+                              "    smoothing: 0.01\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_JOINT,
 };

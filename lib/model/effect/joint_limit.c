@@ -14,8 +14,7 @@
 
 static void joint_limit_check(kt_checker *checker, const kt_effect *effect) {
     const double none = (double)INFINITY;
-    if (KT_HAS_SWITCHES)
-        kt_effect_check_hard(checker, effect, "stop");
+    kt_effect_check_hard(checker, effect, "stop");
     if (!checker->set && effect->lower == -none && effect->upper == none)
         kt_effect_report_neither(checker, "lower", "upper");
     else
@@ -42,7 +41,7 @@ static kt_real joint_limit_force(const kt_effect_record *effect, const double *n
     return KT_CHOOSE(is_beyond, -side * (elastic + damped), kt_real_of(0.0));
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* With e = k x, d = c w and s = e + |d|, the two derivatives of d e / s are
  *
  *     k d |d| / s^2 and c (e / s)^2 */
@@ -61,7 +60,7 @@ static void joint_limit_jacobian(const kt_effect_record *effect, const double *n
 }
 #endif
 
-#if KT_HAS_GAP
+#if KT_IS_OF_VALUES
 /* The gap of the nearer stop. */
 static kt_gap joint_limit_gap(const kt_effect_record *effect, double q, double v) {
     const double rate = effect->upper - q <= q - effect->lower ? -v : v;
@@ -78,24 +77,24 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_limit) = {.check = joint_limit_ch
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", KT_WORDS("the lower stop; lower or upper is needed"), "none",
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "rad|m", "the lower stop; lower or upper is needed", "none",
      .needed = false},
-    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", KT_WORDS("the upper stop"), "none", .needed = false},
+    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "rad|m", "the upper stop", "none", .needed = false},
     {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_ELASTIC_WORDS("k"), KT_ELASTIC_STIFFNESS},
     {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m",
-     KT_WORDS("c; the damping force grows from zero with the excess"), .range = KT_RANGE_NOT_NEGATIVE},
+     "c; the damping force grows from zero with the excess", .range = KT_RANGE_NOT_NEGATIVE},
     KT_HARD_KEYS("e: the stops are hard; a joint that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_joint_limit_descriptor = {
     .name = "joint_limit",
-    .help = KT_WORDS("elastic or hard stops of a joint"),
-    .formula = KT_WORDS(
-        "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them"),
-    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: joint_limit\n"
-                                       "    joint: arm\n"
-                                       "    lower: -10 deg\n"
-                                       "    upper: 45 deg\n"
-                                       "    stiffness: 500\n"
-                                       "    damping: 2\n"),
+    .help = "elastic or hard stops of a joint",
+    .formula =
+        "x = q - upper > 0:  force = -(k x + c v k x / (k x + c |v|)),  likewise below lower; nothing between them",
+    .example = KT_EXAMPLE_ARM "  - type: joint_limit\n"
+                              "    joint: arm\n"
+                              "    lower: -10 deg\n"
+                              "    upper: 45 deg\n"
+                              "    stiffness: 500\n"
+                              "    damping: 2\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_EXCESS, KT_QUANTITY_COORDINATE_RATE),
 };

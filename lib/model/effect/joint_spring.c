@@ -20,7 +20,7 @@ static kt_energetics joint_spring_energetics(const kt_effect_record *effect) {
     return kt_curve_rests(&effect->curve[0]) ? kt_energetics_of(effect->damping > 0.0) : KT_ENERGY_SUPPLIED;
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 static void joint_spring_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                   double derivative[2]) {
     (void)numbers, (void)q, (void)v, (void)t;
@@ -46,17 +46,16 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_spring) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k"), .range = KT_RANGE_NOT_NEGATIVE},
-    {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m",
-     KT_WORDS("r, the position without force, a function of time"), "0", .needed = false},
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c"), .range = KT_RANGE_NOT_NEGATIVE},
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k", .range = KT_RANGE_NOT_NEGATIVE},
+    {"rest", KT_KEY_FUNCTION, KT_EFFECT_AT(rest), "rad|m", "r, the position without force, a function of time", "0",
+     .needed = false},
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_joint_spring_descriptor = {
     .name = "joint_spring",
-    .help = KT_WORDS("a spring and a damper in a joint"),
-    .formula = KT_WORDS("force = -k (q - r) - c v"),
-    .example =
-        KT_WORDS(KT_EXAMPLE_ARM "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n"),
+    .help = "a spring and a damper in a joint",
+    .formula = "force = -k (q - r) - c v",
+    .example = KT_EXAMPLE_ARM "  - {type: joint_spring, joint: arm, stiffness: 2, rest: 10 deg, damping: 0.05}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_JOINT,
 };

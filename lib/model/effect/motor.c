@@ -11,7 +11,7 @@ static kt_real motor_force(const kt_effect_record *effect, const double *numbers
     return f[0];
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 static void motor_jacobian(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                            double derivative[2]) {
     (void)effect, (void)numbers, (void)q, (void)v, (void)t;
@@ -36,14 +36,13 @@ const kt_effect_kind KT_EFFECT(kt_effect_motor) = {.energetics = kt_effect_energ
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", KT_WORDS("f"), .also = "force", .needed = true},
+    {"torque", KT_KEY_FUNCTION, KT_EFFECT_AT(torque), "N m|N", "f", .also = "force", .needed = true},
 };
 const kt_descriptor kt_effect_motor_descriptor = {
     .name = "motor",
-    .help = KT_WORDS("a torque or force in a joint as a function of time"),
-    .formula = KT_WORDS("force = f(t)"),
-    .example =
-        KT_WORDS(KT_EXAMPLE_ARM "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n"),
+    .help = "a torque or force in a joint as a function of time",
+    .formula = "force = f(t)",
+    .example = KT_EXAMPLE_ARM "  - {type: motor, joint: arm, torque: {sine: {amplitude: 2, frequency: 0.5}}}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_JOINT,
 };

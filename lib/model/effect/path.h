@@ -5,13 +5,11 @@
 #include "effect/effect.h"
 #include "kinetree/effect.h"
 
-#define KT_HAS_PATHS KT_HAS_FORMULAS
-
 enum { KT_PATH_POINT = 0, KT_PATH_SPHERE, KT_PATH_CYLINDER };
 
 /* Whether an effect acts along a path. */
 static inline bool kt_effect_has_path(const kt_effect *effect) {
-    return KT_HAS_PATHS && effect->type == KT_EFFECT_EXPRESSION && effect->path_count > 0;
+    return effect->type == KT_EFFECT_EXPRESSION && effect->path_count > 0;
 }
 /* An end of an effect with two ends: of a path, its first or its last point. */
 static inline const kt_end *kt_effect_end_at(const kt_effect *effect, int k) {

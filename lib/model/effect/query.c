@@ -38,7 +38,6 @@ bool kt_effect_has_initial_length(const kt_effect *effect) {
     return effect->initial_length && kt_descriptor_reads(kt_effect_descriptor(effect->type), KT_EFFECT_AT(length));
 }
 
-#if KT_HAS_SWITCHES
 /* Whether an effect is friction that sticks. */
 static bool is_stick(const kt_model *model, int source) {
     for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++)
@@ -46,12 +45,11 @@ static bool is_stick(const kt_model *model, int source) {
             return model->effect[i].direction != 0.0;
     return false;
 }
-#endif
 
 kt_energetics kt_model_energetics(const kt_model *model) {
     if (!model)
         return KT_ENERGY_CONSERVED;
-    const bool supplied = model->driven || (KT_HAS_VARIABLE_MASS && model->n.varying > 0);
+    const bool supplied = model->driven || (model->n.varying > 0);
     kt_energetics worst = supplied ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED;
     for (size_t i = 0; i < model->n.effect; i++) {
         const kt_effect_record *effect = &model->effect[i];
@@ -59,7 +57,6 @@ kt_energetics kt_model_energetics(const kt_model *model) {
         const kt_energetics one = kind->energetics != NULL ? kind->energetics(effect) : KT_ENERGY_SUPPLIED;
         worst = one > worst ? one : worst;
     }
-#if KT_HAS_SWITCHES
     /* Loops that are switched on dissipate energy. The stored energy of effects appears and vanishes with them. */
     for (int k = 0; k < kt_switch_count(model); k++) {
         const bool takes = kt_variants_switches(model->variants)[k].loop >= 0 ||
@@ -69,7 +66,6 @@ kt_energetics kt_model_energetics(const kt_model *model) {
     }
     if (model->variants && kt_variants_model(model->variants, kt_variants_count(model->variants) - 1)->driven)
         worst = KT_ENERGY_SUPPLIED;
-#endif
     return worst;
 }
 

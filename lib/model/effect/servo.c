@@ -49,7 +49,7 @@ static kt_real servo_force(const kt_effect_record *effect, const double *numbers
     return force;
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* The derivative of the force with respect to u. It is 1 below the parabola, and 0 beyond the parabola or a hard bound.
  * On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
 static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
@@ -89,30 +89,28 @@ const kt_effect_kind KT_EFFECT(kt_effect_servo) = {.derivatives = 1,
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
-    {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", KT_WORDS("r, the position to reach, a function of time"),
+    {"target", KT_KEY_FUNCTION, KT_EFFECT_AT(target), "rad|m", "r, the position to reach, a function of time",
      .needed = true},
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", KT_WORDS("k; stiffness or damping is needed"),
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N m/rad|N/m", "k; stiffness or damping is needed",
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", KT_WORDS("c, of r' - v"),
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N m s/rad|N s/m", "c, of r' - v",
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", KT_WORDS("L, the largest force; smooth near it"), "none",
+    {"limit", KT_KEY_NUMBER, KT_EFFECT_AT(limit), "N m|N", "L, the largest force; smooth near it", "none",
      .range = KT_RANGE_POSITIVE},
-    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "N m|N", KT_WORDS("the least force, a hard bound"), "none",
-     .needed = false},
-    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "N m|N", KT_WORDS("the largest force, a hard bound"), "none",
-     .needed = false},
+    {"lower", KT_KEY_NUMBER, KT_EFFECT_AT(lower), "N m|N", "the least force, a hard bound", "none", .needed = false},
+    {"upper", KT_KEY_NUMBER, KT_EFFECT_AT(upper), "N m|N", "the largest force, a hard bound", "none", .needed = false},
 };
 const kt_descriptor kt_effect_servo_descriptor = {
     .name = "servo",
-    .help = KT_WORDS("a drive that follows a target position in a joint, with a limited force"),
-    .formula = KT_WORDS("u = k (r - q) + c (r' - v), not below `lower` and not above `upper`\n"
-                        "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero"),
-    .example = KT_WORDS(KT_EXAMPLE_ARM "  - type: servo\n"
-                                       "    joint: arm\n"
-                                       "    target: {ramp: {from: 20 deg, to: 90 deg, start: 0, end: 0.5}}\n"
-                                       "    stiffness: 200\n"
-                                       "    damping: 20\n"
-                                       "    limit: 15\n"),
+    .help = "a drive that follows a target position in a joint, with a limited force",
+    .formula = "u = k (r - q) + c (r' - v), not below `lower` and not above `upper`\n"
+               "force = u up to 0.9 L, L from 1.1 L on, smooth between them; likewise below zero",
+    .example = KT_EXAMPLE_ARM "  - type: servo\n"
+                              "    joint: arm\n"
+                              "    target: {ramp: {from: 20 deg, to: 90 deg, start: 0, end: 0.5}}\n"
+                              "    stiffness: 200\n"
+                              "    damping: 20\n"
+                              "    limit: 15\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_JOINT,
 };

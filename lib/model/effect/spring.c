@@ -31,7 +31,7 @@ static void spring_wrench(const kt_effect_record *effect, const double *numbers,
                                      .dissipated = effect->damping * rate * rate};
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* The force on the second end is -T n, T the tension. With P = 1 - n n', dn/dd = P / |d| and d(rate)/dd = (P d')' /
  * |d|:
  *     -d(T n)/dd = -k n n' - n (c P d')' / |d| - T P / |d|,   -d(T n)/dd' = -c n n' */
@@ -67,21 +67,21 @@ const kt_effect_kind KT_EFFECT(kt_effect_spring) = {
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_effect),
-    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m", KT_WORDS("k, tension for each metre of extension"),
+    {"stiffness", KT_KEY_NUMBER, KT_EFFECT_AT(stiffness), "N/m", "k, tension for each metre of extension",
      .range = KT_RANGE_NOT_NEGATIVE},
-    {"length", KT_KEY_DISTANCE, KT_EFFECT_AT(length), "m", KT_WORDS("L, distance without tension"),
+    {"length", KT_KEY_DISTANCE, KT_EFFECT_AT(length), "m", "L, distance without tension",
      "the distance at the start, where loops have been closed", .range = KT_RANGE_NOT_NEGATIVE},
-    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N s/m", KT_WORDS("c, tension for each m/s of extension"),
+    {"damping", KT_KEY_NUMBER, KT_EFFECT_AT(damping), "N s/m", "c, tension for each m/s of extension",
      .range = KT_RANGE_NOT_NEGATIVE},
 };
 const kt_descriptor kt_effect_spring_descriptor = {
     .name = "spring",
-    .help = KT_WORDS("a spring and a damper along the line between two points"),
-    .formula = KT_WORDS("tension = k (d - L) + c d'    d: distance of the ends"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - {name: bob, joint: {type: prismatic, axis: z, position: -1}, mass: 1}\n"
-                        "effects:\n"
-                        "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n"),
+    .help = "a spring and a damper along the line between two points",
+    .formula = "tension = k (d - L) + c d'    d: distance of the ends",
+    .example = "bodies:\n"
+               "  - {name: bob, joint: {type: prismatic, axis: z, position: -1}, mass: 1}\n"
+               "effects:\n"
+               "  - {type: spring, between: [world, bob], stiffness: 100, length: 0.8, damping: 0.5}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES_LINE,
 };

@@ -22,7 +22,7 @@ static void thrust_wrench(const kt_effect_record *effect, const double *numbers,
         *balance = (kt_effect_power){.supplied = kt_triple_dot(f, end[0].velocity)};
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* The thrust turns with the body: df = theta x f. */
 static void thrust_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                             kt_effect_jacobian *jacobian) {
@@ -53,22 +53,22 @@ const kt_effect_kind KT_EFFECT(kt_effect_thrust) = {.energetics = thrust_energet
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the point"), .needed = true},
-    {"mass", KT_KEY_FUNCTION, KT_EFFECT_AT(mass), "kg", KT_WORDS("m(t), the mass of the body; its rate alone counts"),
+    {"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the point", .needed = true},
+    {"mass", KT_KEY_FUNCTION, KT_EFFECT_AT(mass), "kg", "m(t), the mass of the body; its rate alone counts",
      .needed = true},
     {"exhaust", KT_KEY_VECTOR, KT_EFFECT_AT(exhaust), "m/s",
-     KT_WORDS("u, the velocity of the mass that leaves or arrives relative to the point, "
-              "along the axes of the marker, or else of the body"),
+     "u, the velocity of the mass that leaves or arrives relative to the point, "
+     "along the axes of the marker, or else of the body",
      .needed = true},
 };
 const kt_descriptor kt_effect_thrust_descriptor = {
     .name = "thrust",
-    .help = KT_WORDS("thrust of mass that leaves or arrives"),
-    .formula = KT_WORDS("force = m'(t) u"),
-    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - type: thrust\n"
-                                        "    at: box\n"
-                                        "    mass: {ramp: {from: 1, to: 0.5, start: 0, end: 2}}\n"
-                                        "    exhaust: [0, 0, -200]\n"),
+    .help = "thrust of mass that leaves or arrives",
+    .formula = "force = m'(t) u",
+    .example = KT_EXAMPLE_CUBE "  - type: thrust\n"
+                               "    at: box\n"
+                               "    mass: {ramp: {from: 1, to: 0.5, start: 0, end: 2}}\n"
+                               "    exhaust: [0, 0, -200]\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_FORCE, KT_QUANTITY_POWER),
 };

@@ -9,7 +9,7 @@ static void torque_wrench(const kt_effect_record *effect, const double *numbers,
         *balance = (kt_effect_power){.supplied = kt_triple_dot(m, end[0].omega)};
 }
 
-#if KT_HAS_EFFECT_JACOBIAN
+#if KT_IS_OF_VALUES
 /* A moment fixed in the body turns with it: dm = theta x m. */
 static void torque_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                             kt_effect_jacobian *jacobian) {
@@ -33,18 +33,16 @@ const kt_effect_kind KT_EFFECT(kt_effect_torque) = {.energetics = kt_effect_ener
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", KT_WORDS("the body"), .needed = true},
-    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", KT_WORDS("m: three numbers or functions of time"),
-     .needed = true},
+    {"on", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the body", .needed = true},
+    {"value", KT_KEY_FUNCTIONS, KT_EFFECT_AT(value), "N m", "m: three numbers or functions of time", .needed = true},
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
-     KT_WORDS("`world`, or `body` for components along the axes of the marker, or else of the body"), "world",
-     .needed = false},
+     "`world`, or `body` for components along the axes of the marker, or else of the body", "world", .needed = false},
 };
 const kt_descriptor kt_effect_torque_descriptor = {
     .name = "torque",
-    .help = KT_WORDS("a torque on a body"),
-    .formula = KT_WORDS("moment = m(t)"),
-    .example = KT_WORDS(KT_EXAMPLE_CUBE "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n"),
+    .help = "a torque on a body",
+    .formula = "moment = m(t)",
+    .example = KT_EXAMPLE_CUBE "  - {type: torque, on: box, value: [0, 0, 0.01], frame: body}\n",
     KT_DESCRIPTOR_KEYS,
     KT_QUANTITIES(KT_QUANTITIES_MOMENT, KT_QUANTITY_POWER),
 };

@@ -7,13 +7,13 @@ const kt_joint_kind kt_joint_fixed = {
     .descriptor =
         {
             .name = "fixed",
-            .help = KT_WORDS("no motion: the body is one rigid part with its parent"),
-            .formula = KT_WORDS("R = 1,  p = 0    R, p: rotation and position of the body frame in the joint frame"),
+            .help = "no motion: the body is one rigid part with its parent",
+            .formula = "R = 1,  p = 0    R, p: rotation and position of the body frame in the joint frame",
             KT_DESCRIPTOR_KEYS,
-            .example = KT_WORDS(
+            .example =
                 "bodies:\n"
                 "  - {name: arm, joint: {type: revolute, axis: y}, mass: 1, shape: {type: rod, to: [0.5, 0, 0]}}\n"
                 "  - {name: tool, parent: arm, joint: {type: fixed, at: [0.5, 0, 0]}, mass: 0.2, shape: {type: sphere, "
-                "radius: 0.05}}\n"),
+                "radius: 0.05}}\n",
         },
     .loop = KT_LOOP_WELD};

@@ -34,16 +34,16 @@ const kt_joint_kind kt_joint_free = {
     .descriptor =
         {
             .name = "free",
-            .help = KT_WORDS("all six degrees of freedom"),
-            .formula = KT_WORDS("R = R(q),  p    q' = q (0, w) / 2"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: box\n"
-                                "    joint:\n"
-                                "      type: free\n"
-                                "      position: {position: [0, 0, 1], orientation: {rpy: [0, 0, 30 deg]}}\n"
-                                "      velocity: {linear: [1, 0, 0], angular: [0, 0.1, 5]}\n"
-                                "    mass: 1\n"
-                                "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"),
+            .help = "all six degrees of freedom",
+            .formula = "R = R(q),  p    q' = q (0, w) / 2",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint:\n"
+                       "      type: free\n"
+                       "      position: {position: [0, 0, 1], orientation: {rpy: [0, 0, 30 deg]}}\n"
+                       "      velocity: {linear: [1, 0, 0], angular: [0, 0.1, 5]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n",
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION, KT_COORDINATE_TRANSLATION,

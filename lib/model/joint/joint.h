@@ -64,39 +64,33 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
 
 /* Keys that every joint has: where the joint frame is on the parent. */
 #define KT_JOINT_FRAME_KEYS                                                                                            \
-    {"joint.at",                                                                                                       \
-     KT_KEY_VECTOR,                                                                                                    \
-     KT_JOINT_AT(at),                                                                                                  \
-     "m",                                                                                                              \
-     KT_WORDS("origin of the joint frame, in the parent's body frame"),                                                \
+    {"joint.at",     KT_KEY_VECTOR, KT_JOINT_AT(at), "m", "origin of the joint frame, in the parent's body frame",     \
      .needed = false},                                                                                                 \
     {                                                                                                                  \
-        "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", KT_WORDS("of the joint frame, likewise"),        \
-            .needed = false                                                                                            \
+        "joint.rotation", KT_KEY_ROTATION, KT_JOINT_AT(rotation), "", "of the joint frame, likewise", .needed = false  \
     }
 
 /* The key of the rotor inertias of a joint; the unit is that of each degree of freedom. */
 #define KT_JOINT_ARMATURE_KEY(unit)                                                                                    \
     {                                                                                                                  \
         "joint.armature", KT_KEY_ARMATURE, KT_JOINT_AT(armature), unit,                                                \
-            KT_WORDS("a, rotor inertia reflected to each degree of freedom"), .range = KT_RANGE_NOT_NEGATIVE,          \
-                                                                              .needed = false                          \
+            "a, rotor inertia reflected to each degree of freedom", .range = KT_RANGE_NOT_NEGATIVE, .needed = false    \
     }
 
 /* The keys that end the list of a joint with coordinates. The texts describe positions and velocities. */
 #define KT_JOINT_COORDINATE_KEYS(position_words, velocity_words, armature_unit)                                        \
     KT_JOINT_FRAME_KEYS,                                                                                               \
-        {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", KT_WORDS(position_words), .needed = false},     \
-        {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", KT_WORDS(velocity_words), .needed = false},     \
+        {"joint.position", KT_KEY_POSITION, KT_JOINT_AT(position), "", position_words, .needed = false},               \
+        {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", velocity_words, .needed = false},               \
         KT_JOINT_ARMATURE_KEY(armature_unit)
 
 /* The example of a joint: a box that it moves. */
 #define KT_EXAMPLE_JOINT(joint)                                                                                        \
-    KT_WORDS("bodies:\n"                                                                                               \
-             "  - name: box\n"                                                                                         \
-             "    joint: " joint "\n"                                                                                  \
-             "    mass: 1\n"                                                                                           \
-             "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n")
+    "bodies:\n"                                                                                                        \
+    "  - name: box\n"                                                                                                  \
+    "    joint: " joint "\n"                                                                                           \
+    "    mass: 1\n"                                                                                                    \
+    "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
 
 /* The index of the quaternion among the positions of a joint; -1 if it has none. */
 static inline int kt_joint_quaternion(kt_joint_type type) {

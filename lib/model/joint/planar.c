@@ -10,7 +10,7 @@ static int planar_elements(const kt_joint *joint, kt_element *out) {
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("the normal of the plane"), .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "the normal of the plane", .needed = false},
     KT_JOINT_COORDINATE_KEYS("[q1, q2, q3], along e1, along e2, and the angle", "their rates", "[kg, kg, kg m^2]"),
 };
 
@@ -18,10 +18,9 @@ const kt_joint_kind kt_joint_planar = {
     .descriptor =
         {
             .name = "planar",
-            .help = KT_WORDS("translations in a plane and a rotation about its normal"),
-            .formula = KT_WORDS(
-                "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
-                "z;  y, z for x;  z, x for y"),
+            .help = "translations in a plane and a rotation about its normal",
+            .formula = "R = exp(q3 [axis]),  p = q1 e1 + q2 e2    e1, e2, axis: right-handed;  e1, e2 = x, y for axis "
+                       "z;  y, z for x;  z, x for y",
             .example = KT_EXAMPLE_JOINT("{type: planar, axis: y, position: [0, 0, 10 deg], velocity: [0, 1, 2]}"),
             KT_DESCRIPTOR_KEYS,
         },

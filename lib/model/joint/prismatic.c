@@ -2,7 +2,7 @@
 #include "joint/joint.h"
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the translation"), .needed = false},
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the translation", .needed = false},
     KT_JOINT_COORDINATE_KEYS("q, the length", "its rate", "kg"),
 };
 
@@ -10,8 +10,8 @@ const kt_joint_kind kt_joint_prismatic = {
     .descriptor =
         {
             .name = "prismatic",
-            .help = KT_WORDS("translation along an axis"),
-            .formula = KT_WORDS("R = 1,  p = q axis"),
+            .help = "translation along an axis",
+            .formula = "R = 1,  p = q axis",
             .example = KT_EXAMPLE_JOINT("{type: prismatic, axis: [1, 0, -1], velocity: 2}"),
             KT_DESCRIPTOR_KEYS,
         },

@@ -2,8 +2,8 @@
 #include "joint/joint.h"
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the screw"), .needed = false},
-    {"joint.pitch", KT_KEY_NUMBER, KT_JOINT_AT(pitch), "m/rad", KT_WORDS("advance along the axis for each radian"),
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the screw", .needed = false},
+    {"joint.pitch", KT_KEY_NUMBER, KT_JOINT_AT(pitch), "m/rad", "advance along the axis for each radian",
      .range = KT_RANGE_ANY, .needed = true},
     KT_JOINT_COORDINATE_KEYS("q, the angle", "its rate", "kg m^2"),
 };
@@ -12,8 +12,8 @@ const kt_joint_kind kt_joint_screw = {
     .descriptor =
         {
             .name = "screw",
-            .help = KT_WORDS("rotation about an axis, and translation along it in proportion"),
-            .formula = KT_WORDS("R = exp(q [axis]),  p = pitch q axis"),
+            .help = "rotation about an axis, and translation along it in proportion",
+            .formula = "R = exp(q [axis]),  p = pitch q axis",
             .example = KT_EXAMPLE_JOINT("{type: screw, axis: z, pitch: 0.02, velocity: 10}"),
             KT_DESCRIPTOR_KEYS,
         },

@@ -29,16 +29,16 @@ const kt_joint_kind kt_joint_spherical = {
     .descriptor =
         {
             .name = "spherical",
-            .help = KT_WORDS("every rotation about the origin of the joint frame"),
-            .formula = KT_WORDS("R = R(q),  p = 0    q' = q (0, w) / 2"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: box\n"
-                                "    joint:\n"
-                                "      type: spherical\n"
-                                "      position: {axis: [1, 0, 0], angle: 20 deg}\n"
-                                "      velocity: [0, 0, 40]\n"
-                                "    mass: 1\n"
-                                "    shape: {type: cylinder, radius: 0.2, length: 0.02, at: [0, 0, 0.2]}\n"),
+            .help = "every rotation about the origin of the joint frame",
+            .formula = "R = R(q),  p = 0    q' = q (0, w) / 2",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint:\n"
+                       "      type: spherical\n"
+                       "      position: {axis: [1, 0, 0], angle: 20 deg}\n"
+                       "      velocity: [0, 0, 40]\n"
+                       "    mass: 1\n"
+                       "    shape: {type: cylinder, radius: 0.2, length: 0.02, at: [0, 0, 0.2]}\n",
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION, KT_COORDINATE_ROTATION},

@@ -63,8 +63,8 @@ static kt_wrench universal_wrench(const kt_joint_axes *axes, const kt_pose *pose
 }
 
 static const kt_key keys[] = {
-    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", KT_WORDS("of the first rotation"), .needed = false},
-    {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", KT_WORDS("of the second rotation, carried along by the first"),
+    {"joint.axis", KT_KEY_AXIS, KT_JOINT_AT(axis), "", "of the first rotation", .needed = false},
+    {"joint.axis2", KT_KEY_AXIS, KT_JOINT_AT(axis2), "", "of the second rotation, carried along by the first",
      "the axis after 'axis'", .needed = false},
     KT_JOINT_COORDINATE_KEYS("[q1, q2], the angles", "their rates", "kg m^2"),
 };
@@ -73,14 +73,13 @@ const kt_joint_kind kt_joint_universal = {
     .descriptor =
         {
             .name = "universal",
-            .help = KT_WORDS("rotation about an axis, then about a second one: Cardan joint"),
-            .formula =
-                KT_WORDS("R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z"),
-            .example = KT_WORDS("bodies:\n"
-                                "  - name: box\n"
-                                "    joint: {type: universal, axis: x, axis2: y, position: [20 deg, 40 deg]}\n"
-                                "    mass: 1\n"
-                                "    shape: {type: box, size: [0.1, 0.1, 1], at: [0, 0, -0.5]}\n"),
+            .help = "rotation about an axis, then about a second one: Cardan joint",
+            .formula = "R = exp(q1 [axis]) exp(q2 [axis2]),  p = 0    the axis after z is x, after x y, after y z",
+            .example = "bodies:\n"
+                       "  - name: box\n"
+                       "    joint: {type: universal, axis: x, axis2: y, position: [20 deg, 40 deg]}\n"
+                       "    mass: 1\n"
+                       "    shape: {type: box, size: [0.1, 0.1, 1], at: [0, 0, -0.5]}\n",
             KT_DESCRIPTOR_KEYS,
         },
     .coordinate = {KT_COORDINATE_ANGLE, KT_COORDINATE_ANGLE},

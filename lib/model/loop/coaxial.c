@@ -6,15 +6,14 @@ KT_LOOP_OF_ENDS(evaluate_coaxial, KT_KERNEL(kt_loop_coaxial), 0, 0, kt_row_coaxi
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
 };
 const kt_descriptor kt_loop_coaxial_descriptor = {
     .name = "coaxial",
-    .help = KT_WORDS("the axes of both ends are parallel"),
-    .formula =
-        KT_WORDS("4 tan(theta / 4) h = 0    theta, h: angle and direction of the least rotation from the first axis to "
-                 "the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: coaxial, between: [world, box], axis: z}\n"),
+    .help = "the axes of both ends are parallel",
+    .formula = "4 tan(theta / 4) h = 0    theta, h: angle and direction of the least rotation from the first axis to "
+               "the second",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: coaxial, between: [world, box], axis: z}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -4,14 +4,12 @@
 
 #include "model/formula.h"
 
-#ifndef KT_NO_LOOPS
 static kt_relation_row coupling_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double offset[3];
     kt_curve_evaluate(&loop->curve, numbers, t, offset);
     return (kt_relation_row){.residual = sum - offset[0], .closes = 1.0};
 }
 
-#if KT_HAS_FORMULAS
 static size_t coupling_number_count(const kt_loop *loop) {
     return kt_loop_has_formula(loop) ? (kt_expression_size(loop->formula) + sizeof(double) - 1) / sizeof(double) : 0;
 }
@@ -30,34 +28,30 @@ static void prepare_coupling(const kt_loop *loop, double *numbers, kt_loop_recor
 
 const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {
     .relate = coupling_relation, .number_count = coupling_number_count, .prepare = prepare_coupling};
-#else
-const kt_loop_kind KT_KERNEL(kt_loop_coupling) = {.relate = coupling_relation};
-#endif
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "",
-     KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), KT_WORDS("none"), .needed = false},
-    {"formula", KT_KEY_FORMULA, KT_LOOP_AT(formula), "",
-     KT_WORDS("f, a formula of `position.JOINT` of such joints, as of a cam"), KT_WORDS("none"), .needed = false},
-    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", KT_WORDS("the sum of all terms"), .needed = false},
+    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "", "c_i, a mapping of joints of one coordinate to numbers",
+     "none", .needed = false},
+    {"formula", KT_KEY_FORMULA, KT_LOOP_AT(formula), "", "f, a formula of `position.JOINT` of such joints, as of a cam",
+     "none", .needed = false},
+    {"offset", KT_KEY_NUMBER, KT_LOOP_AT(offset), "rad|m", "the sum of all terms", .needed = false},
 };
 const kt_descriptor kt_loop_coupling_descriptor = {
     .name = "coupling",
-    .help = KT_WORDS("a relation of joint positions: gears, pulleys, joints that follow others; with a formula, cams"),
-    .formula = KT_WORDS("sum of c_i q_i + f(q) = offset"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: pinion\n"
-                        "    joint: {type: revolute, axis: y}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, 0.1]}\n"
-                        "  - name: gear\n"
-                        "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: 30 deg}\n"
-                        "    mass: 2\n"
-                        "    shape: {type: rod, to: [0, 0, 0.3]}\n"
-                        "loops:\n"
-                        "  - {name: mesh, type: coupling, coefficients: {pinion: 1, gear: 3}, offset: 90 deg}\n"),
+    .help = "a relation of joint positions: gears, pulleys, joints that follow others; with a formula, cams",
+    .formula = "sum of c_i q_i + f(q) = offset",
+    .example = "bodies:\n"
+               "  - name: pinion\n"
+               "    joint: {type: revolute, axis: y}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, 0.1]}\n"
+               "  - name: gear\n"
+               "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], position: 30 deg}\n"
+               "    mass: 2\n"
+               "    shape: {type: rod, to: [0, 0, 0.3]}\n"
+               "loops:\n"
+               "  - {name: mesh, type: coupling, coefficients: {pinion: 1, gear: 3}, offset: 90 deg}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

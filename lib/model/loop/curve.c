@@ -26,8 +26,6 @@
 #include <float.h>
 #include <math.h>
 
-#ifndef KT_NO_LOOPS
-
 /* ---- the numbers of a spline ----------------------------------------------------------------------------------------
  *
  * Parameters and arc lengths at the points, a reference direction, and for each piece the coefficients of 1, x, x^2 and
@@ -399,7 +397,6 @@ const kt_loop_kind KT_KERNEL(kt_loop_curve) = {.rows = 3,
                                                .number_count = curve_number_count,
                                                .prepare = prepare_curve,
                                                .arc_length = arc_length_at};
-#endif
 
 #if KT_DESCRIBES
 #define BEAD                                                                                                           \
@@ -412,20 +409,18 @@ const kt_loop_kind KT_KERNEL(kt_loop_curve) = {.rows = 3,
 
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"curve", KT_KEY_TRACK, KT_LOOP_AT(curve), "", KT_WORDS("one of line, circle, helix, spline"), .needed = true},
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("z of the curve, in the frame of the first end"),
-     .needed = false},
+    {"curve", KT_KEY_TRACK, KT_LOOP_AT(curve), "", "one of line, circle, helix, spline", .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "z of the curve, in the frame of the first end", .needed = false},
     {"distance", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m",
-     KT_WORDS("f, the arc length, a number or a function of time: one equation more"), "free", .needed = false},
+     "f, the arc length, a number or a function of time: one equation more", "free", .needed = false},
 };
 const kt_descriptor kt_loop_curve_descriptor = {
     .name = "curve",
-    .help = KT_WORDS("the second point stays on a curve; its arc length may be given"),
-    .formula = KT_WORDS("N_1 . (d - c) = 0,  N_2 . (d - c) = 0    c: the nearest point of the curve, N_k: its normals\n"
-                        "sigma = f(t)                             sigma: arc length; of a circle, whole turns are not "
-                        "counted"),
-    .example = KT_WORDS(
-        BEAD "  - {name: wire, type: curve, between: [world, bead], curve: {circle: {radius: 0.5}}, axis: x}\n"),
+    .help = "the second point stays on a curve; its arc length may be given",
+    .formula = "N_1 . (d - c) = 0,  N_2 . (d - c) = 0    c: the nearest point of the curve, N_k: its normals\n"
+               "sigma = f(t)                             sigma: arc length; of a circle, whole turns are not "
+               "counted",
+    .example = BEAD "  - {name: wire, type: curve, between: [world, bead], curve: {circle: {radius: 0.5}}, axis: x}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -18,8 +18,6 @@
 
 #include <math.h>
 
-#ifndef KT_NO_LOOPS
-
 /* ---- the motion that the callback sees --------------------------------------------------------------------------- */
 
 typedef kt_loop_equation equations[KT_LOOP_ROW_MAX];
@@ -261,7 +259,6 @@ const kt_loop_kind KT_KERNEL(kt_loop_custom) = {
     .part = {KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL, KT_PART_SPATIAL},
     .row_count = custom_row_count,
     .prepare = prepare_custom};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {KT_BETWEEN_KEY(kt_loop)};

@@ -10,7 +10,6 @@
 
 #include <float.h>
 
-#ifndef KT_NO_LOOPS
 static int evaluate_distance(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                              kt_loop_row *rows) {
     double length[3];
@@ -33,28 +32,25 @@ static int evaluate_distance(const kt_loop_record *loop, const double *numbers, 
 
 const kt_loop_kind KT_KERNEL(kt_loop_distance) = {
     .rows = 1, .evaluate = evaluate_distance, .part = {KT_PART_DISTANCE}, .initial_distance = true};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-#if KT_HAS_SWITCHES
-    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "",
-     KT_WORDS("true: a rope, which only pulls; the distance may be less than L"), .needed = false},
+    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "", "true: a rope, which only pulls; the distance may be less than L",
+     .needed = false},
     {"restitution", KT_KEY_NUMBER, KT_LOOP_AT(restitution), "",
-     KT_WORDS("e, of a rope that becomes taut: ends that part at w return at e w"), .range = KT_RANGE_NOT_NEGATIVE},
+     "e, of a rope that becomes taut: ends that part at w return at e w", .range = KT_RANGE_NOT_NEGATIVE},
     {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",
-     KT_WORDS("of a rope: ends that part more slowly do not bounce"), .range = KT_RANGE_NOT_NEGATIVE},
-    KT_POISSON_KEY(KT_LOOP_AT(poisson), "of a rope: ")
-#endif
-        {"length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", KT_WORDS("L, a number or a function of time"),
-         "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
+     "of a rope: ends that part more slowly do not bounce", .range = KT_RANGE_NOT_NEGATIVE},
+    KT_POISSON_KEY(KT_LOOP_AT(poisson), "of a rope: "){
+        "length", KT_KEY_FUNCTION, KT_LOOP_AT(function), "m", "L, a number or a function of time",
+        "the distance in the given positions, before loops are closed", .range = KT_RANGE_POSITIVE},
 };
 const kt_descriptor kt_loop_distance_descriptor = {
     .name = "distance",
-    .help = KT_WORDS("the two points keep a distance"),
-    .formula = KT_WORDS("|d| = L(t)    d: from the first point to the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: distance, between: [world, box.corner]}\n"),
+    .help = "the two points keep a distance",
+    .formula = "|d| = L(t)    d: from the first point to the second",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: distance, between: [world, box.corner]}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -10,7 +10,6 @@
  */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
 static int evaluate_homokinetic(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                                 kt_loop_row *rows) {
     (void)numbers, (void)t;
@@ -32,31 +31,29 @@ const kt_loop_kind KT_KERNEL(kt_loop_homokinetic) = {.rows = 4,
                                                      .evaluate = evaluate_homokinetic,
                                                      .part = {KT_PART_X, KT_PART_Y, KT_PART_Z, KT_PART_SPATIAL},
                                                      .initial_angle = true};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("of either shaft, in the frames of both ends"),
-     .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "of either shaft, in the frames of both ends", .needed = false},
 };
 const kt_descriptor kt_loop_homokinetic_descriptor = {
     .name = "homokinetic",
-    .help = KT_WORDS("constant-velocity joint: two shafts turn alike at any angle between them"),
-    .formula = KT_WORDS("the equations of spherical, and\n"
-                        "theta = theta0    theta: angle about the axis, theta0 at the start;  whole turns are not "
-                        "counted"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: drive\n"
-                        "    joint: {type: revolute, axis: x, velocity: 5}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, from: [-0.4, 0, 0], to: [0, 0, 0], radius: 0.02}\n"
-                        "  - name: wheel\n"
-                        "    joint: {type: revolute, axis: x, rotation: {axis: z, angle: 40 deg}, velocity: 5}\n"
-                        "    mass: 2\n"
-                        "    shape: {type: rod, to: [0.4, 0, 0], radius: 0.05}\n"
-                        "loops:\n"
-                        "  - {name: joint, type: homokinetic, between: [drive, wheel], axis: x}\n"),
+    .help = "constant-velocity joint: two shafts turn alike at any angle between them",
+    .formula = "the equations of spherical, and\n"
+               "theta = theta0    theta: angle about the axis, theta0 at the start;  whole turns are not "
+               "counted",
+    .example = "bodies:\n"
+               "  - name: drive\n"
+               "    joint: {type: revolute, axis: x, velocity: 5}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, from: [-0.4, 0, 0], to: [0, 0, 0], radius: 0.02}\n"
+               "  - name: wheel\n"
+               "    joint: {type: revolute, axis: x, rotation: {axis: z, angle: 40 deg}, velocity: 5}\n"
+               "    mass: 2\n"
+               "    shape: {type: rod, to: [0.4, 0, 0], radius: 0.05}\n"
+               "loops:\n"
+               "  - {name: joint, type: homokinetic, between: [drive, wheel], axis: x}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -6,14 +6,14 @@ KT_LOOP_OF_ENDS(evaluate_inplane, KT_KERNEL(kt_loop_inplane), 2, 3, kt_row_none,
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("the normal of the plane, in the frame of the first end"),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the normal of the plane, in the frame of the first end",
      .needed = false},
 };
 const kt_descriptor kt_loop_inplane_descriptor = {
     .name = "inplane",
-    .help = KT_WORDS("the second point stays in a plane through the first"),
-    .formula = KT_WORDS("e_z . d = 0    e_z = axis, of the first end;  d: from its point to the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: inplane, between: [world, box], axis: x}\n"),
+    .help = "the second point stays in a plane through the first",
+    .formula = "e_z . d = 0    e_z = axis, of the first end;  d: from its point to the second",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: inplane, between: [world, box], axis: x}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

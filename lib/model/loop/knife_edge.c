@@ -7,7 +7,6 @@
  */
 #include "loop/relative.h"
 
-#ifndef KT_NO_LOOPS
 static int evaluate_knife_edge(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                                kt_loop_row *rows) {
     (void)loop, (void)numbers, (void)t;
@@ -20,26 +19,23 @@ static int evaluate_knife_edge(const kt_loop_record *loop, const double *numbers
 
 const kt_loop_kind KT_KERNEL(kt_loop_knife_edge) = {
     .rows = 1, .evaluate = evaluate_knife_edge, .part = {KT_PART_SPATIAL}};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("a, across the edge, in the frame of the second end"),
-     .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "a, across the edge, in the frame of the second end", .needed = false},
 };
 const kt_descriptor kt_loop_knife_edge_descriptor = {
     .name = "knife_edge",
-    .help = KT_WORDS("the second point does not move sideways: an ice skate"),
-    .formula =
-        KT_WORDS("a . v = 0    v: velocity of the second point against the first body;  a: axis, of the second end"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: skate\n"
-                        "    joint: {type: planar, axis: z, velocity: [1, 0, 2]}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.4, 0.05, 0.05]}\n"
-                        "loops:\n"
-                        "  - {name: edge, type: knife_edge, between: [world, skate], axis: y}\n"),
+    .help = "the second point does not move sideways: an ice skate",
+    .formula = "a . v = 0    v: velocity of the second point against the first body;  a: axis, of the second end",
+    .example = "bodies:\n"
+               "  - name: skate\n"
+               "    joint: {type: planar, axis: z, velocity: [1, 0, 2]}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.4, 0.05, 0.05]}\n"
+               "loops:\n"
+               "  - {name: edge, type: knife_edge, between: [world, skate], axis: y}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -6,15 +6,14 @@ KT_LOOP_OF_ENDS(evaluate_orthogonal, KT_KERNEL(kt_loop_orthogonal), 0, 0, kt_row
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frame of the first end"), .needed = false},
-    {"axis2", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", KT_WORDS("in the frame of the second end"), .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frame of the first end", .needed = false},
+    {"axis2", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "in the frame of the second end", .needed = false},
 };
 const kt_descriptor kt_loop_orthogonal_descriptor = {
     .name = "orthogonal",
-    .help = KT_WORDS("the axes of both ends are at right angles"),
-    .formula = KT_WORDS("2 tan(eps / 2) = 0    eps: the angle that is missing to a right one"),
-    .example =
-        KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: orthogonal, between: [world, box], axis: x, axis2: y}\n"),
+    .help = "the axes of both ends are at right angles",
+    .formula = "2 tan(eps / 2) = 0    eps: the angle that is missing to a right one",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: orthogonal, between: [world, box], axis: x, axis2: y}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -10,9 +10,9 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_parallel_descriptor = {
     .name = "parallel",
-    .help = KT_WORDS("both ends have the same orientation"),
-    .formula = KT_WORDS("4 tan(theta / 4) n = 0    theta n: the rotation from the first frame to the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: parallel, between: [world, box]}\n"),
+    .help = "both ends have the same orientation",
+    .formula = "4 tan(theta / 4) n = 0    theta n: the rotation from the first frame to the second",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: parallel, between: [world, box]}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

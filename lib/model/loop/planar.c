@@ -7,14 +7,13 @@ KT_LOOP_OF_ENDS(evaluate_planar, KT_KERNEL(kt_loop_planar), 2, 3, kt_row_coaxial
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("the normal of the plane, in the frames of both ends"),
-     .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the normal of the plane, in the frames of both ends", .needed = false},
 };
 const kt_descriptor kt_loop_planar_descriptor = {
     .name = "planar",
-    .help = KT_WORDS("translations in a plane and a rotation about its normal are left free"),
-    .formula = KT_WORDS("the equations of inplane and of coaxial"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: planar, between: [world, box], axis: x}\n"),
+    .help = "translations in a plane and a rotation about its normal are left free",
+    .formula = "the equations of inplane and of coaxial",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: planar, between: [world, box], axis: x}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

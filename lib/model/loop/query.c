@@ -6,13 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#if defined(KT_NO_LOOPS) && defined(KT_NO_WORDS)
-/* A machine without an operating system has no descriptors of features that its library lacks. */
-const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
-    (void)type;
-    return NULL;
-}
-#else
 #define KT_LOOP_EXTERN(id, name) extern const kt_descriptor kt_loop_##name##_descriptor;
 KT_LOOP_LIST(KT_LOOP_EXTERN)
 #undef KT_LOOP_EXTERN
@@ -26,14 +19,13 @@ const kt_descriptor *kt_loop_descriptor(kt_loop_type type) {
            : (unsigned)type < KT_LOOP_TYPE_COUNT ? descriptors[type]
                                                  : NULL;
 }
-#endif
 
 bool kt_loop_is_relation(kt_loop_type type) { return kt_descriptor_end_count(kt_loop_descriptor(type)) == 0; }
 
 int kt_loop_equation_count(const kt_loop *loop) {
     if (!loop)
         return 0;
-    if (!KT_HAS_LOOPS || !kt_loop_type_exists(loop->type))
+    if (!kt_loop_type_exists(loop->type))
         return 0;
     if (kt_loop_is_relation(loop->type))
         return 1;
@@ -63,19 +55,15 @@ const char *kt_loop_name(const kt_model *model, int loop) {
     return model && KT_IS_INDEX(loop, model->n.loop) ? model->text + model->loop[loop].name : NULL;
 }
 kt_side kt_loop_side(const kt_model *model, int loop) {
-#if KT_HAS_SWITCHES
     if (model && KT_IS_INDEX(loop, model->n.loop))
         return (kt_side)model->loop[loop].side;
-#endif
     (void)model, (void)loop;
     return KT_SIDE_NONE;
 }
 
 bool kt_loop_is_stick(const kt_model *model, int loop) {
-#if KT_HAS_SWITCHES
     if (model && KT_IS_INDEX(loop, model->n.loop))
         return model->loop[loop].friction > 0;
-#endif
     (void)model, (void)loop;
     return false;
 }
@@ -120,14 +108,14 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     if (record->term_count) {
         const kt_link *link = &model->link[model->term[record->term].link];
-        if (KT_HAS_LOOPS && kt_loop_kinds_baseline[record->kind]->relate(record, model->number, 0.0, 0.0).closes == 0.0)
+        if (kt_loop_kinds_baseline[record->kind]->relate(record, model->number, 0.0, 0.0).closes == 0.0)
             return KT_MEASURE_NONE;
         if (record->type != KT_LOOP_MOTION)
             return KT_MEASURE_SUM;
         return kt_link_lengths(link) ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
     }
     generic_ends(end);
-    if (!KT_HAS_LOOPS || row >= kt_loop_kinds_baseline[record->kind]->evaluate(record, model->number, end, 0.0, rows) ||
+    if (row >= kt_loop_kinds_baseline[record->kind]->evaluate(record, model->number, end, 0.0, rows) ||
         !rows[row].holonomic)
         return KT_MEASURE_NONE;
     const kt_vector f = rows[row].force;
@@ -139,7 +127,7 @@ double kt_loop_residual_angle(const kt_model *model, int loop, int row, double r
     if (!model || !KT_IS_INDEX(loop, model->n.loop) || !KT_IS_INDEX(row, model->loop[loop].row_count))
         return (double)NAN;
     const int type = model->loop[loop].type;
-    if (!KT_HAS_LOOPS || kt_loop_is_relation((kt_loop_type)type))
+    if (kt_loop_is_relation((kt_loop_type)type))
         return residual;
     return kt_loop_kinds_baseline[model->loop[loop].kind]->part[row] == KT_PART_NORMAL ? 2.0 * atan(residual / 2.0)
                                                                                        : 4.0 * atan(residual / 4.0);

@@ -2,7 +2,6 @@
  * phi, and leaves the positions free. phi' = A v - f and phi'' = A a - f'. */
 #include "loop/loop.h"
 
-#ifndef KT_NO_LOOPS
 static kt_relation_row rates_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double f[3];
     (void)sum;
@@ -11,30 +10,29 @@ static kt_relation_row rates_relation(const kt_loop_record *loop, const double *
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_rates) = {.relate = rates_relation};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "",
-     KT_WORDS("c_i, a mapping of joints of one coordinate to numbers"), .needed = true},
-    {"rate", KT_KEY_FUNCTION, KT_LOOP_AT(function), "rad/s|m/s", KT_WORDS("f, a number or a function of time"), "0",
+    {"coefficients", KT_KEY_TERMS, KT_LOOP_AT(terms), "", "c_i, a mapping of joints of one coordinate to numbers",
+     .needed = true},
+    {"rate", KT_KEY_FUNCTION, KT_LOOP_AT(function), "rad/s|m/s", "f, a number or a function of time", "0",
      .needed = false},
 };
 const kt_descriptor kt_loop_rates_descriptor = {
     .name = "rates",
-    .help = KT_WORDS("a linear relation of joint rates: a given speed, friction wheels, differentials"),
-    .formula = KT_WORDS("sum of c_i v_i = f(t)"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: left\n"
-                        "    joint: {type: revolute, axis: y, velocity: 1}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [0, 0, 0.1]}\n"
-                        "  - name: right\n"
-                        "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], velocity: 1}\n"
-                        "    mass: 2\n"
-                        "    shape: {type: rod, to: [0, 0, 0.3]}\n"
-                        "loops:\n"
-                        "  - {name: speed, type: rates, coefficients: {left: 0.5, right: 0.5}, rate: 1}\n"),
+    .help = "a linear relation of joint rates: a given speed, friction wheels, differentials",
+    .formula = "sum of c_i v_i = f(t)",
+    .example = "bodies:\n"
+               "  - name: left\n"
+               "    joint: {type: revolute, axis: y, velocity: 1}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [0, 0, 0.1]}\n"
+               "  - name: right\n"
+               "    joint: {type: revolute, axis: y, at: [0.4, 0, 0], velocity: 1}\n"
+               "    mass: 2\n"
+               "    shape: {type: rod, to: [0, 0, 0.3]}\n"
+               "loops:\n"
+               "  - {name: speed, type: rates, coefficients: {left: 0.5, right: 0.5}, rate: 1}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -44,9 +44,6 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
 /* Defines a type, `kind`, whose rows depend on the motion of its ends alone. Its function has the name `own`. The rows
  * are d along the first end's axes first .. after - 1, and then those that `turn` writes (kt_row_none, orientation.h).
  * Their parts follow. */
-#ifdef KT_NO_LOOPS
-#define KT_LOOP_OF_ENDS(own, kind, first, after, turn, ...)
-#else
 #define KT_LOOP_OF_ENDS(own, kind, first, after, turn, ...)                                                            \
     static int own(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,              \
                    kt_loop_row *rows) {                                                                                \
@@ -58,7 +55,6 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
         return (int)sizeof((unsigned char[]){__VA_ARGS__});                                                            \
     }                                                                                                                  \
     const kt_loop_kind kind = {.rows = sizeof((unsigned char[]){__VA_ARGS__}), .evaluate = own, .part = {__VA_ARGS__}};
-#endif
 
 /* No rows for the orientation. */
 KT_INLINE void kt_row_none(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row *rows) {

@@ -7,30 +7,30 @@ KT_LOOP_OF_ENDS(evaluate_revolute, KT_KERNEL(kt_loop_revolute), 0, 3, kt_row_coa
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
 };
 const kt_descriptor kt_loop_revolute_descriptor = {
     .name = "revolute",
-    .help = KT_WORDS("a rotation about the axis is left free"),
-    .formula = KT_WORDS("the equations of spherical and of coaxial"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: crank\n"
-                        "    joint: {type: revolute, axis: y, position: -60 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [1, 0, 0]}\n"
-                        "  - name: rod\n"
-                        "    parent: crank\n"
-                        "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: 60 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [1, 0, 0]}\n"
-                        "    markers: {end: [1, 0, 0]}\n"
-                        "  - name: rocker\n"
-                        "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: -60 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [1, 0, 0]}\n"
-                        "    markers: {end: [1, 0, 0]}\n"
-                        "loops:\n"
-                        "  - {name: pin, type: revolute, between: [rod.end, rocker.end], axis: y}\n"),
+    .help = "a rotation about the axis is left free",
+    .formula = "the equations of spherical and of coaxial",
+    .example = "bodies:\n"
+               "  - name: crank\n"
+               "    joint: {type: revolute, axis: y, position: -60 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [1, 0, 0]}\n"
+               "  - name: rod\n"
+               "    parent: crank\n"
+               "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: 60 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [1, 0, 0]}\n"
+               "    markers: {end: [1, 0, 0]}\n"
+               "  - name: rocker\n"
+               "    joint: {type: revolute, axis: y, at: [1, 0, 0], position: -60 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [1, 0, 0]}\n"
+               "    markers: {end: [1, 0, 0]}\n"
+               "loops:\n"
+               "  - {name: pin, type: revolute, between: [rod.end, rocker.end], axis: y}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -34,7 +34,6 @@
  */
 #include "loop/relative.h"
 
-#ifndef KT_NO_LOOPS
 static const double FLAT = 1e-6;
 
 typedef struct contact {
@@ -53,7 +52,6 @@ static inline contact find_contact(const kt_loop_end *wheel, kt_vector n, kt_vec
     return k;
 }
 
-#if KT_HAS_SWITCHES
 /* The part of e normal to n, of length 1, and its rate. */
 static inline void find_across(kt_vector n, kt_vector n_rate, kt_vector e, kt_vector e_rate, kt_vector *k,
                                kt_vector *rate) {
@@ -87,26 +85,22 @@ static int evaluate_balls(const kt_loop_record *loop, const kt_loop_end end[2], 
             .moment = kt_cross(k[i], point), .force = -k[i], .drift = kt_dot(k[i], bias) + kt_dot(rate[i], y)};
     return 2;
 }
-#endif
 
 static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                             kt_loop_row *rows) {
     (void)numbers, (void)t;
-#if KT_HAS_SWITCHES
     if (loop->form == KT_ROLLING_BALLS)
         return evaluate_balls(loop, end, rows);
-#endif
     const double rho = loop->radius;
     const kt_vector w2 = end[1].omega, n = end[1].axes[2];
     const kt_vector r = end[0].point - end[1].point, turning = end[0].omega - w2;
-    const contact at = KT_HAS_SWITCHES && loop->form == KT_ROLLING_BALL
-                           ? (contact){.c = 0.0, .s = 1.0, .t = n, .rate = kt_vector_zero()}
-                           : find_contact(&end[0], n, turning);
+    const contact at = loop->form == KT_ROLLING_BALL ? (contact){.c = 0.0, .s = 1.0, .t = n, .rate = kt_vector_zero()}
+                                                     : find_contact(&end[0], n, turning);
     const kt_vector point = r - kt_scale(rho, at.t);
     const kt_vector carried = kt_cross(w2, r), u = end[0].velocity - end[1].velocity - carried;
     const kt_vector bias = kt_scale(rho, kt_cross(kt_cross(w2, turning), at.t) - kt_cross(turning, at.rate)) -
                            kt_cross(w2, u + u + carried);
-    const bool is_rim = KT_HAS_SWITCHES && loop->form == KT_ROLLING_RIM, touches = is_rim || loop->contact;
+    const bool is_rim = loop->form == KT_ROLLING_RIM, touches = is_rim || loop->contact;
     const int first = is_rim ? 2 : 0, count = touches ? 3 - first : 2;
     for (int k = 0; k < count; k++) {
         const kt_vector direction = end[1].axes[first + k];
@@ -122,7 +116,6 @@ static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, c
 
 static int rolling_row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
 
-#if KT_HAS_SWITCHES
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     (void)numbers;
@@ -132,49 +125,43 @@ static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *re
                    : loop->surface.type == KT_SURFACE_SPHERE ? KT_ROLLING_BALL
                                                              : KT_ROLLING_DISC;
 }
-#else
-#define choose_form NULL
-#endif
 
 const kt_loop_kind KT_KERNEL(kt_loop_rolling) = {
     .rows = 3, .evaluate = evaluate_rolling, .row_count = rolling_row_count, .prepare = choose_form};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
-    {"wheel", KT_KEY_END, KT_LOOP_AT(between[0]), "", KT_WORDS("the centre of the wheel, a thin disc"), .needed = true},
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("the axle, in the frame of the wheel"), .needed = false},
-    {"radius", KT_KEY_NUMBER, KT_LOOP_AT(radius), "m", KT_WORDS("rho"), .range = KT_RANGE_POSITIVE, .needed = true},
-    {"on", KT_KEY_END, KT_LOOP_AT(between[1]), "",
-     KT_WORDS("a frame in the plane that it rolls on; reactions act on its body"), .needed = true},
-    {"normal", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", KT_WORDS("n, the normal of the plane, in that frame"),
-     .needed = false},
-    {"holonomic", KT_KEY_FLAG, KT_LOOP_AT(holonomic), "",
-     KT_WORDS("whether the wheel is kept on the plane, the third equation"), "true", .needed = false},
+    {"wheel", KT_KEY_END, KT_LOOP_AT(between[0]), "", "the centre of the wheel, a thin disc", .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "the axle, in the frame of the wheel", .needed = false},
+    {"radius", KT_KEY_NUMBER, KT_LOOP_AT(radius), "m", "rho", .range = KT_RANGE_POSITIVE, .needed = true},
+    {"on", KT_KEY_END, KT_LOOP_AT(between[1]), "", "a frame in the plane that it rolls on; reactions act on its body",
+     .needed = true},
+    {"normal", KT_KEY_AXIS, KT_LOOP_AT(axis2), "", "n, the normal of the plane, in that frame", .needed = false},
+    {"holonomic", KT_KEY_FLAG, KT_LOOP_AT(holonomic), "", "whether the wheel is kept on the plane, the third equation",
+     "true", .needed = false},
 };
 const kt_descriptor kt_loop_rolling_descriptor = {
     .name = "rolling",
-    .help = KT_WORDS("a wheel rolls on a plane without slip"),
-    .formula = KT_WORDS(
-        "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
-        "in the plane\n"
-        "n . r = rho |n x a|      r: from the plane to the centre of the wheel;  a: the axle"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: wheel\n"
-                        "    joint:\n"
-                        "      type: free\n"
-                        "      position: {position: [0, 0, 0.3]}\n"
-                        "      velocity: {linear: [0.9, 0, 0], angular: [0, 3, 0]}\n"
-                        "    mass: 2\n"
-                        "    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
-                        "loops:\n"
-                        "  - name: road\n"
-                        "    type: rolling\n"
-                        "    wheel: wheel\n"
-                        "    axis: y\n"
-                        "    radius: 0.3\n"
-                        "    on: world\n"
-                        "    normal: z\n"),
+    .help = "a wheel rolls on a plane without slip",
+    .formula = "v . x = 0,  v . y = 0    v: velocity of the wheel at the contact point, less that of the plane;  x, y: "
+               "in the plane\n"
+               "n . r = rho |n x a|      r: from the plane to the centre of the wheel;  a: the axle",
+    .example = "bodies:\n"
+               "  - name: wheel\n"
+               "    joint:\n"
+               "      type: free\n"
+               "      position: {position: [0, 0, 0.3]}\n"
+               "      velocity: {linear: [0.9, 0, 0], angular: [0, 3, 0]}\n"
+               "    mass: 2\n"
+               "    shape: {type: cylinder, radius: 0.3, length: 0.02, axis: y}\n"
+               "loops:\n"
+               "  - name: road\n"
+               "    type: rolling\n"
+               "    wheel: wheel\n"
+               "    axis: y\n"
+               "    radius: 0.3\n"
+               "    on: world\n"
+               "    normal: z\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -5,7 +5,6 @@
  */
 #include "loop/orientation.h"
 
-#ifndef KT_NO_LOOPS
 static kt_real screw_advance(const kt_loop_record *loop, kt_real theta, kt_real along) {
     const double lead = KT_TURN * loop->pitch;
     const kt_real phi = along - loop->pitch * (theta - loop->angle);
@@ -29,23 +28,21 @@ static int evaluate_screw(const kt_loop_record *loop, const double *numbers, con
 }
 
 const kt_loop_kind KT_KERNEL(kt_loop_screw) = {.rows = 5, .evaluate = evaluate_screw, .initial_angle = true};
-#endif
 
 #if KT_DESCRIBES
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("in the frames of both ends"), .needed = false},
-    {"pitch", KT_KEY_NUMBER, KT_LOOP_AT(pitch), "m/rad", KT_WORDS("advance along the axis for each radian"),
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "in the frames of both ends", .needed = false},
+    {"pitch", KT_KEY_NUMBER, KT_LOOP_AT(pitch), "m/rad", "advance along the axis for each radian",
      .range = KT_RANGE_ANY, .needed = true},
 };
 const kt_descriptor kt_loop_screw_descriptor = {
     .name = "screw",
-    .help = KT_WORDS("a rotation about the axis, and a translation along it in proportion, are left free"),
-    .formula = KT_WORDS(
-        "the equations of inline and of coaxial, and\n"
-        "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
-        "not counted"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n"),
+    .help = "a rotation about the axis, and a translation along it in proportion, are left free",
+    .formula = "the equations of inline and of coaxial, and\n"
+               "e_z . d = pitch (theta - theta0)    theta: angle about the axis, theta0 at the start;  whole turns are "
+               "not counted",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: screw, between: [world, box], axis: z, pitch: 0.02}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

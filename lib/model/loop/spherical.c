@@ -9,9 +9,9 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_spherical_descriptor = {
     .name = "spherical",
-    .help = KT_WORDS("the two points coincide"),
-    .formula = KT_WORDS("d = 0    d: from the first point to the second"),
-    .example = KT_WORDS(KT_EXAMPLE_BOX "  - {name: hold, type: spherical, between: [world, box.corner]}\n"),
+    .help = "the two points coincide",
+    .formula = "d = 0    d: from the first point to the second",
+    .example = KT_EXAMPLE_BOX "  - {name: hold, type: spherical, between: [world, box.corner]}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

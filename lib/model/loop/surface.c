@@ -20,7 +20,6 @@
 
 #include <float.h>
 
-#ifndef KT_NO_LOOPS
 /* v / |v|, or `aside` where v is next to nothing; *inverse: 1 / |v|, or 0. */
 static inline kt_vector direction_or_aside(kt_vector v, kt_vector aside, kt_real *norm, kt_real *inverse) {
     const kt_real square = kt_dot(v, v);
@@ -84,7 +83,6 @@ static void prepare_surface(const kt_loop *loop, double *numbers, kt_loop_record
 
 const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
     .rows = 1, .evaluate = evaluate_surface, .part = {KT_PART_SPATIAL}, .prepare = prepare_surface};
-#endif
 
 #if KT_DESCRIBES
 #define BEAD                                                                                                           \
@@ -97,18 +95,14 @@ const kt_loop_kind KT_KERNEL(kt_loop_surface) = {
 
 static const kt_key keys[] = {
     KT_BETWEEN_KEY(kt_loop),
-    {"surface", KT_KEY_SURFACE, KT_LOOP_AT(surface), "", KT_WORDS("one of plane, cylinder, sphere, torus"),
-     .needed = true},
-    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", KT_WORDS("of the surface, in the frame of the first end"),
-     .needed = false},
+    {"surface", KT_KEY_SURFACE, KT_LOOP_AT(surface), "", "one of plane, cylinder, sphere, torus", .needed = true},
+    {"axis", KT_KEY_AXIS, KT_LOOP_AT(axis), "", "of the surface, in the frame of the first end", .needed = false},
 };
 const kt_descriptor kt_loop_surface_descriptor = {
     .name = "surface",
-    .help = KT_WORDS("the second point stays on a surface"),
-    .formula =
-        KT_WORDS("S(d) = 0    S: of the surface, in the frame of the first end;  d: from its point to the second"),
-    .example =
-        KT_WORDS(BEAD "  - {name: on, type: surface, between: [world, bead], surface: {sphere: {radius: 0.5}}}\n"),
+    .help = "the second point stays on a surface",
+    .formula = "S(d) = 0    S: of the surface, in the frame of the first end;  d: from its point to the second",
+    .example = BEAD "  - {name: on, type: surface, between: [world, bead], surface: {sphere: {radius: 0.5}}}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

@@ -10,21 +10,21 @@ static const kt_key keys[] = {
 };
 const kt_descriptor kt_loop_weld_descriptor = {
     .name = "weld",
-    .help = KT_WORDS("both ends are one rigid part"),
-    .formula = KT_WORDS("the equations of spherical and of parallel"),
-    .example = KT_WORDS("bodies:\n"
-                        "  - name: left\n"
-                        "    joint: {type: revolute, axis: y, position: 10 deg}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: rod, to: [1, 0, 0]}\n"
-                        "    markers: {end: [1, 0, 0]}\n"
-                        "  - name: right\n"
-                        "    parent: left\n"
-                        "    joint: {type: spherical, at: [1, 0, 0]}\n"
-                        "    mass: 1\n"
-                        "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
-                        "loops:\n"
-                        "  - {name: glue, type: weld, between: [left.end, right]}\n"),
+    .help = "both ends are one rigid part",
+    .formula = "the equations of spherical and of parallel",
+    .example = "bodies:\n"
+               "  - name: left\n"
+               "    joint: {type: revolute, axis: y, position: 10 deg}\n"
+               "    mass: 1\n"
+               "    shape: {type: rod, to: [1, 0, 0]}\n"
+               "    markers: {end: [1, 0, 0]}\n"
+               "  - name: right\n"
+               "    parent: left\n"
+               "    joint: {type: spherical, at: [1, 0, 0]}\n"
+               "    mass: 1\n"
+               "    shape: {type: box, size: [0.2, 0.2, 0.2]}\n"
+               "loops:\n"
+               "  - {name: glue, type: weld, between: [left.end, right]}\n",
     KT_DESCRIPTOR_KEYS,
 };
 #endif

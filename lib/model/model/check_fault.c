@@ -21,18 +21,11 @@ int kt_checker_marker_count(const kt_body *body) {
     return body->markers == NULL || body->marker_count < 0 ? 0 : body->marker_count;
 }
 
-/* A small library has no auxiliary states. */
-#if !KT_HAS_FORMULAS
-#define STATE(word)
-enum { ITEMS = KT_ITEM_HOLD + 1 };
-#else
-#define STATE(word) word
 enum { ITEMS = KT_ITEM_STATE + 1 };
-#endif
 
 static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
-    static const char *const kinds[ITEMS] = {"scene", "body", "loop", "effect", "hold", STATE("state")};
-    static const char *const lists[ITEMS] = {"scene", "bodies", "loops", "effects", "hold", STATE("states")};
+    static const char *const kinds[ITEMS] = {"scene", "body", "loop", "effect", "hold", "state"};
+    static const char *const lists[ITEMS] = {"scene", "bodies", "loops", "effects", "hold", "states"};
     const kt_description *d = checker->description;
     const char *name = NULL;
     if (checker->item == KT_ITEM_BODY)
@@ -41,7 +34,7 @@ static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
         name = d->loops[checker->index].name;
     else if (checker->item == KT_ITEM_EFFECT)
         name = d->effects[checker->index].name;
-    else if (KT_HAS_FORMULAS && checker->item == KT_ITEM_STATE)
+    else if (checker->item == KT_ITEM_STATE)
         name = d->states[checker->index].name;
     if (checker->item == KT_ITEM_SCENE)
         snprintf(where, KT_WHERE_SIZE, "scene");

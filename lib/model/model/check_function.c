@@ -48,10 +48,6 @@ static bool check_table(kt_checker *checker, const char *field, const kt_functio
             (int)f->interpolation, KT_INTERPOLATION_LINEAR, KT_INTERPOLATION_CUBIC, KT_INTERPOLATION_MONOTONE);
         return false;
     }
-    if (!KT_HAS_END_SLOPES && f->has_slopes) {
-        kt_checker_fault(checker, field, -1, "%s.slopes: " KT_NOT_IN_SMALL, field);
-        return false;
-    }
     if (f->has_slopes && f->interpolation != KT_INTERPOLATION_CUBIC) {
         kt_checker_fault(checker, field, -1, "%s.slopes: slopes at the ends are those of cubic tables", field);
         return false;
@@ -136,10 +132,7 @@ static bool check_any(kt_checker *checker, const char *field, const kt_function 
     case KT_FUNCTION_SUM:
     case KT_FUNCTION_PRODUCT:
     case KT_FUNCTION_EXPRESSION:
-        if (KT_HAS_FORMULAS)
-            return check_function_formula(checker, field, function, depth);
-        kt_checker_fault(checker, field, -1, "%s: " KT_NOT_IN_SMALL, field);
-        return false;
+        return check_function_formula(checker, field, function, depth);
     }
     kt_checker_fault(checker, field, -1,
                      "%s has function type %d, and there is none of that number; take one of kt_function_type", field,

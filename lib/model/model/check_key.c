@@ -108,12 +108,8 @@ static void check_terms(kt_checked *c, const kt_key *key) {
 /* Checks the formula of a coupling; other formulas are functions of time. */
 static void check_coupling_formula(kt_checked *c, const kt_key *key) {
     const kt_loop *loop = c->object;
-    if (loop->formula == NULL)
-        return;
-    if (KT_HAS_FORMULAS)
+    if (loop->formula != NULL)
         kt_checker_coupling(c->checker, key->name, loop);
-    else
-        kt_checker_fault(c->checker, key->name, -1, KT_NOT_IN_SMALL);
 }
 
 static void check_function(kt_checked *c, const kt_key *key) {
@@ -218,9 +214,6 @@ static void check_track(kt_checked *c, const kt_key *key) {
         kt_checker_fault(c->checker, "curve.pitch", -1, "the pitch of a helix is 0, which is a circle; give circle");
 }
 
-/* A library for trees alone that is small, too, leaves them to the one that will have loops. */
-#define KT_CHECKS_FORMS (KT_IS_FULL || KT_HAS_LOOPS)
-
 /* Checks the surface, curve or points of a loop on surfaces and curves. */
 static void check_form(kt_checked *c, const kt_key *key) {
     if (key->kind == KT_KEY_SURFACE)
@@ -233,7 +226,7 @@ static void check_form(kt_checked *c, const kt_key *key) {
 
 static void check_key_joint(kt_checked *c, const kt_key *key) {
     const char *joint = *(const char *const *)member(c->object, key);
-    if (KT_HAS_RELATIVE && c->checker->item == KT_ITEM_EFFECT)
+    if (c->checker->item == KT_ITEM_EFFECT)
         kt_checker_coordinate(c->checker, key->name, joint);
     else
         (void)kt_checker_scalar_joint(c->checker, key->name, -1, joint);
@@ -282,7 +275,7 @@ static void (*const key_checks[KT_KEY_KIND_COUNT])(kt_checked *c, const kt_key *
 static void check_key(kt_checked *c, const kt_key *key) {
     if (key_checks[key->kind] != NULL)
         key_checks[key->kind](c, key);
-    else if (KT_CHECKS_FORMS)
+    else
         check_form(c, key);
 }
 

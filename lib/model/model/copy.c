@@ -13,7 +13,7 @@
 #include <string.h>
 
 size_t kt_model_size(const kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->variants)
+    if (model && model->variants)
         return model->variants->bytes;
     return model ? model->bytes : 0;
 }
@@ -26,7 +26,6 @@ void kt_model_copy_one(const kt_model *model, void *memory) {
     copy->placed = true;
 }
 
-#if KT_HAS_SWITCHES
 /* Copies the block of all variants. Returns the copy of the given member. */
 static kt_model *copy_variants(const kt_model *model, void *memory) {
     const kt_variants *from = model->variants;
@@ -45,7 +44,6 @@ static kt_model *copy_variants(const kt_model *model, void *memory) {
     return kt_variants_model(
         to, (uint64_t)kt_switches_index(&to->switches, model->set & ~(to->switches.masked | to->switches.back)));
 }
-#endif
 
 kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy, kt_error *error) {
     if (KT_IS_MISSING(error, model, copy))
@@ -54,12 +52,10 @@ kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_mod
         kt_arena_check("kt_model_copy", "kt_model_size", memory, size, kt_model_size(model), error);
     if (status != KT_OK)
         return status;
-#if KT_HAS_SWITCHES
     if (model->variants) {
         *copy = copy_variants(model, memory);
         return KT_OK;
     }
-#endif
     kt_model_copy_one(model, memory);
     *copy = memory;
     return KT_OK;

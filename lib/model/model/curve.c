@@ -54,9 +54,7 @@ enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
 enum { CURVE_NUMBERS = sizeof(kt_curve) / sizeof(double) };
 _Static_assert(sizeof(kt_curve) % sizeof(double) == 0, "curves lie among numbers");
 
-static bool has_parts(kt_function_type type) {
-    return KT_HAS_FORMULAS && (type == KT_FUNCTION_SUM || type == KT_FUNCTION_PRODUCT);
-}
+static bool has_parts(kt_function_type type) { return (type == KT_FUNCTION_SUM || type == KT_FUNCTION_PRODUCT); }
 
 static size_t number_count_of_parts(const kt_function *function) {
     size_t count = 0;
@@ -72,7 +70,7 @@ size_t kt_curve_number_count(const kt_function *function) {
         return (size_t)(function->number_count / 2) * ROW_SIZE;
     if (has_parts(function->type))
         return number_count_of_parts(function);
-    return KT_HAS_FORMULAS ? kt_curve_formula_numbers(function) : 0;
+    return kt_curve_formula_numbers(function);
 }
 
 /* (y_{k+1} - y_k) / h_k */
@@ -86,7 +84,7 @@ static double secant(const double *row) {
  * The rows' B and C hold p and g. If slopes s and s' are given at the ends, their equations are
  *   2 h_0 m_0 + h_0 m_1 = 6 (e_0 - s),  h_{n-2} m_{n-2} + 2 h_{n-2} m_{n-1} = 6 (s' - e_{n-2}). */
 static void spline_curvatures(const kt_function *function, double *rows, int count) {
-    const bool is_clamped = KT_HAS_END_SLOPES && function->has_slopes;
+    const bool is_clamped = function->has_slopes;
     rows[ROW_B] = rows[ROW_C] = 0.0;
     double *last = rows + (size_t)(count - 1) * ROW_SIZE;
     last[ROW_B] = last[ROW_C] = 0.0;
@@ -221,7 +219,7 @@ kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t f
     default:
         if (has_parts(function->type))
             compile_parts(function, numbers, &curve);
-        else if (KT_HAS_FORMULAS)
+        else
             kt_curve_formula_compile(function, numbers, &curve);
     }
     return curve;
@@ -332,7 +330,7 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
         const double s = t - curve->d;
         if (has_parts(curve->type))
             evaluate_parts(curve, numbers, t, out);
-        else if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+        else if (kt_curve_is_formula(curve))
             kt_curve_formula_evaluate(curve, numbers, t, out);
         else
             set_derivatives(out, curve->a + s * (curve->b + 0.5 * s * curve->c), curve->b + s * curve->c, curve->c);
@@ -380,8 +378,8 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t) {
     default: /* KT_CURVE_FOLLOWS, and formulas */
         if (has_parts(curve->type))
             return parts_speed(curve, numbers, t);
-        return KT_HAS_FORMULAS && kt_curve_is_formula(curve) ? kt_curve_formula_speed(curve, numbers, t)
-                                                             : fabs(curve->b) + fabs((t - curve->d) * curve->c);
+        return kt_curve_is_formula(curve) ? kt_curve_formula_speed(curve, numbers, t)
+                                          : fabs(curve->b) + fabs((t - curve->d) * curve->c);
     }
 }
 
@@ -415,7 +413,7 @@ static int jump_at_row(const double *rows, int count, int k) {
 }
 
 bool kt_curve_has_breakpoints(const kt_curve *curve) {
-    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+    if (kt_curve_is_formula(curve))
         return true;
     return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
 }
@@ -449,7 +447,7 @@ kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numb
         return next_row(numbers + curve->first, curve->count, t);
     if (has_parts(curve->type))
         return breakpoint_of_parts(curve, numbers, t, until, left);
-    if (KT_HAS_FORMULAS && kt_curve_is_formula(curve))
+    if (kt_curve_is_formula(curve))
         return kt_curve_formula_breakpoint(curve, numbers, t, until, left);
     return t < curve->c   ? (kt_breakpoint){curve->c, 2}
            : t < curve->d ? (kt_breakpoint){curve->d, 2}

@@ -8,7 +8,6 @@
 #define KT_MODEL_DESCRIBE_H
 
 #include "base/isa.h"
-#include "base/words.h"
 #include "kinetree/descriptor.h"
 
 #include <stddef.h>
@@ -32,13 +31,9 @@
 #define KT_DESCRIPTOR_KEYS .keys = keys, .key_count = (int)(sizeof keys / sizeof *keys)
 
 /* Members of an effect's descriptor: the quantities that can be recorded. */
-#ifdef KT_NO_WORDS
-#define KT_QUANTITIES(...) .quantities = NULL
-#else
 #define KT_QUANTITIES(...)                                                                                             \
     .quantities = (const kt_effect_quantity[]){__VA_ARGS__},                                                           \
     .quantity_count = (int)(sizeof((const kt_effect_quantity[]){__VA_ARGS__}) / sizeof(kt_effect_quantity))
-#endif
 #define KT_QUANTITIES_FORCE KT_QUANTITY_FORCE_X, KT_QUANTITY_FORCE_Y, KT_QUANTITY_FORCE_Z
 #define KT_QUANTITIES_MOMENT KT_QUANTITY_MOMENT_X, KT_QUANTITY_MOMENT_Y, KT_QUANTITY_MOMENT_Z
 #define KT_QUANTITIES_JOINT                                                                                            \
@@ -54,12 +49,12 @@
      KT_KEY_FLAG,                                                                                                      \
      offset,                                                                                                           \
      "",                                                                                                               \
-     KT_WORDS(of "true: e follows Poisson's rule (impulses) instead of Newton's (speeds)"),                            \
+     of "true: e follows Poisson's rule (impulses) instead of Newton's (speeds)",                                      \
      .needed = false},
 #define KT_BETWEEN_KEY(object)                                                                                         \
-    { "between", KT_KEY_ENDS, offsetof(object, between), "", KT_WORDS("the two ends, on two bodies"), .needed = true }
+    { "between", KT_KEY_ENDS, offsetof(object, between), "", "the two ends, on two bodies", .needed = true }
 #define KT_JOINT_KEY(object, words)                                                                                    \
-    { "joint", KT_KEY_JOINT, offsetof(object, joint), "", KT_WORDS(words), .needed = true }
+    { "joint", KT_KEY_JOINT, offsetof(object, joint), "", words, .needed = true }
 
 /* Whether a key of the type refers to the member at this offset; false if the type does not exist (NULL). */
 bool kt_descriptor_reads(const kt_descriptor *descriptor, size_t offset);

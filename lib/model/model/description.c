@@ -21,12 +21,7 @@ kt_body kt_body_default(void) {
 kt_end kt_end_default(void) { return (kt_end){.body = NULL}; }
 
 kt_loop kt_loop_default(void) {
-    return (kt_loop) {
-        .name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true,
-#if KT_HAS_SWITCHES
-        .rest_velocity = 1e-6
-#endif
-    };
+    return (kt_loop){.name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true, .rest_velocity = 1e-6};
 }
 
 kt_effect kt_effect_default(void) {

@@ -84,8 +84,8 @@ int kt_body_with_joint(const kt_description *description, const char *name) {
 
 kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect) {
     kt_formula_names names = {.description = description, .ends = effect->end_count};
-    if (KT_HAS_RELATIVE && effect->end_count == 0 && effect->joint &&
-        kt_body_with_joint(description, effect->joint) < 0 && kt_coordinate_loop(description, effect->joint, 0) >= 0)
+    if (effect->end_count == 0 && effect->joint && kt_body_with_joint(description, effect->joint) < 0 &&
+        kt_coordinate_loop(description, effect->joint, 0) >= 0)
         names.coordinate = effect->joint;
     return names;
 }

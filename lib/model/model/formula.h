@@ -32,7 +32,7 @@ KT_INNER int kt_body_with_joint(const kt_description *description, const char *n
 
 /* Whether a loop is a coupling with a formula. */
 static inline bool kt_loop_has_formula(const kt_loop *loop) {
-    return KT_HAS_FORMULAS && loop->type == KT_LOOP_COUPLING && loop->formula != NULL;
+    return loop->type == KT_LOOP_COUPLING && loop->formula != NULL;
 }
 
 /* The names that the formula of a coupling may use, those of its terms in their order. */

@@ -85,44 +85,41 @@ kt_function kt_function_expression(const char *text) {
 /* In the keys, y denotes the unit of the function's value. */
 #define AT(member) offsetof(kt_function, member)
 static const kt_key constant_keys[] = {
-    {"value", KT_KEY_NUMBER, AT(value), "y", KT_WORDS("a; a plain number is this function, too"), .needed = true},
+    {"value", KT_KEY_NUMBER, AT(value), "y", "a; a plain number is this function, too", .needed = true},
 };
 static const kt_key sine_keys[] = {
-    {"amplitude", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A"), .needed = true},
-    {"frequency", KT_KEY_NUMBER, AT(frequency), "Hz", KT_WORDS("f"), .range = KT_RANGE_NOT_NEGATIVE, .needed = true},
-    {"phase", KT_KEY_NUMBER, AT(phase), "rad", KT_WORDS("phi"), .needed = false},
-    {"offset", KT_KEY_NUMBER, AT(offset), "y", KT_WORDS("y0"), .needed = false},
+    {"amplitude", KT_KEY_NUMBER, AT(amplitude), "y", "A", .needed = true},
+    {"frequency", KT_KEY_NUMBER, AT(frequency), "Hz", "f", .range = KT_RANGE_NOT_NEGATIVE, .needed = true},
+    {"phase", KT_KEY_NUMBER, AT(phase), "rad", "phi", .needed = false},
+    {"offset", KT_KEY_NUMBER, AT(offset), "y", "y0", .needed = false},
 };
 static const kt_key ramp_keys[] = {
-    {"from", KT_KEY_NUMBER, AT(from), "y", KT_WORDS("a, the value until `start`"), .needed = true},
-    {"to", KT_KEY_NUMBER, AT(to), "y", KT_WORDS("b, the value from `end` on"), .needed = true},
-    {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
-    {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
+    {"from", KT_KEY_NUMBER, AT(from), "y", "a, the value until `start`", .needed = true},
+    {"to", KT_KEY_NUMBER, AT(to), "y", "b, the value from `end` on", .needed = true},
+    {"start", KT_KEY_NUMBER, AT(start), "s", "t0", .needed = true},
+    {"end", KT_KEY_NUMBER, AT(end), "s", "t1, later than `start`", .needed = true},
 };
-#if KT_HAS_FORMULAS
 static const kt_key bump_keys[] = {
-    {"height", KT_KEY_NUMBER, AT(amplitude), "y", KT_WORDS("A, the value in the middle"), .needed = true},
-    {"start", KT_KEY_NUMBER, AT(start), "s", KT_WORDS("t0"), .needed = true},
-    {"end", KT_KEY_NUMBER, AT(end), "s", KT_WORDS("t1, later than `start`"), .needed = true},
+    {"height", KT_KEY_NUMBER, AT(amplitude), "y", "A, the value in the middle", .needed = true},
+    {"start", KT_KEY_NUMBER, AT(start), "s", "t0", .needed = true},
+    {"end", KT_KEY_NUMBER, AT(end), "s", "t1, later than `start`", .needed = true},
 };
 static const kt_key sum_keys[] = {
-    {"sum", KT_KEY_PARTS, AT(parts), "y", KT_WORDS("[f, g, ...]: functions of time of any type"), .needed = true},
+    {"sum", KT_KEY_PARTS, AT(parts), "y", "[f, g, ...]: functions of time of any type", .needed = true},
 };
 static const kt_key product_keys[] = {
-    {"product", KT_KEY_PARTS, AT(parts), "y", KT_WORDS("[f, g, ...]: functions of time of any type"), .needed = true},
+    {"product", KT_KEY_PARTS, AT(parts), "y", "[f, g, ...]: functions of time of any type", .needed = true},
 };
 static const kt_key expression_keys[] = {
-    {"text", KT_KEY_FORMULA, AT(text), "y",
-     KT_WORDS("a formula of t and parameters; a plain text is this function, too"), .needed = true},
+    {"text", KT_KEY_FORMULA, AT(text), "y", "a formula of t and parameters; a plain text is this function, too",
+     .needed = true},
 };
-#endif
 static const kt_key polynomial_keys[] = {
-    {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", KT_WORDS("[c0, c1, c2, ...]"), .needed = true},
+    {"polynomial", KT_KEY_LIST, AT(numbers), "y, y/s, y/s^2, ...", "[c0, c1, c2, ...]", .needed = true},
 };
 static const kt_key table_keys[] = {
-    {"table", KT_KEY_ROWS, AT(numbers), "s, y", KT_WORDS("[[t0, y0], [t1, y1], ...] with increasing times"),
-     .needed = true},
-    {"interpolation", KT_KEY_METHOD, AT(interpolation), "", KT_WORDS("`linear`, `cubic` or `monotone`"), "linear",
+    {"table", KT_KEY_ROWS, AT(numbers), "s, y", "[[t0, y0], [t1, y1], ...] with increasing times", .needed = true},
+    {"interpolation", KT_KEY_METHOD, AT(interpolation), "", "`linear`, `cubic` or `monotone`", "linear",
      .needed = false},
 };
 #undef AT
@@ -138,94 +135,90 @@ static const kt_descriptor descriptors[] = {
     [KT_FUNCTION_CONSTANT] =
         {
             .name = "constant",
-            .help = KT_WORDS("the same value at all times"),
-            .formula = KT_WORDS("y = a"),
-            .example = KT_WORDS(MOTOR("1.5")),
+            .help = "the same value at all times",
+            .formula = "y = a",
+            .example = MOTOR("1.5"),
             .keys = constant_keys,
             .key_count = 1,
         },
     [KT_FUNCTION_SINE] =
         {
             .name = "sine",
-            .help = KT_WORDS("a harmonic oscillation about an offset"),
-            .formula = KT_WORDS("y = y0 + A sin(2 pi f t + phi)"),
-            .example = KT_WORDS(MOTOR("{sine: {amplitude: 1, frequency: 0.5, phase: 90 deg, offset: 1.5}}")),
+            .help = "a harmonic oscillation about an offset",
+            .formula = "y = y0 + A sin(2 pi f t + phi)",
+            .example = MOTOR("{sine: {amplitude: 1, frequency: 0.5, phase: 90 deg, offset: 1.5}}"),
             .keys = sine_keys,
             .key_count = 4,
         },
     [KT_FUNCTION_RAMP] =
         {
             .name = "ramp",
-            .help = KT_WORDS("from one value to another, with continuous slope"),
-            .formula = KT_WORDS(
-                "y = a + (b - a) s^2 (3 - 2 s),  s = (t - t0) / (t1 - t0), from 0 to 1;  y'' jumps at t0 and t1"),
-            .example = KT_WORDS(MOTOR("{ramp: {from: 0, to: 2, start: 0.2, end: 0.6}}")),
+            .help = "from one value to another, with continuous slope",
+            .formula = "y = a + (b - a) s^2 (3 - 2 s),  s = (t - t0) / (t1 - t0), from 0 to 1;  y'' jumps at t0 and t1",
+            .example = MOTOR("{ramp: {from: 0, to: 2, start: 0.2, end: 0.6}}"),
             .keys = ramp_keys,
             .key_count = 4,
         },
     [KT_FUNCTION_POLYNOMIAL] =
         {
             .name = "polynomial",
-            .help = KT_WORDS("a polynomial of time"),
-            .formula = KT_WORDS("y = c0 + c1 t + c2 t^2 + ..."),
-            .example = KT_WORDS(MOTOR("{polynomial: [0, 3, -3]}")),
+            .help = "a polynomial of time",
+            .formula = "y = c0 + c1 t + c2 t^2 + ...",
+            .example = MOTOR("{polynomial: [0, 3, -3]}"),
             .keys = polynomial_keys,
             .key_count = 1,
         },
     [KT_FUNCTION_TABLE] =
         {
             .name = "table",
-            .help = KT_WORDS("interpolation between rows; constant before the first row and after the last one"),
-            .formula = KT_WORDS(
+            .help = "interpolation between rows; constant before the first row and after the last one",
+            .formula =
                 "linear:    straight lines; the slope jumps at rows, so not for motions\n"
                 "cubic:     the natural spline, with continuous y, y', y''; it overshoots: rows of 0, 0, 90, 90\n"
                 "           degrees, 1 s apart, give -11.5 to 101.5 degrees\n"
-                "monotone:  cubics with continuous y, y' that stay between the values of neighbouring rows"),
-            .example = KT_WORDS(MOTOR("{table: [[0, 0], [0.3, 2], [1, 1]], interpolation: monotone}")),
+                "monotone:  cubics with continuous y, y' that stay between the values of neighbouring rows",
+            .example = MOTOR("{table: [[0, 0], [0.3, 2], [1, 1]], interpolation: monotone}"),
             .keys = table_keys,
             .key_count = 2,
         },
-#if KT_HAS_FORMULAS
     [KT_FUNCTION_BUMP] =
         {
             .name = "bump",
-            .help = KT_WORDS("up and back once, with continuous slope and second derivative"),
-            .formula = KT_WORDS("y = A (4 s (1 - s))^3,  s = (t - t0) / (t1 - t0), from 0 to 1"),
-            .example = KT_WORDS(MOTOR("{bump: {height: 2, start: 0.2, end: 0.6}}")),
+            .help = "up and back once, with continuous slope and second derivative",
+            .formula = "y = A (4 s (1 - s))^3,  s = (t - t0) / (t1 - t0), from 0 to 1",
+            .example = MOTOR("{bump: {height: 2, start: 0.2, end: 0.6}}"),
             .keys = bump_keys,
             .key_count = 3,
         },
     [KT_FUNCTION_SUM] =
         {
             .name = "sum",
-            .help = KT_WORDS("the sum of functions of time"),
-            .formula = KT_WORDS("y = f(t) + g(t) + ..."),
-            .example = KT_WORDS(MOTOR("{sum: [1, {sine: {amplitude: 1, frequency: 0.5}}]}")),
+            .help = "the sum of functions of time",
+            .formula = "y = f(t) + g(t) + ...",
+            .example = MOTOR("{sum: [1, {sine: {amplitude: 1, frequency: 0.5}}]}"),
             .keys = sum_keys,
             .key_count = 1,
         },
     [KT_FUNCTION_PRODUCT] =
         {
             .name = "product",
-            .help = KT_WORDS("the product of functions of time"),
-            .formula = KT_WORDS("y = f(t) g(t) ..."),
-            .example = KT_WORDS(MOTOR("{product: [{ramp: {from: 0, to: 1, start: 0, end: 0.5}}, {sine: {amplitude: 2, "
-                                      "frequency: 2}}]}")),
+            .help = "the product of functions of time",
+            .formula = "y = f(t) g(t) ...",
+            .example = MOTOR("{product: [{ramp: {from: 0, to: 1, start: 0, end: 0.5}}, {sine: {amplitude: 2, "
+                             "frequency: 2}}]}"),
             .keys = product_keys,
             .key_count = 1,
         },
     [KT_FUNCTION_EXPRESSION] =
         {
             .name = "expression",
-            .help = KT_WORDS("a formula of t and parameters; steps end at its breakpoints and where its shape turns"),
-            .formula =
-                KT_WORDS("y = f(t)    + - * / ^, comparisons, sin cos tan asin acos atan atan2 sinh cosh tanh exp\n"
-                         "            log sqrt abs sign min max hypot step(x) clamp(x, a, b)"),
-            .example = KT_WORDS(MOTOR("\"2*exp(-t)*sin(2*pi*t)\"")),
+            .help = "a formula of t and parameters; steps end at its breakpoints and where its shape turns",
+            .formula = "y = f(t)    + - * / ^, comparisons, sin cos tan asin acos atan atan2 sinh cosh tanh exp\n"
+                       "            log sqrt abs sign min max hypot step(x) clamp(x, a, b)",
+            .example = MOTOR("\"2*exp(-t)*sin(2*pi*t)\""),
             .keys = expression_keys,
             .key_count = 1,
         },
-#endif
 };
 
 const kt_descriptor *kt_function_descriptor(kt_function_type type) {

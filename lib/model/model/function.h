@@ -2,7 +2,6 @@
 #ifndef KT_MODEL_FUNCTION_H
 #define KT_MODEL_FUNCTION_H
 
-#include "base/small.h"
 #include "kinetree/model.h"
 
 #include <stdbool.h>

@@ -18,10 +18,8 @@ static uint64_t shape_of(const kt_counts *n) {
     uint64_t hash = 14695981039346656037U;
 #define KT_ARENA_HASH(type, name, count, meaning) hash = (hash ^ (uint64_t)(count)) * 1099511628211U;
     KT_DATA_FIELDS(KT_ARENA_HASH)
-#if KT_HAS_SWITCHES
     KT_ARENA_HASH(size_t, island_v, n->island_v, "of an island, the most")
     KT_ARENA_HASH(size_t, island_row, n->island_row, "likewise")
-#endif
 #undef KT_ARENA_HASH
     return hash;
 }
@@ -33,7 +31,6 @@ size_t kt_model_layout(void *memory, const kt_counts *n) {
     return bytes;
 }
 
-#if KT_HAS_SWITCHES
 /* FNV-1a over what lists of contacts that slip depend on (evaluate/slip_islands.c). */
 static uint64_t hash_of_slips(const kt_model *model) {
     uint64_t hash = 14695981039346656037U;
@@ -48,13 +45,10 @@ static uint64_t hash_of_slips(const kt_model *model) {
         hash = (hash ^ (uint32_t)model->effect[k].source) * 1099511628211U;
     return hash;
 }
-#endif
 
 void kt_model_seal(kt_model *model) {
     model->shape = shape_of(&model->n);
-#if KT_HAS_SWITCHES
     model->slips = model->n.slip > 0 ? hash_of_slips(model) : 0;
-#endif
 }
 
 void kt_other_data_report(kt_error *error, const char *call) {
@@ -75,7 +69,7 @@ void kt_model_name_all(kt_model *m) {
 }
 
 void kt_model_free(kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->variants) {
+    if (model && model->variants) {
         if (!model->variants->placed)
             kt_aligned_release(model->variants);
         return;
@@ -86,7 +80,7 @@ void kt_model_free(kt_model *model) {
 }
 
 size_t kt_data_size(const kt_model *model) {
-    if (KT_HAS_SWITCHES && model && model->variants && model->variants->data)
+    if (model && model->variants && model->variants->data)
         return model->variants->data;
     return model ? lay_out_data(NULL, &model->n) : 0;
 }
@@ -96,7 +90,6 @@ static void forget_kinematics(const kt_model *model, kt_data *data) {
     memset(data->kinematics, 0xff, model->n.link * sizeof *data->kinematics);
 }
 
-#if KT_HAS_SWITCHES
 void kt_data_rebind(const kt_model *model, kt_data *data) {
     const kt_data before = *data;
     memset(data, 0, lay_out_data(NULL, &model->n));
@@ -114,15 +107,10 @@ void kt_data_rebind(const kt_model *model, kt_data *data) {
     if (model->place_slip)
         model->place_slip(model, data);
 }
-#endif
 
 void kt_data_follow(const kt_model *model, kt_data *data) {
-#if KT_HAS_SWITCHES
     if (data->shape != model->shape)
         kt_data_rebind(model, data);
-#else
-    (void)model, (void)data; /* there is one model */
-#endif
 }
 
 kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data, kt_error *error) {
@@ -135,14 +123,11 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     *data = (kt_data *)memory;
     (*data)->shape = model->shape;
     forget_kinematics(model, *data);
-    if (KT_HAS_FORMULAS)
-        kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
-#if KT_HAS_SWITCHES
+    kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
     (*data)->bytes = size;
     kt_clear((*data)->slip, 2 * model->n.slip * sizeof(double));
     if (model->place_slip)
         model->place_slip(model, *data);
-#endif
     return KT_OK;
 }
 

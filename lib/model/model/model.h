@@ -22,12 +22,10 @@ typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
-#if KT_HAS_SWITCHES
-    size_t slip;      /* hard contacts that slip */
-    size_t slip_work; /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
+    size_t slip;       /* hard contacts that slip */
+    size_t slip_work;  /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
-#endif
-    size_t dense; /* numbers that the groups' matrices take in the data */
+    size_t dense;                             /* numbers that the groups' matrices take in the data */
     size_t island;
     size_t entry; /* of the equations of all groups, each over the coordinates of its group (kt_loop_entries) */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
@@ -44,26 +42,17 @@ typedef struct kt_counts {
     size_t spatial, spatial_angle, spatial_v, planar, plane, planar_loop;
 } kt_counts;
 
-#if KT_HAS_SWITCHES
 /* How many contacts of an island slip, at most. */
 static inline size_t kt_slip_most(const kt_counts *n) { return n->island_side < n->slip ? n->island_side : n->slip; }
-#endif
 
 /* Returns the count of an array that only models with some of these need. */
 static inline size_t kt_where(size_t some, size_t count) { return some ? count : 0; }
-
-/* A small library has no auxiliary states. */
-#define KT_OWN_STATES(n) (KT_HAS_FORMULAS ? (n)->x : 0)
-
-/* Gravity forces are computed for formulas alone. */
-#define KT_GRAVITY_FORCES(n) (KT_HAS_FORMULAS ? (n)->gravity : 0)
 
 /* Sines and cosines are computed for eight angles at a time (algebra/sincos.h), from any index on. Seven entries are
  * therefore added at the end. */
 #define KT_ANGLES(count) ((count) + 7)
 
 /* Arrays of models and data that have bodies of variable mass; others, and libraries without, have none. */
-#if KT_HAS_VARIABLE_MASS
 #define KT_MODEL_MASS_FIELDS(X) X(kt_mass_record, varying, n->varying, "bodies whose mass is a function of time")
 #define KT_DATA_MASS_FIELDS(X)                                                                                         \
     X(double, mass_time, kt_where(n->varying, 1), "time that masses are of where a call has none, an input")           \
@@ -72,13 +61,8 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(kt_planar_link, instant_planar, kt_where(n->varying, n->planar), "its planar links")                             \
     X(kt_body_record, instant_body, kt_where(n->varying, n->body), "its bodies")                                       \
     X(kt_wrench, mass_wrench, kt_where(n->varying, n->body), "wrenches on bodies, and what masses add by time")
-#else
-#define KT_MODEL_MASS_FIELDS(X)
-#define KT_DATA_MASS_FIELDS(X)
-#endif
 
 /* Arrays of models and data in which coordinates move no mass (evaluate/quasi_static.c). */
-#if KT_HAS_QUASI_STATICS
 #define KT_MODEL_STATIC_FIELDS(X)                                                                                      \
     X(int32_t, massless, n->massless,                                                                                  \
       "velocity coordinates that move no mass, each in place of one motion that does not")                             \
@@ -91,10 +75,6 @@ static inline size_t kt_where(size_t some, size_t count) { return some ? count :
     X(double, balance_matrix, n->massless * n->massless, "derivative of the residuals")                                \
     X(double, balance_residual, 2 * n->massless, "residuals, and those of a neighbouring state")                       \
     X(int, balance_pivot, n->massless, "of the factors of that matrix")
-#else
-#define KT_MODEL_STATIC_FIELDS(X)
-#define KT_DATA_STATIC_FIELDS(X)
-#endif
 
 /* Bytes of the links of a model and of the array behind them. */
 static inline size_t kt_links_bytes(const kt_counts *n) {
@@ -112,7 +92,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(kt_joint_limits, limit, n->limit, "what joints were built for, of those that tell")                              \
     X(kt_marker_record, marker, n->marker, "named points, body by body")                                               \
     X(double, q0, n->q, "initial positions")                                                                           \
-    X(double, v0, n->v + KT_OWN_STATES(n), "initial velocities, and auxiliary states")                                 \
+    X(double, v0, n->v + n->x, "initial velocities, and auxiliary states")                                             \
     X(double, armature, n->v, "rotor inertia of each degree of freedom")                                               \
     X(double, zero, n->v, "zeros, where a caller gives no velocities, accelerations or forces")                        \
     X(int32_t, angle, KT_ANGLES(n->angle), "positions that are angles, and zeros")                                     \
@@ -152,8 +132,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(kt_path_link, path_link, n->path_link, "of the paths of effects, effect by effect")                              \
     X(kt_curve, time_part, n->time_part,                                                                               \
       "parts of formulas that depend on time alone, where steps end at breakpoints")                                   \
-    X(kt_effect_record, state, KT_OWN_STATES(n),                                                                       \
-      "rates of auxiliary states: formulas, as those of an effect in a joint")                                         \
+    X(kt_effect_record, state, n->x, "rates of auxiliary states: formulas, as those of an effect in a joint")          \
     KT_MODEL_MASS_FIELDS(X)                                                                                            \
     KT_MODEL_STATIC_FIELDS(X)                                                                                          \
     X(double, number, n->number, "of functions of time, and formulas")                                                 \
@@ -186,16 +165,10 @@ struct kt_model {
     kt_isa isa;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
-#if KT_HAS_SWITCHES
     void (*place_slip)(const kt_model *model, kt_data *data); /* places kt_data.slip_work; NULL: nothing slips */
-#endif
-#if KT_HAS_VARIABLE_MASS
     kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
-#endif
-#if KT_HAS_QUASI_STATICS
-    size_t found_massless; /* while it is built: how many coordinates will be `massless` */
-    size_t damped;         /* how many of the combinations of `massless` dampers resist: the first ones */
-#endif
+    size_t found_massless;   /* while it is built: how many coordinates will be `massless` */
+    size_t damped;           /* how many of the combinations of `massless` dampers resist: the first ones */
     const struct kt_reduction_kind *reduction;        /* how the equations of loops are solved (constraint/group.h) */
     const struct kt_reduction_kernels *group_kernels; /* with which recursions (reduction/kernel.h) */
     kt_metric metric;
@@ -221,40 +194,25 @@ struct kt_model {
     struct kt_variants *variants; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
     uint64_t set;                 /* of those that are on in this one */
     uint64_t shape;               /* of the data that belong to it: a hash of their lengths */
-#if KT_HAS_SWITCHES
-    uint64_t slips; /* which loops slip, their places, and the order of effects: a hash; 0: none */
-#endif
-    uint64_t revision; /* how often parameters have been set */
+    uint64_t slips;               /* which loops slip, their places, and the order of effects: a hash; 0: none */
+    uint64_t revision;            /* how often parameters have been set */
 };
 
 /* The functions of time of all bodies of variable mass: their number, and the k-th. */
-static inline size_t kt_mass_curve_count(const kt_model *model) {
-    return KT_HAS_VARIABLE_MASS ? KT_MASS_CURVES * model->n.varying : 0;
-}
+static inline size_t kt_mass_curve_count(const kt_model *model) { return KT_MASS_CURVES * model->n.varying; }
 static inline const kt_curve *kt_mass_curve(const kt_model *model, size_t k) {
-#if KT_HAS_VARIABLE_MASS
     return &model->varying[k / KT_MASS_CURVES].curve[k % KT_MASS_CURVES];
-#else
-    (void)model, (void)k;
-    return NULL;
-#endif
 }
 
 /* Whether a link is computed in a plane. */
-static inline bool kt_link_is_planar(const kt_model *model, size_t link) {
-    return KT_HAS_PLANE && link >= model->n.spatial;
-}
+static inline bool kt_link_is_planar(const kt_model *model, size_t link) { return link >= model->n.spatial; }
 
 /* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1. This is no rotor's
  * armature, but replaces the missing mass (evaluate/quasi_static.c). */
 static inline bool kt_is_massless(const kt_model *model, size_t v) {
-#if KT_HAS_QUASI_STATICS
     for (size_t k = 0; k < model->n.massless; k++)
         if ((size_t)model->massless[k] == v)
             return true;
-#else
-    (void)model, (void)v;
-#endif
     return false;
 }
 
@@ -387,8 +345,8 @@ typedef struct kt_front_count {
     X(kt_force_frame, force_link, n->force_link, "motion of the links that carry forces")                              \
     X(kt_real1, force_link_sine, kt_lanes8(n->force_link_angle), "of these links' angles")                             \
     X(kt_real1, force_link_cosine, kt_lanes8(n->force_link_angle), "of these links' angles")                           \
-    X(kt_carried_mass, carried, kt_where(KT_GRAVITY_FORCES(n), n->force_link), "of the links that carry forces")       \
-    X(kt_real1, gravity_force, kt_where(KT_GRAVITY_FORCES(n), n->v), "joint forces that balance gravity, if read")     \
+    X(kt_carried_mass, carried, kt_where(n->gravity, n->force_link), "of the links that carry forces")                 \
+    X(kt_real1, gravity_force, kt_where(n->gravity, n->v), "joint forces that balance gravity, if read")               \
     X(kt_planar_motion, planar, n->planar, "motion of the planar links; 0: the ground")                                \
     X(kt_planar_response, planar_response, n->planar, "from the backward pass to the last")                            \
     X(kt_planar_inertia, planar_inertia, n->planar, "articulated or composite inertias")                               \
@@ -404,7 +362,6 @@ typedef struct kt_slip_frame {
 } kt_slip_frame;
 
 /* Arrays of data of models in which hard contacts slip. */
-#if KT_HAS_SWITCHES
 #define KT_DATA_SLIP_FIELDS(X)                                                                                         \
     X(double, slip, 2 * n->slip, "directions in which they began to, an input; 0: none (evaluate/slip.c)")             \
     X(double, slip_slow, 2 * n->slip, "of fixed steps, an input: the time s and speed m/s of slow slip; else 0")       \
@@ -416,17 +373,13 @@ typedef struct kt_slip_frame {
     X(double, slip_multiplier, kt_where(n->slip, n->row), "of all equations")                                          \
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
     X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out with the data (evaluate/slip.h)")
-#else
-#define KT_DATA_SLIP_FIELDS(X)
-#endif
 
 #define KT_DATA_FIELDS(X)                                                                                              \
     KT_SWEEP_FIELDS(X)                                                                                                 \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
-    X(double, x, 2 * KT_OWN_STATES(n),                                                                                 \
-      "auxiliary states, an input (kt_own_states); their rates before they are committed")                             \
+    X(double, x, 2 * n->x, "auxiliary states, an input (kt_own_states); their rates before they are committed")        \
     KT_DATA_MASS_FIELDS(X)                                                                                             \
     KT_DATA_STATIC_FIELDS(X)                                                                                           \
     KT_DATA_SLIP_FIELDS(X)                                                                                             \

@@ -2,16 +2,15 @@
 #ifndef KT_MODEL_PARAMETER_KEY_H
 #define KT_MODEL_PARAMETER_KEY_H
 
-#include "base/small.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/model.h"
 
 /* Sets the kind, the key and the count of the parameter that a key is. Returns false if it is none. Some numbers of
  * hard stops and contacts are in their loops, and are none. */
 static inline bool kt_parameter_classify(const kt_key *key, bool of_loop, kt_parameter *parameter) {
-    const bool is_of_hard = KT_HAS_SWITCHES && (key->offset == offsetof(kt_effect, restitution) ||
-                                                key->offset == offsetof(kt_effect, rest_velocity) ||
-                                                key->offset == offsetof(kt_effect, radius2));
+    const bool is_of_hard =
+        (key->offset == offsetof(kt_effect, restitution) || key->offset == offsetof(kt_effect, rest_velocity) ||
+         key->offset == offsetof(kt_effect, radius2));
     parameter->key = key;
     parameter->count = 1;
     parameter->kind = KT_PARAMETER_EFFECT;

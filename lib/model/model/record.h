@@ -9,7 +9,6 @@
 #define KT_MODEL_RECORD_H
 
 #include "algebra/real3.h"
-#include "base/small.h"
 #include "kinetree/model.h"
 #include "model/front.h"
 #include "model/function.h"
@@ -18,7 +17,7 @@
 #include <stdint.h>
 
 /* Whether a loop or an effect that is being compiled is off in this model. */
-#define KT_IS_OFF(item) (KT_HAS_SWITCHES && (item)->switching == KT_SWITCHED_OFF)
+#define KT_IS_OFF(item) ((item)->switching == KT_SWITCHED_OFF)
 
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
@@ -141,21 +140,19 @@ typedef struct kt_loop_record {
     kt_loop_callback *equations; /* custom */
     void *user;                  /* custom: of the callback */
     uint32_t name;               /* offset in the model's text */
-#if KT_HAS_SWITCHES
-    bool comes;                        /* it is off at first, and is switched on later */
-    bool released;                     /* a contact or friction that does not act by itself at first */
-    int32_t side;                      /* kt_side */
+    bool comes;                  /* it is off at first, and is switched on later */
+    bool released;               /* a contact or friction that does not act by itself at first */
+    int32_t side;                /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
     bool poisson;                      /* likewise: its restitution is of impulses */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
     int32_t rubs;                      /* of a contact with friction: its effect, from 1; 0: none */
     int32_t slips;                     /* the same in models in which it is closed and slips (evaluate/slip.c) */
-#endif
 } kt_loop_record;
 
 /* Whether the loop is switched off. It is then in no group, and has no rows. Its term_count is -1, as in a relation
  * without terms, so that derivatives of frames leave it out. */
-static inline bool kt_loop_is_off(const kt_loop_record *loop) { return KT_HAS_SWITCHES && loop->group < 0; }
+static inline bool kt_loop_is_off(const kt_loop_record *loop) { return loop->group < 0; }
 
 /* Whether its equation depends on time. */
 static inline bool kt_loop_is_driven(const kt_loop_record *loop) {
@@ -307,14 +304,12 @@ typedef struct kt_effect_record {
     kt_curve curve[3]; /* motor, servo, joint_spring, thrust: one; force, torque: the components */
     kt_vec3 exhaust;   /* thrust */
     bool in_body;      /* force, torque: components in the end's axes */
-#if KT_HAS_SWITCHES
-    bool hard;        /* joint_limit, contact: loops are in its place */
-    int32_t loop;     /* hard, or friction that sticks: the first of its loops */
-    int32_t loops;    /* their number */
-    bool disc;        /* contact: of the rim of a disc, not of a sphere */
-    double direction; /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
-    bool idle;        /* joint_friction that sticks or is released, in a mask: it exerts no force */
-#endif
+    bool hard;         /* joint_limit, contact: loops are in its place */
+    int32_t loop;      /* hard, or friction that sticks: the first of its loops */
+    int32_t loops;     /* their number */
+    bool disc;         /* contact: of the rim of a disc, not of a sphere */
+    double direction;  /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
+    bool idle;         /* joint_friction that sticks or is released, in a mask: it exerts no force */
     kt_relative_record relative;
     int32_t path_point, path_count;     /* expression along a path: in model->path_point; 0: it is along none */
     int32_t path_link, path_link_count; /* in model->path_link */

@@ -119,7 +119,7 @@ static inline size_t kt_variants_head(const kt_switches *of) {
  * the model has no contacts. */
 static inline const kt_model *kt_variants_closed(const kt_model *model) {
     const kt_variants *variants = model->variants;
-    return KT_HAS_SWITCHES && variants != NULL && variants->contacts != 0
+    return variants != NULL && variants->contacts != 0
                ? kt_model_switched(model, (model->set | variants->contacts) & ~variants->back)
                : NULL;
 }

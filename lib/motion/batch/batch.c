@@ -55,7 +55,7 @@ static bool group_fits_lanes(const kt_model *model, const kt_group *group) {
 
 /* Whether an effect acts in a coordinate of a loop, or along a path. Lanes compute neither. */
 static bool has_effects_without_lanes(const kt_model *model) {
-    for (size_t i = 0; i < model->n.effect && (KT_HAS_RELATIVE || KT_HAS_FORMULAS); i++)
+    for (size_t i = 0; i < model->n.effect; i++)
         if (model->effect[i].relative.type || model->effect[i].path_count > 0)
             return true;
     return false;
@@ -66,7 +66,7 @@ bool kt_lanes_fit_model(const kt_model *model) {
         return false;
     if (model->n.group == 0)
         return true;
-    if (!KT_HAS_LOOPS || model->forward != kt_closed_forward || !model->reduction->pins || model->disagreement > 0.0)
+    if (model->forward != kt_closed_forward || !model->reduction->pins || model->disagreement > 0.0)
         return false;
     for (size_t g = 0; g < model->n.group; g++)
         if (!group_fits_lanes(model, &model->group[g]))
@@ -94,7 +94,7 @@ static kt_batch_counts count_batch(const kt_model *model, const kt_batch_options
     n.stages = method ? (size_t)(method->stages - (method->fsal ? 1 : 0)) : 0;
     n.nq = model->n.q;
     n.nv = model->n.v;
-    n.nx = KT_OWN_STATES(&model->n);
+    n.nx = model->n.x;
     n.N = n.nq + n.nv + n.nx;
     n.loops = model->n.group;
     n.body = kt_where(model->n.force_link, model->n.body);
@@ -103,8 +103,6 @@ static kt_batch_counts count_batch(const kt_model *model, const kt_batch_options
     n.work_bytes = lay_out_work(NULL, &n);
     return n;
 }
-
-bool kt_batch_is_fused(void) { return kt_lane_kernels_baseline.is_fused; }
 
 /* Whether `most` times the bytes of a batch of one state and one thread are at most a quarter of all addresses. Then no
  * sum or product of sizes wraps around, since a state or a thread of a larger batch takes no more. */

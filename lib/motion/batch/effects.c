@@ -10,7 +10,7 @@ bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effec
                             const kt_effect_end *end, double t, kt_wrench wrench[2]) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     memset(wrench, 0, 2 * sizeof *wrench);
-    if (KT_HAS_FORMULAS && variables) {
+    if (variables) {
         double values[6] = {0.0};
         const int code = kt_formulas_evaluate(model, effect, variables, values);
         kind->formula_wrench(effect, values, end, wrench, NULL);
@@ -25,7 +25,7 @@ bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effec
 bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, const double *variables, double q,
                            double v, double t, double *force) {
     double values[6] = {0.0};
-    if (KT_HAS_FORMULAS && variables) {
+    if (variables) {
         const int code = kt_formulas_evaluate(model, effect, variables, values);
         *force = values[0];
         return code == 0;

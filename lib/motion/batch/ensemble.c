@@ -25,8 +25,8 @@ static kt_ensemble_counts count_ensemble(const kt_model *model) {
     return (kt_ensemble_counts){.width = kernels ? kernels->width : 1,
                                 .nq = model->n.q,
                                 .nv = model->n.v,
-                                .nx = KT_OWN_STATES(&model->n),
-                                .N = model->n.q + model->n.v + KT_OWN_STATES(&model->n),
+                                .nx = model->n.x,
+                                .N = model->n.q + model->n.v + model->n.x,
                                 .body = kt_where(model->n.force_link, model->n.body),
                                 .lane_bytes = kernels ? kernels->layout(model, NULL) : 0};
 }
@@ -90,10 +90,8 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
 }
 
 static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simulation *s) {
-#if KT_HAS_EVENTS
     if (s->contacts != NULL)
         return "it has hard contacts, stops or slack ropes, or friction that sticks";
-#endif
     const char *why = why_model(e, s->model);
     if (why)
         return why;
@@ -317,9 +315,7 @@ static kt_status hand_over_lane_records(kt_ensemble_lane *l) {
     kt_simulation *s = to->simulation;
     const kt_status status =
         kt_ensemble_shares_now(l) ? KT_OK : kt_simulation_hand_over(s, to->record, to->user, &l->error);
-    return KT_HAS_EVENTS && status == KT_OK && s->memory.fires && s->watch
-               ? s->watch->fire(s, to->record, to->user, &l->error)
-               : status;
+    return status == KT_OK && s->memory.fires && s->watch ? s->watch->fire(s, to->record, to->user, &l->error) : status;
 }
 
 /* Gives the lane the numbers of its model again, after events or a recorder have set some of them. Does nothing if

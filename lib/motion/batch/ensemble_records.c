@@ -10,7 +10,7 @@
 /* Whether effects have no potential energy. A law in C may fail, and a record with it. */
 static bool store_none(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
-        if (!kt_effect_kind_of(model->effect[i].type)->stores_none || (KT_HAS_FORMULAS && model->effect[i].law))
+        if (!kt_effect_kind_of(model->effect[i].type)->stores_none || (model->effect[i].law))
             return false;
     return true;
 }

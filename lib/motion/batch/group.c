@@ -93,14 +93,13 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
                                  const kt_lane_work *work) {
     double *wrench = model->n.force_link > 0 ? work->wrench : NULL;
     kt_lane_state loaded = *at;
-    if (model->n.effect == 0 && KT_OWN_STATES(&model->n) == 0)
+    if (model->n.effect == 0 && model->n.x == 0)
         return at->live & kernels->forward(model, work->lanes, at, wrench, work->a);
     loaded.tau = work->total;
     const kt_lane_mask done = kernels->effects(model, work->lanes, at, work->total, wrench);
     return done & kernels->forward(model, work->lanes, &loaded, wrench, work->a);
 }
 
-#if KT_HAS_SWITCHES
 /* Fails the states in which an open contact touches (kt_acceleration_evaluate). */
 static void reject_open_contacts(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     kt_error made;
@@ -113,14 +112,11 @@ static void reject_open_contacts(kt_batch_work *w, kt_batch_group *group, const 
             kt_batch_fail(w, group, lane, &made, fault);
     }
 }
-#endif
 
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
-#if KT_HAS_SWITCHES
     if (batch->model->variants != NULL)
         reject_open_contacts(w, group, t, fault);
-#endif
     const kt_lane_state at = {
         .t = t, .q = group->q, .v = group->v, .x = group->x, .tau = group->tau, .live = group->live};
     const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};

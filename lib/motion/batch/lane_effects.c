@@ -53,7 +53,7 @@ typedef struct variables {
 /* Returns whether the effect has formulas. */
 static bool read_lane_variables(const sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
                                 variables *to) {
-    if (!KT_HAS_FORMULAS || effect->type != KT_EFFECT_EXPRESSION)
+    if (effect->type != KT_EFFECT_EXPRESSION)
         return false;
     const kt_variable_source from = {.data = s->data, .q = s->q, .v = s->v, .x = s->x, .t = s->t};
     for (int32_t k = 0; k < effect->variable_count; k++) {
@@ -165,7 +165,7 @@ kt_condition KT_KERNEL(kt_effects_sum)(const kt_model *model, kt_data *data, con
 kt_condition KT_KERNEL(kt_own_rates)(const kt_model *model, kt_data *data, const kt_lane_state *at, kt_real1 *rates) {
     const kt_real1 zero = kt_real1_splat(0.0);
     sum s = begin_sum(model, data, at);
-    for (size_t i = 0; i < KT_OWN_STATES(&model->n); i++) {
+    for (size_t i = 0; i < model->n.x; i++) {
         rates[i] = force_lane_by_lane(&s, &model->state[i], zero, zero);
         s.excess += rates[i] - rates[i];
     }

@@ -113,7 +113,7 @@ static kt_lane_mask lanes_forward(const kt_model *model, void *work, const kt_la
     kt_real1 *as = (void *)a;
     model = lane_model_of(model, work);
     data->sound = kt_condition_true();
-    if (KT_HAS_LOOPS && model->n.group > 0)
+    if (model->n.group > 0)
         KT_KERNEL(kt_groups_accelerate)(model, data, &at, as);
     else
         forward_tree(model, data, &at, as);
@@ -126,9 +126,7 @@ static kt_lane_mask lanes_project(const kt_model *model, void *work, kt_lane_mas
     kt_condition lanes = kt_condition_false();
     for (int lane = 0; lane < KT_LANES; lane++)
         lanes[lane] = (live >> lane & 1U) ? -1 : 0;
-    return KT_HAS_LOOPS
-               ? kt_mask_of(KT_KERNEL(kt_project)(lane_model_of(model, work), work, lanes, time, (void *)q, (void *)v))
-               : 0;
+    return kt_mask_of(KT_KERNEL(kt_project)(lane_model_of(model, work), work, lanes, time, (void *)q, (void *)v));
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
@@ -218,14 +216,7 @@ static void lift_transposed(const kt_model *model, void *work, const double *q, 
 
 static kt_lane_mask finite(const double *x, size_t n) { return finite_lanes(kt_condition_true(), (const void *)x, n); }
 
-#ifdef KT_FUSED
-enum { IS_FUSED = true };
-#else
-enum { IS_FUSED = false };
-#endif
-
 const kt_lane_kernels KT_PASTE(kt_lane_kernels_, KT_ISA) = {.width = KT_LANES,
-                                                            .is_fused = IS_FUSED,
                                                             .layout = lay_out_lanes,
                                                             .put_model = put_lane_model,
                                                             .forward = lanes_forward,

@@ -1,8 +1,7 @@
 /* The recursions over trees, compiled for several states at once (algebra/real3.h), and their workspace.
  *
  * Numbers of a group of `width` states lie coordinate by coordinate: x[coordinate * width + lane]. The results of a
- * lane have the bits of the same state computed alone, for any numbers in the other lanes. A build with -Dfused=enabled
- * is an exception.
+ * lane have the bits of the same state computed alone, for any numbers in the other lanes.
  */
 #ifndef KT_BATCH_LANES_H
 #define KT_BATCH_LANES_H
@@ -50,7 +49,6 @@ typedef struct kt_lane_frame {
 
 typedef struct kt_lane_kernels {
     size_t width;
-    bool is_fused; /* -Dfused=enabled: products and sums have one rounding where the processor has such operations */
     /* Bytes of the workspace; if memory is not NULL, it is initialised there, at a multiple of KT_ARENA_ALIGNMENT. */
     size_t (*layout)(const kt_model *model, void *memory);
     /* Gives some lanes the numbers of links, bodies and planes, and the gravity, of a model. Every lane must have the

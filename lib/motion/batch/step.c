@@ -59,7 +59,7 @@ static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h,
         find_position_rates(w, &at, k);
         kt_batch_accelerate(w, &at, t, fault);
         kt_copy(k + nq, w->result, (moving - nq) * sizeof *k);
-        if (KT_HAS_FORMULAS && n->nx > 0)
+        if (n->nx > 0)
             rate_auxiliary_states(w, &at, t, k + moving, fault);
     }
     kt_combine_rows(w->stage, y, h, m->b, n->stages, w->slope, N);
@@ -73,7 +73,7 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
     const size_t nq = n->width * n->nq, nv = n->width * n->nv;
     double *q = w->stage, *v = w->stage + nq;
     kt_batch_accelerate(w, group, batch->t + group->first, fault);
-    if (KT_HAS_FORMULAS && n->nx > 0)
+    if (n->nx > 0)
         rate_auxiliary_states(w, group, batch->t + group->first, v + nv, fault);
     for (size_t i = 0; i < n->width * n->nx; i++)
         v[nv + i] = group->x[i] + h * v[nv + i];
@@ -181,5 +181,5 @@ kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);
-    return KT_HAS_SWITCHES ? reject_contacts(batch->model, error) : KT_OK;
+    return reject_contacts(batch->model, error);
 }

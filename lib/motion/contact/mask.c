@@ -31,7 +31,7 @@ static const double near = 0.01, closed = 1e-9;
 KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects, size_t groups)
 
 static const kt_model *closed_model(const kt_model *model) {
-    const bool masks = KT_HAS_LOOPS && model->variants != NULL && model->variants->switches.masked != 0;
+    const bool masks = model->variants != NULL && model->variants->switches.masked != 0;
     return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;
 }
 
@@ -187,8 +187,6 @@ static void set_groups(kt_mask *mask) {
 
 void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set) {
     kt_model *model = &mask->model;
-    if (!KT_HAS_LOOPS)
-        return;
     mask->all = all;
     *model = *all;
     model->set = set;
@@ -267,8 +265,6 @@ static const double *closed_position(kt_mask *mask, kt_data *data, double t, con
 
 void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q) {
     int32_t *rank = mask->rank;
-    if (!KT_HAS_LOOPS)
-        return;
     for (size_t i = 0; i < KT_ROWS_COUNT * mask->model.n.group; i++)
         rank[i] = 0;
     double gap = evaluate_gap(mask, data, t, q);

@@ -66,8 +66,6 @@ static double violation_of(const kt_model *model, const kt_data *data) {
 /* Returns whether loops prescribe that contacts continue to close. If so, sets an error that names these loops. If not,
  * data belong to the simulation's model again. */
 static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
-    if (!KT_HAS_LOOPS)
-        return false;
     struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
     const kt_model *model = simulation->model;

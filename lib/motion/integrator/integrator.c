@@ -113,11 +113,8 @@ kt_status kt_integrator_init(void *memory, size_t size, const kt_method *method,
     const kt_integrator_options *options = given;
     if (KT_IS_MISSING(error, method, options, integrator))
         return KT_ERROR_ARGUMENT;
-    kt_integrator_options own;
-    if (KT_HAS_SIZES) {
-        own = kt_integrator_options_default();
-        options = KT_OPTIONS(kt_integrator_options, newton, &own, given, error);
-    }
+    kt_integrator_options own = kt_integrator_options_default();
+    options = KT_OPTIONS(kt_integrator_options, newton, &own, given, error);
     if (options == NULL)
         return KT_ERROR_ARGUMENT;
     kt_status status = kt_method_check_sizes(method, error);

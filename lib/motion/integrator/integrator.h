@@ -39,7 +39,6 @@
 
 #include "base/arena.h"
 #include "base/require.h"
-#include "base/words.h"
 #include "kinetree/integrator.h"
 
 #include <float.h>

@@ -55,8 +55,8 @@ static const double whole[] = {1.0}, start[] = {0.0};
 
 const kt_method kt_method_moreau_jean = {
     .name = "moreau-jean",
-    .title = KT_WORDS("Moreau 1988, Jean 1999: time stepping with impulses, theta = 1/2"),
-    .source = KT_WORDS("V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10"),
+    .title = "Moreau 1988, Jean 1999: time stepping with impulses, theta = 1/2",
+    .source = "V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10",
     .family = &family,
     .stages = 1,
     .order = 1,

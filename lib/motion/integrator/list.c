@@ -1,18 +1,11 @@
 /* The list of built-in methods. */
-#include "base/small.h"
 #include "integrator/integrator.h"
 
 #include <stdio.h>
 
 static const kt_method *const methods[] = {
 #define KT_METHOD_ADDRESS(name) &kt_method_##name,
-#if !KT_HAS_JACOBIAN
-#define KT_METHOD_NONE(name)
-    KT_METHOD_LIST_BY_KIND(KT_METHOD_ADDRESS, KT_METHOD_NONE)
-#undef KT_METHOD_NONE
-#else
     KT_METHOD_LIST(KT_METHOD_ADDRESS)
-#endif
 #undef KT_METHOD_ADDRESS
 };
 

@@ -4,7 +4,6 @@
  * commit_try(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
 #include "algebra/finite.h"
-#include "base/small.h"
 #include "base/where.h"
 #include "integrator/integrator.h"
 
@@ -160,10 +159,8 @@ static const char advice_on_model[] =
 /* A method that solves Newton's equations is not sent to another one that does, and nobody to one that is not built. */
 #define ADVICE_ON_MOTION "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
 static const char *advice_on_motion(const kt_integrator *it) {
-#if KT_HAS_JACOBIAN
     if (!kt_method_needs_newton(it->method))
         return ADVICE_ON_MOTION "; if it is stiff, by a strong damper or a light body on a hard spring, take radau5";
-#endif
     (void)it;
     return ADVICE_ON_MOTION;
 }

@@ -12,8 +12,6 @@
 
 #include <math.h>
 
-#if KT_HAS_SWITCHES
-
 /* Gaps within this part of the mechanism's length, or of 1 m or rad, count as zero. So do reactions within this part of
  * the largest one. */
 static const double rounding = 1e-9;
@@ -109,7 +107,7 @@ static uint64_t side_mask_of(const kt_model *model) {
 kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error) {
     const kt_model *model = w->model;
     const uint64_t mask = side_mask_of(model);
-    if (!KT_HAS_LOOPS || model->variants == NULL)
+    if (model->variants == NULL)
         return KT_OK;
     kt_status status = check_sticks(w, error);
     if (status == KT_OK && (model->set & mask) != mask)
@@ -127,5 +125,3 @@ size_t kt_step_contact_rows(const kt_model *model) {
     }
     return rows;
 }
-
-#endif

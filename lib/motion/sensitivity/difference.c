@@ -101,7 +101,7 @@ static kt_status find_loop_drift(const kt_model *model, kt_data *data, const kt_
 
 /* Whether r is a polynomial of degree two in the numbers of the parameter. */
 static bool is_quadratic(const kt_parameter_work *w) {
-    return w->parameter->kind < KT_PARAMETER_EFFECT && KT_GRAVITY_FORCES(&w->shifted->n) == 0;
+    return w->parameter->kind < KT_PARAMETER_EFFECT && w->shifted->n.gravity == 0;
 }
 
 /* The shift of number k. */
@@ -156,7 +156,7 @@ kt_status kt_parameter_residual(kt_parameter_work *w, int k, const kt_parameter_
 }
 
 kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_parameter_point *at, double *out, kt_error *error) {
-    return KT_HAS_LOOPS ? differentiate_by_number(w, k, find_loop_drift, at, w->p, out, error) : KT_OK;
+    return differentiate_by_number(w, k, find_loop_drift, at, w->p, out, error);
 }
 
 kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v, const double *x,
@@ -169,7 +169,7 @@ kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, 
     for (int k = 0; k < w->parameter->count && status == KT_OK; k++) {
         if (kind >= KT_PARAMETER_MASS && kind <= KT_PARAMETER_ARMATURE)
             status = differentiate_forces(w, k, kt_parameter_inertia, &at, w->inertia + (size_t)k * w->n, error);
-        if (KT_HAS_LOOPS && kind == KT_PARAMETER_LOOP_CURVE)
+        if (kind == KT_PARAMETER_LOOP_CURVE)
             status = differentiate_by_number(w, k, v ? find_loop_rate : find_loop_gap, &at, w->p,
                                              w->gap + (size_t)k * w->p, error);
     }

@@ -91,12 +91,10 @@ static const kt_method *method_of(const kt_simulation *simulation) {
 /* The work of a step, for the largest of all sets of switches. */
 static size_t step_size_of(const kt_model *model, const kt_method *method) {
     size_t most = kt_step_work_size(model, method);
-#if KT_HAS_SWITCHES
     for (uint64_t k = 0; model->variants != NULL && most > 0 && k < kt_variants_count(model->variants); k++) {
         const size_t size = kt_step_work_size(kt_variants_model(model->variants, k), method);
         most = size > most ? size : most;
     }
-#endif
     return most;
 }
 
@@ -179,8 +177,8 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
                           .external = simulation->external,
                           .unprojected = simulation->options.unprojected};
     const kt_variants *variants = simulation->model->variants;
-    const bool masks = KT_HAS_SWITCHES && variants != NULL && variants->switches.masked != 0;
-    if (KT_HAS_SWITCHES && (simulation->model != m->model || masks)) /* a mask may have changed in its place */
+    const bool masks = variants != NULL && variants->switches.masked != 0;
+    if ((simulation->model != m->model || masks)) /* a mask may have changed in its place */
         kt_data_rebind(simulation->model, m->data);
     m->model = simulation->model;
     kt_auxiliary_states_put(m->model, m->data, m->start);
@@ -333,10 +331,8 @@ static outcome outcome_of(const kt_simulation *simulation) {
         const bool is_off = kt_loop_is_off(&model->loop[i]);
         end.loops = kt_sum_add(end.loops, &is_off, sizeof is_off);
     }
-#if KT_HAS_EVENTS
     end.impacts = simulation->memory.contacts.impacts;
     end.touching = simulation->contacts != NULL ? kt_contacts_total(simulation->contacts) : 0;
-#endif
     return end;
 }
 

@@ -71,8 +71,7 @@ static const char *fallback_reason_of_rollout(const kt_model *model, const kt_ro
         return "it has loops";
     if (kt_has_auxiliary_states(model))
         return "it has auxiliary states";
-    if (model->variants || (KT_HAS_SWITCHES && kt_step_contact_rows(model) > 0) || model->n.massless > 0 ||
-        kt_mass_curve_count(model) > 0)
+    if (model->variants || (kt_step_contact_rows(model) > 0) || model->n.massless > 0 || kt_mass_curve_count(model) > 0)
         return "it has hard contacts, switched parts, masses that vary, or coordinates without mass";
     return model->n.v > 0 ? kt_sweep_rejected(model) : "nothing moves";
 }

@@ -99,7 +99,7 @@ static kt_status find_step_time_derivative(kt_step_work *w, kt_error *error) {
     double *slope = w->time_derivative, *other = w->neighbour, *f = w->slope;
     kt_status status = KT_OK;
     memset(slope, 0, N * sizeof *slope);
-    if (!model->driven && !kt_model_is_differenced(model) && !(KT_HAS_FORMULAS && differs_in_time(w, slope + nq + n))) {
+    if (!model->driven && !kt_model_is_differenced(model) && !(differs_in_time(w, slope + nq + n))) {
         const kt_dynamic_state at = {step->t, w->y, w->y + nq, step->tau, step->external};
         status = kt_acceleration_time_derivative(model, w->data, &at, f + nq, slope + nq, error);
         for (size_t l = nq; l < N; l++)

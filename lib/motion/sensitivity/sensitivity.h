@@ -64,8 +64,8 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
 static inline size_t kt_padded(size_t n) { return (n + KT_LANES - 1) / KT_LANES * KT_LANES; }
 
 /* The numbers e of velocities and auxiliary states. The lengths of columns of positions, and of these. */
-static inline size_t kt_rate_numbers(const kt_model *model) { return model->n.v + KT_OWN_STATES(&model->n); }
-static inline size_t kt_padded_q(const kt_model *model) { return kt_padded(model->n.q + KT_OWN_STATES(&model->n)); }
+static inline size_t kt_rate_numbers(const kt_model *model) { return model->n.v + model->n.x; }
+static inline size_t kt_padded_q(const kt_model *model) { return kt_padded(model->n.q + model->n.x); }
 static inline size_t kt_padded_v(const kt_model *model) { return kt_padded(kt_rate_numbers(model)); }
 
 /* Products of small matrices. All arguments but A and B have the alignment of arrays of an arena.
@@ -277,9 +277,8 @@ size_t kt_step_contact_rows(const kt_model *model);
     X(double, right, r *c *N, "right-hand sides")                                                                      \
     X(double, first, r *c *N, "the changes of the slope at the start")                                                 \
     X(double, unit_state, u ? 2 * N + n : 0, "a unit vector, and what it changes")                                     \
-    X(double, contact_row, KT_HAS_SWITCHES ? kt_step_contact_rows(model) : 0, "gaps or reactions of hard contacts")    \
-    X(char, contact_memory, KT_HAS_SWITCHES &&kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0,               \
-      "data for them")                                                                                                 \
+    X(double, contact_row, kt_step_contact_rows(model), "gaps or reactions of hard contacts")                          \
+    X(char, contact_memory, kt_step_contact_rows(model) > 0 ? kt_data_size(model) : 0, "data for them")                \
     X(double, tiles, 2 * KT_LANES * e, "of a product")                                                                 \
     X(double, by_stage, s *N, "gradients by X_i")                                                                      \
     X(double, raw, N, "state before the projection")                                                                   \
@@ -315,11 +314,9 @@ typedef struct kt_step_work {
 } kt_step_work;
 
 /* Whether a model has auxiliary states; the numbers of y = (q, v, x), and of a change (xi, dv, dx). */
-static inline bool kt_has_auxiliary_states(const kt_model *model) { return KT_OWN_STATES(&model->n) > 0; }
-static inline size_t kt_state_numbers(const kt_model *model) {
-    return model->n.q + model->n.v + KT_OWN_STATES(&model->n);
-}
-static inline size_t kt_tangent_numbers(const kt_model *model) { return 2 * model->n.v + KT_OWN_STATES(&model->n); }
+static inline bool kt_has_auxiliary_states(const kt_model *model) { return model->n.x > 0; }
+static inline size_t kt_state_numbers(const kt_model *model) { return model->n.q + model->n.v + model->n.x; }
+static inline size_t kt_tangent_numbers(const kt_model *model) { return 2 * model->n.v + model->n.x; }
 
 /* Copies the auxiliary states of y to the data, from which all evaluations read them. */
 static inline void kt_auxiliary_states_put(const kt_model *model, kt_data *data, const double *y) {
@@ -387,9 +384,7 @@ KT_CHECKED kt_status kt_coupled_adjoint(kt_step_work *w, kt_error *error);
 void kt_coupled_recall(kt_step_work *w);
 
 /* Whether a method is linearly implicit. Then its stages, and the changes at the end (change_q, rate_v). */
-static inline bool kt_method_is_linear(const kt_method *method) {
-    return KT_HAS_ROSENBROCK && method->transformed != NULL;
-}
+static inline bool kt_method_is_linear(const kt_method *method) { return method->transformed != NULL; }
 KT_CHECKED kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_rosenbrock_tangents(kt_step_work *w, const double *q, const double *v, size_t held,
                                             kt_error *error);

@@ -21,7 +21,7 @@ kt_status kt_step_rates(const kt_step_work *w, double t, const double *y, double
     kt_auxiliary_states_put(model, w->data, y);
     const kt_dynamic_state at = {t, q, v, w->step->tau, w->step->external};
     const kt_status status = kt_acceleration_trusted(model, w->data, &at, a, error);
-    return status == KT_OK && KT_HAS_FORMULAS && kt_has_auxiliary_states(model)
+    return status == KT_OK && kt_has_auxiliary_states(model)
                ? kt_auxiliary_state_rates_trusted(model, w->data, t, q, v, a + model->n.v, error)
                : status;
 }
@@ -66,10 +66,10 @@ static void join_state_blocks(double *matrix, size_t n, size_t m, const double *
 static kt_status differentiate_state_at(kt_step_work *w, double t, const double *y, const double *a, double *made,
                                         size_t block, bool inputs, kt_error *error) {
     const kt_model *model = w->model;
-    const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), e = n + m;
+    const size_t n = model->n.v, m = model->n.x, e = n + m;
     const kt_dynamic_state at = {t, y, y + model->n.q, w->step->tau, w->step->external};
     const kt_forward_matrices by = {w->by_q + block * e * e, w->by_v + block * e * e, inputs ? w->by_tau : NULL};
-    if (!(KT_HAS_FORMULAS && m > 0))
+    if (!(m > 0))
         return differentiate_stage(w, &at, made, a, &by, error);
     const kt_state_derivatives states = {w->by_states, w->by_states + n * m, w->by_states + 2 * n * m,
                                          w->by_states + 3 * n * m};

@@ -50,7 +50,7 @@ void kt_joint_effects_add(const kt_model *model, double t, size_t stride, const 
 /* Computes w = M^-1 mu, or with loops the response, into by_tau. */
 static kt_status respond_to_stage(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                                   kt_error *error) {
-    if (KT_HAS_LOOPS && w->model->n.group)
+    if (w->model->n.group)
         return kt_stage_respond(w, t, q, mu, by_tau, error);
     memcpy(by_tau, mu, w->model->n.v * sizeof *mu);
     return kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
@@ -71,7 +71,7 @@ static kt_status sweep_stage(kt_step_work *w, size_t stage, const double *mu, kt
     for (size_t i = 0; i < 2 * n; i++)
         by_xi[i] = -by_xi[i];
     kt_joint_effects_add(w->model, t, 1, q, v, by_tau, by_xi, by_v);
-    if (KT_HAS_LOOPS && w->model->n.group)
+    if (w->model->n.group)
         status = kt_stage_add_loops(w, stage, mu, error);
     return status;
 }

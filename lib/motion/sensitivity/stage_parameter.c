@@ -35,8 +35,7 @@ kt_status kt_parameter_stage(kt_step_work *step, double t, const double *y, cons
     for (int k = 0; k < w->parameter->count; k++) {
         double *out = w->by_parameter + (size_t)k * n;
         memset(w->force, 0, n * sizeof *w->force);
-        kt_status status =
-            KT_HAS_LOOPS && loop ? move_loops(step, k, &at, error) : kt_parameter_residual(w, k, &at, w->force, error);
+        kt_status status = loop ? move_loops(step, k, &at, error) : kt_parameter_residual(w, k, &at, w->force, error);
         if (status != KT_OK)
             return status;
         for (size_t j = 0; j < n && !loop; j++)

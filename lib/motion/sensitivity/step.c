@@ -41,13 +41,11 @@ KT_ARENA_ARRAYS(place_arrays, kt_step_work, KT_STEP_FIELDS, const kt_model *mode
 
 static size_t place_step_work(kt_step_work *w, void *memory, const kt_model *model, const kt_method *method) {
     const bool linear = kt_method_is_linear(method);
-    const size_t n = model->n.v, m = KT_OWN_STATES(&model->n), unknowns = unknowns_of(model, method);
+    const size_t n = model->n.v, m = model->n.x, unknowns = unknowns_of(model, method);
     const size_t most = kt_method_is_coupled(method) ? kt_coupled_most(method) : 1, g = linear ? 2 : most;
     const size_t columns = (n > KT_PARAMETER_MAX / 3 ? 3 * n : KT_PARAMETER_MAX) + m;
     const size_t used = place_arrays(w, memory, model, kt_state_numbers(model), n, n + m, kt_step_stages_of(method), m,
                                      columns, held_most(model), g, most * unknowns, linear);
-    if (!KT_HAS_LOOPS)
-        return used;
     return used + kt_projection_place(w ? &w->projection : NULL, memory ? (char *)memory + used : NULL, model);
 }
 
@@ -143,9 +141,9 @@ static kt_status explicit_stages(kt_step_work *w, const double *q, const double 
 }
 
 kt_status kt_step_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
-    const kt_status status = w->coupled                       ? kt_coupled_stages(w, q, v, error)
-                             : KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_stages(w, q, v, error)
-                                                              : explicit_stages(w, q, v, error);
+    const kt_status status = w->coupled  ? kt_coupled_stages(w, q, v, error)
+                             : w->linear ? kt_rosenbrock_stages(w, q, v, error)
+                                         : explicit_stages(w, q, v, error);
     kt_auxiliary_states_restore(w);
     return status;
 }
@@ -172,7 +170,7 @@ kt_status kt_step_evaluate(const kt_model *model, kt_data *data, void *work, siz
         status = kt_step_stages(&w, q, v, error);
     if (status == KT_OK)
         status = kt_step_close(model, data, step, w.next, w.next + nq, error);
-    if (KT_HAS_SWITCHES && status == KT_OK)
+    if (status == KT_OK)
         status = kt_step_reject_contacts(&w, w.next, error);
     if (status != KT_OK)
         return status;

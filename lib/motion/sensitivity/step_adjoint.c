@@ -18,12 +18,12 @@
  * auxiliary states, there is no other way. */
 static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_auxiliary_states(w->model); }
 
-static bool step_closes(const kt_step_work *w) { return KT_HAS_LOOPS && w->model->n.row && !w->step->unprojected; }
+static bool step_closes(const kt_step_work *w) { return w->model->n.row && !w->step->unprojected; }
 
 kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model);
     kt_status status = kt_step_stages(w, q, v, error);
-    if (KT_HAS_SWITCHES && status == KT_OK)
+    if (status == KT_OK)
         status = kt_step_reject_contacts(w, w->next, error);
     if (status != KT_OK)
         return status;
@@ -102,7 +102,7 @@ static kt_status pull_stage_adjoint(kt_step_work *w, size_t i, kt_error *error) 
 
 /* Computes the adjoint with A and B. */
 static kt_status multiply_step_adjoint(kt_step_work *w, kt_error *error) {
-    const size_t nq = w->model->n.q, n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), N = kt_state_numbers(w->model);
+    const size_t nq = w->model->n.q, n = w->model->n.v, m = w->model->n.x, N = kt_state_numbers(w->model);
     const double *change_x = w->rate_v + n;
     memcpy(w->raw, w->y, N * sizeof *w->raw);
     const kt_status status = kt_step_tangents(w, w->raw, w->raw + nq, n, error);

@@ -89,7 +89,7 @@ static kt_status reject_unknown_step(const kt_step_work *w, size_t columns, kt_e
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded_q(model), V = kt_padded_v(model);
-    const bool checked = KT_HAS_SWITCHES && !w->watched;
+    const bool checked = !w->watched;
     const kt_status rejected = checked ? kt_step_reject_contacts(w, w->next, error) : KT_OK;
     if (rejected != KT_OK)
         return rejected;
@@ -101,7 +101,7 @@ static kt_status close(kt_step_work *w, const double *change_v, size_t columns, 
             kt_tangent_drop(model, w->next, w->change_q + j * Q, end);
         memcpy(end + n, change_v + j * V, n * sizeof *end);
     }
-    if (KT_HAS_LOOPS && model->n.row && !w->step->unprojected) { /* groups may have no equations */
+    if (model->n.row && !w->step->unprojected) { /* groups may have no equations */
         const kt_status status =
             kt_projection_columns(&w->projection, w->next, w->next + nq, columns, w->end, w->parameter, error);
         return status == KT_OK ? reject_unknown_step(w, columns, error) : status;
@@ -133,9 +133,9 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
     const size_t n = w->model->n.v, columns = w->states + held;
     kt_step_start(w, q, v);
     begin_changes(w, columns);
-    kt_status status = KT_HAS_ROSENBROCK && w->linear ? kt_rosenbrock_tangents(w, q, v, held, error)
-                       : w->coupled                   ? kt_coupled_tangents(w, q, v, held, error)
-                                                      : differentiate_stages(w, held, columns, error);
+    kt_status status = w->linear    ? kt_rosenbrock_tangents(w, q, v, held, error)
+                       : w->coupled ? kt_coupled_tangents(w, q, v, held, error)
+                                    : differentiate_stages(w, held, columns, error);
     kt_auxiliary_states_restore(w);
     if (status != KT_OK)
         return status;
@@ -152,7 +152,7 @@ kt_status kt_step_tangents(kt_step_work *w, const double *q, const double *v, si
 }
 
 void kt_step_copy(const kt_step_work *w, size_t first, size_t columns, double *to) {
-    const size_t n = w->model->n.v, m = KT_OWN_STATES(&w->model->n), V = kt_padded_v(w->model);
+    const size_t n = w->model->n.v, m = w->model->n.x, V = kt_padded_v(w->model);
     if (m == 0)
         kt_copy(to, w->end + 2 * n * first, 2 * n * columns * sizeof *to);
     for (size_t j = first; j < first + columns && m > 0; j++, to += 2 * n + m) {

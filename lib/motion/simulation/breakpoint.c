@@ -42,7 +42,7 @@ static void meet_breakpoint(breakpoint *first, double t, double time, bool jumps
     if (!(time > t) || time > first->time)
         return;
     first->jumps = jumps || (time == first->time && first->jumps);
-    first->cut = KT_HAS_FORMULAS && time == first->time && first->cut;
+    first->cut = time == first->time && first->cut;
     first->strikes = time == first->time && first->strikes;
     first->time = time;
 }
@@ -61,12 +61,12 @@ static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, c
                        int speed) {
     const kt_breakpoint next = seek_breakpoint(simulation, curve, t, first->time);
     meet_breakpoint(first, t, next.time, next.order <= order);
-    first->cut = KT_HAS_FORMULAS && (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
+    first->cut = (first->cut || (next.order == KT_BREAKPOINT_CUT && next.time == first->time));
     first->strikes = first->strikes || (next.order <= speed && next.time == first->time && first->time < HUGE_VAL);
 }
 
 /* The functions of time of a model: of loops, effects, formulas and masses. */
-static size_t time_parts_of(const kt_model *model) { return KT_HAS_FORMULAS ? model->n.time_part : 0; }
+static size_t time_parts_of(const kt_model *model) { return model->n.time_part; }
 static size_t curves_of(const kt_model *model) {
     return model->n.loop + 3 * model->n.effect + time_parts_of(model) + kt_mass_curve_count(model);
 }
@@ -124,7 +124,7 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
         if (effect != NULL && effect->corner != NULL)
             meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
     }
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+    for (size_t i = 0; i < model->n.x; i++)
         if (model->state[i].corner != NULL)
             meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
     for (size_t k = effects; k < curves_of(model); k++)
@@ -145,7 +145,7 @@ bool kt_simulation_has_breakpoints(const kt_model *model) {
     bool has = false;
     for (size_t i = 0; i < model->n.effect && !has; i++)
         has = model->effect[i].corner != NULL;
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x && !has; i++)
+    for (size_t i = 0; i < model->n.x && !has; i++)
         has = model->state[i].corner != NULL;
     for (size_t k = 0; k < curves_of(model) && !has; k++)
         has = kt_curve_has_breakpoints(curve_at(model, k));
@@ -179,7 +179,6 @@ double kt_simulation_shortest_feature(const kt_model *model, double duration) {
     return least;
 }
 
-#if KT_HAS_EVENTS && KT_HAS_FORMULAS
 double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count, double t) {
     int64_t left = KT_BREAKPOINT_OPERATIONS - simulation->memory.sought;
     double next = HUGE_VAL;
@@ -194,7 +193,6 @@ double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression
     simulation->event_cut += cut;
     return next;
 }
-#endif
 
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
@@ -264,7 +262,7 @@ void kt_simulation_recall_breakpoints(kt_simulation *simulation) {
     simulation->memory.sought = simulation->memory.before; /* the search is repeated */
     (void)enter_piece(simulation, simulation->memory.piece);
     simulation->memory.sought = sought;
-    if (KT_HAS_EVENTS && c->jumps && !(t < c->next - margin_at(c->next)))
+    if (c->jumps && !(t < c->next - margin_at(c->next)))
         end_at_breakpoint(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }
 
@@ -275,12 +273,9 @@ bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes) {
     const bool ends = c->fixed && !c->jumps && c->next - t < 2.0 * simulation->step; /* the search, within a step */
     if (c->from <= t && t < c->next - margin_at(c->next) && !ends)
         return false;
-#if KT_HAS_EVENTS
     simulation->memory.breakpoints += t >= c->next - margin_at(c->next) && (c->jumps || !c->fixed);
-#endif
     const breakpoint at = enter_piece(simulation, t);
-    if (KT_HAS_FORMULAS)
-        simulation->memory.cut += c->cut;
+    simulation->memory.cut += c->cut;
     *strikes = at.strikes;
     return at.jumps;
 }

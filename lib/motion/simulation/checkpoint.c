@@ -20,13 +20,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#if KT_HAS_EVENTS
 #define KT_CHECKPOINT_EVENTS(X)                                                                                        \
     X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)                           \
     X(contact, "the option 'contact' at", simulation->steps_over_contacts)
-#else
-#define KT_CHECKPOINT_EVENTS(X)
-#endif
 
 /* The settings that steps and records after a checkpoint depend on: name, words, value. One list writes, compares and
  * reports them. */
@@ -56,16 +52,11 @@ typedef struct kt_checkpoint_settings {
     X(torque_next, size->user_nv * sizeof(double))                                                                     \
     X(wrench, size->body * sizeof(kt_wrench))                                                                          \
     X(wrench_next, size->body * sizeof(kt_wrench))
-#if KT_HAS_EVENTS
 #define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
 #define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
     X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
     X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
     X(event_root, size->event * sizeof(kt_event_root))
-#else
-#define KT_CHECKPOINT_RANKS(X)
-#define KT_CHECKPOINT_MEMORIES(X)
-#endif
 
 /* The parts: name, bytes. One list measures, writes and reads. */
 #define KT_CHECKPOINT_PARTS(X)                                                                                         \
@@ -91,10 +82,8 @@ typedef struct kt_checkpoint_head {
     char kind[16];   /* "kinetree state" */
     char method[32]; /* its name, cut to fit */
     uint64_t size, nq, nv, body;
-    uint64_t model; /* checksum: see sum_of_model */
-#if KT_HAS_EVENTS
+    uint64_t model;  /* checksum: see sum_of_model */
     uint64_t events; /* checksum of the events (kt_event.sum) */
-#endif
     kt_checkpoint_settings settings;
     uint64_t sum[KT_CHECKPOINT_PART_COUNT]; /* of all bytes of a part; that of the head is made as if it were 0 */
 } kt_checkpoint_head;
@@ -137,7 +126,7 @@ static uint64_t sum_of_path(uint64_t sum, const kt_model *model, const kt_effect
 /* Adds names, order and types of bodies, loops and effects, the formulas and paths, and the library's version, on which
  * the layout depends. With variants, the first model counts, since effects that are off are missing in the others. */
 static uint64_t sum_of_model(const kt_model *model) {
-    model = KT_HAS_SWITCHES ? kt_model_switched(model, 0) : model;
+    model = kt_model_switched(model, 0);
     uint64_t sum = kt_sum_add_text(KT_SUM_START, kt_version());
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
@@ -150,23 +139,46 @@ static uint64_t sum_of_model(const kt_model *model) {
     }
     for (size_t i = 0; i < model->n.effect; i++)
         sum = kt_sum_add(sum, &model->effect[i].type, sizeof model->effect[i].type);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.effect; i++)
+    for (size_t i = 0; i < model->n.effect; i++)
         sum = sum_of_path(sum_of_formulas(sum, model, &model->effect[i]), model, &model->effect[i]);
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+    for (size_t i = 0; i < model->n.x; i++)
         sum = sum_of_formulas(kt_sum_add_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
     return sum;
 }
 
-#if KT_HAS_EVENTS
 static uint64_t sum_of_events(const kt_simulation *simulation) {
     uint64_t sum = KT_SUM_START;
     for (size_t k = 0; k < simulation->event_count; k++)
         sum = kt_sum_add(sum, &simulation->event[k].sum, sizeof simulation->event[k].sum);
     return sum;
 }
-#endif
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
+
+/* The arrays of the simulation that are copied as they are, by name. */
+#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
+    X(torque, size->user_nv * sizeof(double))                                                                          \
+    X(torque_next, size->user_nv * sizeof(double))                                                                     \
+    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
+    X(wrench_next, size->body * sizeof(kt_wrench))
+#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
+#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
+    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
+    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
+    X(event_root, size->event * sizeof(kt_event_root))
+
+/* The parts: name, bytes. One list measures, writes and reads. */
+#define KT_CHECKPOINT_PARTS(X)                                                                                         \
+    X(head, sizeof(kt_checkpoint_head))                                                                                \
+    X(memory, sizeof(kt_simulation_memory))                                                                            \
+    X(integrator, sizeof(kt_integrator_memory))                                                                        \
+    X(y, size->n * sizeof(double))                                                                                     \
+    X(previous_y, size->n * sizeof(double))                                                                            \
+    X(history, size->history * sizeof(double))                                                                         \
+    KT_CHECKPOINT_INPUTS(X)                                                                                            \
+    X(kept, size->kept * sizeof(double))                                                                               \
+    KT_CHECKPOINT_RANKS(X)                                                                                             \
+    KT_CHECKPOINT_MEMORIES(X)
 
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
@@ -209,9 +221,7 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     head.nv = simulation->size.nv;
     head.body = simulation->size.body;
     head.model = sum_of_model(simulation->user_model);
-#if KT_HAS_EVENTS
     head.events = sum_of_events(simulation);
-#endif
     head.settings = settings_of(simulation);
     return head;
 }
@@ -274,10 +284,8 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_SAVE)
     KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_SAVE)
 #undef KT_CHECKPOINT_SAVE
-#if KT_HAS_EVENTS
     if (size->ranks > 0)
         kt_contacts_save_ranks(simulation, (double *)(void *)(to + at.ranks));
-#endif
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -344,25 +352,21 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
                             "it belongs to another model (with the same number of coordinates, but other names, types "
                             "or formulas), or to another version of the library; this version is %s",
                             kt_version());
-#if KT_HAS_EVENTS
     if (head->events != own.events)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "checkpoint",
             "it was made with events that watch or do something else, or from which other numbers of the model "
             "follow; add the events of that simulation before this call, or let kt_simulation_set_state take "
             "over a time and a state alone");
-#endif
     return check_settings(&head->settings, &own.settings, recorded, error);
 }
 
 /* The model of the set of a checkpoint; NULL: there is none. */
 static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const char *from,
                                            const kt_checkpoint_offsets *at) {
-#if KT_HAS_EVENTS
     if (simulation->size.ranks > 0)
         return kt_contacts_restored_model(simulation, set, (const void *)(from + at->ranks),
                                           (const void *)(from + at->contact_state));
-#endif
     (void)from, (void)at;
     return kt_model_switched(simulation->model, set);
 }
@@ -373,11 +377,9 @@ static kt_status check_content(const kt_simulation *simulation, const char *from
     const kt_simulation_sizes *size = &simulation->size;
     const kt_checkpoint_structs structs = {
         .memory = from + at->memory,
-#if KT_HAS_EVENTS
         .contact_state = from + at->contact_state,
         .event_memory = from + at->event_memory,
         .event_root = from + at->event_root,
-#endif
     };
     kt_status status = check_sums(from, head, at, error);
     if (status == KT_OK)
@@ -415,7 +417,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     memcpy(&memory, from + at.memory, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
-    if (KT_HAS_SWITCHES && (memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
+    if ((memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
         const kt_model *model = checkpoint_model_of(simulation, memory.set, from, &at);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
@@ -429,7 +431,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     const double *history = (const double *)(const void *)(from + at.history);
     status = kt_integrator_restore(simulation->integrator, &integrator, y, integrator.has_previous ? previous_y : NULL,
                                    history, &callbacks, error);
-    if (KT_HAS_SWITCHES && status != KT_OK && simulation->model != before)
+    if (status != KT_OK && simulation->model != before)
         kt_simulation_take_model(simulation, before);
     if (status != KT_OK)
         return status;
@@ -442,10 +444,8 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_RESTORE)
     KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_RESTORE)
 #undef KT_CHECKPOINT_RESTORE
-#if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
         simulation->contact_calls->follow(simulation);
-#endif
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_forget_breakpoints(simulation);
     simulation->memory.piece = memory.piece;

@@ -61,7 +61,6 @@
     X(beyond, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
     X(fires, 0.0, of->event_count > 0)
 
-#if KT_HAS_EVENTS
 #define KT_MEMORY_EVENT_WORDS(X)                                                                                       \
     X(event_since, KT_BLOCK_ANY)                                                                                       \
     X(event_many, KT_BLOCK_COUNT)                                                                                      \
@@ -97,9 +96,6 @@
     X(retried_since, KT_BLOCK_ANY)                                                                                     \
     X(retries, KT_BLOCK_COUNT)                                                                                         \
     X(shortened, KT_BLOCK_ANY)
-#else
-#define KT_MEMORY_EVENT_WORDS(X)
-#endif
 
 #define KT_CONTACT_WORDS(X)                                                                                            \
     X(slip, KT_BLOCK_ANY)                                                                                              \
@@ -141,14 +137,10 @@
 #define KT_CHECKPOINT_STRUCTS(X)                                                                                       \
     X(memory, kt_simulation_memory, 1, 9, KT_MEMORY_WORDS)                                                             \
     KT_CHECKPOINT_EVENT_STRUCTS(X)
-#if KT_HAS_EVENTS
 #define KT_CHECKPOINT_EVENT_STRUCTS(X)                                                                                 \
     X(contact_state, kt_contact_memory, of->size.contacts, 0, KT_CONTACT_WORDS)                                        \
     X(event_memory, kt_event_memory, of->size.event, 0, KT_EVENT_WORDS)                                                \
     X(event_root, kt_event_root, of->size.event, 0, KT_ROOT_WORDS)
-#else
-#define KT_CHECKPOINT_EVENT_STRUCTS(X)
-#endif
 
 /* Structs of one type, and their words. */
 typedef struct kt_struct_words {

@@ -15,8 +15,6 @@
 
 #include <math.h>
 
-#if KT_HAS_CLEARANCES
-
 /* Rare cases are called, not inlined. Inlined, they would make all other cases save registers. */
 #define KT_BY_ITSELF static __attribute__((noinline))
 
@@ -213,5 +211,3 @@ void kt_simulation_pass_clearances(kt_simulation *simulation) {
     simulation->clearance_begin = simulation->clearance_end;
     simulation->clearance_end = clearances;
 }
-
-#endif

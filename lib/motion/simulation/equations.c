@@ -105,7 +105,6 @@ KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, 
 /* Balances the forces of the state y at the time `at`, for coordinates that move no mass. */
 static kt_status balance_forces(kt_simulation *simulation, double at, const double *y, double *balanced,
                                 kt_error *error) {
-#if KT_HAS_QUASI_STATICS
     const kt_simulation_sizes *size = &simulation->size;
     const kt_dynamic_state state = {at, y, y + size->nq, simulation->tau, simulation->external};
     const kt_status status = kt_massless_solve(simulation->model, simulation->data, &state, error);
@@ -115,16 +114,11 @@ static kt_status balance_forces(kt_simulation *simulation, double at, const doub
         memcpy(balanced + size->nq, simulation->data->balanced_v, size->nv * sizeof *y);
     }
     return status;
-#else
-    (void)simulation, (void)at, (void)y, (void)balanced, (void)error;
-    return KT_OK;
-#endif
 }
 
 /* Puts the auxiliary states of y into force, and points `at` to the state with its forces balanced. */
 static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynamic_state *at) {
     kt_simulation_use_states(simulation, y);
-#if KT_HAS_QUASI_STATICS
     if (simulation->size.balanced > 0) {
         const kt_status status = balance_forces(simulation, at->t, y, simulation->balanced, &simulation->cause);
         if (status != KT_OK)
@@ -132,7 +126,6 @@ static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynam
         at->q = simulation->balanced;
         at->v = simulation->balanced + simulation->size.nq;
     }
-#endif
     (void)at;
     return KT_OK;
 }
@@ -149,13 +142,13 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
     const bool works = size->integrates_works;
-    const bool at_end = KT_HAS_JACOBIAN && simulation->watches_works && is_end_of_step(simulation, y, dydt);
+    const bool at_end = simulation->watches_works && is_end_of_step(simulation, y, dydt);
     kt_dynamic_state at = {t, y, y + size->nq, simulation->tau, simulation->external};
     kt_power power = {0.0, 0.0};
     const double *rate;
     if (simulation->breakpoints.any)
         at.t = kt_simulation_time_inside(simulation, t);
-    kt_status status = KT_HAS_FORMULAS && size->x + size->balanced > 0 ? use_states(simulation, y, &at) : KT_OK;
+    kt_status status = size->x + size->balanced > 0 ? use_states(simulation, y, &at) : KT_OK;
     if (status != KT_OK)
         return fail_slope(simulation, t, kt_simulation_is_recoverable(status));
     const int result =
@@ -180,7 +173,7 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
         dydt[size->work] = power.dissipated;
         dydt[size->work + 1] = power.supplied;
     }
-    if (KT_HAS_FORMULAS && size->x > 0)
+    if (size->x > 0)
         status = kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at.t, at.q, at.v,
                                                   dydt + size->nq + size->nv, &simulation->cause);
     return status == KT_OK ? 0 : fail_slope(simulation, t, kt_simulation_is_recoverable(status));
@@ -206,7 +199,7 @@ static kt_status project_by_caller(kt_simulation *simulation, double t, double *
 }
 
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
-    const bool balances = KT_HAS_QUASI_STATICS && simulation->size.balanced > 0;
+    const bool balances = simulation->size.balanced > 0;
     *changed = false;
     if (simulation->closes_loops)
         simulation->cached = KT_CACHED_NOTHING;
@@ -290,7 +283,6 @@ static void begin_passage(void *user) {
 
 const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within};
 
-#if KT_HAS_EVENTS
 /* Time stepping takes no slopes: the integrator's own steps do (leap.c). */
 static int write_no_slope(double t, const double *y, double *dydt, void *user) {
     const kt_simulation *simulation = user;
@@ -298,13 +290,10 @@ static int write_no_slope(double t, const double *y, double *dydt, void *user) {
     memset(dydt, 0, simulation->size.n * sizeof *dydt);
     return 0;
 }
-#endif
 
 kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     if (simulation->steps_over_contacts)
         return (kt_integrator_callbacks){.rhs = write_no_slope, .user = simulation};
-#endif
     const bool projects = simulation->closes_loops || simulation->size.quaternion > 0 || simulation->size.balanced > 0;
     return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
 }
@@ -316,36 +305,32 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->groups = kt_loop_group_count(simulation->model);
     simulation->closes_loops =
         (simulation->groups > 0 || simulation->options.projection != NULL) && !simulation->options.unprojected;
-    simulation->breakpoints.any = adapts ? simulation->options.corner != NULL || breakpoints
-                                         : !KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false) &&
-                                               kt_simulation_has_motion_breakpoints(simulation->model);
+    simulation->breakpoints.any =
+        adapts ? simulation->options.corner != NULL || breakpoints
+               : !simulation->steps_over_contacts && kt_simulation_has_motion_breakpoints(simulation->model);
     simulation->breakpoints.fixed = !adapts && breakpoints;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;
     simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;
-    if (KT_HAS_GAP && simulation->size.gap > 0)
+    if (KT_IS_OF_VALUES && simulation->size.gap > 0)
         (void)kt_gap_list(simulation->model, simulation->gap_source);
     simulation->gap_time = simulation->event_time = (double)NAN;
     kt_simulation_renew_breakpoints(simulation);
 }
 
 void kt_simulation_renew_model(const kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     const kt_model *model = simulation->model;
     if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
         simulation->contact_calls->renew(simulation);
-#endif
     (void)simulation;
 }
 
 kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
-#if KT_HAS_EVENTS
     if (simulation->contacts != NULL)
         kt_simulation_renew_model(simulation);
     if (simulation->memory.beyond) {
         simulation->memory.beyond = false;
         return simulation->contact_calls->resolve(simulation, error);
     }
-#endif
     (void)simulation, (void)error;
     return KT_OK;
 }

@@ -23,16 +23,13 @@ void kt_event_append(kt_simulation *simulation, const kt_event *event) {
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
     simulation->event_time = (double)NAN;
-    if (KT_HAS_EVENTS && simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
+    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
         simulation->watch = &kt_event_watch_all;
 }
 
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, event))
         return KT_ERROR_ARGUMENT;
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_add",
-                            "a small library (-Dsmall=enabled) has no events");
     if (event->name == NULL || event->function == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_event_add",
                             "an event needs a name and a function");
@@ -55,9 +52,6 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
 kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, name))
         return KT_ERROR_ARGUMENT;
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_event_arm",
-                            "a small library (-Dsmall=enabled) has no events");
     const size_t k = find_event_named(simulation, name);
     const kt_where_text where = kt_where_format("event '%.60s'", name);
     if (k == simulation->event_count)
@@ -91,13 +85,9 @@ const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k) 
 
 kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
     kt_event_cuts cuts = {.time = (double)NAN};
-#if KT_HAS_EVENTS
     if (simulation && simulation->memory.event_cuts > 0)
         cuts = (kt_event_cuts){.count = simulation->memory.event_cuts,
                                .time = simulation->memory.event_cut_time,
                                .event = &simulation->event[simulation->memory.event_cut_of]};
-#else
-    (void)simulation;
-#endif
     return cuts;
 }

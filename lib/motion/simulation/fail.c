@@ -46,8 +46,7 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
  * too far away may miss the closed position, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
-    if (!KT_HAS_LOOPS || !simulation->user_model->driven || simulation->options.unprojected ||
-        simulation->options.projection != NULL)
+    if (!simulation->user_model->driven || simulation->options.unprojected || simulation->options.projection != NULL)
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;
@@ -66,7 +65,6 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
     return 0;
 }
 
-#if KT_HAS_JACOBIAN /* left out of the small library */
 /* The remaining time before a dead point of the drives, for a step that has become too small, s. Far from a dead point,
  * this formula gives the time in which velocities double. That time is at least this share of the time since the
  * start. */
@@ -102,7 +100,6 @@ static kt_status reject_dead_point(const kt_simulation *simulation, double left,
                         "usual size already. Let the drives stop, or turn back, before",
                         t + left, left, simulation->memory.crossings.smallest);
 }
-#endif
 
 /* Whether `where` contains a time. It needs no strstr, since newlib's strstr takes 1.4 kB of a microcontroller's
  * memory. */
@@ -125,7 +122,7 @@ static kt_where_text cause_with_time(const kt_simulation *simulation) {
 
 /* Whether a fixed step may have leapt over a bend of the path next to a singular position. */
 static bool may_have_leapt(const kt_simulation *simulation) {
-    return KT_HAS_JACOBIAN && simulation->step > 0.0 && simulation->memory.crossings.near > 0;
+    return simulation->step > 0.0 && simulation->memory.crossings.near > 0;
 }
 
 /* Advice for a fixed step. A bend that was leapt over lets velocities grow until they overflow, much later and far from
@@ -171,7 +168,6 @@ static kt_status reject_bend(const kt_simulation *simulation, const kt_error *fr
                         seen->smallest, bend, is_other ? ", which dopri5 or radau5 may pass" : "", from->message);
 }
 
-#if KT_HAS_EVENTS
 /* A disc that lies flat on its plane touches everywhere, and its rim has no lowest point. Below this inclination in
  * rad, a disc is flat up to rounding. Its turning motion then has an inertia of m r^2 times the square of the
  * inclination. Impacts run around the rim in less and less time. */
@@ -223,7 +219,6 @@ kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status
         "(stiffness): %s",
         kt_body_name(model, all->loop[disc].body[0]), least, kt_loop_name(all, disc), from.message);
 }
-#endif
 
 /* A call that has taken all of its steps (kt_simulation_options.steps_per_call). */
 static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *error) {
@@ -253,11 +248,9 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
             error, end.code, kt_where_format("t = %.9g s", t).text,
             "%s. Change the driving functions so that the loops can be closed, or end the run before this time",
             end.message);
-#if KT_HAS_JACOBIAN
     double left;
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && is_next_to_dead_point(simulation, &left))
         return reject_dead_point(simulation, left, error);
-#endif
     kt_where_text where = cause_with_time(simulation);
     if (cause->code != KT_OK && from->code == KT_ERROR_STEP) {
         const kt_integrator *integrator = simulation->integrator;
@@ -269,7 +262,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
     if (simulation->step > 0.0 && simulation->ahead && kt_simulation_is_recoverable(cause->code))
         return kt_error_set(error, cause->code, where.text, "%s (the step is fixed at %g s: %s)", cause->message,
                             simulation->step, advise_fixed(simulation, advice));
-    if (KT_HAS_LOOPS && cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->options.unprojected &&
+    if (cause->code == KT_OK && from->code == KT_ERROR_STEP && simulation->options.unprojected &&
         simulation->groups > 0)
         return kt_error_set(error, from->code, where.text,
                             "%s. Loops are left to drift open (unprojected), which makes accelerations uncertain near "
@@ -278,7 +271,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0)
         where = kt_where_format("t = %.9g s, joint '%.80s'", t, kt_joint_name(simulation->model, blamed));
-    if (KT_HAS_JACOBIAN && near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
+    if (near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
         return reject_bend(simulation, from, where.text, error);
     return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
                ? kt_error_set(error, from->code, where.text, "%s", from->message)
@@ -287,5 +280,5 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
 
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
     const kt_status status = fail_step(simulation, from, near, error);
-    return KT_HAS_EVENTS ? kt_simulation_explain_disc(simulation, status, error) : status;
+    return kt_simulation_explain_disc(simulation, status, error);
 }

@@ -186,8 +186,7 @@ static void pass_gaps(kt_simulation *simulation, bool known, double far) {
     kt_simulation_pass_clearances(simulation);
     simulation->gap_time = simulation->integrator->memory.t;
     simulation->gaps_known = known;
-    if (KT_HAS_CLEARANCES)
-        simulation->far_time = far;
+    simulation->far_time = far;
 }
 
 /* Makes the list of effects anew, since parameters may have changed. */
@@ -221,7 +220,7 @@ static void find_effect_gap(kt_simulation *simulation, size_t k, const double *y
 static bool find_gaps(kt_simulation *simulation) {
     const double *y0 = simulation->integrator->previous_y, *y1 = simulation->integrator->y;
     const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
-    bool any = false, swept = false, swept_end = KT_HAS_CLEARANCES;
+    bool any = false, swept = false, swept_end = true;
     for (size_t k = 0; k < simulation->size.gap; k++) {
         simulation->gap_end[k].known = kt_simulation_reaches_gap(simulation, k, h);
         if (!simulation->gap_end[k].known)
@@ -270,11 +269,7 @@ static bool leaps(kt_simulation *simulation, double *when) {
     return false;
 }
 
-#if KT_HAS_CLEARANCES
 #define KT_BY_ITSELF __attribute__((noinline)) /* most steps skip this call and would save its registers */
-#else
-#define KT_BY_ITSELF
-#endif
 
 /* kt_simulation_reject_leap for a step that may have reached a boundary. */
 static KT_BY_ITSELF bool reject_near_leap(kt_simulation *simulation, double *t_limit) {
@@ -322,7 +317,7 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_record;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    const bool far = KT_HAS_CLEARANCES && simulation->far_time == t1 && simulation->gap_time == t1;
+    const bool far = simulation->far_time == t1 && simulation->gap_time == t1;
     if (!(t0 < t && t < t1) || far)
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the evaluations below overwrite the data */

@@ -42,17 +42,17 @@ static kt_status reject_massless_options(const kt_simulation_request *settings, 
 }
 
 static kt_status check_simulation_options(const kt_simulation_options *options, kt_error *error) {
-    if (KT_HAS_SWITCHES && !kt_is_not_negative(options->switch_gap))
+    if (!kt_is_not_negative(options->switch_gap))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "switch_gap", "%g: must be zero or more", options->switch_gap);
     const bool first = !kt_is_not_negative(options->initial_step);
     if (first || !kt_is_not_negative(options->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, first ? "initial_step" : "max_step", "%g s: must be zero or more",
                             first ? options->initial_step : options->max_step);
-    if (KT_HAS_EVENTS && options->events < 0)
+    if (options->events < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "events", "%d: must be zero or more", options->events);
-    if (KT_HAS_EVENTS && options->progress != NULL && options->progress_steps == 0)
+    if (options->progress != NULL && options->progress_steps == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "progress_steps", "0: must be one or more");
-    if (KT_HAS_EVENTS && options->event_evaluations != 0 && options->event_evaluations < KT_EVENT_EVALUATIONS_LEAST)
+    if (options->event_evaluations != 0 && options->event_evaluations < KT_EVENT_EVALUATIONS_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "event_evaluations", "%d: must be 0, or %d or more",
                             options->event_evaluations, (int)KT_EVENT_EVALUATIONS_LEAST);
     return kt_record_check(options->record, error);
@@ -65,9 +65,6 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
     if ((unsigned)options->contact >= KT_CONTACT_SCHEME_COUNT)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "contact", "%d: must be KT_CONTACT_EVENTS or KT_CONTACT_STEPS",
                             (int)options->contact);
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
-                            "a small library (-Dsmall=enabled) has no hard contacts to step over");
     const char *integrator = settings->run.integrator;
     if (options->method != NULL || options->transformation != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
@@ -81,7 +78,6 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
                             "time stepping (contact: steps) has a fixed step; give it");
     bool any = false;
-#if KT_HAS_EVENTS
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         any = any || loop->side != KT_SIDE_NONE || loop->friction > 0;
@@ -91,9 +87,6 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
                                 "take contact: events",
                                 kt_loop_name(model, (int)i));
     }
-#else
-    (void)model;
-#endif
     return any ? KT_OK
                : kt_error_set(error, KT_ERROR_ARGUMENT, "contact",
                               "time stepping (contact: steps) is for hard stops, contacts, slack ropes and friction "
@@ -125,23 +118,17 @@ static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
-    kt_simulation_options own;
-    const kt_simulation_options *given = options;
-    if (KT_HAS_SIZES || options == NULL) {
-        own = kt_simulation_options_default();
-        given = KT_OPTIONS(kt_simulation_options, steps_per_call, &own, options, error);
-    }
-    if (KT_HAS_SIZES && given == NULL)
+    kt_simulation_options own = kt_simulation_options_default();
+    const kt_simulation_options *given = KT_OPTIONS(kt_simulation_options, steps_per_call, &own, options, error);
+    if (given == NULL)
         return KT_ERROR_ARGUMENT;
     settings->options = *given;
     settings->model = settings->options.transformation ? settings->options.transformation->model : model;
     const kt_model *known = has_model_equations(settings) ? settings->model : NULL;
     settings->method = settings->options.method != NULL ? settings->options.method
                                                         : kt_run_method(&settings->run, known, &settings->by_rho);
-#if KT_HAS_EVENTS
     if (settings->options.contact == KT_CONTACT_STEPS)
         settings->method = &kt_method_moreau_jean;
-#endif
     if (settings->method == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "integrator",
                             "there is no method '%s'; kt_method_at lists the methods", settings->run.integrator);
@@ -152,15 +139,13 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         status = check_simulation_options(&settings->options, error);
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
         status = check_time_stepping_options(model, settings, error);
-    if (KT_HAS_FORMULAS && status == KT_OK && settings->options.transformation != NULL)
+    if (status == KT_OK && settings->options.transformation != NULL)
         status = kt_auxiliary_states_reject(model, "transformation",
                                             "no other formulation carries them; integrate in tree coordinates", error);
-#if KT_HAS_VARIABLE_MASS
     if (status == KT_OK && settings->options.transformation != NULL)
         status = kt_masses_reject(model, "transformation",
                                   "no other formulation supports this; integrate in tree coordinates", error);
-#endif
-    if (KT_HAS_QUASI_STATICS && status == KT_OK)
+    if (status == KT_OK)
         status = reject_massless_options(settings, error);
     if (status != KT_OK)
         return status;
@@ -169,7 +154,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "%s has no error estimate and cannot choose its steps; give it a step",
                             settings->method->name);
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
-    if (KT_HAS_QUASI_STATICS && (settings->record & KT_RECORD_ACCELERATIONS) != 0)
+    if ((settings->record & KT_RECORD_ACCELERATIONS) != 0)
         return kt_massless_reject(model, "record", "its acceleration is not computed; leave accelerations out", error);
     return KT_OK;
 }
@@ -179,7 +164,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own =
         has_model_equations(settings) && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
-    return KT_HAS_JACOBIAN && kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
+    return kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
 static void measure_simulation(const kt_model *user_model, const kt_simulation_request *settings,
@@ -189,22 +174,18 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     const bool transformed = settings->options.transformation != NULL;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
-    const size_t x = KT_HAS_FORMULAS ? model->n.x : 0, all = size->nq + size->nv + x;
-    if (KT_HAS_FORMULAS)
-        size->x = x;
+    const size_t x = model->n.x, all = size->nq + size->nv + x;
+    size->x = x;
     size->work = all > 0 ? all : 1;
     size->integrates_works = (settings->record & KT_RECORD_BALANCE) != 0;
     size->n = size->work + (size->integrates_works ? 2 : 0);
-#if KT_HAS_QUASI_STATICS
     size->balanced = model->n.massless > 0 ? size->n : 0;
-#endif
     size->panel = size->integrates_works && !(settings->run.step > 0.0);
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
-    size->gap = KT_HAS_GAP ? kt_gap_list(model, NULL) : 0;
-    size->event = KT_HAS_EVENTS && settings->options.events > 0 ? (size_t)settings->options.events : 0;
-#if KT_HAS_EVENTS
+    size->gap = KT_IS_OF_VALUES ? kt_gap_list(model, NULL) : 0;
+    size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
     const size_t contacts = kt_contacts_of(user_model);
     size->event += contacts;
     size->contacts = contacts;
@@ -213,21 +194,18 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
     size->moreau =
         contacts > 0 && settings->options.contact == KT_CONTACT_STEPS ? kt_moreau_size(user_model, size->n) : 0;
-#endif
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
     const kt_integrator_options solver = {.newton = newton_of(settings)};
-    if (KT_HAS_JACOBIAN && solver.newton != NULL)
+    if (solver.newton != NULL)
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
     size->state = size->user_nq + size->user_nv + x;
-#if KT_HAS_EVENTS
     size->undo = contacts > 0 ? kt_simulation_undo_size(size) : 0;
-#endif
     size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
@@ -238,7 +216,7 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
 /* The largest sizes that any variant of a model needs. */
 static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
     measure_simulation(user_model, settings, size);
-    for (uint64_t k = 0; KT_HAS_SWITCHES && user_model->variants && k < kt_variants_count(user_model->variants); k++) {
+    for (uint64_t k = 0; user_model->variants && k < kt_variants_count(user_model->variants); k++) {
         kt_simulation_request other = *settings;
         kt_simulation_sizes one = {0};
         other.model = kt_variants_model(user_model->variants, k);
@@ -247,11 +225,8 @@ static void measure_most(const kt_model *user_model, const kt_simulation_request
         KT_SIMULATION_OF_MODEL(MEMORY_MOST)
 #undef MEMORY_MOST
     }
-#if KT_HAS_EVENTS
-    if (size->mask > 0 && KT_HAS_JACOBIAN &&
-        newton_of(settings) != NULL) /* the loops of a mask may leave any number of free velocities */
+    if (size->mask > 0 && newton_of(settings) != NULL) /* the loops of a mask may leave any number of free velocities */
         size->basis = size->along = size->nv * size->nv;
-#endif
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -283,7 +258,7 @@ static void find_quaternions(kt_simulation *simulation) {
 /* The longest step that the run, the caller and the functions of time allow; 0: no limit. */
 static double longest_run_step(const kt_simulation_request *settings) {
     const kt_model *model = settings->model; /* the model with all switches on has the least limit */
-    if (KT_HAS_SWITCHES && model->variants)
+    if (model->variants)
         model = kt_variants_model(model->variants, kt_variants_count(model->variants) - 1);
     double longest = kt_simulation_longest_step(model);
     if (settings->run.max_step > 0.0)
@@ -340,14 +315,13 @@ static kt_status init_data(kt_simulation *simulation, kt_error *error) {
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
     double *q = simulation->state, *v = q + simulation->size.user_nq;
     kt_model_initial(simulation->user_model, q, v);
-    if (KT_HAS_FORMULAS)
-        kt_copy(v + simulation->size.user_nv, simulation->model->v0 + simulation->model->n.v,
-                simulation->size.x * sizeof *v);
+    kt_copy(v + simulation->size.user_nv, simulation->model->v0 + simulation->model->n.v,
+            simulation->size.x * sizeof *v);
     kt_status status = kt_state_assemble(simulation->user_model, simulation->user_data, 0.0, q, v, error);
     if (status == KT_OK && simulation->transformation != NULL)
         return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
     memcpy(simulation->y, q, simulation->size.state * sizeof *q);
-    if (status == KT_OK && KT_HAS_QUASI_STATICS && simulation->size.balanced > 0) {
+    if (status == KT_OK && simulation->size.balanced > 0) {
         bool changed;
         status = kt_simulation_project(simulation, 0.0, simulation->y, &changed, error);
         memcpy(q, simulation->y, simulation->size.state * sizeof *q);
@@ -361,23 +335,21 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->options = settings->options;
-#if KT_HAS_EVENTS
     simulation->progress_due = settings->options.progress_steps;
     const int evaluations = settings->options.event_evaluations;
     simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
-#endif
-    simulation->watches_works = KT_HAS_JACOBIAN && settings->options.watch_works && has_model_equations(settings) &&
+    simulation->watches_works = settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
-    simulation->lacks_end_stage = KT_HAS_GAP && !kt_simulation_has_end_stage(settings->method);
-    simulation->lacks_inner_stage = KT_HAS_GAP && !kt_simulation_has_inner_stage(settings->method);
+    simulation->lacks_end_stage = KT_IS_OF_VALUES && !kt_simulation_has_end_stage(settings->method);
+    simulation->lacks_inner_stage = KT_IS_OF_VALUES && !kt_simulation_has_inner_stage(settings->method);
     find_quaternions(simulation);
     set_records(simulation, settings);
     kt_simulation_follow_model(simulation);
     status = init_integrator(simulation, settings, error);
     if (status != KT_OK)
         return status;
-    if (KT_HAS_LOOPS && simulation->groups > 0)
+    if (simulation->groups > 0)
         simulation->integrator->noise = &kt_simulation_noise;
     status = assemble(simulation, error);
     if (status != KT_OK)
@@ -385,7 +357,6 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     status = kt_integrator_start(simulation->integrator, 0.0, simulation->y, &callbacks, error);
-#if KT_HAS_EVENTS
     if (status == KT_OK && simulation->size.contact > 0)
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0) {
@@ -395,11 +366,9 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     }
     if (simulation->memory.beyond) /* kt_simulation_set_state may follow; otherwise a step or a record reports it */
         status = KT_OK;
-#endif
     return status;
 }
 
-#if KT_HAS_EVENTS
 /* Rejects options that bypass the engine's equations, since the engine closes contacts in these equations. */
 static kt_status check_contacts(const kt_simulation_request *settings, kt_error *error) {
     const bool foreign = settings->options.acceleration != NULL || settings->options.projection != NULL;
@@ -426,7 +395,6 @@ static kt_status check_contacts(const kt_simulation_request *settings, kt_error 
             settings->method->name);
     return KT_OK;
 }
-#endif
 
 kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                              void *memory, size_t size, kt_simulation **simulation, kt_error *error) {
@@ -444,7 +412,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     (void)lay_out(memory, &sizes);
     kt_simulation *made = memory;
     made->size = sizes;
-    if (KT_HAS_SWITCHES && model->variants) {
+    if (model->variants) {
         if (settings.options.transformation != NULL)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
                                 "hard contacts, and loops or effects that are switched, need the formulation 'tree'");
@@ -453,15 +421,12 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     }
     made->model = settings.model;
     made->user_model = model;
-    if (KT_HAS_SWITCHES)
-        made->memory.set = model->set;
+    made->memory.set = model->set;
     made->transformation = settings.options.transformation;
-#if KT_HAS_EVENTS
     if (made->size.contact > 0)
         status = check_contacts(&settings, error);
     if (status != KT_OK)
         return status;
-#endif
     status = fill_simulation(made, &settings, error);
     if (status == KT_OK)
         *simulation = made;

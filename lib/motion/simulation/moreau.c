@@ -81,7 +81,7 @@ static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
         s.row = one->n.row > s.row ? one->n.row : s.row;
         s.islands = one->n.island > s.islands ? one->n.island : s.islands;
     }
-    s.x = KT_HAS_FORMULAS ? model->n.x : 0;
+    s.x = model->n.x;
     s.items = s.n_contacts - rubs;
     s.list = s.n_contacts + rubs;
     s.most = kt_contacts_most_items(model, &has_cone);

@@ -74,8 +74,7 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
         for (int j = 0; c->all->loop[item->loop].term_count > 0 && j < line.count; j++)
             m->tau[line.v[j]] += line.row[j] * multiplier;
     }
-    if (KT_HAS_LOOPS)
-        add_wrenches(simulation, t, q, v);
+    add_wrenches(simulation, t, q, v);
     simulation->tau = m->tau;
     simulation->external = m->external;
     return KT_OK;
@@ -102,15 +101,11 @@ kt_status kt_moreau_end_record(kt_simulation *simulation, kt_record *record, kt_
     }
     record->model = c->all;
     record->data = c->data;
-#if KT_HAS_FORMULAS
     kt_copy(c->data->x, v + simulation->size.nv, simulation->size.x * sizeof *v);
-#endif
-#if KT_HAS_VARIABLE_MASS
     if (c->all->n.varying > 0) {
         const kt_status status = kt_masses_update(c->all, c->data, record->time, error);
         if (status != KT_OK)
             return status;
     }
-#endif
     return kt_kinematics_update(c->all, c->data, q, v, record->a, error);
 }

@@ -58,7 +58,7 @@ void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulati
     size->basis = size->reduced ? size->nv * size->free : 0;
     size->along = size->reduced ? size->free * size->free : 0;
     size->turning = size->quaternion;
-    size->states = KT_HAS_FORMULAS ? size->x : 0;
+    size->states = size->x;
     size->vectors = 4 * 2 * (size->nq + size->states);
     size->stiffness_work = size->all_directions ? kt_acceleration_work_size(model) : kt_stiffness_work_size(model);
 }
@@ -283,7 +283,7 @@ static kt_status differentiate_all_directions(kt_simulation *s, const kt_dynamic
  * matrices of the bend, however exact they are. With earlier matrices and a shorter step, they converge. */
 static kt_status reject_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
     kt_violation violation;
-    if (!KT_HAS_LOOPS || s->groups == 0)
+    if (s->groups == 0)
         return KT_OK;
     const kt_reduction_kernels *kernels = s->model->group_kernels;
     (void)(kernels->residuals(s->model, s->data, t, q, v, NULL, &violation) &&
@@ -508,7 +508,7 @@ static bool autonomous(void *user) {
             if (!kt_curve_rests(&effect->curve[k]))
                 return false;
     }
-    for (size_t i = 0; KT_HAS_FORMULAS && i < model->n.x; i++)
+    for (size_t i = 0; i < model->n.x; i++)
         if (formulas_read_time(model, &model->state[i]))
             return false;
     for (size_t k = 0; k < kt_mass_curve_count(model); k++)
@@ -533,7 +533,7 @@ static int time_derivative(double t, const double *y, const double *dydt, double
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     kt_simulation_use_states(s, y);
-    if (KT_HAS_FORMULAS && s->size.x > 0 &&
+    if (s->size.x > 0 &&
         kt_auxiliary_state_time_derivatives(model, s->data, t, at.q, at.v, slope + s->size.nq + s->size.nv) != 0)
         return 1;
     const double *a = dydt + s->size.nq;

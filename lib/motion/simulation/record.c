@@ -115,10 +115,9 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
-    if (KT_HAS_FORMULAS)
-        record->x = v + simulation->size.nv;
+    record->x = v + simulation->size.nv;
     kt_simulation_use_states(simulation, q);
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
+    if (simulation->watches_works)
         record->estimate = kt_simulation_work_estimate(simulation, t);
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
     if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
@@ -199,7 +198,7 @@ kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status sta
                                         kt_recorder *recorder, void *user, kt_error *error) {
     if (status == KT_OK) {
         kt_simulation_complete_powers(simulation);
-        if (KT_HAS_GAP && simulation->size.gap > 0)
+        if (KT_IS_OF_VALUES && simulation->size.gap > 0)
             status = kt_simulation_check_gaps(simulation, record->time, from);
         if (status == KT_OK && simulation->breakpoints.fixed)
             status = kt_simulation_check_breakpoints(simulation, record->time, from);
@@ -242,7 +241,7 @@ static kt_status take_step_of_run(kt_simulation *simulation, kt_recorder *record
     const double t = kt_integrator_time(simulation->integrator);
     simulation->changed_contact = 0;
     const kt_status status = kt_simulation_take_step(simulation, simulation->duration, error);
-    if (!KT_HAS_EVENTS || status != KT_OK || simulation->changed_contact == 0 || !simulation->options.record_contacts)
+    if (status != KT_OK || simulation->changed_contact == 0 || !simulation->options.record_contacts)
         return status;
     return record_event_at(simulation, &simulation->event[simulation->changed_contact - 1], t, recorder, user, error);
 }
@@ -316,7 +315,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
     kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
-    for (int k = 0; k < (int)simulation->size.nv && KT_HAS_QUASI_STATICS && simulation->size.balanced > 0; k++)
+    for (int k = 0; k < (int)simulation->size.nv && simulation->size.balanced > 0; k++)
         if (kt_massless_moves(simulation->model, k))
             a[k] = (double)NAN;
     return KT_OK;
@@ -351,7 +350,6 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
 }
 
 static kt_status show_run_progress(kt_simulation *simulation, kt_error *error) {
-#if KT_HAS_EVENTS
     if (simulation->options.progress == NULL || --simulation->progress_due > 0)
         return KT_OK;
     simulation->progress_due = simulation->options.progress_steps;
@@ -359,9 +357,6 @@ static kt_status show_run_progress(kt_simulation *simulation, kt_error *error) {
         return kt_error_set(error, KT_ERROR_CALLBACK,
                             kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
                             "the progress callback ended the run");
-#else
-    (void)simulation, (void)error;
-#endif
     return KT_OK;
 }
 
@@ -375,9 +370,9 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         return status;
     for (;;) {
         status = kt_simulation_hand_over(simulation, record, user, error);
-        if (KT_HAS_EVENTS && status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
+        if (status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
             status = simulation->watch->fire(simulation, record, user, error);
-        if (status != KT_OK || (KT_HAS_EVENTS && simulation->memory.stopped > 0) ||
+        if (status != KT_OK || (simulation->memory.stopped > 0) ||
             !(kt_integrator_time(integrator) < simulation->duration))
             return status;
         status = take_step_of_run(simulation, record, user, error);
@@ -427,7 +422,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     kt_simulation_complete_powers(simulation);
-    if (KT_HAS_EVENTS && kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
+    if (kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
         status = needs_last_step(simulation) ? find_acceleration_aside(simulation, from)

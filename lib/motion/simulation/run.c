@@ -77,8 +77,6 @@ static kt_choice_of_method choose_run_method(const kt_run *run, const kt_model *
         return KT_CHOSEN_FIXED;
     if (model == NULL)
         return KT_CHOSEN_FOREIGN;
-    if (!KT_HAS_JACOBIAN)
-        return KT_CHOSEN_EXPLICIT;
     return kt_model_nv(model) > KT_RUN_IMPLICIT_MOST ? KT_CHOSEN_LARGE : KT_CHOSEN_ADAPTIVE;
 }
 
@@ -166,7 +164,7 @@ unsigned kt_run_record(const kt_run *run, const kt_model *model) {
     if (run->record != KT_RECORD_DEFAULT)
         return run->record;
     unsigned constraint = kt_loop_count(model) > 0 ? KT_RECORD_CONSTRAINT : 0U;
-    const unsigned states = KT_HAS_FORMULAS && model->n.x > 0 ? KT_RECORD_STATE : 0U;
+    const unsigned states = model->n.x > 0 ? KT_RECORD_STATE : 0U;
     return KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY | constraint | states;
 }
 

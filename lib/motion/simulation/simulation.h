@@ -19,25 +19,21 @@ void kt_simulation_follow_model(kt_simulation *simulation);
 /* Changes to another variant of the model. The state, the data and the integrator's history do not belong to it yet. */
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
 
-#if KT_HAS_EVENTS
 /* Lists the hard contacts and adds their events before all others (contacts.c). `simulation` has its model, data and
  * memory. */
 KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
-#endif
 
 /* The operations on hard contacts; NULL: there are none. */
 static inline const kt_contact_calls *kt_contact_calls_of(const kt_simulation *simulation) {
-    return KT_OF_EVENTS(simulation, simulation->contacts != NULL ? simulation->contact_calls : NULL, NULL);
+    return simulation->contacts != NULL ? simulation->contact_calls : NULL;
 }
 
 /* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
  * model are not restored. Changes do not nest. step.c calls both functions with kt_contact_calls. Cost: O(the memory of
  * the integrator). */
-#if KT_HAS_EVENTS
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
 void kt_simulation_keep(kt_simulation *simulation);
 void kt_simulation_undo_change(kt_simulation *simulation);
-#endif
 
 /* Kinetic energy, and potential energy including the energy that effects store, in the state y. */
 typedef struct kt_simulation_energy {
@@ -83,10 +79,8 @@ KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const do
 
 /* Updates masses that vary to the time t, for queries of the simulation's data. */
 static inline kt_status kt_simulation_date_masses(const kt_simulation *simulation, double t, kt_error *error) {
-#if KT_HAS_VARIABLE_MASS
     if (simulation->model->n.varying > 0)
         return kt_masses_update(simulation->model, simulation->data, t, error);
-#endif
     (void)simulation, (void)t, (void)error;
     return KT_OK;
 }
@@ -102,7 +96,7 @@ void kt_simulation_end_powers(kt_simulation *simulation);
 /* Adds the powers of the present time if they are missing: before a record, before new inputs, and before a jump. */
 void kt_simulation_add_missing_powers(kt_simulation *simulation);
 static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
+    if (simulation->watches_works)
         kt_simulation_add_missing_powers(simulation);
 }
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);
@@ -219,7 +213,6 @@ bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit);
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
 /* Distances from boundaries (clearance.c). swept: data hold the motion of the links that carry forces. */
-#if KT_HAS_CLEARANCES
 /* Measures the present distances, since parameters may have changed. Cost: O(effects). */
 void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept);
 /* Measures the distances at the end of a step of length h. Returns whether the step may have reached a boundary. Cost:
@@ -229,12 +222,6 @@ bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, dou
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
 /* Passes the distances at the end of a step to the beginning of the next one. Cost: O(1). */
 void kt_simulation_pass_clearances(kt_simulation *simulation);
-#else
-#define kt_simulation_begin_clearances(simulation, swept) ((void)(swept))
-#define kt_simulation_measure_clearances(simulation, swept, h) ((void)(swept), (void)(h), true)
-#define kt_simulation_reaches_gap(simulation, k, h) ((void)(h), true)
-#define kt_simulation_pass_clearances(simulation) ((void)0)
-#endif
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
@@ -326,7 +313,7 @@ double kt_record_intervals(double duration, double interval);
 
 /* Returns the first breakpoint after t of formulas of time alone, for kt_event.corner; HUGE_VAL: there is none. The
  * search shares its operations with all other searches of the run (breakpoint.c). A search that is cut is counted with
- * the step that it belongs to. Not in a small library. */
+ * the step that it belongs to. */
 KT_INNER double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count,
                                            double t);
 

@@ -38,11 +38,9 @@ void kt_simulation_count(kt_simulation *simulation) {
         most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
         most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
         most->capped += new.capped;
-#if KT_HAS_EVENTS
         simulation->memory.contacts.unconverged += data->unconverged;
         data->unconverged = 0;
-#endif
-        if (KT_HAS_LOOPS && data->crossings.near > 0 && simulation->groups > 0) {
+        if (data->crossings.near > 0 && simulation->groups > 0) {
             const double drift = 0.5 * data->passage.acceleration * step * step;
             kt_crossings crossings = kt_data_crossings(data);
             crossings.error = fmax(crossings.error, drift);
@@ -79,9 +77,7 @@ kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
                                    simulation->memory.cut,
                                    0};
     counts.iterations.capped += (uint32_t)from.capped;
-#if KT_HAS_EVENTS
     counts.corners = simulation->memory.breakpoints;
-#endif
     return counts;
 }
 
@@ -95,7 +91,7 @@ kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, co
         return kt_simulation_fail_step(simulation, from, simulation->memory.crossings.near > before, error);
     if (simulation->size.panel > 0)
         kt_simulation_refine_works(simulation);
-    if (KT_HAS_JACOBIAN && simulation->watches_works)
+    if (simulation->watches_works)
         kt_simulation_end_powers(simulation);
     if (simulation->transformation == NULL)
         memcpy(simulation->state, simulation->integrator->y, simulation->size.state * sizeof(double));
@@ -115,22 +111,20 @@ kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, k
 }
 
 kt_status kt_simulation_begin_watch(kt_simulation *simulation, kt_error *error) {
-#if KT_HAS_EVENTS
     simulation->event_searched = false;
-#endif
-    return KT_HAS_EVENTS && simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
+    return simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
 }
 
 void kt_simulation_begin_try(kt_simulation *simulation) {
-    if (KT_HAS_GAP && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
+    if (KT_IS_OF_VALUES && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
         kt_simulation_begin_gaps(simulation);
 }
 
 kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
                                    kt_error *error) {
-    *again = KT_HAS_GAP && ((simulation->watches_ends && kt_simulation_reject_missed(simulation, t_limit)) ||
-                            (simulation->watches_gaps && kt_simulation_reject_leap(simulation, t_limit)));
-    return KT_HAS_EVENTS && !*again && simulation->watch != NULL
+    *again = KT_IS_OF_VALUES && ((simulation->watches_ends && kt_simulation_reject_missed(simulation, t_limit)) ||
+                                 (simulation->watches_gaps && kt_simulation_reject_leap(simulation, t_limit)));
+    return !*again && simulation->watch != NULL
                ? simulation->watch->reject_step(simulation, repetition, t_limit, again, error)
                : KT_OK;
 }
@@ -151,20 +145,16 @@ static kt_status try_watched_step(kt_simulation *simulation, double t_limit, kt_
 
 /* A step on hard contacts that fails may have a shorter one, or one behind an impulse. */
 static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-#if KT_HAS_EVENTS
     kt_retry retry = {.t_limit = t_limit};
     const bool retries = simulation->contacts != NULL && simulation->contact_calls->retry != NULL;
     if (retries)
         simulation->contact_calls->limit(simulation, &t_limit);
-#endif
     kt_status status = try_watched_step(simulation, t_limit, error);
-#if KT_HAS_EVENTS
     while (status != KT_OK && retries && !simulation->integrator->used_up &&
            simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
         simulation->cause.code = error->code = KT_OK;
         status = try_watched_step(simulation, t_limit, error);
     }
-#endif
     return status;
 }
 
@@ -175,15 +165,15 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         return status;
     status = kt_simulation_begin_step(simulation, &t_limit, &from);
     if (status == KT_OK)
-        status = (KT_HAS_GAP && (simulation->watches_gaps || simulation->watches_ends)) ||
-                         (KT_HAS_EVENTS && simulation->watch != NULL)
-                     ? take_watched_step(simulation, t_limit, &from)
-                     : kt_integrator_take_step(simulation->integrator, t_limit, &from);
+        status =
+            (KT_IS_OF_VALUES && (simulation->watches_gaps || simulation->watches_ends)) || (simulation->watch != NULL)
+                ? take_watched_step(simulation, t_limit, &from)
+                : kt_integrator_take_step(simulation->integrator, t_limit, &from);
     return kt_simulation_end_step(simulation, status, &from, error);
 }
 
 kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error) {
-    return KT_HAS_EVENTS && simulation->memory.fires && simulation->watch != NULL
+    return simulation->memory.fires && simulation->watch != NULL
                ? simulation->watch->fire(simulation, NULL, NULL, error)
                : KT_OK;
 }
@@ -224,7 +214,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
                             t_limit, t);
     begin_call(simulation);
     kt_status status = kt_simulation_fire(simulation, error);
-    if (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0))
+    if (status == KT_OK && (simulation->memory.stopped == 0))
         status = step_and_fire(simulation, t_limit, error);
     return end_call(simulation, status);
 }
@@ -237,12 +227,9 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_end",
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     begin_call(simulation);
-#if KT_HAS_EVENTS
     simulation->memory.event_many = 0; /* each call may take so many instants (event_chain.c) */
-#endif
     kt_status status = kt_simulation_fire(simulation, error);
-    while (status == KT_OK && (!KT_HAS_EVENTS || simulation->memory.stopped == 0) &&
-           kt_integrator_time(simulation->integrator) < t_end)
+    while (status == KT_OK && (simulation->memory.stopped == 0) && kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);
     return end_call(simulation, status);
 }
@@ -283,14 +270,12 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 static void forget_events(kt_simulation *simulation) {
     kt_simulation_memory *m = &simulation->memory;
     for (size_t k = 0; k < simulation->event_count; k++)
-        simulation->event_memory[k] = (kt_event_memory){
-            .breakpoint = (double)NAN, .disarmed = KT_HAS_EVENTS ? simulation->event_memory[k].disarmed : 0};
+        simulation->event_memory[k] =
+            (kt_event_memory){.breakpoint = (double)NAN, .disarmed = simulation->event_memory[k].disarmed};
     simulation->event_time = (double)NAN;
     m->fires = m->stopped = 0;
     m->event_instants = m->event_row = m->event_shrinking = 0;
-#if KT_HAS_EVENTS
     m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
-#endif
 }
 
 /* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
@@ -298,14 +283,12 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     bool changed;
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
-#if KT_HAS_EVENTS
     simulation->memory.released = simulation->contact_released;
     if (simulation->contacts != NULL)
         simulation->contact_calls->open(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->memory.contacts.count};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
-#endif
     if (simulation->transformation != NULL) {
         status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
         if (status == KT_OK)
@@ -321,16 +304,13 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     simulation->memory.crossings = (kt_crossings){.near = 0};
     simulation->memory.corrections = (kt_corrections){0.0, 0.0, 0.0, 0};
     simulation->memory.powers = (kt_power_points){.count = 0};
-    if (KT_HAS_EVENTS)
-        forget_events(simulation);
+    forget_events(simulation);
     kt_simulation_count(simulation);
     kt_integrator_callbacks callbacks = kt_simulation_callbacks(simulation);
     return kt_integrator_start(simulation->integrator, t, simulation->y, &callbacks, error);
 }
 
-bool kt_simulation_is_stepped(const kt_simulation *simulation) {
-    return KT_OF_EVENTS(simulation, simulation->steps_over_contacts, false);
-}
+bool kt_simulation_is_stepped(const kt_simulation *simulation) { return simulation->steps_over_contacts; }
 
 /* Resolves hard contacts that touch in a state that has been set. */
 static kt_status commit_contacts(kt_simulation *simulation, kt_error *error) {
@@ -360,8 +340,7 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     kt_move(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
     kt_move(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
-    if (KT_HAS_FORMULAS)
-        kt_copy(new_v + nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof(double));
+    kt_copy(new_v + nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
@@ -451,7 +430,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     if (calls != NULL && !keeps_forces)
         calls->open(simulation);
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
-    if (KT_HAS_FORMULAS && status == KT_OK && change->x != NULL)
+    if (status == KT_OK && change->x != NULL)
         memcpy(simulation->y + simulation->size.nq + simulation->size.nv, change->x,
                simulation->size.x * sizeof(double));
     if (status == KT_OK && kt_simulation_accounts(simulation))
@@ -472,11 +451,11 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
         return status;
     begin_change(simulation);
     status = kt_simulation_begin_jump(simulation, false, &before, error);
-    if (KT_HAS_EVENTS && status == KT_OK)
+    if (status == KT_OK)
         status = exchange_parameters(change, error);
     if (status == KT_OK) {
         status = move_to_change(simulation, change, &before, error);
-        if (KT_HAS_EVENTS && status != KT_OK)
+        if (status != KT_OK)
             undo_parameters(change->model, change->parameters, change->count);
     }
     return end_change(simulation, status);
@@ -512,7 +491,7 @@ static kt_status check_changed_model(const kt_simulation *simulation, const kt_m
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
                             "another formulation is integrated, whose model was made of the description; take the "
                             "formulation 'tree'");
-    const bool related = KT_HAS_SWITCHES && copy->variants != NULL && copy->variants == simulation->model->variants;
+    const bool related = copy->variants != NULL && copy->variants == simulation->model->variants;
     if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",
                             "the simulation runs on another model than this copy");
@@ -538,9 +517,6 @@ kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model, kt_pa
                                const double *x, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, model, changes || count <= 0))
         return KT_ERROR_ARGUMENT;
-    if (!KT_HAS_EVENTS)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_simulation_change",
-                            "a small library (-Dsmall=enabled) has no events; set parameters one by one");
     const instant_change change = {.x = x, .model = model, .parameters = changes, .count = count};
     kt_status status = check_changed_model(simulation, model, error);
     if (status == KT_OK && x != NULL)

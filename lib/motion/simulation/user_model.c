@@ -10,9 +10,7 @@
 
 #include <string.h>
 
-#if KT_HAS_EVENTS
 #include "contact/contact.h"
-#endif
 
 const kt_model *kt_simulation_model(const kt_simulation *simulation) {
     return simulation ? simulation->user_model : NULL;
@@ -71,7 +69,6 @@ kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const 
     return kt_state_project(simulation->model, simulation->data, t, y, y + size->nq, NULL, error);
 }
 
-#if KT_HAS_EVENTS
 /* Contacts that share their load in several ways get the least multipliers that press, as in their events. Friction of
  * joints that would exceed its limit is shared, too. */
 static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_state *at, kt_wrench *joints,
@@ -95,7 +92,6 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
     data->given_multipliers = NULL;
     return status;
 }
-#endif
 
 kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
@@ -111,10 +107,8 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
             : kt_motion_evaluate(simulation->model, data, &at, data->kinematics, joints, loops, error);
     if (status == KT_OK)
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
-#if KT_HAS_EVENTS
     if (status == KT_OK && simulation->contacts != NULL)
         status = react_by_least(simulation, &at, joints, loops, error);
-#endif
     if (status == KT_OK && by != NULL)
         by->reactions(by, y, simulation->tau, simulation->free_reaction, simulation->reaction,
                       simulation->loop_reaction);

@@ -4,7 +4,6 @@
 #define KT_STEP_MOTION_H
 
 #include "base/arena.h"
-#include "base/small.h"
 #include "evaluate/gaps.h"
 #include "kinetree/simulation.h"
 #include "model/model.h"
@@ -61,14 +60,13 @@ typedef struct kt_simulation_memory {
     uint64_t event_row;       /* the number of last instants that followed each other at once */
     int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
     uint64_t set;             /* switched loops and effects that are on */
-#if KT_HAS_EVENTS
-    double event_since;    /* s, from where instants within one fixed step, or one interval, are counted */
-    uint64_t event_many;   /* the number of these instants */
-    uint64_t event_missed; /* the number of last steps that were to end at an event and did not reach it */
-    uint64_t breakpoints;  /* breakpoints at which steps ended */
-    uint64_t event_cuts;   /* searches of events that reached their limit; the first one: */
-    double event_cut_time; /* s, the beginning of its step */
-    int64_t event_cut_of;  /* its event */
+    double event_since;       /* s, from where instants within one fixed step, or one interval, are counted */
+    uint64_t event_many;      /* the number of these instants */
+    uint64_t event_missed;    /* the number of last steps that were to end at an event and did not reach it */
+    uint64_t breakpoints;     /* breakpoints at which steps ended */
+    uint64_t event_cuts;      /* searches of events that reached their limit; the first one: */
+    double event_cut_time;    /* s, the beginning of its step */
+    int64_t event_cut_of;     /* its event */
     kt_contact_counts contacts;
     uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
@@ -76,7 +74,6 @@ typedef struct kt_simulation_memory {
     double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
     uint64_t retries;     /* their number */
     double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
-#endif
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
 
@@ -160,9 +157,6 @@ typedef struct kt_work_panel {
 #define KT_SQUARE(x) ((x) * (x))
 
 /* The arrays of an implicit method. */
-#if !KT_HAS_JACOBIAN
-#define KT_NEWTON_ARRAYS(X)
-#else
 #define KT_NEWTON_ARRAYS(X)                                                                                            \
     X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
     X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
@@ -180,14 +174,12 @@ typedef struct kt_work_panel {
     X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
     X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
     X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
-#endif
 
 /* The number of models of sets of contacts that a simulation has room for (contact/model.c). */
 enum { KT_CONTACT_MASKS = 3 };
 
 struct kt_contacts; /* contact.c */
 struct kt_moreau;   /* moreau.c */
-#if KT_HAS_EVENTS
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
     X(kt_contact_memory, contact_state, size->contacts, "of hard contacts; part of a checkpoint")                      \
@@ -195,16 +187,9 @@ struct kt_moreau;   /* moreau.c */
     X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
     X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
     X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
-#else
-#define KT_SIMULATION_CONTACTS(X)
-#endif
 
-#if KT_HAS_QUASI_STATICS
 #define KT_SIMULATION_STATICS(X)                                                                                       \
     X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")
-#else
-#define KT_SIMULATION_STATICS(X)
-#endif
 
 /* A gap that is computed only if a step may have reached the boundary. */
 typedef struct kt_known_gap {
@@ -212,15 +197,11 @@ typedef struct kt_known_gap {
     bool known;
 } kt_known_gap;
 
-#if KT_HAS_CLEARANCES
 #define KT_SIMULATION_CLEARANCES(X)                                                                                    \
     X(double, stop_lower, size->gap, "of stops, as their effects have them")                                           \
     X(double, stop_upper, size->gap, "likewise")                                                                       \
     X(double, clearance_begin, 2 * size->gap, "at gap_time: distances of effects; no less than their speeds")          \
     X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")
-#else
-#define KT_SIMULATION_CLEARANCES(X)
-#endif
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
@@ -267,15 +248,13 @@ typedef struct kt_simulation_sizes {
     bool integrates_works;
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
-    size_t gap;   /* effects that act on one side of a boundary */
-    size_t event; /* the most events, including hard contacts */
-#if KT_HAS_EVENTS
+    size_t gap;               /* effects that act on one side of a boundary */
+    size_t event;             /* the most events, including hard contacts */
     size_t contact, contacts; /* bytes of hard contacts, 0 without; their number */
     size_t moreau;            /* bytes of time stepping; 0 without */
     size_t undo;              /* bytes of `undo`; 0 without */
     size_t mask;              /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
     size_t ranks;
-#endif
     size_t balanced; /* n if coordinates move no mass, so that their forces are balanced in every state; else 0 */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
@@ -385,8 +364,7 @@ struct kt_simulation {
     const kt_event_watch *watch; /* NULL: there are no events */
     size_t event_count;          /* the number of events */
     size_t event_latest;         /* the event of the last instant, or at which a step was repeated; event_count: none */
-#if KT_HAS_EVENTS
-    size_t contact_count;         /* the number of hard contacts, which are the first events */
+    size_t contact_count;        /* the number of hard contacts, which are the first events */
     struct kt_contacts *contacts; /* NULL: there are none */
     const kt_contact_calls *contact_calls;
     bool steps_over_contacts;  /* contacts are resolved by time stepping: */
@@ -401,7 +379,6 @@ struct kt_simulation {
     uint64_t progress_due;     /* the number of steps to the next call of options.progress */
     bool event_searched;       /* this step has been searched */
     double contact_time;       /* s, of the values of contacts; NaN: not available */
-#endif
     double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
     uint64_t event_cut; /* searches of features of events in this try that reached their limit */
     double event_time;  /* of event_value; NaN: not available */
@@ -424,41 +401,24 @@ struct kt_simulation {
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
 };
 
-/* An expression in members that a small library does not have, and its value there. */
-#if KT_HAS_EVENTS
-#define KT_OF_EVENTS(simulation, expression, otherwise) (expression)
-#else
-#define KT_OF_EVENTS(simulation, expression, otherwise) ((void)(simulation), (otherwise))
-#endif
-
 /* The depth to which an open hard contact may penetrate, m or rad. */
 static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
-    return KT_OF_EVENTS(simulation, simulation->contact_margin, 0.0);
+    return simulation->contact_margin;
 }
 
 /* Notes that forces have jumped at the present time, so that reactions differ from those at the end of the last step.
  * The beginning of the next step then checks whether contacts stay closed (event.c). */
 static inline void kt_simulation_note_jump(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     if (simulation->contact_count == 0)
         return;
     simulation->memory.jumped = true;
     simulation->event_time = simulation->contact_time = (double)NAN;
-#else
-    (void)simulation;
-#endif
 }
-static inline void kt_simulation_clear_jump(kt_simulation *simulation) {
-    (void)KT_OF_EVENTS(simulation, simulation->memory.jumped = false, 0);
-}
-static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) {
-    return KT_OF_EVENTS(simulation, simulation->memory.jumped != 0, false);
-}
+static inline void kt_simulation_clear_jump(kt_simulation *simulation) { simulation->memory.jumped = false; }
+static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) { return simulation->memory.jumped != 0; }
 
 /* The number of hard contacts, which are the first events. */
-static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) {
-    return KT_OF_EVENTS(simulation, simulation->contact_count, 0);
-}
+static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) { return simulation->contact_count; }
 
 /* The works in a state y; NaN if they are not computed. */
 static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
@@ -471,7 +431,7 @@ static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, con
 
 /* Lets evaluations with the simulation's data use the auxiliary states of y. */
 static inline void kt_simulation_use_states(const kt_simulation *simulation, const double *y) {
-    if (KT_HAS_FORMULAS && simulation->size.x > 0)
+    if (simulation->size.x > 0)
         memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
 }
 

@@ -56,12 +56,10 @@ kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *err
     const kt_status status = check_loops(model, functions, error);
     if (status != KT_OK)
         return status;
-#if KT_HAS_VARIABLE_MASS
     if (model->n.varying > 0)
         return kt_error_set(
             error, KT_ERROR_MODEL, kt_body_name(model, model->varying[0].body),
             "code for a mass that changes with time cannot be generated; use the library for this mechanism");
-#endif
     for (size_t i = 0; i < model->n.effect && (functions & forces); i++) {
         const kt_effect_record *effect = &model->effect[i];
         const char *fault = kt_code_effect_fault(model, effect);

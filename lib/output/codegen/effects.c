@@ -15,7 +15,7 @@
 /* ---- which effects ----------------------------------------------------------------------------------------------- */
 
 const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *effect) {
-    const bool is_hard = KT_HAS_SWITCHES && (effect->hard || effect->direction != 0.0 || effect->loops > 0);
+    const bool is_hard = (effect->hard || effect->direction != 0.0 || effect->loops > 0);
     if (effect->type == KT_EFFECT_CUSTOM || effect->law != NULL)
         return "its force is a function in C";
     if (effect->path_count > 0)

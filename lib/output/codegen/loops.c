@@ -30,14 +30,10 @@
 
 /* Why a loop of an effect has no code; NULL: it is no loop of an effect. */
 static const char *fault_of_switch(const kt_loop_record *r) {
-#if KT_HAS_SWITCHES
     if (r->friction > 0)
         return "friction switches it on and off; friction without 'stick' can be generated";
     if (r->side != KT_SIDE_NONE || r->rubs > 0)
         return "it acts on one side only; contacts and stops with a stiffness can be generated";
-#else
-    (void)r;
-#endif
     return NULL;
 }
 

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#ifdef KT_HAS_ASSIMP
+#ifdef KT_WITH_ASSIMP
 #include "picture/apart.h"
 #include <assimp/cimport.h>
 #include <assimp/config.h>

@@ -190,7 +190,7 @@ void kt_picture_list_effects(kt_picture_maker *m) {
                                      .has_damping = effect->damping > 0.0,
                                      .direction = kt_load_direction(effect),
                                      .is_carried = effect->frame == KT_FRAME_BODY || effect->type == KT_EFFECT_THRUST,
-                                     .line_count = KT_HAS_PATHS ? kt_path_lines(m->model, i, NULL, NULL, NULL) : 0,
+                                     .line_count = kt_path_lines(m->model, i, NULL, NULL, NULL),
                                      .name = effect->name};
         for (int k = 0; k < shown->end_count; k++)
             shown->ends[k] = picture_frame_of(m, picture_end_of(effect, k), is_contact && k == 1 ? effect->axis : none);
@@ -201,6 +201,6 @@ void kt_picture_list_effects(kt_picture_maker *m) {
 
 void kt_picture_path(const kt_picture *p, const kt_picture_effect *effect, const kt_pose *poses, kt_picture_line *each,
                      void *user) {
-    if (KT_HAS_PATHS && effect->line_count > 0)
+    if (effect->line_count > 0)
         (void)kt_path_lines(p->model, effect->effect, poses, each, user);
 }

@@ -363,7 +363,7 @@ static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
         double f[3] = {0.0, 0.0, 0.0};
         if (kt_loop_is_off(loop))
             continue;
-        if (KT_HAS_LOOPS && loop->term_count) {
+        if (loop->term_count) {
             const kt_relation_row row = kt_loop_kinds_baseline[loop->kind]->relate(loop, l->model->number, 0.0, l->t);
             f[1] = row.rate;
             f[2] = row.drift;
@@ -527,7 +527,7 @@ kt_status kt_equilibrium_find(kt_linearization *l, const kt_equilibrium_options 
     else if (status == KT_OK)
         status = run_from(&s, q, settings->most > 0 ? settings->most : STEPS_MOST, &result, error);
     l->of_force = false;
-    if (KT_HAS_SWITCHES && status == KT_OK)
+    if (status == KT_OK)
         status = kt_open_contacts_check(l->model, l->data, t, l->q0, l->model->zero, error);
     if (status != KT_OK)
         return status;

@@ -261,7 +261,7 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
     for (size_t c = 0; c < e.columns; c++)
         l->pivot_row[c] = UNUSED;
     system->near_singular = false;
-    if (KT_HAS_LOOPS && model->n.group) {
+    if (model->n.group) {
         kt_status status = fill_equations(l, error);
         if (status == KT_OK)
             status = check_ranks(l, &system->near_singular, error);

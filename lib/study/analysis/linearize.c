@@ -466,7 +466,7 @@ static bool is_bent(kt_linearization *l) {
  * accelerations themselves (evaluate/singular_crossing.c). */
 static kt_status differentiate_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
                                       kt_error *error) {
-    const bool near = KT_HAS_LOOPS && system->near_singular;
+    const bool near = system->near_singular;
     const kt_status status =
         near || kt_exact_is_possible(l) ? fill_linear_system(l, out, system, true, error) : KT_ERROR_SINGULAR;
     if (status == KT_ERROR_SINGULAR && near && is_bent(l))
@@ -515,7 +515,7 @@ kt_status kt_linearization_evaluate(kt_linearization *l, double t, const double 
     const kt_system_arrays *out = &l->arrays[l->next];
     kt_linear_system system = {0};
     kt_status status = kt_linearization_begin(l, t, q, v, tau, &system, error);
-    if (KT_HAS_SWITCHES && status == KT_OK && !l->follows)
+    if (status == KT_OK && !l->follows)
         status = kt_open_contacts_check(l->model, l->data, t, l->q0, l->v0, error);
     if (status == KT_OK)
         status = kt_independent_coordinates_choose(l, &l->arrays[l->next], &system, error);

@@ -58,14 +58,7 @@ static bool measure_moves(const double *shape, const double *unit, size_t nv, do
 static const double uncertain = 1e-2;
 
 /* Whether hard contacts slip in the model. */
-static bool has_slip(const kt_model *model) {
-#if KT_HAS_SWITCHES
-    return model->n.slip > 0;
-#else
-    (void)model;
-    return false;
-#endif
-}
+static bool has_slip(const kt_model *model) { return model->n.slip > 0; }
 
 /* Adds the modes of a state, using a linearisation of the model in it. */
 static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearization, double t, const double *q,
@@ -130,10 +123,8 @@ static kt_linearization_options nothing_besides(void) {
 
 /* The model of small motions about the present state of a simulation. */
 static const kt_model *present_model(kt_simulation *simulation) {
-#if KT_HAS_EVENTS
     if (simulation->contacts != NULL && simulation->contact_calls->resting != NULL)
         return simulation->contact_calls->resting(simulation);
-#endif
     return kt_simulation_model(simulation);
 }
 

@@ -364,10 +364,6 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         return KT_ERROR_ARGUMENT;
     const kt_model_options defaults = kt_model_options_default();
     kt_absolute *made;
-    if (!KT_HAS_LOOPS)
-        return kt_error_set(
-            error, KT_ERROR_UNSUPPORTED, "formulation",
-            "this library was built for trees alone: build it with -Dloops=enabled, which needs LAPACK");
     kt_status status = kt_massless_reject(model, "formulation", "absolute coordinates do not support this", error);
     if (status == KT_OK)
         status = reject_armature(model, error);

@@ -64,7 +64,7 @@ static kt_status check_dae_options(const kt_dae_options *o, kt_error *error) {
 
 /* Hard contacts and friction that sticks have events, which the baselines do not follow. */
 static kt_status reject_dae_contacts(const kt_model *model, kt_error *error) {
-    for (int i = 0; KT_HAS_SWITCHES && i < kt_loop_count(model); i++)
+    for (int i = 0; i < kt_loop_count(model); i++)
         if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, kt_loop_name(model, i),
                                 "it is hard or sticks, and a differential-algebraic baseline does not follow where it "

@@ -1,7 +1,7 @@
 /* The calls of LAPACK that the core does not need. */
 #include "linear/lapack.h"
 
-#if defined KT_NO_LOOPS || defined KT_NO_LAPACK
+#ifdef KT_NO_LAPACK
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define KT_LAPACK_NONE(name, parameters, arguments)                                                                    \

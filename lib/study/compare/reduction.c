@@ -14,7 +14,6 @@ const char *kt_formulation_name(kt_formulation formulation) {
 }
 
 const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction) {
-#ifndef KT_NO_LOOPS
     static const kt_reduction_method partition = KT_REDUCTION_METHOD(kt_reduction_partition);
     static const kt_reduction_method svd = KT_REDUCTION_METHOD(kt_reduction_svd);
     if (reduction == KT_REDUCTION_PARTITION)
@@ -24,7 +23,6 @@ const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction) {
         return &svd;
     if (reduction == KT_REDUCTION_EIGEN)
         return &eigen;
-#endif
     (void)reduction;
     return NULL;
 }

@@ -18,9 +18,8 @@ static const double moulton_4[] = {9.0 / 24.0, 19.0 / 24.0, -5.0 / 24.0, 1.0 / 2
 
 const kt_method kt_method_ab2 = {
     .name = "ab2",
-    .title = KT_WORDS("Adams-Bashforth 2 with Adams-Moulton 2 (PECE), 1883"),
-    .source =
-        KT_WORDS("E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section III.1"),
+    .title = "Adams-Bashforth 2 with Adams-Moulton 2 (PECE), 1883",
+    .source = "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section III.1",
     .family = &kt_family_adams,
     .stages = 2,
     .order = 2,
@@ -34,9 +33,8 @@ const kt_method kt_method_ab2 = {
 
 const kt_method kt_method_ab4 = {
     .name = "ab4",
-    .title = KT_WORDS("Adams-Bashforth 4 with Adams-Moulton 4 (PECE), 1883 and 1926"),
-    .source =
-        KT_WORDS("E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section III.1"),
+    .title = "Adams-Bashforth 4 with Adams-Moulton 4 (PECE), 1883 and 1926",
+    .source = "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section III.1",
     .family = &kt_family_adams,
     .stages = 4,
     .order = 4,

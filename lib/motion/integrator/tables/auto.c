@@ -3,9 +3,8 @@
 
 const kt_method kt_method_auto = {
     .name = "auto",
-    .title = KT_WORDS("dopri5, and radau5 while the motion is stiff"),
-    .source =
-        KT_WORDS("E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.2 and IV.8"),
+    .title = "dopri5, and radau5 while the motion is stiff",
+    .source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.2 and IV.8",
     .family = &kt_family_switching,
     .stages = 7,
     .order = 5,

@@ -12,9 +12,8 @@ static const double e[] = {-5.0 / 72.0, 1.0 / 12.0, 1.0 / 9.0, -1.0 / 8.0}; /* a
 
 const kt_method kt_method_bs32 = {
     .name = "bs32",
-    .title = KT_WORDS("Bogacki-Shampine 3(2), 1989"),
-    .source =
-        KT_WORDS("P. Bogacki, L. F. Shampine, A 3(2) pair of Runge-Kutta formulas, Appl. Math. Lett. 2 (1989) 321"),
+    .title = "Bogacki-Shampine 3(2), 1989",
+    .source = "P. Bogacki, L. F. Shampine, A 3(2) pair of Runge-Kutta formulas, Appl. Math. Lett. 2 (1989) 321",
     .stages = 4,
     .order = 3,
     .embedded_order = 2,

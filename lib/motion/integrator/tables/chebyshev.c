@@ -22,8 +22,8 @@ static const double e[] = {2.0 / 5.0 + 4.0 / 5.0 * (14.0 / 13.0), -4.0 / 5.0 * (
 
 const kt_method kt_method_rkc2 = {
     .name = "rkc2",
-    .title = KT_WORDS("Runge-Kutta-Chebyshev 2, 1990: stabilised, for strong dampers"),
-    .source = KT_WORDS("B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315"),
+    .title = "Runge-Kutta-Chebyshev 2, 1990: stabilised, for strong dampers",
+    .source = "B. P. Sommeijer, L. F. Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315",
     .family = &kt_family_stabilised,
     .stages = 3,
     .order = 2,

@@ -45,8 +45,8 @@ static const double e[] = {
 
 const kt_method kt_method_rkc4 = {
     .name = "rkc4",
-    .title = KT_WORDS("Runge-Kutta-Chebyshev, extrapolated to 4(3): stabilised, for strong dampers"),
-    .source = KT_WORDS("as rkc2, and E. Hairer, S. P. Norsett, G. Wanner, 1993, section II.9"),
+    .title = "Runge-Kutta-Chebyshev, extrapolated to 4(3): stabilised, for strong dampers",
+    .source = "as rkc2, and E. Hairer, S. P. Norsett, G. Wanner, 1993, section II.9",
     .family = &kt_family_stabilised,
     .stages = 10,
     .order = 4,

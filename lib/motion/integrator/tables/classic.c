@@ -13,8 +13,8 @@ static const double one[] = {1.0};
 
 const kt_method kt_method_euler = {
     .name = "euler",
-    .title = KT_WORDS("Explicit Euler"),
-    .source = KT_WORDS(HNW),
+    .title = "Explicit Euler",
+    .source = HNW,
     .stages = 1,
     .order = 1,
     .a = zero, /* no entry */
@@ -28,8 +28,8 @@ static const double midpoint_c[] = {0.0, 1.0 / 2.0};
 
 const kt_method kt_method_midpoint = {
     .name = "midpoint",
-    .title = KT_WORDS("Explicit midpoint rule, Runge 1895"),
-    .source = KT_WORDS(HNW),
+    .title = "Explicit midpoint rule, Runge 1895",
+    .source = HNW,
     .stages = 2,
     .order = 2,
     .a = midpoint_a,
@@ -44,8 +44,8 @@ static const double heun_e[] = {-1.0 / 2.0, 1.0 / 2.0}; /* against b = (1, 0) */
 
 const kt_method kt_method_heun = {
     .name = "heun",
-    .title = KT_WORDS("Heun 2(1), 1900: explicit trapezoidal rule, Euler embedded"),
-    .source = KT_WORDS(HNW),
+    .title = "Heun 2(1), 1900: explicit trapezoidal rule, Euler embedded",
+    .source = HNW,
     .stages = 2,
     .order = 2,
     .embedded_order = 1,
@@ -61,8 +61,8 @@ static const double ralston_c[] = {0.0, 2.0 / 3.0};
 
 const kt_method kt_method_ralston = {
     .name = "ralston",
-    .title = KT_WORDS("Ralston 2, 1962"),
-    .source = KT_WORDS("A. Ralston, Math. Comp. 16 (1962) 431"),
+    .title = "Ralston 2, 1962",
+    .source = "A. Ralston, Math. Comp. 16 (1962) 431",
     .stages = 2,
     .order = 2,
     .a = ralston_a,
@@ -79,8 +79,8 @@ static const double kutta3_c[] = {0.0, 1.0 / 2.0, 1.0};
 
 const kt_method kt_method_kutta3 = {
     .name = "kutta3",
-    .title = KT_WORDS("Kutta 3, 1901"),
-    .source = KT_WORDS("W. Kutta, Z. Math. Phys. 46 (1901) 435"),
+    .title = "Kutta 3, 1901",
+    .source = "W. Kutta, Z. Math. Phys. 46 (1901) 435",
     .stages = 3,
     .order = 3,
     .a = kutta3_a,
@@ -98,8 +98,8 @@ static const double rk4_c[] = {0.0, 1.0 / 2.0, 1.0 / 2.0, 1.0};
 
 const kt_method kt_method_rk4 = {
     .name = "rk4",
-    .title = KT_WORDS("The classical Runge-Kutta 4, Kutta 1901"),
-    .source = KT_WORDS(HNW),
+    .title = "The classical Runge-Kutta 4, Kutta 1901",
+    .source = HNW,
     .stages = 4,
     .order = 4,
     .a = rk4_a,
@@ -117,8 +117,8 @@ static const double rk38_c[] = {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
 
 const kt_method kt_method_rk38 = {
     .name = "rk38",
-    .title = KT_WORDS("The 3/8 rule, Kutta 1901"),
-    .source = KT_WORDS(HNW),
+    .title = "The 3/8 rule, Kutta 1901",
+    .source = HNW,
     .stages = 4,
     .order = 4,
     .a = rk38_a,

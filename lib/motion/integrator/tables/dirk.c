@@ -14,8 +14,8 @@ static const double trapezoid_a[] = {0.0, 0.0, 0.5, 0.5}, trapezoid_b[] = {0.5, 
 
 const kt_method kt_method_implicit_euler = {
     .name = "implicit-euler",
-    .title = KT_WORDS("Implicit Euler, 1768: L-stable, damps strongly"),
-    .source = KT_WORDS("E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.3"),
+    .title = "Implicit Euler, 1768: L-stable, damps strongly",
+    .source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.3",
     .family = &kt_family_dirk,
     .stages = 2,
     .order = 1,
@@ -27,8 +27,8 @@ const kt_method kt_method_implicit_euler = {
 
 const kt_method kt_method_crank_nicolson = {
     .name = "crank-nicolson",
-    .title = KT_WORDS("Crank-Nicolson 1947, trapezoidal rule: A-stable, damps nothing"),
-    .source = KT_WORDS("J. Crank, P. Nicolson, Proc. Cambridge Phil. Soc. 43 (1947) 50"),
+    .title = "Crank-Nicolson 1947, trapezoidal rule: A-stable, damps nothing",
+    .source = "J. Crank, P. Nicolson, Proc. Cambridge Phil. Soc. 43 (1947) 50",
     .family = &kt_family_dirk,
     .stages = 2,
     .order = 2,

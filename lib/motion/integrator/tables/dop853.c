@@ -110,9 +110,8 @@ static const double d[] = {
 
 const kt_method kt_method_dop853 = {
     .name = "dop853",
-    .title = KT_WORDS("Dormand-Prince 8(5,3), Hairer's DOP853"),
-    .source =
-        KT_WORDS("E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section II.5"),
+    .title = "Dormand-Prince 8(5,3), Hairer's DOP853",
+    .source = "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section II.5",
     .stages = 12,
     .order = 8,
     .embedded_order = 5,

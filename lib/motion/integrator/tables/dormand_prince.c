@@ -35,9 +35,9 @@ const double kt_dopri5_d[] = {
 
 const kt_method kt_method_dopri5 = {
     .name = "dopri5",
-    .title = KT_WORDS("Dormand-Prince 5(4), 1980"),
-    .source = KT_WORDS(
-        "J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae, J. Comput. Appl. Math. 6 (1980) 19"),
+    .title = "Dormand-Prince 5(4), 1980",
+    .source =
+        "J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae, J. Comput. Appl. Math. 6 (1980) 19",
     .stages = 7,
     .order = 5,
     .embedded_order = 4,

@@ -40,8 +40,8 @@ static const double d[] = {-2.5, 3.8951955118123059560799384, -2.228528845145639
 
 const kt_method kt_method_radau5 = {
     .name = "radau5",
-    .title = KT_WORDS("Radau IIA 5, 1969: implicit, for stiff springs, dampers and contacts"),
-    .source = KT_WORDS("E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8"),
+    .title = "Radau IIA 5, 1969: implicit, for stiff springs, dampers and contacts",
+    .source = "E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8",
     .family = &kt_family_radau,
     .stages = 4,
     .order = 5,

@@ -124,8 +124,8 @@ static const kt_rosenbrock transformed = {
 
 const kt_method kt_method_rodas5p = {
     .name = "rodas5p",
-    .title = KT_WORDS("Rodas5P, Steinebach 2023: linearly implicit, for stiff motions at loose tolerances"),
-    .source = KT_WORDS("G. Steinebach, BIT Numerical Mathematics 63 (2023) 27"),
+    .title = "Rodas5P, Steinebach 2023: linearly implicit, for stiff motions at loose tolerances",
+    .source = "G. Steinebach, BIT Numerical Mathematics 63 (2023) 27",
     .family = &kt_family_rosenbrock,
     .stages = 8,
     .order = 5,

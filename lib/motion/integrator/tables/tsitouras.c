@@ -57,8 +57,8 @@ static const double d[] = {
 
 const kt_method kt_method_tsit5 = {
     .name = "tsit5",
-    .title = KT_WORDS("Tsitouras 5(4), 2011"),
-    .source = KT_WORDS("Ch. Tsitouras, Runge-Kutta pairs of order 5(4), Comput. Math. Appl. 62 (2011) 770"),
+    .title = "Tsitouras 5(4), 2011",
+    .source = "Ch. Tsitouras, Runge-Kutta pairs of order 5(4), Comput. Math. Appl. 62 (2011) 770",
     .stages = 7,
     .order = 5,
     .embedded_order = 4,

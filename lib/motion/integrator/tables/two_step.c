@@ -15,8 +15,8 @@ static const double b[] = {0.0, REST, GAMMA}, c[] = {0.0, GAMMA, 1.0};
 
 const kt_method kt_method_bdf2 = {
     .name = "bdf2",
-    .title = KT_WORDS("Two-step BDF, Curtiss and Hirschfelder 1952: L-stable"),
-    .source = KT_WORDS("C. F. Curtiss, J. O. Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235"),
+    .title = "Two-step BDF, Curtiss and Hirschfelder 1952: L-stable",
+    .source = "C. F. Curtiss, J. O. Hirschfelder, Proc. Nat. Acad. Sci. 38 (1952) 235",
     .family = &kt_family_two_step,
     .stages = 3,
     .order = 2,
@@ -30,8 +30,8 @@ const kt_method kt_method_bdf2 = {
 
 const kt_method kt_method_two_step = {
     .name = "two-step",
-    .title = KT_WORDS("Two-step method with chosen damping, 2001: A-stable, rho at infinity"),
-    .source = KT_WORDS("P. Masarati, M. Lanz, P. Mantegazza, XVI Congresso AIDAA, Palermo 2001"),
+    .title = "Two-step method with chosen damping, 2001: A-stable, rho at infinity",
+    .source = "P. Masarati, M. Lanz, P. Mantegazza, XVI Congresso AIDAA, Palermo 2001",
     .family = &kt_family_two_step,
     .stages = 3,
     .order = 2,
