@@ -301,8 +301,9 @@ typedef struct kt_accuracy_results {
     double length;               /* m, the length scale */
     double amplitude;            /* of the motion, in the norm: the largest distance from the initial state */
     kt_accuracy_subject subject; /* of error.judged */
-    double range;          /* of the subject: the amplitude, the largest speed in the norm, or the quantity's largest
-                               value minus its least one. A quantity that changes by less than a millionth of its magnitude has its magnitude */
+    /* Of the subject: the amplitude, the largest speed in the norm, or the largest value of the quantity minus its
+     * least one. If the quantity changes by less than a millionth of its magnitude, the range is the magnitude. */
+    double range;
     double absolute_scale; /* absolute tolerances over relative ones: 1, or less if the amplitude is far below 1 */
     double amplification;  /* the largest growth factor of a small error up to the end of the study */
     double growth;         /* 1/s, log(amplification) / duration */

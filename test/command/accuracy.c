@@ -1,6 +1,8 @@
 /* kinetree accuracy and kinetree plot: their prints, files and drawings, and their errors for wrong command lines. */
 #include "shell.h"
 
+#include "kinetree/method.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -363,6 +365,39 @@ KT_TEST(pictures_are_drawn_light_and_dark) {
     kt_check_below("and a dark one", kt_page_lightness(kt_read_file("b.svg")), 0.25);
     kt_check_true("PNG", is_png("a.png"));
     kt_expect(1, "ends in .svg, .png or .pdf", "$K accuracy p.yaml --plot a.jpg");
+}
+
+/* The curves of a picture: their labels in the legend end with the order. */
+static int curve_count_of(const char *svg) { return count_of(svg, ", order "); }
+
+/* A picture with all methods cannot be read. It has the best method of each family, and the others on request. The
+ * dashed line, the rings, the fan of slopes and the settings are on the page, light or dark, wide or narrow. */
+KT_TEST(picture_of_accuracy_has_the_best_of_each_family) {
+    static const char few[] = "--steps=0.02,0.01,0.005 --tolerances=1e-4,1e-6,1e-8 --quiet --out=/dev/null";
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(0, NULL, "$K accuracy p.yaml %s --plot f.svg; $K accuracy p.yaml %s --all --plot a.svg", few, few);
+    char *family = strdup(kt_read_file("f.svg"));
+    const int curves = curve_count_of(family), all = curve_count_of(kt_read_file("a.svg"));
+    kt_check_below("curves", curves, 8.5);
+    kt_check_above("curves", curves, 4.5);
+    kt_check_above("all methods", all, 15.5);
+    char left_out[32];
+    snprintf(left_out, sizeof left_out, ">and %d more<", kt_method_count() - curves);
+    kt_check_contains("the others are counted", family, left_out);
+    kt_check_contains("recommended points", family, ">recommended<");
+    kt_check_contains("their goals", family, ">for 0.001<");
+    kt_check_equal_int("a fan in each panel", count_of(family, ">order<"), 2);
+    kt_check_equal_int("rounding in each panel", count_of(family, ">rounding<"), 2);
+    kt_check_contains("dashed lines", family, "stroke-dasharray");
+    kt_check_true("no settings", strstr(family, ">1e-8<") == NULL);
+    free(family);
+    kt_expect(0, NULL, "$K accuracy p.yaml %s --settings --size 420x800 --plot-dark n.svg", few);
+    const char *narrow = kt_read_file("n.svg");
+    kt_check_contains("settings", narrow, ">1e-8<");
+    kt_check_contains("settings", narrow, ">0.005<");
+    kt_check_contains("size", narrow, "viewBox=\"0 0 420 800\"");
+    kt_check_true("the legend is on the page", strstr(narrow, ">recommended<") != NULL);
+    kt_expect(1, "--size takes WIDTHxHEIGHT", "$K accuracy p.yaml --size 10");
 }
 
 KT_TEST(plot_draws_columns_of_a_result) {

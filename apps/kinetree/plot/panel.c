@@ -1,26 +1,12 @@
 /* Draws one panel of a chart. The title with the unit is at the top left, and ticks are at round numbers on a light
  * grid. The legend is on the right, where it covers no line. */
-#include "plot/paper.h"
+#include "plot/frame.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 enum { TICKS_X = 11, TICKS_Y = 7 };
-
-/* Maps numbers to coordinates of the page. */
-typedef struct kt_plot_frame {
-    double left, right, top, bottom;
-    kt_axis x, y;
-    const kt_palette *palette;
-} kt_plot_frame;
-
-static double to_x(const kt_plot_frame *f, double x) {
-    return f->left + kt_axis_place(&f->x, x) * (f->right - f->left);
-}
-
-static double to_y(const kt_plot_frame *f, double y) {
-    return f->bottom - kt_axis_place(&f->y, y) * (f->bottom - f->top);
-}
 
 /* ---- grid -------------------------------------------------------------------------------------------------------- */
 
@@ -51,9 +37,9 @@ static void draw_minor(cairo_t *c, const kt_plot_frame *f, const kt_axis *axis, 
             if (value < axis->low || value > axis->high)
                 continue;
             if (of_x)
-                draw_line(c, to_x(f, value), f->top, to_x(f, value), f->bottom);
+                draw_line(c, kt_frame_x(f, value), f->top, kt_frame_x(f, value), f->bottom);
             else
-                draw_line(c, f->left, to_y(f, value), f->right, to_y(f, value));
+                draw_line(c, f->left, kt_frame_y(f, value), f->right, kt_frame_y(f, value));
         }
 }
 
@@ -64,14 +50,14 @@ static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
     cairo_set_line_width(c, 1.0);
     cairo_set_font_size(c, kt_small_size);
     for (int i = 0; i < f->y.count; i++) {
-        const double y = to_y(f, kt_axis_tick(&f->y, i));
+        const double y = kt_frame_y(f, kt_axis_tick(&f->y, i));
         kt_paper_use(c, f->palette->faint);
         draw_line(c, f->left, y, f->right, y);
         kt_paper_use(c, f->palette->ink);
         put_tick(c, f->left - 8.0, y + 0.36 * kt_small_size, KT_ANCHOR_RIGHT, &f->y, i);
     }
     for (int i = 0; i < f->x.count; i++) {
-        const double x = to_x(f, kt_axis_tick(&f->x, i));
+        const double x = kt_frame_x(f, kt_axis_tick(&f->x, i));
         kt_paper_use(c, f->palette->faint);
         draw_line(c, x, f->top, x, f->bottom);
         kt_paper_use(c, f->palette->ink);
@@ -86,7 +72,7 @@ static void draw_grid(cairo_t *c, const kt_plot_frame *f) {
 
 /* Draws the grey region of values that cannot be resolved. */
 static void draw_blind(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel) {
-    const double y = to_y(f, panel->blind);
+    const double y = kt_frame_y(f, panel->blind);
     if (!(panel->blind > 0.0) || !(y < f->bottom))
         return;
     const kt_colour quiet = f->palette->quiet;
@@ -109,7 +95,7 @@ static void draw_events(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel 
     cairo_set_font_size(c, 0.9 * kt_small_size);
     cairo_set_line_width(c, 0.8);
     for (int i = 0; i < panel->event_count; i++) {
-        const double x = to_x(f, panel->events[i].x);
+        const double x = kt_frame_x(f, panel->events[i].x);
         if (!(x >= last + 1.0) || x > f->right + 0.5)
             continue;
         last = x;
@@ -198,14 +184,14 @@ static void pen_up(kt_pen *pen) {
 static void pen_column(kt_pen *pen, const kt_plot_frame *f, const kt_plot_series *series, size_t first, size_t end) {
     size_t least = first, largest = first;
     for (size_t i = first; i < end; i++) {
-        const double y = to_y(f, series->y[i]);
-        least = y < to_y(f, series->y[least]) ? i : least;
-        largest = y > to_y(f, series->y[largest]) ? i : largest;
+        const double y = kt_frame_y(f, series->y[i]);
+        least = y < kt_frame_y(f, series->y[least]) ? i : least;
+        largest = y > kt_frame_y(f, series->y[largest]) ? i : largest;
     }
     const size_t kept[] = {first, least < largest ? least : largest, least < largest ? largest : least, end - 1};
     for (size_t i = 0; i < sizeof kept / sizeof kept[0]; i++)
         if (i == 0 || kept[i] != kept[i - 1])
-            pen_to(pen, to_x(f, series->x[kept[i]]), to_y(f, series->y[kept[i]]));
+            pen_to(pen, kt_frame_x(f, series->x[kept[i]]), kt_frame_y(f, series->y[kept[i]]));
 }
 
 /* A logarithmic axis may end above the least values (axis.c). */
@@ -213,7 +199,7 @@ static bool is_above_end(const kt_axis *axis, double value) { return !axis->is_l
 
 static bool is_on_paper(const kt_plot_frame *f, const kt_plot_series *series, size_t i) {
     const double x = series->x[i], y = series->y[i];
-    return isfinite(to_x(f, x)) && isfinite(to_y(f, y)) && is_above_end(&f->x, x) && is_above_end(&f->y, y);
+    return isfinite(kt_frame_x(f, x)) && isfinite(kt_frame_y(f, y)) && is_above_end(&f->x, x) && is_above_end(&f->y, y);
 }
 
 /* In a dense series, whose x is rising, the points are grouped into columns of 1 pt; any other series is drawn point by
@@ -225,8 +211,8 @@ static void trace_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_serie
         if (!is_on_paper(f, series, i)) {
             pen_up(&pen);
         } else {
-            const double right = series->is_dense ? floor(to_x(f, series->x[i])) + 1.0 : (double)-INFINITY;
-            while (end < series->count && is_on_paper(f, series, end) && to_x(f, series->x[end]) < right)
+            const double right = series->is_dense ? floor(kt_frame_x(f, series->x[i])) + 1.0 : (double)-INFINITY;
+            while (end < series->count && is_on_paper(f, series, end) && kt_frame_x(f, series->x[end]) < right)
                 end++;
             pen_column(&pen, f, series, i, end);
         }
@@ -283,14 +269,32 @@ static void use_series_pen(cairo_t *c, const kt_plot_frame *f, const kt_plot_ser
     cairo_set_line_width(c, series->is_halo ? 9.0 : series->mark > 0 ? 1.3 : width);
 }
 
+/* Draws the rings or the floors of a series. */
+static void draw_remarks(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
+    for (size_t i = 0; i < series->count; i++) {
+        const double x = kt_frame_x(f, series->x[i]), y = kt_frame_y(f, series->y[i]);
+        if (isfinite(x) && isfinite(y))
+            (series->is_ringed ? kt_guide_ring : kt_guide_floor)(c, x, y, colour);
+    }
+}
+
 static void draw_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour) {
-    use_series_pen(c, f, series, colour, 1.6);
+    static const double dashes[] = {6.0, 3.0};
     cairo_new_path(c);
+    if (series->is_ringed || series->is_floor) {
+        draw_remarks(c, f, series, colour);
+        return;
+    }
+    kt_guide_bars(c, f, series, colour);
+    use_series_pen(c, f, series, colour, 1.6);
+    if (series->is_dashed)
+        cairo_set_dash(c, dashes, 2, 0.0);
     if (!series->is_scattered)
         trace_series(c, f, series);
     cairo_stroke(c);
+    cairo_set_dash(c, NULL, 0, 0.0);
     for (size_t i = 0; i < series->count && series->mark > 0; i++) {
-        const double x = to_x(f, series->x[i]), y = to_y(f, series->y[i]);
+        const double x = kt_frame_x(f, series->x[i]), y = kt_frame_y(f, series->y[i]);
         if (isfinite(x) && isfinite(y))
             kt_paper_trace_mark(c, x, y, series->mark);
     }
@@ -323,8 +327,8 @@ static void draw_cells(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *
     cairo_clip(c);
     cairo_set_antialias(c, CAIRO_ANTIALIAS_NONE); /* no seams between neighbours */
     for (size_t i = 0; i < cells->count; i++) {
-        double left = to_x(f, cells->x[2 * i]), right = to_x(f, cells->x[2 * i + 1]);
-        double bottom = to_y(f, cells->y[2 * i]), top = to_y(f, cells->y[2 * i + 1]);
+        double left = kt_frame_x(f, cells->x[2 * i]), right = kt_frame_x(f, cells->x[2 * i + 1]);
+        double bottom = kt_frame_y(f, cells->y[2 * i]), top = kt_frame_y(f, cells->y[2 * i + 1]);
         const double share = kt_axis_place(&range, value_of_cell(cells, i));
         if (!isfinite(left + right + bottom + top + share))
             continue;
@@ -371,37 +375,57 @@ static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel
 /* Returns whether any point of a series is on the page. */
 static bool is_seen(const kt_plot_frame *f, const kt_plot_series *series) {
     for (size_t i = 0; i < series->count; i++)
-        if (isfinite(to_x(f, series->x[i])) && isfinite(to_y(f, series->y[i])))
+        if (isfinite(kt_frame_x(f, series->x[i])) && isfinite(kt_frame_y(f, series->y[i])))
             return true;
     return false;
 }
 
-static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
-    const double x = f->right + 16.0, line = 1.6 * kt_small_size;
-    double y = f->top + kt_small_size;
+/* Draws the line and the mark of a series in the legend. */
+static void draw_legend_key(cairo_t *c, const kt_plot_frame *f, const kt_plot_series *series, kt_colour colour,
+                            double x, double middle) {
+    static const double dashes[] = {5.0, 2.5};
+    if (series->is_ringed) {
+        kt_guide_ring(c, x + 9.0, middle, colour);
+        return;
+    }
+    if (series->is_floor) {
+        kt_guide_floor(c, x + 9.0, middle - 8.0, colour);
+        return;
+    }
+    use_series_pen(c, f, series, colour, 3.0);
+    if (series->is_dashed)
+        cairo_set_dash(c, dashes, 2, 0.0);
+    if (!series->is_scattered)
+        draw_line(c, x, middle, x + 18.0, middle);
+    cairo_set_dash(c, NULL, 0, 0.0);
+    if (series->mark > 0) {
+        kt_paper_trace_mark(c, x + 9.0, middle, series->mark);
+        kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
+    }
+}
+
+/* Draws the legend in columns, within a rectangle that begins at (left, top). */
+static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double left, double top,
+                              double width, int columns) {
+    const double cell = width / columns;
+    int shown = 0;
     cairo_set_font_size(c, kt_small_size);
     for (int i = 0; i < panel->series_count; i++) {
         const kt_plot_series *series = &panel->series[i];
-        const kt_colour colour = series_colour_of(f, panel, i);
         if (!is_seen(f, series))
             continue;
-        const double middle = y - 0.36 * kt_small_size;
-        use_series_pen(c, f, series, colour, 3.0);
-        if (!series->is_scattered)
-            draw_line(c, x, middle, x + 18.0, middle);
-        if (series->mark > 0) {
-            kt_paper_trace_mark(c, x + 9.0, middle, series->mark);
-            kt_paper_draw_marks(c, series->hollow, colour, f->palette->paper);
-        }
+        const double x = left + shown % columns * cell, y = top + shown / columns * KT_LEGEND_LINE * kt_small_size;
+        draw_legend_key(c, f, series, series_colour_of(f, panel, i), x, y - 0.36 * kt_small_size);
         kt_paper_use(c, f->palette->ink);
-        kt_paper_text_short(c, x + 24.0, y, room - 48.0, KT_ANCHOR_LEFT, series->label);
-        y += line;
+        kt_paper_text_short(c, x + 24.0, y, cell - 30.0, KT_ANCHOR_LEFT, series->label);
+        shown++;
     }
     if (panel->left_out > 0) {
         char text[48];
         snprintf(text, sizeof text, "and %d more", panel->left_out);
         kt_paper_use(c, f->palette->quiet);
-        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, text);
+        kt_paper_text(c, left + shown % columns * cell, top + shown / columns * KT_LEGEND_LINE * kt_small_size,
+                      KT_ANCHOR_LEFT, text);
     }
 }
 
@@ -422,6 +446,8 @@ static void find_axis_range(const kt_plot_panel *panel, bool of_y, bool is_log, 
                 continue;
             *low = fmin(*low, value);
             *high = fmax(*high, value);
+            if (!of_y && panel->series[s].x_high != NULL && isfinite(panel->series[s].x_high[i]))
+                *high = fmax(*high, panel->series[s].x_high[i]);
         }
     if (!(*low <= *high))
         *low = *high = is_log ? 1.0 : 0.0;
@@ -437,6 +463,8 @@ static kt_axis make_axis(const kt_plot_panel *panel, bool of_y, int most) {
         const double room = pow(high / low, 0.04);
         if (of_y && panel->blind > 0.0) /* the grey region stays visible and has room for its label */
             low = fmin(low, panel->blind * pow(high / low, -0.05));
+        if (of_y && panel->noise > 0.0)
+            low = fmin(low, panel->noise * pow(high / low, -0.03));
         return kt_axis_make_log(low / fmax(room, 1.1), high * fmax(room, 1.1), most);
     }
     bool has_marks = false;
@@ -473,33 +501,51 @@ static void draw_panel_title(cairo_t *c, const kt_plot_frame *f, const kt_plot_p
 /* Returns the number of ticks whose labels have room along an axis: at most `most`, and enough to show the scale. */
 static int ticks_with_room(double length, double pitch, int most) { return (int)fmax(4.0, fmin(most, length / pitch)); }
 
-int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
-                  double width, double height, double room) {
-    const int most_x = ticks_with_room(width, 2.5 * kt_small_size, width < 500.0 ? 8 : TICKS_X),
-              most_y = ticks_with_room(height, 1.4 * kt_small_size, height > 250.0 ? 2 * TICKS_Y : TICKS_Y);
-    kt_plot_frame f = {
-        left,   left + width, top, top + height, make_axis(panel, false, most_x), make_axis(panel, true, most_y),
-        palette};
+/* Draws curves, and on top of them the names of points. */
+static void draw_all_series(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, kt_guide *guide) {
+    for (int halo = 1; halo >= 0; halo--)
+        for (int i = 0; i < panel->series_count; i++)
+            if (panel->series[i].is_halo == (halo == 1))
+                draw_series(c, f, &panel->series[i], series_colour_of(f, panel, i));
+    for (int ringed = 1; ringed >= 0; ringed--) /* there is room for names of rings first */
+        for (int i = 0; i < panel->series_count; i++)
+            if (panel->series[i].is_ringed == (ringed == 1))
+                kt_guide_names(c, f, &panel->series[i], series_colour_of(f, panel, i), guide);
+}
+
+int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, const kt_panel_place *at) {
+    const int most_x = ticks_with_room(at->width, 2.5 * kt_small_size, at->width < 500.0 ? 8 : TICKS_X),
+              most_y = ticks_with_room(at->height, 1.4 * kt_small_size, at->height > 250.0 ? 2 * TICKS_Y : TICKS_Y);
+    kt_plot_frame f = {.left = at->left,
+                       .right = at->left + at->width,
+                       .top = at->top,
+                       .bottom = at->top + at->height,
+                       .x = make_axis(panel, false, most_x),
+                       .y = make_axis(panel, true, most_y),
+                       .palette = palette};
     if (panel->is_equal)
         equalize(&f, most_x, most_y);
     kt_axis_shift(&f.y);
+    kt_guide *guide = kt_guide_make(&f, panel);
     draw_grid(c, &f);
     if (panel->cells != NULL)
         draw_cells(c, &f, panel->cells);
     draw_blind(c, &f, panel);
+    kt_guide_noise(c, &f, panel);
     draw_events(c, &f, panel);
+    kt_guide_fan(c, &f, panel, guide);
     kt_paper_use(c, palette->ink);
     draw_panel_title(c, &f, panel);
     if (panel->x_title != NULL)
         kt_paper_quantity(c, 0.5 * (f.left + f.right), f.bottom + 3.2 * kt_small_size, KT_ANCHOR_MIDDLE, panel->x_title,
                           panel->x_unit, f.x.exponent);
-    for (int halo = 1; halo >= 0; halo--)
-        for (int i = 0; i < panel->series_count; i++)
-            if (panel->series[i].is_halo == (halo == 1))
-                draw_series(c, &f, &panel->series[i], series_colour_of(&f, panel, i));
+    draw_all_series(c, &f, panel, guide);
+    free(guide);
     if (panel->cells != NULL || panel->scale != NULL)
-        draw_colours(c, &f, panel, room);
+        draw_colours(c, &f, panel, at->room);
+    else if (panel->has_legend && at->legend_columns > 0)
+        draw_panel_legend(c, &f, panel, f.left, f.bottom + 5.6 * kt_small_size, at->width, at->legend_columns);
     else if (panel->has_legend)
-        draw_panel_legend(c, &f, panel, room);
+        draw_panel_legend(c, &f, panel, f.right + 16.0, f.top + kt_small_size, at->room - 18.0, 1);
     return f.x.exponent;
 }

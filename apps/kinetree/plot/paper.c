@@ -144,6 +144,36 @@ static double width_at(cairo_t *c, double size, const char *text) {
     return kt_paper_width(c, text);
 }
 
+/* Returns the length of the longest beginning of a text that fits and ends before a space; 0: none does. */
+static size_t length_of_line(cairo_t *c, double width, const char *text) {
+    char line[300];
+    size_t length = 0;
+    for (const char *at = strchr(text, ' '); at != NULL; at = strchr(at + 1, ' ')) {
+        (void)snprintf(line, sizeof line, "%.*s", (int)(at - text), text);
+        if (kt_paper_width(c, line) <= width)
+            length = (size_t)(at - text);
+    }
+    return length;
+}
+
+/* Draws a subtitle on at most two lines, or on three on a narrow page. The last line is cut. */
+static void draw_subtitle(cairo_t *c, double x, double width, const char *subtitle) {
+    enum { LINE = 16 };
+    const int lines = width < 500.0 ? 3 : 2;
+    double y = 48.0;
+    for (int i = 1; i < lines && kt_paper_width(c, subtitle) > width; i++) {
+        char line[300];
+        const size_t length = length_of_line(c, width, subtitle);
+        if (length == 0)
+            break;
+        (void)snprintf(line, sizeof line, "%.*s", (int)length, subtitle);
+        kt_paper_text(c, x, y, KT_ANCHOR_LEFT, line);
+        subtitle += length + 1;
+        y += LINE;
+    }
+    kt_paper_text_within(c, x, y, width, subtitle);
+}
+
 void kt_paper_head(cairo_t *c, const kt_palette *palette, double x, double width, const char *title,
                    const char *subtitle) {
     kt_paper_use(c, palette->paper);
@@ -155,7 +185,7 @@ void kt_paper_head(cairo_t *c, const kt_palette *palette, double x, double width
     cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
     cairo_set_font_size(c, kt_text_size);
     kt_paper_use(c, palette->quiet);
-    kt_paper_text_within(c, x, 48.0, width, subtitle);
+    draw_subtitle(c, x, width, subtitle);
 }
 
 void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const char *title, const char *unit,

@@ -34,11 +34,19 @@ void kt_paper_quantity(cairo_t *c, double x, double y, kt_anchor anchor, const c
 void kt_paper_trace_mark(cairo_t *c, double x, double y, int mark);
 void kt_paper_draw_marks(cairo_t *c, bool hollow, kt_colour colour, kt_colour paper);
 
-/* Draws one panel. left, top, width and height are the rectangle of its axes; the legend to the right of it is `room`
- * wide. Returns the power of ten by which the numbers of the x axis must be multiplied; it is printed with the axis's
- * title. */
-int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, double left, double top,
-                  double width, double height, double room);
+/* Height of a line of a legend, in sizes of its text. */
+#define KT_LEGEND_LINE 1.6
+
+/* The rectangle of a panel's axes. The legend to the right of it is `room` wide. If legend_columns is above 0, the
+ * legend is under the panel, in so many columns. */
+typedef struct kt_panel_place {
+    double left, top, width, height, room;
+    int legend_columns;
+} kt_panel_place;
+
+/* Draws one panel. Returns the power of ten by which the numbers of the x axis must be multiplied; it is printed with
+ * the axis's title. */
+int kt_panel_draw(cairo_t *c, const kt_palette *palette, const kt_plot_panel *panel, const kt_panel_place *at);
 
 typedef void kt_paper_draw(cairo_t *c, const void *what);
 

@@ -25,6 +25,13 @@ enum {
     STACKED = 5,   /* panels under each other, at most */
     NARROW = 720,  /* width of a column, where there are several */
     LEAST = 60,    /* width and height of the axes */
+
+    STACKED_BELOW = 260, /* panels of a row that would be narrower than this are under each other */
+    STACKED_LEFT = 62,
+    STACKED_RIGHT = 14,
+    STACKED_TOP = 94, /* with three lines of a subtitle */
+    STACKED_GAP = 6,
+    LEGEND_CELL = 150,
 };
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
@@ -85,12 +92,57 @@ static layout lay_out_columns(const kt_plot *plot) {
     return l;
 }
 
-static layout lay_out_plot(const kt_plot *plot) { return plot->is_row ? lay_out_row(plot) : lay_out_columns(plot); }
+/* ---- a narrow page ----------------------------------------------------------------------------------------------- */
+
+/* On a phone or in a column of text, panels of a row are under each other, and the legend is under the last. */
+static bool is_stacked(const kt_plot *plot) {
+    return plot->is_row && plot->panel_count > 0 && plot->size.width > 0 &&
+           plot->size.width < LEFT + ROW_RIGHT + plot->panel_count * STACKED_BELOW;
+}
+
+static int legend_columns_of(const kt_plot *plot) {
+    const int columns = (plot->size.width - STACKED_LEFT - STACKED_RIGHT) / LEGEND_CELL;
+    return columns > 1 ? columns : 1;
+}
+
+static double legend_height_of(const kt_plot *plot) {
+    const kt_plot_panel *panel = &plot->panels[plot->panel_count - 1];
+    const int entries = panel->has_legend ? panel->series_count + (panel->left_out > 0) : 0;
+    const int columns = legend_columns_of(plot);
+    return (entries + columns - 1) / columns * KT_LEGEND_LINE * kt_small_size;
+}
+
+static layout lay_out_stack(const kt_plot *plot) {
+    const int n = plot->panel_count;
+    layout l = {.width = plot->size.width, .height = plot->size.height, .columns = 1, .rows = n};
+    const double around = STACKED_TOP + n * (HEAD + BOTTOM) + (n - 1) * STACKED_GAP + legend_height_of(plot) + 12.0;
+    l.panel_width = fmax(l.width - STACKED_LEFT - STACKED_RIGHT, LEAST);
+    l.panel_height = fmax((l.height - around) / n, LEAST);
+    return l;
+}
+
+static void draw_stack(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
+    double top = STACKED_TOP + HEAD;
+    for (int i = 0; i < plot->panel_count; i++) {
+        const bool is_last = i == plot->panel_count - 1;
+        const kt_panel_place at = {STACKED_LEFT,    top, l->panel_width,
+                                   l->panel_height, 0.0, is_last ? legend_columns_of(plot) : 0};
+        (void)kt_panel_draw(c, palette, &plot->panels[i], &at);
+        top += l->panel_height + BOTTOM + STACKED_GAP + HEAD;
+    }
+}
+
+/* ---- any page ---------------------------------------------------------------------------------------------------- */
+
+static layout lay_out_plot(const kt_plot *plot) {
+    return is_stacked(plot) ? lay_out_stack(plot) : plot->is_row ? lay_out_row(plot) : lay_out_columns(plot);
+}
 
 static void draw_row(cairo_t *c, const kt_plot *plot, const layout *l, const kt_palette *palette) {
     double left = LEFT;
     for (int i = 0; i < plot->panel_count; i++) {
-        (void)kt_panel_draw(c, palette, &plot->panels[i], left, TOP + HEAD, l->panel_width, l->panel_height, ROW_RIGHT);
+        const kt_panel_place at = {left, TOP + HEAD, l->panel_width, l->panel_height, ROW_RIGHT, 0};
+        (void)kt_panel_draw(c, palette, &plot->panels[i], &at);
         left += l->panel_width + ROW_GAP;
     }
 }
@@ -99,8 +151,8 @@ static void draw_columns(cairo_t *c, const kt_plot *plot, const layout *l, const
     for (int i = 0; i < plot->panel_count; i++) {
         const int row = i % l->rows, column = i / l->rows;
         const double left = LEFT + column * l->cell, top = TOP + HEAD + row * (l->panel_height + l->gap);
-        const int exponent =
-            kt_panel_draw(c, palette, &plot->panels[i], left, top, l->panel_width, l->panel_height, RIGHT);
+        const kt_panel_place at = {left, top, l->panel_width, l->panel_height, RIGHT, 0};
+        const int exponent = kt_panel_draw(c, palette, &plot->panels[i], &at);
         const bool is_last = row == l->rows - 1 || i == plot->panel_count - 1;
         if (!is_last || plot->panels[i].x_title != NULL)
             continue;
@@ -114,8 +166,9 @@ static void draw_all(cairo_t *c, const kt_plot *plot) {
     const kt_palette *palette = kt_palette_choose(plot->is_dark);
     cairo_set_line_join(c, CAIRO_LINE_JOIN_ROUND);
     const layout l = lay_out_plot(plot);
-    kt_paper_head(c, palette, LEFT - 50.0, l.width - LEFT, plot->title, plot->subtitle);
-    (plot->is_row ? draw_row : draw_columns)(c, plot, &l, palette);
+    const double left = is_stacked(plot) ? 12.0 : LEFT - 50.0;
+    kt_paper_head(c, palette, left, l.width - (is_stacked(plot) ? 24.0 : LEFT), plot->title, plot->subtitle);
+    (is_stacked(plot) ? draw_stack : plot->is_row ? draw_row : draw_columns)(c, plot, &l, palette);
 }
 
 /* ---- the file ---------------------------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
 #ifndef KT_COMMAND_PLOT_PLOT_H
 #define KT_COMMAND_PLOT_PLOT_H
 
+#include "plot/size.h"
 #include "records/table.h"
 
 #include <stdbool.h>
@@ -47,13 +48,18 @@ typedef struct kt_plot_series {
     const char *label;
     const double *x, *y;
     size_t count;
-    int colour;        /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
-    double value;      /* of a panel with a scale of colours: the value that the colour represents */
-    int mark;          /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
-    bool hollow;       /* marks */
-    bool is_halo;      /* a broad faint line behind all others */
-    bool is_scattered; /* marks alone, without lines */
-    bool is_dense;     /* x is rising and there may be more points than pixels: draw only visible ones. Points between
+    int colour;               /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
+    double value;             /* of a panel with a scale of colours: the value that the colour represents */
+    int mark;                 /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
+    bool hollow;              /* marks */
+    bool is_dashed;           /* lines */
+    bool is_ringed;           /* rings around points, without lines and marks */
+    bool is_floor;            /* bars under points, likewise */
+    const double *x_high;     /* upper ends of bars along x; NULL: none */
+    const char *const *names; /* texts next to the points; NULL: none */
+    bool is_halo;             /* a broad faint line behind all others */
+    bool is_scattered;        /* marks alone, without lines */
+    bool is_dense; /* x is rising and there may be more points than pixels: draw only visible ones. Points between
                           gaps are dots */
 } kt_plot_series;
 
@@ -92,6 +98,10 @@ typedef struct kt_plot_panel {
     const char *x_title, *x_unit; /* NULL: those of the whole plot */
     double blind;                 /* > 0: the region below this y is grey */
     const char *blind_label;
+    double noise; /* > 0: a dashed line at this y */
+    const char *noise_label;
+    const int *orders; /* slopes -p that a fan of lines shows, on logarithmic axes; NULL: none */
+    int order_count;
     const kt_plot_cells *cells;  /* NULL: none; the legend has their colours */
     const kt_plot_scale *scale;  /* of the series' colours; NULL: those of the palette */
     const kt_plot_event *events; /* x is rising; NULL: none */
@@ -99,20 +109,12 @@ typedef struct kt_plot_panel {
     bool names_events; /* where there is room */
 } kt_plot_panel;
 
-/* The size of the page in its units, which are pixels of a screen and points of a PDF. 0: chosen to fit a screen. */
-typedef struct kt_plot_size {
-    int width, height;
-} kt_plot_size;
-
-/* Reads "1200x800" (NULL: not given). Returns -1, or an exit code after printing the error. */
-int kt_plot_size_read(const char *command, const char *text, kt_plot_size *size);
-
 typedef struct kt_plot {
     const char *title, *subtitle;
     const char *x_title, *x_unit;
     const kt_plot_panel *panels;
     int panel_count;
-    bool is_row; /* panels in a row, with one legend, that of the last */
+    bool is_row; /* panels in a row, with one legend, that of the last. On a narrow page they are under each other */
     bool is_dark;
     kt_plot_size size;
 } kt_plot;

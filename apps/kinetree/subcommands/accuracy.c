@@ -47,19 +47,23 @@ static const kt_option option_table[] = {
         "draw the work-precision diagram: FILE.svg, FILE.png or FILE.pdf; default: NAME-accuracy.svg; /dev/null: none"),
     KT_OPTION(TEXT, "plot-dark", plot_dark, "FILE", "draw the diagram on a dark page, with --plot or alone"),
     KT_FLAG("dark", dark, "draw the picture on a dark page"),
+    KT_FLAG("all", all, "draw all methods, not only the best of each family"),
+    KT_FLAG("settings", name_settings, "write the step or the tolerance at each point of the picture"),
+    KT_OPTION(TEXT, "size", size, "WxH",
+              "set the size of the picture, such as 420x800 for a phone; default: 1039x527, for a slide"),
     KT_ROBOT_OPTIONS,
     KT_FLAG("quiet", quiet, "print errors only: no progress bar, no tables"),
     KT_VERBOSE_OPTION,
 };
 
 static const kt_option_rule rules[] = {
-    {"vary", false, "baselines,formulations,prices,plot,plot-dark,reference",
+    {"vary", false, "baselines,formulations,prices,plot,plot-dark,all,settings,size,reference",
      "--vary writes a line for each value; --plot, --reference, --prices, --formulations and --baselines are of a "
      "single study"},
     {"peers", false, "vary,baselines,formulations",
      "--peers is of a single study, without --vary, --formulations and --baselines"},
     {"of", false, "peers,baselines", "--peers and --baselines compare positions; leave --of out"},
-    {"baselines", false, "integrators,formulations,out,plot,plot-dark,prices,tolerances",
+    {"baselines", false, "integrators,formulations,out,plot,plot-dark,all,settings,size,prices,tolerances",
      "--baselines has a table of its own: it takes --steps, --duration and --reference, and no other choice of runs "
      "and outputs"},
 };
@@ -81,6 +85,9 @@ const kt_usage kt_usage_accuracy = {
         "An error is the largest one over all joints and records, of positions or of the choice of --of.\n"
         "Angles are compared on the circle, and quaternions using the rotation between them, in rad.\n"
         "Lengths are divided by the length scale of the scene; without angles they are in metres.\n"
+        "The picture has the best method of each family, at most eight. Slopes show orders, and rings show the "
+        "recommended points.\n"
+        "Bars reach from the least to the median of measured times.\n"
         "If the scene is chaotic, the study ends when errors have grown by a factor of a million, and prints a note.\n"
         "\n"
         "--formulations compares the reduction with and without projection, the absolute formulation, Baumgarte's "
@@ -148,6 +155,8 @@ static int read_accuracy_arguments(int argc, char **argv, kt_accuracy_arguments 
     int code = kt_arguments_read(&kt_usage_accuracy, argc, argv, arguments, NULL);
     if (isnan(arguments->budget)) /* a comparison of formulations has many more curves */
         arguments->budget = arguments->formulations ? 60.0 : 20.0;
+    if (code < 0)
+        code = kt_plot_size_read("accuracy", arguments->size, &arguments->picture_size);
     return code >= 0 ? code : read_lists(arguments);
 }
 

@@ -6,6 +6,7 @@
 
 #include "kinetree/study.h"
 
+#include "plot/size.h"
 #include "records/columns.h"
 #include "subcommands/accuracy_peers.h"
 
@@ -26,7 +27,9 @@ typedef struct kt_accuracy_arguments {
     kt_settings settings, vary;
     kt_accuracy_along *along; /* NULL: a single study */
     const char *of, *reference, *out, *plot, *plot_dark;
-    bool prices, formulations, baselines, peers, dark, quiet;
+    const char *size;
+    bool prices, formulations, baselines, peers, all, name_settings, dark, quiet;
+    kt_plot_size picture_size;
 
     /* The parsed lists. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
