@@ -344,6 +344,16 @@ KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 /* Returns the model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 
+/* The size of a difference of two states: the largest angle or rotation, and the largest length. Of positions, they are
+ * in rad and m; of velocities, in rad/s and m/s. */
+typedef struct kt_difference {
+    double angle, length;
+} kt_difference;
+
+/* Measures a difference of positions (kt_position_subtract) or of velocities, of nv numbers. Angles are measured on the
+ * circle. Numbers of a joint that form one vector count by its length. A number that is not finite gives NaN. */
+KT_API kt_difference kt_difference_size(const kt_model *model, const double *difference, bool of_velocities);
+
 /* Returns the index of the cheapest point that reaches a goal; -1: none. Its error (error.judged), the reference's
  * uncertainty included, is at most `goal`, and so are the errors of all tighter settings of its curve that ran to the
  * end. A setting whose error is small by chance does not count. */

@@ -65,6 +65,34 @@ KT_TEST(accuracy_of_velocities_and_columns) {
     kt_expect(1, "--peers and --baselines compare positions", "$K accuracy p.yaml --peers --of velocity");
 }
 
+/* The estimate of --check-error is near the true error, which a run at 1e-13 shows, at tolerances and at a fixed step. */
+KT_TEST(run_estimates_its_error_by_a_second_run) {
+    static const char *const settings[] = {"--tolerance 1e-5", "--tolerance 1e-8",
+                                           "--integrator radau5 --tolerance 1e-6", "--integrator rk4 --step 0.02"};
+    kt_write_file("p.yaml", pendulum);
+    kt_expect(0, NULL, "$K run p.yaml --integrator dop853 --tolerance 1e-13 --interval 0.01 --out exact.csv --quiet");
+    for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
+        kt_ran ran =
+            kt_shell("$K run p.yaml %s --interval 0.01 --out r.csv --summary s.json --check-error", settings[i]);
+        kt_need(kt_check_equal_int(settings[i], ran.code, 0));
+        kt_check_contains("printed", ran.err, "  error: about ");
+        kt_check_contains("printed", ran.err, "estimated by a second run with ");
+        char *exact = strdup(kt_read_file("exact.csv"));
+        const char *run = kt_read_file("r.csv");
+        double worst = 0.0;
+        for (int line = 1; line <= 201; line++)
+            worst = fmax(worst, fabs(kt_csv_number(run, line, 1) - kt_csv_number(exact, line, 1)));
+        free(exact);
+        const char *summary = kt_read_file("s.json"), *error = strstr(summary, "\"error\": {");
+        kt_need(kt_check_true("in the summary", error != NULL));
+        const char *angle = strstr(error, "\"angle\": ");
+        kt_need(kt_check_true("its angle", angle != NULL));
+        kt_check_above("the error", worst, 1e-12);
+        kt_check_near("the estimate over the error", strtod(angle + strlen("\"angle\": "), NULL) / worst, 1.0, 0.5);
+    }
+    kt_expect(1, "--check-error compares the whole run", "$K run p.yaml --check-error --resume x");
+}
+
 KT_TEST(accuracy_writes_every_run) {
     kt_write_file("p.yaml", pendulum);
     kt_ran ran = kt_shell("$K accuracy p.yaml %s --out a.csv", quick);

@@ -286,6 +286,8 @@ static json_t *describe_outcome(const kt_outcome *outcome, kt_data *data, double
     json_object_set_new(root, "singular", describe_crossings(outcome));
     json_object_set_new(root, "method", describe_method(outcome));
     json_object_set_new(root, "cost", count_cost(outcome));
+    if (outcome->check != NULL)
+        json_object_set_new(root, "error", kt_error_check_describe(outcome->check));
     json_object_set_new(root, "warnings", kt_warnings_describe(&outcome->warnings));
     return root;
 }
@@ -458,6 +460,8 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
         kt_print("  %s closed to %.2g m or rad, %.2g m/s or rad/s\n",
                  outcome->scene->description.loop_count > 0 ? "loops" : "active contacts",
                  outcome->so_far.constraint.position, outcome->so_far.constraint.velocity);
+    if (outcome->check != NULL)
+        kt_error_check_say(outcome->check);
     say_contacts(outcome);
     say_missed(outcome);
     kt_compressions_say(&outcome->so_far.compressions, outcome->scene);

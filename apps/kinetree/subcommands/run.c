@@ -302,6 +302,8 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_contacts(outcome);
         kt_warn_of_gaps(outcome);
         kt_warn_of_frames(outcome, results.motion);
+        if (outcome->check != NULL && code == KT_EXIT_DONE)
+            kt_error_check_finish(outcome->check, outcome);
         code = close_results(arguments, outcome, names, &results, code);
         if (code == KT_EXIT_DONE && arguments->scene != NULL)
             code = kt_run_write_end(outcome, arguments->scene, arguments->quiet);
@@ -473,6 +475,8 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .so_far.energy = kt_energy_watch_of(scene, model),
                               .so_far.corrected_since = (double)NAN,
                               .warnings.quiet = arguments->quiet};
+        kt_error_check check = {.reason = "the run stopped early"};
+        outcome.check = arguments->check_error ? &check : NULL;
         outcome.name = kt_title_of(model, base);
         kt_native_file file = {.library = NULL};
         kt_native_code native = {.file = NULL};
@@ -482,6 +486,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
             code = run_with_names(arguments, &outcome, &names, manner, native.file != NULL ? &native : NULL);
         kt_native_code_free(&native);
         kt_native_file_free(&file);
+        kt_error_check_free(&check);
     }
     free(csv);
     free(page);

@@ -13,6 +13,7 @@
 #include "records/output.h"
 
 #include "kinetree/analysis.h"
+#include "kinetree/study.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -28,7 +29,7 @@ typedef struct kt_run_arguments {
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, native, dark, boxes, modes, quiet;
+    bool unprojected, native, check_error, dark, boxes, modes, quiet;
     kt_settings settings;
 } kt_run_arguments;
 
@@ -128,6 +129,33 @@ typedef struct kt_so_far {
     kt_growth growth;             /* watches speeds and auxiliary states */
 } kt_so_far;
 
+/* The states of a run at its records, and the estimate of their error (--check-error). */
+typedef struct kt_error_check {
+    double *rows; /* of time, q and v */
+    size_t width, count, room;
+    bool is_short; /* memory did not suffice */
+
+    bool is_known;                            /* the estimate exists; else `reason` states why not */
+    bool is_parted;                           /* the two runs part: the error is at least this */
+    bool is_at_end;                           /* of velocities, because contacts and events let them jump */
+    bool is_fixed;                            /* the settings are steps */
+    kt_difference position, velocity, motion; /* the errors; the motion from its first record */
+    double time;                              /* s, of the largest error in position */
+    double setting, ratio, power;             /* of the second run; over that of the run; of the error */
+    int64_t compared;                         /* records */
+    char reason[300];
+} kt_error_check;
+
+/* Keeps the state of a record. */
+void kt_error_check_take(kt_error_check *check, const kt_model *model, const kt_record *record);
+/* Makes the second run and the estimate. */
+struct kt_outcome;
+void kt_error_check_finish(kt_error_check *check, struct kt_outcome *outcome);
+/* Prints the estimate. Describes it for the summary. */
+void kt_error_check_say(const kt_error_check *check);
+json_t *kt_error_check_describe(const kt_error_check *check);
+void kt_error_check_free(kt_error_check *check);
+
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
@@ -138,6 +166,7 @@ typedef struct kt_outcome {
     const char *name;       /* the scene's name, or the file's if it has none */
     bool unprojected;       /* --unprojected */
     bool is_native;         /* --native */
+    kt_error_check *check;  /* --check-error; NULL: not given */
     kt_so_far so_far;
     bool is_blown_up;          /* the blow-up has been reported */
     kt_error excess;           /* a value beyond all reason, which has ended the run */

@@ -32,6 +32,8 @@ static const kt_option options[] = {
     KT_CHOICE("metric", metric, "NAME", "choose the metric of the projections", "identity|mass"),
     KT_CHOICE("plan", plan, "NAME", "compute planar trees in their plane (auto), or like all others", "auto|spatial"),
     KT_FLAG("unprojected", unprojected, "let loops drift open, to see the effect of the projection"),
+    KT_FLAG("check-error", check_error,
+            "estimate the error of the run by a second run at a tenth of the tolerance, or with half of the step"),
     KT_FLAG("native", native,
             "compute accelerations by generated C, which the system's compiler compiles; compiled files are kept"),
     KT_OPTION(POSITIVE, "interval", interval, "S", "record every S seconds; default: about 1000 records"),
@@ -78,10 +80,13 @@ static const kt_option_rule rules[] = {
     {"resume", false, "view,glb", not_with_time},
     {"resume", false, "from",
      "--resume goes on with a run that was interrupted, --from starts another one; give one of them"},
+    {"resume", false, "check-error",
+     "--check-error compares the whole run with a second one; leave --resume or --check-error out"},
     {"step", false, "max-step", "--step sets a fixed step and --max-step bounds adaptive ones; give one of them"},
     {"step", false, "tolerance", "--step sets a fixed step and --tolerance an adaptive one; give one of them"},
     {"modes", false,
-     "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,"
+     "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,check-"
+     "error,"
      "interval,record,markers,summary,scene,plot,size,dark,glb,checkpoint,checkpoint-interval,resume",
      "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last one */
 };

@@ -17,33 +17,35 @@ static bool kind_is_length(kt_coordinate_kind kind) {
     return kind == KT_COORDINATE_LENGTH || kind == KT_COORDINATE_TRANSLATION;
 }
 
-/* The largest over one joint. of_rates: differences are of velocities, so whole turns count. */
-static double measure_joint(kt_joint_type type, int count, double length, bool of_rates, const double *d) {
-    double largest = 0.0;
+/* Adds one joint. of_velocities: whole turns count. */
+static void add_joint(kt_joint_type type, int count, bool of_velocities, const double *d, kt_difference *largest) {
     for (int k = 0; k < count;) {
         const kt_coordinate_kind kind = kt_joint_coordinate_kind(type, k);
         const bool is_vector = kind == KT_COORDINATE_TRANSLATION || kind == KT_COORDINATE_ROTATION;
         double square = 0.0;
         do {
-            const double x = kind == KT_COORDINATE_ANGLE && !of_rates ? remainder(d[k], turn) : d[k];
+            const double x = kind == KT_COORDINATE_ANGLE && !of_velocities ? remainder(d[k], turn) : d[k];
             square += x * x;
             k++;
         } while (is_vector && k < count && kt_joint_coordinate_kind(type, k) == kind);
-        const double size = sqrt(square);
-        largest = kt_worse(largest, kind_is_length(kind) ? size / length : size);
+        double *to = kind_is_length(kind) ? &largest->length : &largest->angle;
+        *to = kt_worse(*to, sqrt(square));
+    }
+}
+
+kt_difference kt_difference_size(const kt_model *model, const double *difference, bool of_velocities) {
+    kt_difference largest = {0.0, 0.0};
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        add_joint(at.type, at.nv, of_velocities, difference + at.v, &largest);
     }
     return largest;
 }
 
 /* The norm of study->difference. */
-static double measure_accuracy_norm(const kt_accuracy *study, bool of_rates) {
-    double largest = 0.0;
-    for (int body = 1; body < kt_model_body_count(study->model); body++) {
-        const kt_coordinates at = kt_body_coordinates(study->model, body);
-        const double *d = study->difference + at.v;
-        largest = kt_worse(largest, measure_joint(at.type, at.nv, study->results.length, of_rates, d));
-    }
-    return largest;
+static double measure_accuracy_norm(const kt_accuracy *study, bool of_velocities) {
+    const kt_difference largest = kt_difference_size(study->model, study->difference, of_velocities);
+    return kt_worse(largest.angle, largest.length / study->results.length);
 }
 
 kt_accuracy_norm kt_accuracy_distance(const kt_accuracy *study, kt_accuracy_state a, kt_accuracy_state b) {
