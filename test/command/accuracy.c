@@ -65,7 +65,7 @@ KT_TEST(accuracy_of_velocities_and_columns) {
     kt_expect(1, "--peers and --baselines compare positions", "$K accuracy p.yaml --peers --of velocity");
 }
 
-/* The estimate of --check-error is near the true error, which a run at 1e-13 shows, at tolerances and at a fixed step. */
+/* The estimate of --check-error is near the true error, which a run at 1e-13 shows. */
 KT_TEST(run_estimates_its_error_by_a_second_run) {
     static const char *const settings[] = {"--tolerance 1e-5", "--tolerance 1e-8",
                                            "--integrator radau5 --tolerance 1e-6", "--integrator rk4 --step 0.02"};

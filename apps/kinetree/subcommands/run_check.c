@@ -1,14 +1,14 @@
 /* run --check-error: an estimate of the error of a run, from a second run with a tighter setting.
  *
- * At a setting s (a tolerance, or a step), the error is about C s^p. Let x and y be the states of the run and of a second
- * one at the setting r s. The difference of the two is
+ * At a setting s (a tolerance, or a step), the error is about C s^p. Let x and y be the states of the run and of a
+ * second one at the setting r s. The difference of the two is
  *
  *     x - y = C s^p (1 - r^p),   hence the error of x is about (x - y) / (1 - r^p)
  *
- * This is Richardson's extrapolation (L. F. Richardson 1911, Phil. Trans. R. Soc. A 210, 307). For a fixed step, p is the
- * order of the method and r = 1/2. For a tolerance, r = 1/10. A method of order p whose estimate has order q controls an
- * error of h^(q + 1) in each step, hence the error of the run falls like tol^(p / (q + 1)), at most like tol. If the
- * setting is already so tight that rounding would spoil a tighter one, the second run is looser.
+ * This is Richardson's extrapolation (L. F. Richardson 1911, Phil. Trans. R. Soc. A 210, 307). For a fixed step, p is
+ * the order of the method and r = 1/2. For a tolerance, r = 1/10. A method of order p whose estimate has order q
+ * controls an error of h^(q + 1) in each step. Therefore the error of the run falls like tol^(p / (q + 1)), at most
+ * like tol. If the setting is already so tight that rounding would spoil a tighter one, the second run is looser.
  *
  * The run keeps its states at all records. A record of the second run at the same time is compared with them. The
  * estimate fails if the two runs part: then the error is as large as their difference, or larger.
