@@ -172,27 +172,27 @@ void kt_error_check_finish(kt_error_check *check, kt_outcome *outcome) {
 static void say_difference(kt_difference difference, const char *angle, const char *length) {
     const bool has_both = difference.angle > 0.0 && difference.length > 0.0;
     if (difference.angle > 0.0 || !(difference.length > 0.0))
-        fprintf(stderr, "%.2g %s", difference.angle, angle);
-    fputs(has_both ? " and " : "", stderr);
+        kt_print("%.2g %s", difference.angle, angle);
+    kt_print("%s", has_both ? " and " : "");
     if (difference.length > 0.0)
-        fprintf(stderr, "%.2g %s", difference.length, length);
+        kt_print("%.2g %s", difference.length, length);
 }
 
 void kt_error_check_say(const kt_error_check *check) {
     if (!check->is_known) {
-        fprintf(stderr, "  error unknown: %s\n", kt_show(check->reason).text);
+        kt_print("  error unknown: %s\n", kt_show(check->reason).text);
         return;
     }
-    fputs(check->is_parted ? "  error: at least " : "  error: about ", stderr);
+    kt_print("%s", check->is_parted ? "  error: at least " : "  error: about ");
     say_difference(check->position, "rad", "m");
-    fprintf(stderr, " (largest at %.4g s), ", check->time);
+    kt_print(" (largest at %.4g s), ", check->time);
     say_difference(check->velocity, "rad/s", "m/s");
-    fprintf(stderr, "%s; estimated by a second run with %s %.3g\n", check->is_at_end ? " at the end" : "",
-            check->is_fixed ? "step" : "tolerance", check->setting);
+    kt_print("%s; estimated by a second run with %s %.3g\n", check->is_at_end ? " at the end" : "",
+             check->is_fixed ? "step" : "tolerance", check->setting);
     if (check->is_parted)
-        fputs("    the two runs part: the motion is chaotic, or the setting is too coarse. 'kinetree accuracy' shows "
-              "which\n",
-              stderr);
+        kt_print(
+            "    the two runs part: the motion is chaotic, or the setting is too coarse. 'kinetree accuracy' shows "
+            "which\n");
 }
 
 json_t *kt_error_check_describe(const kt_error_check *check) {
