@@ -194,8 +194,8 @@ KT_TEST(price_of_what_a_scene_cannot_have_is_its_reason) {
     kt_check_contains("line", ran.out, "\n  absolute formulation       fails: the model has auxiliary states");
 }
 
-/* Nothing moves; rounding alone moves; the amplitude is below tolerances; the budget ends before explicit methods have a
- * stable step. */
+/* Nothing moves; rounding alone moves; the amplitude is below tolerances; the budget ends before explicit methods have
+ * a stable step. */
 KT_TEST(accuracy_names_what_cannot_be_studied) {
     static const char form[] = "kinetree: 1\ngravity: [0, -9.81, 0]\n"
                                "bodies: [{name: p, joint: {type: revolute, axis: z, position: %s}, mass: 1, shape: "

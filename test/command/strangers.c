@@ -148,8 +148,8 @@ KT_TEST(messages_do_not_quote_a_file_of_another_kind) {
         }
 }
 
-/* A terminal obeys the escape character, and C1 controls in UTF-8, too. A newline within a name would begin a message of
- * its own. */
+/* A terminal obeys the escape character, and C1 controls in UTF-8, too. A newline within a name would begin a message
+ * of its own. */
 KT_TEST(messages_have_no_control_characters) {
     static const char *const commands[] = {"check e.yaml",
                                            "check \"$N\"",
@@ -171,7 +171,7 @@ KT_TEST(messages_have_no_control_characters) {
     kt_write_file("t.yaml", "kinetree: 1\nbodies:\n"
                             "  - {name: a, mass: 1, shape: {type: rod, to: [0, -1, 0]}, joint: {type: revolute}}\n"
                             "meshes: [{body: a, file: \"x\\e[31m\\x9bq\\nz.obj\"}]\n");
-    /* ESC, CSI of C1, a mark that turns the text, DEL, and a newline; also files of this name that hold nothing right */
+    /* ESC, CSI of C1, a mark that turns the text, DEL, and a newline; also files of this name with wrong content */
     kt_shell("N=$(printf 'x\\033[31m\\302\\233q\\342\\200\\256\\177\\nz'); printf 'solid\n' >\"$N.obj\"; "
              "printf x >\"$(printf 'x\\033[31m\\302\\233q\\nz.obj')\"; cp s.yaml \"s$N.yaml\"");
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {

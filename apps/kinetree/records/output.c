@@ -94,8 +94,8 @@ static bool name_is_free(const char *path) {
 
 /* ---- one result -------------------------------------------------------------------------------------------------- */
 
-/* NAME.partial is the program's own name, in a folder in which others may have put a link: the file behind the link would
- * be overwritten. */
+/* NAME.partial is the program's own name, in a folder in which others may have put a link: the file behind the link
+ * would be overwritten. */
 static int check_partial(kt_output *output) {
     struct stat status;
     if (lstat(output->partial, &status) != 0 || S_ISREG(status.st_mode))

@@ -29,8 +29,8 @@ int kt_output_open(kt_output *output, int flags);
 /* Opens the file as an empty stream for writing. Returns NULL with errno on failure. */
 FILE *kt_output_stream(const kt_output *output);
 
-/* Opens a file as open does, unless it is a symbolic link, and locks it against other runs for as long as it is open. Returns its descriptor, or -1
- * with errno; EBUSY: another run has it. */
+/* Opens a file as open does, unless it is a symbolic link, and locks it against other runs for as long as it is open.
+ * Returns its descriptor, or -1 with errno; EBUSY: another run has it. */
 int kt_open_locked(const char *name, int flags);
 
 /* Returns whether the name is still that of the open file. A run that has ended meanwhile has renamed its own. */

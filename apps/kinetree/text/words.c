@@ -12,7 +12,8 @@
 
 enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
-/* All messages pass through here. The newlines at both ends of the format are the program's own. Those within the text came with a name. */
+/* All messages pass through here. The newlines at both ends of the format are the program's own. Those within the text
+ * came with a name. */
 void kt_print_all(const char *format, va_list arguments) {
     char words[LONGEST], shown[LONGEST + 512];
     const size_t before = strspn(format, "\n");

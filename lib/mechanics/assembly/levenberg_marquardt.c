@@ -5,7 +5,8 @@
  *
  * The residuals r and the coordinates y are relative to their scales (a radian, or the length of the loops). The size
  * of a mechanism, millimetres or kilometres, therefore makes no difference. A step changes a coordinate by at most half
- * its scale, unless all equations of the coordinate are linear (motions, couplings): then any step is right. Each group is iterated independently of the others.
+ * its scale, unless all equations of the coordinate are linear (motions, couplings): then any step is right. Each group
+ * is iterated independently of the others.
  *
  * In a long chain tr(B'B) grows with the cube of the length, and the least singular value of B does not. mu would have
  * to fall by decades more for each decade of links. The damping of a group that is reduced by fronts is therefore at

@@ -557,8 +557,7 @@ static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int
     return fine;
 }
 
-/* The first order of a diagram: the farther layer first, then the wider piece, then the order of the list. Depths and
- * widths do not change in a plane, so pieces keep this order at all times, whether they overlap or not. */
+/* The first order of a diagram: the farther layer, the wider piece, the order of the list. Motions in a plane keep it. */
 typedef struct diagram_key {
     kt_piece piece;
     double layer, width;
@@ -567,11 +566,9 @@ typedef struct diagram_key {
 
 static int compare_diagram_keys(const void *a, const void *b) {
     const diagram_key *p = a, *q = b;
-    if (p->layer != q->layer)
-        return p->layer < q->layer ? -1 : 1;
-    if (p->width != q->width)
-        return p->width > q->width ? -1 : 1;
-    return p->index - q->index;
+    if (p->layer == q->layer && p->width == q->width)
+        return p->index - q->index;
+    return p->layer != q->layer ? (p->layer > q->layer ? 1 : -1) : p->width < q->width ? 1 : -1;
 }
 
 static bool sort_diagram(kt_pieces *pieces, double tolerance) {
@@ -581,9 +578,8 @@ static bool sort_diagram(kt_pieces *pieces, double tolerance) {
         return false;
     for (size_t i = 0; i < count; i++) {
         const kt_piece *piece = &pieces->items[i];
-        const double width = log(fmax(show_piece(piece).width, DBL_MIN));
-        keys[i] =
-            (diagram_key){*piece, floor(piece->solid.pose.position.z / tolerance + 0.5), floor(50.0 * width), (int)i};
+        const double layer = floor(piece->solid.pose.position.z / tolerance + 0.5);
+        keys[i] = (diagram_key){*piece, layer, half_width(&piece->solid), (int)i};
     }
     qsort(keys, count, sizeof *keys, compare_diagram_keys);
     for (size_t i = 0; i < count; i++)

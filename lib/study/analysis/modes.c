@@ -32,17 +32,7 @@
 #define ROUNDED 1e-6 /* of the largest entry, in units: larger errors are not those of rounding */
 #define TIMES 4.0    /* true errors are within so many estimated ones (test/analysis/honest.c) */
 
-static const double pi = 3.14159265358979323846;
-
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
-
-double kt_modes_unit(const kt_linear_system *system, size_t state) {
-    const size_t positions = (size_t)system->positions, moving = positions + (size_t)system->velocities;
-    if (state >= moving)
-        return 1.0;
-    return system
-        ->unit[state < positions ? system->position_coordinate[state] : system->velocity_coordinate[state - positions]];
-}
 
 /* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger
  * ones. */
@@ -57,36 +47,6 @@ static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n
             const bool is_small = error * kt_modes_unit(system, j) / kt_modes_unit(system, i) <= ROUNDED * whole;
             m->rounding[j * n + i] = is_small ? error : 0.0;
         }
-}
-
-/* Returns whether the remaining entries of a column or row, from `first` on in steps of `stride`, do not exceed their
- * errors. */
-static bool is_line_zero(const kt_modes *m, size_t n, size_t first, size_t stride) {
-    for (size_t i = 0; i < n; i++)
-        if (!m->removed[i] && fabs(m->matrix[first + i * stride]) > m->rounding[first + i * stride])
-            return false;
-    return true;
-}
-
-void kt_modes_remove_rounding(kt_modes *m, size_t n) {
-    memset(m->removed, 0, n * sizeof *m->removed);
-    m->removals = 0;
-    for (bool again = true; again;) {
-        again = false;
-        for (size_t k = 0; k < n; k++) {
-            if (m->removed[k])
-                continue;
-            const bool column = is_line_zero(m, n, k * n, 1), row = !column && is_line_zero(m, n, k, n);
-            for (size_t i = 0; i < n && (column || row); i++)
-                if (!m->removed[i])
-                    m->matrix[column ? k * n + i : i * n + k] = 0.0;
-            if (!column && !row)
-                continue;
-            m->removed[k] = true;
-            m->removal[m->removals++] = (int)k;
-            again = true;
-        }
-    }
 }
 
 /* Sets entries to zero that neither their errors nor the rounding of their row and column exceed. */
@@ -137,18 +97,6 @@ static void write_direct_errors(kt_modes *m, const kt_linear_system *system) {
 
 static double size_at(kt_packed_vector x, size_t i) { return x.im ? kt_hypot(x.re[i], x.im[i]) : fabs(x.re[i]); }
 
-/* |w' x| */
-static double product_of(const kt_modes *m, size_t n, size_t k) {
-    const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k), x = kt_eigenvector_at(m, m->right, n, k);
-    const bool paired = w.im && x.im;
-    double re = 0.0, im = 0.0;
-    for (size_t j = 0; j < n; j++) {
-        re += w.re[j] * x.re[j] + (paired ? w.im[j] * x.im[j] : 0.0);
-        im += paired ? w.re[j] * x.im[j] - w.im[j] * x.re[j] : 0.0;
-    }
-    return kt_hypot(re, im);
-}
-
 /* |w_v' R|, into m->by_force. */
 static void write_force_weights(kt_modes *m, const kt_linear_system *system, kt_packed_vector w) {
     const size_t rows = (size_t)system->velocities, first = (size_t)system->positions;
@@ -178,7 +126,7 @@ static double mode_error_of(kt_modes *m, const kt_linear_system *system, size_t 
             column += m->by_force[i] * system->force_error[j * nv + i];
         sum += column * size_at(x, j);
     }
-    const double whole = product_of(m, n, k), part = fmax(system->error, DBL_EPSILON);
+    const double whole = kt_modes_product(m, n, k), part = fmax(system->error, DBL_EPSILON);
     const double most = 2.0 * norm * pow(0.5 * part, 1.0 / (double)n);
     return fmin((sum > 0.0 ? TIMES * sum / whole : 0.0) + DBL_EPSILON * norm / m->condition[k], most);
 }
@@ -205,88 +153,12 @@ static int sort_eigenvalues(const kt_modes *m, size_t n, int *order) {
     return count;
 }
 
-void kt_modes_set_eigenvalue(kt_mode *mode, double real, double imaginary) {
-    const double size = kt_hypot(real, imaginary);
-    mode->real = real;
-    mode->imaginary = imaginary;
-    mode->frequency = imaginary / (2.0 * pi);
-    mode->damping = size > 0.0 ? -real / size : 0.0;
-}
-
 static kt_mode describe_one_mode(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     kt_mode mode = {.error = mode_error_of(m, system, k, norm),
                     .residual = kt_modes_residual(m, system, k, m->real[k], m->imaginary[k]),
                     .count = m->imaginary[k] > 0.0 ? 2 : 1};
     kt_modes_set_eigenvalue(&mode, m->real[k], m->imaginary[k]);
     return mode;
-}
-
-/* out = basis x (nv complex numbers). */
-static void apply_basis(const kt_linear_system *system, const double *basis, kt_packed_vector x, double *out) {
-    const size_t nv = (size_t)system->coordinates;
-    memset(out, 0, 2 * nv * sizeof *out);
-    for (size_t j = 0; j < (size_t)system->states; j++)
-        for (size_t i = 0; i < nv; i++) {
-            out[2 * i] += basis[j * nv + i] * x.re[j];
-            out[2 * i + 1] += x.im ? basis[j * nv + i] * x.im[j] : 0.0;
-        }
-}
-
-/* The complex factor that makes the largest component of a shape, in units, equal to 1; returns false if all are zero.
- */
-static bool find_largest(const kt_linear_system *system, const double *shape, double *re, double *im) {
-    double most = 0.0;
-    for (int i = 0; i < system->coordinates; i++) {
-        const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = kt_hypot(a, b);
-        if (!(size > most * (1.0 + 1e-6))) /* of equal ones the first, independently of rounding */
-            continue;
-        most = size;
-        *re = a / size / size;
-        *im = -b / size / size;
-    }
-    return most > 0.0;
-}
-
-static void turn_shape(int count, double re, double im, double *shape) {
-    for (int i = 0; i < count; i++) {
-        const double a = shape[2 * i], b = shape[2 * i + 1];
-        shape[2 * i] = a * re - b * im;
-        shape[2 * i + 1] = a * im + b * re;
-    }
-}
-
-/* The amplitude alpha = w' x' / (w' x) of a mode in the state's own motion, x' = sum over modes of alpha x. */
-static double amplitude_of(const kt_modes *m, const kt_linear_system *system, size_t k) {
-    const size_t n = (size_t)system->states;
-    const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k);
-    double re = 0.0, im = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        re += w.re[i] * system->rate[i];
-        im += w.im ? w.im[i] * system->rate[i] : 0.0;
-    }
-    return (w.im ? 2.0 : 1.0) * kt_hypot(re, im) / product_of(m, n, k);
-}
-
-void kt_modes_write_shape(kt_modes *m, const kt_linear_system *system, size_t k, int index) {
-    const size_t length = m->n - m->x, first = (size_t)(system->states - system->own_states), at = (size_t)index;
-    const kt_packed_vector x = kt_eigenvector_at(m, m->right, (size_t)system->states, k);
-    double *dq = m->positions + at * length, *dv = m->velocities + at * length;
-    double *dx = m->auxiliary_states + at * 2 * m->x;
-    double re = 1.0, im = 0.0;
-    apply_basis(system, system->positions_of, x, dq);
-    apply_basis(system, system->velocities_of, x, dv);
-    for (size_t i = 0; i < (size_t)system->own_states; i++) {
-        dx[2 * i] = x.re[first + i];
-        dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
-    }
-    m->mode[index].excitation = 0.0;
-    const bool moves = find_largest(system, dq, &re, &im);
-    if (!moves && !find_largest(system, dv, &re, &im))
-        return;
-    turn_shape(system->coordinates, re, im, dq);
-    turn_shape(system->coordinates, re, im, dv);
-    turn_shape(system->own_states, re, im, dx);
-    m->mode[index].excitation = moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }
 
 kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_error *error) {

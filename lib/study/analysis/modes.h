@@ -51,6 +51,9 @@ void kt_modes_remove_rounding(kt_modes *m, size_t n);
 /* Writes the scaled shape and the excitation of mode `index` from the pair k of the current solution. */
 void kt_modes_write_shape(kt_modes *m, const kt_linear_system *system, size_t k, int index);
 
+/* |w' x| of the pair k. */
+double kt_modes_product(const kt_modes *m, size_t n, size_t k);
+
 /* Sets the members that follow from the eigenvalue. */
 void kt_modes_set_eigenvalue(kt_mode *mode, double real, double imaginary);
 
