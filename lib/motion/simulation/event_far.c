@@ -9,9 +9,9 @@
  *
  *     min |g_j| > FAR (max g_j - min g_j)
  *
- * Then g has no root, even if its largest change along the motion is FAR times the largest one along the parabola. If
- * an event is not far, all events are searched on the dense output (event.c). The test is for fixed steps: a fixed step
- * resolves the motion, while an adaptive one may be as long as a period. */
+ * Then g has no root, provided that its largest change along the motion is at most FAR times the largest one along the
+ * parabola. If an event is not far, all events are searched on the dense output (event.c). The test is for fixed steps:
+ * a fixed step resolves the motion, while an adaptive one may be as long as a period. */
 #include "integrator/integrator.h"
 #include "simulation/event_root.h"
 
