@@ -12,6 +12,8 @@ static int kt_python_forward(const kt_python_data *at, double t, const double *q
     if (!kt_python_lock(at->guard))
         return KT_PYTHON_BUSY;
     const kt_status status = kt_acceleration_evaluate(at->model, at->data, t, q, v, tau, NULL, a, at->error);
+    if (status == KT_OK && a == at->a)
+        *at->has_a = true;
     kt_python_unlock(at->guard);
     return (int)status;
 }

@@ -45,6 +45,8 @@ typedef struct kt_python_data {
     kt_error *error;
     size_t nq, nv;
     double *q, *v, *tau, *a; /* its own arrays */
+    double t;                /* its own time, s */
+    bool *has_a;             /* whether a call has computed `a` */
 } kt_python_data;
 
 typedef struct kt_python_loop {

@@ -152,7 +152,7 @@ static PyObject *kt_python_evaluate(PyObject *object, PyObject *const *args, Py_
         !given[KT_PYTHON_T] || (PyFloat_Check(given[KT_PYTHON_T]) && isfinite(PyFloat_AsDouble(given[KT_PYTHON_T])));
     if (!q || !v || !third || !has_time)
         return kt_python_convert(method, object, args, count, keywords);
-    const double t = given[KT_PYTHON_T] ? PyFloat_AsDouble(given[KT_PYTHON_T]) : 0.0;
+    const double t = given[KT_PYTHON_T] ? PyFloat_AsDouble(given[KT_PYTHON_T]) : at->t;
     if (!(out = kt_python_result(self, given, is_inverse)))
         return NULL;
     double *result = kt_python_vector(out, at->nv, KT_PYTHON_WRITEABLE);

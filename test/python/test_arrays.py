@@ -85,7 +85,7 @@ def test_results_are_written_to_arrays_of_the_caller(scenes, random_state):
         (lambda out: data.step_derivatives(1e-3, q, v, tau, out=out), (np.empty((2 * n, 2 * n), order="F"), np.empty((2 * n, n), order="F"))),
         (lambda out: data.project(q, v, out=out), (np.empty(n), np.empty(n))),
         (lambda out: data.assemble(q, v, out=out), (np.empty(n), np.empty(n))),
-        (lambda out: data.kinematics(q, v).position(model.bodies[-1], out), np.empty(3)),
+        (lambda out: data.kinematics(q, v, tau).position(model.bodies[-1], out), np.empty(3)),
         (lambda out: data.velocity(model.bodies[-1], out), np.empty(3)),
         (lambda out: data.acceleration(model.bodies[-1], out), np.empty(3)),
         (lambda out: data.pose(model.bodies[-1], out), (np.empty((3, 3)), np.empty(3))),

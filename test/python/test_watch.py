@@ -1,5 +1,6 @@
 """What a simulation of this package does as the command does it: the integrator of the scene, its present state, and no silence."""
 import ctypes
+import pickle
 
 import numpy as np
 import pytest
@@ -144,3 +145,95 @@ def test_a_copy_of_a_model_serves_one_simulation(held):
     alone.advance(0.1)
     assert not np.array_equal(second.state, first.state)
     held(np.abs(second.state - alone.state).max(), 0.0, "against a simulation with a copy of its own")
+
+
+PRESENT = """
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: arm, joint: {type: revolute, axis: y}, mass: 1, com: [0.5, 0, 0], inertia: [0, 0.0833333333333, 0.0833333333333], markers: {tip: [1, 0, 0]}}
+states: {lag: {initial: 0.5, rate: "3*(position.arm - lag)"}}
+effects:
+  - {name: s, type: joint_spring, joint: arm, stiffness: 100, switched: on}
+  - {name: lagging, type: expression, joint: arm, force: "-20*lag + 7*sin(5*t)"}
+simulate: {duration: 2, tolerance: 1.0e-10}
+"""
+
+
+def tip_acceleration(simulation):
+    """Of a rod about the y axis, from its angle, its speed and its acceleration: by hand."""
+    q, v, a = simulation.positions[0], simulation.velocities[0], simulation.acceleration()[0]
+    return np.array([-np.cos(q) * v * v - np.sin(q) * a, 0.0, np.sin(q) * v * v - np.cos(q) * a])
+
+
+def test_data_of_a_simulation_are_its_present_state(held):
+    simulation = kt.Scene(PRESENT).simulation()
+    simulation.advance(0.2)
+    inertia = 0.0833333333333 + 0.25
+    for is_on in (True, False, True):
+        simulation.switch("s", is_on)
+        simulation.torque[:] = 3.0
+        data, q = simulation.data(), simulation.positions[0]
+        force = 3.0 - 20 * simulation.states[0] + 7 * np.sin(5 * simulation.time) - 100 * q * is_on + 0.5 * 9.81 * np.cos(q)
+        held(abs(data.forward_dynamics()[0] - force / inertia), 1e-11, "the closed form, rad/s^2")
+        held(abs(simulation.acceleration()[0] - force / inertia), 1e-11, "the simulation, rad/s^2")
+        held(np.abs(data.acceleration("arm.tip") - tip_acceleration(simulation)).max(), 1e-11, "of the tip, m/s^2")
+        A, B = simulation.step_derivatives(h=1e-3)
+        for i in range(3):  # central differences of steps of a scene that has the spring or not
+            text = PRESENT if is_on else PRESENT.replace("stiffness: 100", "stiffness: 0")
+            other, ends = kt.Scene(text).model.data(), []
+            for shift in (1e-5, -1e-5):
+                state = simulation.state.copy()
+                state[i] += shift
+                ends.append(np.concatenate(other.step(1e-3, state[:1], state[1:2], [3.0], x=state[2:], t=simulation.time)))
+            held(np.abs(A[:, i] - (ends[0] - ends[1]) / 2e-5).max(), 1e-8, f"column {i} of A against differences")
+        simulation.advance(simulation.time + 0.1)
+
+
+def test_data_have_the_loops_that_are_on(held):
+    rod = "mass: 1, com: [0.5, 0, 0], inertia: [0, 0.0833333333333, 0.0833333333333], markers: {tip: [1, 0, 0]}"
+    scene = kt.Scene(f"""
+kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {{name: arm, joint: {{type: revolute, axis: y}}, {rod}}}
+  - {{name: low, parent: arm, joint: {{type: revolute, axis: y, at: [1, 0, 0]}}, {rod}}}
+loops:
+  - {{name: pin, type: revolute, axis: y, between: [low.tip, {{body: world, at: [2, 0, 0]}}], switched: on}}
+""")
+    simulation = scene.simulation(step=1e-3)
+    simulation.switch("pin", False)
+    data = simulation.data()
+    tree = np.linalg.solve(data.mass_matrix(), -data.bias())
+    held(np.abs(data.forward_dynamics() - tree).max(), 1e-12, "without the loop, rad/s^2")
+    assert np.abs(scene.model.data().forward_dynamics() - tree).max() > 1.0
+    with pytest.raises(TypeError, match="pickle the simulation"):
+        pickle.dumps(data)
+
+
+def test_accelerations_that_nobody_computed_are_rejected(held):
+    data = kt.Scene(ARM).model.data()
+    for state in ((), ([0.3], [1.0])):
+        data.kinematics(*state)
+        with pytest.raises(kt.ArgumentError, match="nobody has computed the accelerations of this state"):
+            data.acceleration("arm.tip")
+    data.forward_dynamics()
+    data.kinematics()
+    held(np.abs(data.acceleration("arm.tip") - [0.0, 0.0, -1.5 * 9.81]).max(), 1e-10, "of a rod that falls, m/s^2")
+    data.kinematics([0.0], [2.0], [0.0])
+    held(np.abs(data.acceleration("arm.tip") - [-4.0, 0.0, 0.0]).max(), 1e-14, "with a = 0 the part of velocities, m/s^2")
+
+
+def test_time_stepping_has_no_forces_at_a_state():
+    scene = kt.Scene({"kinetree": 1, "gravity": [0, 0, -9.81], "bodies": [{"name": "ball", "joint": {"type": "prismatic", "axis": "z"}, "mass": 1}],
+                      "effects": [{"type": "joint_limit", "joint": "ball", "lower": 0, "restitution": 0}],
+                      "simulate": {"duration": 1, "contact": "steps", "step": 1e-3}})
+    simulation = scene.simulation()
+    simulation.advance(0.1)
+    data = simulation.data()
+    assert data.position("ball")[2] == simulation.positions[0]
+    for call in (data.forward_dynamics, data.effect_forces, simulation.step_derivatives):
+        with pytest.raises(kt.ArgumentError, match="its contacts act over a step"):
+            call()
+    with pytest.raises(kt.ArgumentError, match="nobody has computed"):
+        data.acceleration("ball")

@@ -165,7 +165,7 @@ class Fixed:
     _assignable: Tuple[str, ...] = ()  # arrays: an assignment copies into them
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if not self._is_fixed or name.startswith("_"):
+        if not self._is_fixed or name.startswith("_") or getattr(getattr(type(self), name, None), "fset", None):
             super().__setattr__(name, value)
         elif name in self._assignable:
             array = getattr(self, name)

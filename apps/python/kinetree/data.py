@@ -42,6 +42,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         them in place, which is the fastest way.
     x : array of nx
         Auxiliary states, which all calls read.
+    t : float
+        Time, s, of calls without a time. 0 at the start.
 
     Notes
     -----
@@ -61,23 +63,36 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         self.x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
         self.x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
-        self._is_placed = False
+        self._is_placed = self._is_accelerated = False
+        self._has_a = ffi.new("bool *")
         self._state = State(model.nq, model.nv)
         self.q, self.v, self.tau, self.a = self._state.arrays
         self._q, self._v, self._tau, self._a = self._state.pointers
         self.q[:], self.v[:] = model.initial
         self._nq, self._nv = (model.nq,), (model.nv,)
         self._call = ffi.new("kt_python_data *", {"guard": self._guard.pointer, "model": self._m, "data": self._data, "error": self._error,
-                                                  "nq": model.nq, "nv": model.nv, "q": self._q, "v": self._v, "tau": self._tau, "a": self._a})
-        owners = self._call, self._m, self._memory, self._guard.pointer, self._error
+                                                  "nq": model.nq, "nv": model.nv, "q": self._q, "v": self._v, "tau": self._tau, "a": self._a, "has_a": self._has_a})
+        owners = self._call, self._m, self._memory, self._guard.pointer, self._error, self._has_a
         self._set_up(address_number(self._call), self._nv, self.a, owners)
         self._is_fixed = True
 
     def __reduce__(self) -> Any:
-        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self.x)])
+        return _data_at, (self.model, [array.copy() for array in (*self._state.arrays, self.x)], self.t)
 
     def __deepcopy__(self, memo: Any) -> "Data":
         return _data_at(*self.__reduce__()[1])
+
+    @property
+    def t(self) -> float:
+        """Time, s, of calls without a time."""
+        return float(self._call.t)
+
+    @t.setter
+    def t(self, t: float) -> None:
+        self._call.t = finite(t, "t")
+
+    def _time(self, t: Optional[float]) -> float:
+        return float(self._call.t) if t is None else finite(t, "t")
 
     def _check(self, status: Optional[int]) -> None:
         if status:
@@ -90,15 +105,15 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
     # ---- dynamics ---------------------------------------------------------------------------------------------------
 
     def forward_dynamics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
-                         t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+                         t: Optional[float] = None, out: Optional[Vector] = None) -> Vector:
         """Accelerations of the whole mechanism, with effects and loops.
 
         Parameters
         ----------
         q, v, tau : arrays of nq, nv and nv, optional
             Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N). Default: the arrays of this object.
-        t : float
-            Time, s.
+        t : float, optional
+            Time, s. Default: that of this object.
         out : array of nv, optional
             Where to write. Default: `self.a` if no state is given, else a new array.
 
@@ -113,7 +128,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         v = address(v, self._nv, self._v, "v")
         tau = address(tau, self._nv, self._tau, "tau")
         out = output(out, self._nv)
-        self._check(_forward(self._call, finite(t, "t"), q, v, tau, pointer(out)))
+        self._check(_forward(self._call, self._time(t), q, v, tau, pointer(out)))
         return out
 
     def inverse_dynamics(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, a: Optional[Numbers] = None, *,
@@ -178,15 +193,15 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         """
         return self.inverse_dynamics(q, v, np.zeros(self.model.nv), out=out)
 
-    def effect_forces(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0, out: Optional[Vector] = None) -> Vector:
+    def effect_forces(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None, out: Optional[Vector] = None) -> Vector:
         """Generalised forces of all effects: springs, dampers, motors and others.
 
         Parameters
         ----------
         q, v : arrays of nq and nv, optional
             Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object.
-        t : float
-            Time, s.
+        t : float, optional
+            Time, s. Default: that of this object.
         out : array of nv, optional
             Where to write. Default: a new array.
 
@@ -200,7 +215,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         v = address(v, self._nv, self._v, "v")
         out = output(out, (m.nv,))
         with self._guard:
-            self._check(lib.kt_effect_forces(self._m, self._data, finite(t, "t"), q, v, pointer(out), self._error))
+            self._check(lib.kt_effect_forces(self._m, self._data, self._time(t), q, v, pointer(out), self._error))
         return out
 
     def _workspace(self, name: str, size: int) -> Memory:
@@ -209,15 +224,15 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return self._work[name]
 
     def forward_derivatives(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
-                            t: float = 0.0, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+                            t: Optional[float] = None, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Exact derivatives of `forward_dynamics` with respect to q (tangent), v and tau.
 
         Parameters
         ----------
         q, v, tau : arrays of nq, nv and nv, optional
             Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N). Default: the arrays of this object.
-        t : float
-            Time, s.
+        t : float, optional
+            Time, s. Default: that of this object.
         out : tuple of three arrays of nv x nv, optional
             Where to write, in column-major order (``order="F"``). Default: new arrays.
 
@@ -234,12 +249,12 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         work = self._workspace("acceleration", size)
         by = outputs(out, [(m.nv, m.nv)] * 3, "F", given)
         with self._guard:
-            self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, finite(t, "t"), q, v, tau, ffi.NULL,
+            self._check(lib.kt_acceleration_derivatives(self._m, self._data, work.pointer, size, self._time(t), q, v, tau, ffi.NULL,
                                                         pointer(by[0]), pointer(by[1]), pointer(by[2]), self._error))
         return by
 
     def step(self, h: float, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
-             x: Optional[Numbers] = None, t: float = 0.0, method: str = "rk4", out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+             x: Optional[Numbers] = None, t: Optional[float] = None, method: str = "rk4", out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """One step of a method, as a function of the state.
 
         Parameters
@@ -249,8 +264,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         q, v, tau, x : arrays of nq, nv, nv and nx, optional
             Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N), auxiliary states. Default: the arrays of this object, which
             stay as they are.
-        t : float
-            Time at the start of the step, s.
+        t : float, optional
+            Time at the start of the step, s. Default: that of this object.
         method : str
             A one-step method that ``kinetree integrators`` lists.
         out : tuple of arrays, optional
@@ -274,7 +289,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return results
 
     def step_derivatives(self, h: float, q: Optional[Numbers] = None, v: Optional[Numbers] = None, tau: Optional[Numbers] = None, *,
-                         x: Optional[Numbers] = None, t: float = 0.0, method: str = "rk4",
+                         x: Optional[Numbers] = None, t: Optional[float] = None, method: str = "rk4",
                          out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Exact derivatives of a step: A by the state, B by the joint forces.
 
@@ -287,8 +302,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         q, v, tau, x : arrays of nq, nv, nv and nx, optional
             Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N), auxiliary states. Default: the arrays of this object, which
             stay as they are.
-        t : float
-            Time at the start of the step, s.
+        t : float, optional
+            Time at the start of the step, s. Default: that of this object.
         method : str
             An explicit Runge-Kutta method that ``kinetree integrators`` lists.
         out : tuple of two arrays, optional
@@ -310,12 +325,12 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
             self.x[:] = before
         return A, B
 
-    def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: float, method: str) -> Any:
+    def _step(self, h: float, q: Any, v: Any, tau: Any, x: Any, t: Optional[float], method: str) -> Any:
         m = self.model
         found = method_of(method, "method")
         taken = (address(q, self._nq, self._q, "q"), address(v, self._nv, self._v, "v"), address(tau, self._nv, self._tau, "tau"),
                  address(x, (m.nx,), ffi.NULL, "x"))
-        step = ffi.new("kt_step *", {"method": found, "t": finite(t, "t"), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})
+        step = ffi.new("kt_step *", {"method": found, "t": self._time(t), "h": finite(h, "h"), "tau": taken[2], "x": taken[3]})
         size = lib.kt_step_work_size(self._m, found)
         if size == 0:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", f"a step of '{method}' depends on earlier steps; use rk4 or another one-step method")
@@ -323,7 +338,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
 
     # ---- constraints ------------------------------------------------------------------------------------------------
 
-    def assemble(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0,
+    def assemble(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None,
                  out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Close the loops of a state that may be far from closed.
 
@@ -331,8 +346,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         ----------
         q, v : arrays of nq and nv, optional
             Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object, which the call then changes.
-        t : float
-            Time, s, for loops that move.
+        t : float, optional
+            Time, s, for loops that move. Default: that of this object.
         out : tuple of arrays of nq and nv, optional
             Where to write. Default: new arrays for those that are given.
 
@@ -343,7 +358,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         """
         return self._closed(lib.kt_state_assemble, q, v, t, out)
 
-    def project(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: float = 0.0,
+    def project(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None,
                 out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Move a state by the least step until all loops are closed to rounding.
 
@@ -351,8 +366,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         ----------
         q, v : arrays of nq and nv, optional
             Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object, which the call then changes.
-        t : float
-            Time, s, for loops that move.
+        t : float, optional
+            Time, s, for loops that move. Default: that of this object.
         out : tuple of arrays of nq and nv, optional
             Where to write. Default: new arrays for those that are given.
 
@@ -364,12 +379,12 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         changed = ffi.new("bool *")
         return self._closed(lambda m, d, t, q, v, e: lib.kt_state_project(m, d, t, q, v, changed, e), q, v, t, out)
 
-    def _closed(self, call: Any, q: Any, v: Any, t: float, out: Any) -> Tuple[Vector, ...]:
+    def _closed(self, call: Any, q: Any, v: Any, t: Optional[float], out: Any) -> Tuple[Vector, ...]:
         own = self.q, self.v
         given = [doubles(mine if value is None else value, mine.shape, what).copy() for value, mine, what in zip((q, v), own, "qv")]
         at = outputs(out, [self._nq, self._nv]) if out is not None else tuple(mine if value is None else new for value, mine, new in zip((q, v), own, given))
         with self._guard:
-            self._check(call(self._m, self._data, finite(t, "t"), pointer(given[0]), pointer(given[1]), self._error))
+            self._check(call(self._m, self._data, self._time(t), pointer(given[0]), pointer(given[1]), self._error))
             for target, values in zip(at, given):
                 target[:] = values
         return at
@@ -389,12 +404,14 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         Data
             This object.
         """
+        own = q is None and v is None and (self._has_a[0] or bool(self.a.any()))
+        is_accelerated = a is not None or own
         q = address(q, self._nq, self._q, "q")
         v = address(v, self._nv, self._v, "v")
         a = address(a, self._nv, self._a, "a")
         with self._guard:
             self._check(lib.kt_kinematics_update(self._m, self._data, q, v, a, self._error))
-        self._is_placed = True
+        self._is_placed, self._is_accelerated = True, is_accelerated
         return self
 
     def _need_kinematics(self) -> None:
@@ -448,7 +465,9 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return vector(lib.kt_point_velocity(self._m, self._data, *self._place(point)), out)
 
     def acceleration(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
-        """World acceleration of a point after `kinematics`.
+        """World acceleration of a point after `kinematics` with accelerations.
+
+        These are those that `kinematics` was given, or those of this object if `forward_dynamics` or the program wrote them.
 
         Parameters
         ----------
@@ -462,6 +481,10 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         numpy.ndarray
             Three numbers along world axes, m/s^2.
         """
+        self._need_kinematics()
+        if not self._is_accelerated:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "acceleration", "nobody has computed the accelerations of this state; call "
+                                "data.kinematics(q, v, data.forward_dynamics(q, v, tau)), or pass a=np.zeros(nv) for the part of velocities")
         return vector(lib.kt_point_acceleration(self._m, self._data, *self._place(point)), out)
 
     def pose(self, body: str, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
@@ -576,15 +599,26 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return f"<kinetree.Data of '{self.model.name}': nq {self.model.nq}, nv {self.model.nv}>"
 
 
+class Stepped(Data):
+    """Data of a simulation with ``contact: steps``, which has kinematics, and forces only over a step."""
+
+    def _no_forces(self, *_: Any, **__: Any) -> Any:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "data", "the scene has 'contact: steps': its contacts act over a step, and have no force at a state; "
+                            "simulation.acceleration() has that of the last step, and model.data() the mechanism without contacts")
+
+    forward_dynamics = effect_forces = forward_derivatives = step = step_derivatives = _no_forces
+
+
 # Methods of C take arrays of doubles, and call those of Python for all other arguments.
-for _name, _parameters in (("forward_dynamics", "q=None, v=None, tau=None, *, t=0.0, out=None"), ("inverse_dynamics", "q=None, v=None, a=None, *, out=None")):
+for _name, _parameters in (("forward_dynamics", "q=None, v=None, tau=None, *, t=None, out=None"), ("inverse_dynamics", "q=None, v=None, a=None, *, out=None")):
     _method = getattr(Data, _name)
     setattr(Data, f"_convert_{_name}", _method)
     setattr(Data, _name, quicken(Data, _name, f"{_name}($self, {_parameters})\n--\n\n{_method.__doc__ or ''}".encode()))
 
 
-def _data_at(model: Model, arrays: List[Vector]) -> Data:
+def _data_at(model: Model, arrays: List[Vector], t: float) -> Data:
     data = Data(model)
+    data.t = t
     for own, array in zip((*data._state.arrays, data.x), arrays):
         own[:] = array
     return data

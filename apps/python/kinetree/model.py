@@ -270,6 +270,18 @@ def _compiled(scene: Any, values: Optional[Dict[str, Vector]] = None) -> Model:
     return copy
 
 
+class Present(Model):
+    """The model of a simulation with the loops and effects that are on at this moment."""
+
+    def __init__(self, model: Model, pointer: Any, owner: Any) -> None:
+        self.scene, self.effects = model.scene, model.effects
+        self._owners = model, owner
+        self._set_up(pointer)
+
+    def __reduce__(self) -> Any:
+        raise TypeError("the present model of a simulation cannot be pickled; pickle the simulation")
+
+
 class ModelCopy(Model):
     """A model with parameters of its own. It serves one simulation, the latest that was made with it, or the data of one thread."""
 

@@ -10,12 +10,12 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, name_of,
+from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, name_of,
                     output, pointer, text)
 from ._kinetree import turns
-from .data import Data
+from .data import Data, Stepped
 from .laws import Event, Feedback, Instant, Law, Recorder, copied
-from .model import Model, ModelCopy
+from .model import Model, ModelCopy, Present
 
 _ROOM = 16  # events that a program may add
 _DIGEST = 16  # bytes that guard a checkpoint
@@ -83,6 +83,7 @@ class Simulation(Fixed):
         self.positions, self.velocities, self.states = np.split(self.state, [model.nq, model.nq + model.nv])
         self._make_loop()
         self._data: Optional[Data] = None
+        self._data_key: Any = None
         self._acting: Optional[int] = None
         self._start: Optional[bytes] = self.save()
         if isinstance(model, ModelCopy):
@@ -417,11 +418,32 @@ class Simulation(Fixed):
         return values
 
     def data(self) -> Data:
-        """A workspace at the present state, with its kinematics: for positions and Jacobians of points."""
-        if self._data is None:
-            self._data = Data(self.model)
-        self._data.q[:], self._data.v[:] = self.positions, self.velocities
-        return self._data.kinematics(a=np.zeros(self.model.nv))
+        """A workspace at the present state, with its kinematics: for positions, Jacobians and dynamics.
+
+        It has the loops and effects that are on, the auxiliary states, `torque`, the time, and the accelerations. With ``contact: steps``,
+        it rejects calls that need forces of contacts at a state.
+        """
+        data = self._present()
+        data.q[:], data.v[:], data.x[:], data.tau[:] = self.positions, self.velocities, self.states, self.torque
+        data.t = self.time
+        if isinstance(data, Stepped):
+            return data.kinematics(data.q)
+        try:
+            data.forward_dynamics()
+        except Error:  # `acceleration` of a point reports that there is none
+            return data.kinematics(data.q)
+        return data.kinematics()
+
+    def _present(self) -> Data:
+        """A workspace of the model with the switches of this moment."""
+        pointer = lib.kt_simulation_model(self._simulation)
+        key = pointer, lib.kt_switch_set(pointer)
+        if self._data is None or self._data_key != key:
+            own = pointer == self.model._pointer
+            model = self.model if own else Present(self.model, pointer, self._memory)
+            self._data = (Stepped if self.model.scene._scene.contact else Data)(model)
+            self._data_key = key
+        return self._data
 
     def step_derivatives(self, tau: Optional[Numbers] = None, h: Optional[float] = None, *,
                          out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
@@ -441,10 +463,8 @@ class Simulation(Fixed):
         tuple of numpy.ndarray
             A, n x n, and B, n x nv, with n = 2 nv + nx.
         """
-        if self._data is None:
-            self._data = Data(self.model)
         tau = self.torque if tau is None else tau
-        return self._data.step_derivatives(h or self.step_size or 1e-3, self.positions, self.velocities, tau, x=self.states, t=self.time,
+        return self._present().step_derivatives(h or self.step_size or 1e-3, self.positions, self.velocities, tau, x=self.states, t=self.time,
                                            method=self.integrator if self.step_size > 0.0 and self.integrator else "rk4", out=out)
 
     @property
