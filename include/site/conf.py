@@ -11,7 +11,7 @@ from sphinx import addnodes
 
 project = "Kinetree"
 version = release = os.environ["KT_VERSION"]
-extensions = ["myst_parser", "breathe"]
+extensions = ["myst_parser", "breathe", "sphinx.ext.mathjax"]
 root_doc = "kinetree"
 language = "en"
 smartquotes = False  # they make a dash of the two of an option
@@ -23,7 +23,7 @@ html_static_path = ["site.css"]
 html_css_files = ["site.css"]
 html_extra_path = [os.path.join(os.environ["KT_OUTPUT"], "extra")]
 myst_heading_anchors = 4
-myst_enable_extensions = ["deflist"]
+myst_enable_extensions = ["deflist", "dollarmath"]
 breathe_projects = {"kinetree": os.path.join(os.environ["KT_OUTPUT"], "xml")}
 breathe_default_project = "kinetree"
 breathe_domain_by_extension = {"h": "c"}

@@ -1,7 +1,6 @@
 """Evaluations at a state: dynamics, derivatives, constraints and kinematics."""
 from __future__ import annotations
 
-import itertools
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -9,25 +8,9 @@ import numpy as np
 from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, apart, busy, check, doubles, fail, ffi, finite,
                     hint, lib, method_of, name_of, output, outputs, pointer, text)
 from ._kinetree import Evaluator, quicken
-from .model import Model, Point, vector
+from .model import Model, Point, State, vector, vector3
 
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
-
-
-def _vec3(at: Any) -> Any:
-    return ffi.new("kt_vec3 *", doubles(at, (3,), "at").tolist())[0]
-
-
-class State:
-    """Arrays q, v, tau and a at fixed addresses: views of one block, which cannot be resized."""
-
-    def __init__(self, nq: int, nv: int) -> None:
-        counts = (nq, nv, nv, nv)
-        self.memory = Memory(8 * sum(counts))
-        numbers = self.memory.array.view(np.float64)
-        ends = itertools.accumulate(counts)
-        self.arrays = [numbers[end - count:end] for count, end in zip(counts, ends)]
-        self.pointers = [pointer(array) for array in self.arrays]
 
 
 class Data(Evaluator, Fixed):  # type: ignore[misc]
@@ -428,7 +411,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
                 raise StepError(lib.KT_ERROR_NOT_FINITE, "point", f"expected finite numbers, got {at.tolist()}")
         else:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "point", f'expected "body", "body.marker" or (body, place in its frame), got {point!r}')
-        return body, _vec3(at)
+        return body, vector3(at)
 
     def position(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
         """World position of a point after `kinematics`.
@@ -597,16 +580,6 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
 
     def __repr__(self) -> str:
         return f"<kinetree.Data of '{self.model.name}': nq {self.model.nq}, nv {self.model.nv}>"
-
-
-class Stepped(Data):
-    """Data of a simulation with ``contact: steps``, which has kinematics, and forces only over a step."""
-
-    def _no_forces(self, *_: Any, **__: Any) -> Any:
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "data", "the scene has 'contact: steps': its contacts act over a step, and have no force at a state; "
-                            "simulation.acceleration() has that of the last step, and model.data() the mechanism without contacts")
-
-    forward_dynamics = effect_forces = forward_derivatives = step = step_derivatives = _no_forces
 
 
 # Methods of C take arrays of doubles, and call those of Python for all other arguments.

@@ -1,6 +1,7 @@
 """Models (immutable) and data (the workspace of one thread)."""
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -339,3 +340,19 @@ def vector(at: Any, out: Optional[Vector] = None) -> Vector:
     out = output(out, (3,))
     out[:] = at.x, at.y, at.z
     return out
+
+
+def vector3(at: Any) -> Any:
+    return ffi.new("ktvector3 *", doubles(at, (3,), "at").tolist())[0]
+
+
+class State:
+    """Arrays q, v, tau and a at fixed addresses: views of one block, which cannot be resized."""
+
+    def __init__(self, nq: int, nv: int) -> None:
+        counts = (nq, nv, nv, nv)
+        self.memory = Memory(8 * sum(counts))
+        numbers = self.memory.array.view(np.float64)
+        ends = itertools.accumulate(counts)
+        self.arrays = [numbers[end - count:end] for count, end in zip(counts, ends)]
+        self.pointers = [pointer(array) for array in self.arrays]

@@ -557,7 +557,7 @@ static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int
     return fine;
 }
 
-/* The first order of a diagram: the farther layer, the wider piece, the order of the list. Motions in a plane keep it. */
+/* The first order of a diagram: the farther layer, the wider piece, the list. Motions in a plane keep it. */
 typedef struct diagram_key {
     kt_piece piece;
     double layer, width;
