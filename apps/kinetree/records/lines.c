@@ -36,8 +36,9 @@ static int write_whole(const kt_lines *lines) {
     const int reason = kt_write_bytes(lines->file, lines->buffer.text, lines->whole, &done);
     while (reason != 0 && done > 0 && lines->buffer.text[done - 1] != '\n')
         done--;
-    if (reason != 0 && lines->file != STDOUT_FILENO) /* standard output may be a file of another program */
-        (void)ftruncate(lines->file, lines->written + (long long)done);
+    /* Standard output may be a file of another program. If the file cannot be cut, either, the first reason counts. */
+    if (reason != 0 && lines->file != STDOUT_FILENO && ftruncate(lines->file, lines->written + (long long)done) != 0)
+        return reason;
     return reason;
 }
 
