@@ -24,6 +24,8 @@
  */
 #include "analysis/modes.h"
 
+#include "kinetree/algebra.h"
+
 #include <complex.h>
 #include <float.h>
 #include <math.h>
@@ -50,24 +52,26 @@ static double unit_at_rate(const kt_linear_system *system, size_t state, double 
     return kt_modes_unit(system, state) * (is_velocity(system, state) && w > 0.0 ? w : 1.0);
 }
 
+static double size_of_complex(double _Complex x) { return kt_hypot(creal(x), cimag(x)); }
+
 static double _Complex component(kt_packed_vector x, size_t i) { return CMPLX(x.re[i], x.im ? x.im[i] : 0.0); }
 
 double kt_modes_residual(const kt_modes *m, const kt_linear_system *system, size_t k, double real, double imaginary) {
     const size_t n = (size_t)system->states;
     const kt_packed_vector x = kt_eigenvector_at(m, m->right, n, k);
     const double _Complex lambda = CMPLX(real, imaginary);
-    const double w = cabs(lambda);
+    const double w = size_of_complex(lambda);
     double worst = 0.0, whole = 0.0;
     for (size_t i = 0; i < n; i++) {
         double _Complex sum = -lambda * component(x, i);
-        double terms = cabs(sum);
+        double terms = size_of_complex(sum);
         for (size_t j = 0; j < n; j++) {
             const double a = system->state[j * n + i];
             sum += a * component(x, j);
-            terms += fabs(a) * cabs(component(x, j));
+            terms += fabs(a) * size_of_complex(component(x, j));
         }
         const double unit = unit_at_rate(system, i, w);
-        worst = fmax(worst, cabs(sum) / unit);
+        worst = fmax(worst, size_of_complex(sum) / unit);
         whole = fmax(whole, terms / unit);
     }
     return whole > 0.0 ? worst / whole : 0.0;
@@ -75,7 +79,7 @@ double kt_modes_residual(const kt_modes *m, const kt_linear_system *system, size
 
 /* A mode whose eigenvalue does not exceed its error has no shape of its own. */
 static bool has_failed(const kt_mode *mode) {
-    return mode->residual > MOST_ROUNDED && hypot(mode->real, mode->imaginary) > mode->error;
+    return mode->residual > MOST_ROUNDED && kt_hypot(mode->real, mode->imaginary) > mode->error;
 }
 
 static bool has_any_failed(const kt_modes *m) {
@@ -132,7 +136,7 @@ static size_t nearest_pair(const kt_modes *m, size_t n, double real, double imag
     size_t best = n;
     double least = (double)INFINITY;
     for (size_t k = 0; k < n; k++) {
-        const double distance = hypot(m->real[k] - real, m->imaginary[k] - imaginary);
+        const double distance = kt_hypot(m->real[k] - real, m->imaginary[k] - imaginary);
         if (!m->replaced[k] && m->imaginary[k] >= 0.0 && distance < least) {
             least = distance;
             best = k;
@@ -160,7 +164,8 @@ static void correct_along(const kt_modes *m, size_t n, size_t j, bool conjugate,
     double _Complex product = 0.0;
     for (size_t i = 0; i < n; i++)
         product += conj(component(left, i)) * component(right, i);
-    if (cabs(distance) <= TOGETHER * cabs(lambda) || cabs(product) <= sqrt(DBL_EPSILON))
+    if (size_of_complex(distance) <= TOGETHER * size_of_complex(lambda) ||
+        size_of_complex(product) <= sqrt(DBL_EPSILON))
         return;
     const double _Complex part =
         left_product(left, r, n, conjugate) / (distance * (conjugate ? conj(product) : product));
@@ -231,7 +236,7 @@ void kt_modes_mend_shapes(kt_modes *m, const kt_linear_system *system) {
             continue;
         const double _Complex lambda = refine_pair(m, system, k), before = CMPLX(m->mode[i].real, m->mode[i].imaginary);
         const double residual = kt_modes_residual(m, system, k, creal(lambda), cimag(lambda));
-        if (!(residual < m->mode[i].residual) || !(cabs(lambda - before) <= m->mode[i].error))
+        if (!(residual < m->mode[i].residual) || !(size_of_complex(lambda - before) <= m->mode[i].error))
             continue;
         kt_modes_set_eigenvalue(&m->mode[i], creal(lambda), cimag(lambda));
         m->mode[i].residual = residual;
