@@ -11,8 +11,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from claims import claim, finish, note
 
 COMMAND, WIDTH = sys.argv[1], 100
-VERBS = set("""add allow attach check choose compare compute continue count draw end export find follow give join let limit linearise list
-make measure place play print read record replace run seed set show simulate start take treat use vary write""".split())
+VERBS = set("""add allow attach check choose compare compute continue count draw end estimate export find follow give join let limit linearise list
+make measure place play print read record replace run seed set show simulate start study take treat use vary write""".split())
 
 
 def kinetree(*words):

@@ -255,14 +255,14 @@ def inputs_stay():
 def named():
     """Parameters with the names of columns of the lines. The HDF5 file of a parameter `status` was lost, and columns had
     equal names."""
-    words = {"run": 1, "status": 2, "time": 3, "steps": 4, "evaluations": 5, "lanes": 6, "why": 7}
+    words = {"run": 1, "status": 2, "time": 3, "steps": 4, "evaluations": 5, "why": 6}
     text = pathlib.Path("fall.yaml").read_text().replace("m: 2}", f"m: =why, {', '.join(f'{k}: {v}' for k, v in words.items())}}}")
-    pathlib.Path("named.yaml").write_text(text.replace("output:", "states: {sum: {rate: run+status+time+steps+evaluations+lanes}}\noutput:"))
+    pathlib.Path("named.yaml").write_text(text.replace("output:", "states: {sum: {rate: run+status+time+steps+evaluations}}\noutput:"))
     vary = [word for name, value in words.items() for word in ("--vary", f"{name}={value},{value + 1}")]
     run("named.yaml", *vary, "--quiet", "--out", "n.csv")
     names = pathlib.Path("n.csv").read_text().splitlines()[0].split(",")
     same("each column has a name of its own", len(set(names)), len(names))
-    same("columns of values", names[1:9], [f"parameters.{name}" for name in words] + ["status"])
+    same("columns of values", names[1:8], [f"parameters.{name}" for name in words] + ["status"])
     line = rows(pathlib.Path("n.csv").read_text())[-1]
     same("values of the last run", [float(line[f"parameters.{name}"]) for name in words], [value + 1.0 for value in words.values()])
     if not pathlib.Path("h.h5").exists():

@@ -73,7 +73,7 @@ BY_TYPE = {
     "kt_robot_lost *": "NULL", "kt_accuracy *": "NULL", "const kt_accuracy *": "NULL", "const kt_accuracy_options *": "NULL", "const kt_variant *": "&f->variant",
     "kt_dae *": "f->dae", "const kt_dae *": "f->dae", "const kt_dae_options *": "&f->dae_options",
     "kt_floquet *": "f->floquet", "const kt_floquet *": "f->floquet", "const kt_floquet_options *": "&f->floquet_options",
-    "kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
+    "kt_accuracy_point *": "&f->point", "const kt_accuracy_point *": "&f->point", "const kt_expression *": "f->formula", "const kt_expression **": "&f->formula_out",
     "const kt_function *": "&f->of_time", "const kt_symbols *": "&f->symbols", "kt_loop_motion *": "&f->loop_motion", "const kt_scene_options *": "&f->scene_options",
     "const kt_scene_call *": "&f->scene_call", "kt_scene_watch *": "f->scene_watch", "const kt_scene_watch *": "f->scene_watch", "kt_parameter_change *": "f->parameter_changes", "const kt_event *": "&f->event", "const kt_scene_event *": "&f->scene.until",
     "size_t *": "&f->used", "kt_step_task *": "&f->step_task", "const kt_batch_job *": "&f->job", "kt_accuracy_baseline *": "&f->baseline",

@@ -80,11 +80,11 @@ class Paragraphs:
 
 
 def paragraphs_of_page(text):
-    """Paragraphs and list items of Markdown."""
+    """Paragraphs and list items of Markdown. Formulas in lines of their own ($$) end one; those within a line are a word."""
     made, is_code = Paragraphs(), False
     for number, line in enumerate(text.split("\n"), 1):
-        words = line.strip()
-        if words[:3] in ("```", "~~~"):
+        words = re.sub(r"\$[^$]+\$", "formula", line.strip())
+        if words[:3] in ("```", "~~~") or words == "$$":
             is_code = not is_code
             made.end()
         elif is_code:

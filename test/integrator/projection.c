@@ -203,7 +203,9 @@ KT_TEST(dense_output_joins_the_projected_states) {
         /* The bound is d^2 y'' / 2. The jump contributes 6 * 0.01 / 0.125^2 to y'', and the motion contributes 5. An
          * implicit method's slope is that of its own polynomial, of the state before the projection: 1.01 f, f up to
          * 2.5. */
-        const double bound = 7.0 * d * d + (kt_method_is_implicit(m) ? 0.01 * 2.5 * d : 0.0);
+        /* The cubic of rkc4 has no slope at its end: the jump of 0.01 adds 11/2 of 0.01 / 0.125. */
+        const double cubic = strcmp(m->name, "rkc4") == 0 ? 5.5 * 0.01 / 0.125 * d : 0.0;
+        const double bound = 7.0 * d * d + (kt_method_is_implicit(m) ? 0.01 * 2.5 * d : 0.0) + cubic;
         KT_WORST worst = kt_worst_make(m->name);
         integrator_value(it, 0.125 + d, y);
         for (int l = 0; l < 4; l++)

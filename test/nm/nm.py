@@ -65,17 +65,16 @@ def is_among(object_name, sources):
     return matches(object_name, ["*_" + source.replace("/", "_") + ".o" for source in sources])
 
 
-def writable_sections(archive):
-    """What an object would keep from one call to the next. Tables of pointers are in .data.rel.ro: constant once loaded."""
+def writable_variables(archive):
+    """What an object would keep from one call to the next. Tables of pointers are in .data.rel.ro: constant once loaded. Templates
+    of initialisers, which gcc puts into .data, have no name, and so nothing writes to them."""
     place = "?"
-    for line in output_of("size", "-A", "-d", archive).splitlines():
-        if "(ex " in line:
-            place = line.split()[0]
-        field = line.split()
-        if len(field) == 3 and field[1].isdigit() and int(field[1]) > 0:
-            name = field[0]
-            if re.match(r"\.(t?data|t?bss)\b", name) and not name.startswith(".data.rel.ro"):
-                yield f"{place}: {field[1]} bytes in {name}"
+    for line in output_of("objdump", "-t", archive).splitlines():
+        if ":     file format" in line:
+            place = line.split(":")[0]
+        found = re.search(r" O (\.(?:t?data|t?bss)\S*)\t([0-9a-f]+) (\S+)$", line)
+        if found and not found[1].startswith(".data.rel.ro") and int(found[2], 16) > 0:
+            yield f"{place}: {found[3]}, {int(found[2], 16)} bytes in {found[1]}"
 
 
 def exports(shared):
@@ -105,14 +104,14 @@ def main():
             problems.append(f"{place} imports {symbol}")
     note(f"{sum(seen.values())} imports of {len(seen)} objects")
     claim("core_imports_only_what_computes", problems if seen else ["no imports were read"])
-    claim("core_keeps_nothing_between_calls", [*writable_sections(core), *writable_sections(study)])
+    claim("core_keeps_nothing_between_calls", [*writable_variables(core), *writable_variables(study)])
 
     found = {core_shared.name: exports(core_shared), study_shared.name: exports(study_shared)}
     claim("core_exports_nothing_of_the_study", sorted(found[core_shared.name] & found[study_shared.name]))
     if scene:
         claim("scene_library_never_prints_or_exits",
               [f"{place} imports {symbol}" for place, symbol in imports(scene[0]) if symbol in SCENE_MAY_NOT_IMPORT])
-        claim("scene_library_keeps_nothing_between_calls", list(writable_sections(scene[0])))
+        claim("scene_library_keeps_nothing_between_calls", list(writable_variables(scene[0])))
         found[scene[1].name] = exports(scene[1])
     everything = set().union(*found.values())
     public = declared(sorted(include.glob("kinetree/*.h")), "KT_API")

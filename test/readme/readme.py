@@ -28,7 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "test"), str(ROOT / "test/house"), str(ROOT / "include/site")]
 import document
 from claims import claim, finish, note, skip
-from folders import FOLDERS
+from folders import ROOMS
 
 WRITTEN = {"kinetree.c"}  # by apps/amalgamate; pages name it
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
@@ -277,9 +277,9 @@ def main():
     table = (root / "include/pages/c-interface.md").read_text()
     claim("the table of c-interface.md has every header", [path.name for path in sorted((root / "include/kinetree").glob("*.h"))
                                                         if path.name != "kinetree.h" and f"`{path.name}`" not in table])
-    drawing = (root / "include/pages/architecture.md").read_text()
-    drawn = [name for line in drawing.splitlines() if ".. lib/" in line for name in re.findall(r"lib/(\w+)", line)]
-    claim("folders of lib are drawn in their order", [] if drawn[::-1] == FOLDERS else [" ".join(drawn[::-1]), " ".join(FOLDERS)])
+    table = (root / "include/pages/architecture.md").read_text().partition("| storey | room | content |")[2].partition("\n\n")[0]
+    listed = [room for row in table.splitlines()[2:] for room in re.findall(r"`(\w+)`", row.split("|")[2])]
+    claim("architecture.md lists the rooms of lib in their order", [] if listed == ROOMS else [" ".join(listed), " ".join(ROOMS)])
     finish()
 
 

@@ -9,6 +9,7 @@
     X(kt_accuracy_error)                                                                                               \
     X(kt_accuracy_options)                                                                                             \
     X(kt_accuracy_point)                                                                                               \
+    X(kt_accuracy_quantity)                                                                                            \
     X(kt_accuracy_results)                                                                                             \
     X(kt_batch_frame)                                                                                                  \
     X(kt_batch_job)                                                                                                    \
@@ -31,6 +32,7 @@
     X(kt_dae_options)                                                                                                  \
     X(kt_description)                                                                                                  \
     X(kt_descriptor)                                                                                                   \
+    X(kt_difference)                                                                                                   \
     X(kt_dynamic_parameter)                                                                                            \
     X(kt_effect)                                                                                                       \
     X(kt_effect_load)                                                                                                  \

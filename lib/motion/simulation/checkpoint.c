@@ -155,31 +155,6 @@ static uint64_t sum_of_events(const kt_simulation *simulation) {
 
 static size_t eight(size_t bytes) { return (bytes + 7) / 8 * 8; }
 
-/* The arrays of the simulation that are copied as they are, by name. */
-#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
-    X(torque, size->user_nv * sizeof(double))                                                                          \
-    X(torque_next, size->user_nv * sizeof(double))                                                                     \
-    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
-    X(wrench_next, size->body * sizeof(kt_wrench))
-#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
-#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
-    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
-    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
-    X(event_root, size->event * sizeof(kt_event_root))
-
-/* The parts: name, bytes. One list measures, writes and reads. */
-#define KT_CHECKPOINT_PARTS(X)                                                                                         \
-    X(head, sizeof(kt_checkpoint_head))                                                                                \
-    X(memory, sizeof(kt_simulation_memory))                                                                            \
-    X(integrator, sizeof(kt_integrator_memory))                                                                        \
-    X(y, size->n * sizeof(double))                                                                                     \
-    X(previous_y, size->n * sizeof(double))                                                                            \
-    X(history, size->history * sizeof(double))                                                                         \
-    KT_CHECKPOINT_INPUTS(X)                                                                                            \
-    X(kept, size->kept * sizeof(double))                                                                               \
-    KT_CHECKPOINT_RANKS(X)                                                                                             \
-    KT_CHECKPOINT_MEMORIES(X)
-
 typedef struct kt_checkpoint_offsets {
 #define KT_CHECKPOINT_DECLARE(part, bytes) size_t part;
     KT_CHECKPOINT_PARTS(KT_CHECKPOINT_DECLARE)

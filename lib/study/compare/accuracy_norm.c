@@ -35,6 +35,8 @@ static void add_joint(kt_joint_type type, int count, bool of_velocities, const d
 
 kt_difference kt_difference_size(const kt_model *model, const double *difference, bool of_velocities) {
     kt_difference largest = {0.0, 0.0};
+    if (!model || !difference)
+        return (kt_difference){(double)NAN, (double)NAN};
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         add_joint(at.type, at.nv, of_velocities, difference + at.v, &largest);
