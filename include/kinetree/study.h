@@ -351,7 +351,8 @@ typedef struct kt_difference {
 } kt_difference;
 
 /* Measures a difference of positions (kt_position_subtract) or of velocities, of nv numbers. Angles are measured on the
- * circle. Numbers of a joint that form one vector count by its length. A number that is not finite gives NaN, and so does NULL. */
+ * circle. Numbers of a joint that form one vector count by its length. A number that is not finite gives NaN, and so
+ * does NULL. */
 KT_API kt_difference kt_difference_size(const kt_model *model, const double *difference, bool of_velocities);
 
 /* Returns the index of the cheapest point that reaches a goal; -1: none. Its error (error.judged), the reference's

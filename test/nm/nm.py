@@ -120,7 +120,7 @@ def main():
     others = [*imports(study), *(imports(scene[0]) if scene else []), *(imports(scene[2]) if scene else [])]
     used = {symbol for _, symbol in others} & found[core_shared.name] - public.keys()
     claim("inner_exports_are_those_that_other_libraries_use",
-          sorted(inner.keys() ^ used if has_loops and scene else used - inner.keys()))
+          sorted(inner.keys() ^ used if scene else used - inner.keys()))
     claim("exports_begin_with_kt",
           [f"{library} exports {name}" for library, names in found.items() for name in sorted(names)
            if not name.startswith("kt_")] if everything else ["no exports were read"])
