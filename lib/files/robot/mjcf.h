@@ -134,8 +134,8 @@ typedef struct kt_mjcf_tendon {
     double start;       /* initially */
     kt_path_point *path;
     int path_count;
-    bool moves;               /* its points are on several bodies */
-    bool is_bounded;          /* a joint between a site and the ground has bounds of the sum of its actuators */
+    bool moves;      /* its points are on several bodies */
+    bool is_bounded; /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
 typedef struct kt_mjcf_term {
