@@ -40,11 +40,11 @@ static void add_curve_spots(kt_guide *guide, const kt_plot_frame *f, const kt_pl
         const double far = series->is_scattered ? 0.0 : hypot(x - x0, y - y0);
         if (isfinite(x) && isfinite(y))
             add_spot(guide, x, y);
-        for (double s = APART; isfinite(far) && s < far; s += APART)
-            add_spot(guide, x0 + (x - x0) * s / far, y0 + (y - y0) * s / far);
+        for (int k = 1; isfinite(far) && k * APART < far; k++)
+            add_spot(guide, x0 + (x - x0) * k * APART / far, y0 + (y - y0) * k * APART / far);
         const double end = series->x_high != NULL ? kt_frame_x(f, series->x_high[i]) : x;
-        for (double s = APART; isfinite(y) && x + s < end; s += APART)
-            add_spot(guide, x + s, y);
+        for (int k = 1; isfinite(y) && x + k * APART < end; k++)
+            add_spot(guide, x + k * APART, y);
         x0 = x;
         y0 = y;
     }

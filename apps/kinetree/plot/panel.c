@@ -414,7 +414,8 @@ static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_
         const kt_plot_series *series = &panel->series[i];
         if (!is_seen(f, series))
             continue;
-        const double x = left + shown % columns * cell, y = top + shown / columns * KT_LEGEND_LINE * kt_small_size;
+        const int line = shown / columns;
+        const double x = left + shown % columns * cell, y = top + line * KT_LEGEND_LINE * kt_small_size;
         draw_legend_key(c, f, series, series_colour_of(f, panel, i), x, y - 0.36 * kt_small_size);
         kt_paper_use(c, f->palette->ink);
         kt_paper_text_short(c, x + 24.0, y, cell - 30.0, KT_ANCHOR_LEFT, series->label);
@@ -422,10 +423,11 @@ static void draw_panel_legend(cairo_t *c, const kt_plot_frame *f, const kt_plot_
     }
     if (panel->left_out > 0) {
         char text[48];
+        const int line = shown / columns;
         snprintf(text, sizeof text, "and %d more", panel->left_out);
         kt_paper_use(c, f->palette->quiet);
-        kt_paper_text(c, left + shown % columns * cell, top + shown / columns * KT_LEGEND_LINE * kt_small_size,
-                      KT_ANCHOR_LEFT, text);
+        kt_paper_text(c, left + shown % columns * cell, top + line * KT_LEGEND_LINE * kt_small_size, KT_ANCHOR_LEFT,
+                      text);
     }
 }
 

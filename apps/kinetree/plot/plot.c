@@ -109,7 +109,8 @@ static double legend_height_of(const kt_plot *plot) {
     const kt_plot_panel *panel = &plot->panels[plot->panel_count - 1];
     const int entries = panel->has_legend ? panel->series_count + (panel->left_out > 0) : 0;
     const int columns = legend_columns_of(plot);
-    return (entries + columns - 1) / columns * KT_LEGEND_LINE * kt_small_size;
+    const int lines = (entries + columns - 1) / columns;
+    return lines * KT_LEGEND_LINE * kt_small_size;
 }
 
 static layout lay_out_stack(const kt_plot *plot) {

@@ -52,14 +52,22 @@ static double unit_at_rate(const kt_linear_system *system, size_t state, double 
     return kt_modes_unit(system, state) * (is_velocity(system, state) && w > 0.0 ? w : 1.0);
 }
 
+/* CMPLX of C11, which clang does not define with glibc. */
+static double _Complex complex_of(double real, double imaginary) {
+    const double parts[2] = {real, imaginary};
+    double _Complex z;
+    memcpy(&z, parts, sizeof z);
+    return z;
+}
+
 static double size_of_complex(double _Complex x) { return kt_hypot(creal(x), cimag(x)); }
 
-static double _Complex component(kt_packed_vector x, size_t i) { return CMPLX(x.re[i], x.im ? x.im[i] : 0.0); }
+static double _Complex component(kt_packed_vector x, size_t i) { return complex_of(x.re[i], x.im ? x.im[i] : 0.0); }
 
 double kt_modes_residual(const kt_modes *m, const kt_linear_system *system, size_t k, double real, double imaginary) {
     const size_t n = (size_t)system->states;
     const kt_packed_vector x = kt_eigenvector_at(m, m->right, n, k);
-    const double _Complex lambda = CMPLX(real, imaginary);
+    const double _Complex lambda = complex_of(real, imaginary);
     const double w = size_of_complex(lambda);
     double worst = 0.0, whole = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -159,7 +167,7 @@ static double _Complex left_product(kt_packed_vector w, const double _Complex *y
 static void correct_along(const kt_modes *m, size_t n, size_t j, bool conjugate, double _Complex lambda,
                           const double _Complex *r, double _Complex *x) {
     const kt_packed_vector left = kt_eigenvector_at(m, m->left, n, j), right = kt_eigenvector_at(m, m->right, n, j);
-    const double _Complex other = CMPLX(m->real[j], conjugate ? -m->imaginary[j] : m->imaginary[j]);
+    const double _Complex other = complex_of(m->real[j], conjugate ? -m->imaginary[j] : m->imaginary[j]);
     const double _Complex distance = other - lambda;
     double _Complex product = 0.0;
     for (size_t i = 0; i < n; i++)
@@ -201,7 +209,7 @@ static void solve_removed(const kt_modes *m, const kt_linear_system *system, dou
 static double _Complex refine_pair(kt_modes *m, const kt_linear_system *system, size_t k) {
     const size_t n = (size_t)system->states;
     const kt_packed_vector left = kt_eigenvector_at(m, m->left, n, k);
-    double _Complex lambda = CMPLX(m->real[k], m->imaginary[k]), *x = m->refined, *r = m->refined + n;
+    double _Complex lambda = complex_of(m->real[k], m->imaginary[k]), *x = m->refined, *r = m->refined + n;
     const kt_packed_vector packed = kt_eigenvector_at(m, m->right, n, k);
     for (size_t i = 0; i < n; i++)
         x[i] = component(packed, i);
@@ -234,7 +242,8 @@ void kt_modes_mend_shapes(kt_modes *m, const kt_linear_system *system) {
         const size_t k = nearest_pair(m, n, m->mode[i].real, m->mode[i].imaginary);
         if (k == n)
             continue;
-        const double _Complex lambda = refine_pair(m, system, k), before = CMPLX(m->mode[i].real, m->mode[i].imaginary);
+        const double _Complex lambda = refine_pair(m, system, k),
+                              before = complex_of(m->mode[i].real, m->mode[i].imaginary);
         const double residual = kt_modes_residual(m, system, k, creal(lambda), cimag(lambda));
         if (!(residual < m->mode[i].residual) || !(size_of_complex(lambda - before) <= m->mode[i].error))
             continue;
