@@ -16,8 +16,8 @@ KT_CHECKED kt_status kt_checkpoint_check_words(const kt_simulation *of, const kt
                                                kt_error *error);
 
 /* Writes the sums of all parts to the head of a block. */
-KT_INNER void kt_checkpoint_seal(const kt_simulation *simulation, void *block);
+void kt_checkpoint_seal(const kt_simulation *simulation, void *block);
 /* Where its kt_simulation_memory begins. */
-KT_INNER size_t kt_checkpoint_memory_at(const kt_simulation *simulation);
+size_t kt_checkpoint_memory_at(const kt_simulation *simulation);
 
 #endif

@@ -44,7 +44,8 @@
 /* ---- residuals --------------------------------------------------------------------------------------------------- */
 
 static bool is_velocity(const kt_linear_system *system, size_t state) {
-    return state >= (size_t)system->positions && state < (size_t)(system->positions + system->velocities);
+    const size_t first = (size_t)system->positions;
+    return state >= first && state < first + (size_t)system->velocities;
 }
 
 /* The unit of a state of motions with the rate w. */
