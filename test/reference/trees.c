@@ -119,7 +119,8 @@ KT_TEST(whip_keeps_its_energy_as_its_tolerance_says) {
 
 /* ---- two methods ------------------------------------------------------------------------------------------------- */
 
-static const kt_setting eighth = {"dop853", 0.0, 1e-13, 0.0}, fifth = {"tsit5", 0.0, 1e-13, 0.0}, own = {NULL};
+static const kt_setting eighth = {"dop853", 0.0, 1e-13, 0.0}, fifth = {"tsit5", 0.0, 1e-13, 0.0},
+                        own = {NULL, 0.0, 0.0, 0.0};
 
 static void agree(const char *scene, const kt_setting *a, const kt_setting *b, double bound) {
     const kt_case c = kt_case_open(scene);
