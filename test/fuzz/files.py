@@ -15,6 +15,9 @@ import tempfile
 import time
 from pathlib import Path
 
+# fontconfig keeps what it reads until the process ends.
+os.environ.setdefault("LSAN_OPTIONS", f"print_suppressions=0:suppressions={Path(__file__).resolve().parents[1] / 'command/suppressions.txt'}")
+
 PATIENCE = 20 * float(os.environ.get("KT_FUZZ_SLOWNESS", "1"))  # s
 SIZE = 16384  # bytes of an input
 SCENE = "double-pendulum.yaml"

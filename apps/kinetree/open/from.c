@@ -52,7 +52,7 @@ static bool is_scene_text(const char *text) {
     for (int i = 0; text != NULL && !found && i < 100; i++) {
         found = strncmp(text, key, sizeof key - 1) == 0;
         text = strchr(text, '\n');
-        text += text != NULL;
+        text = text != NULL ? text + 1 : NULL;
     }
     return found;
 }
