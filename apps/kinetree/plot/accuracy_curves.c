@@ -15,7 +15,7 @@
 
 enum { DECADES = 17 }; /* errors from 1 to 1e-16 */
 
-/* What a curve reaches: the number of powers of ten, and the sum of the logarithms of their costs. */
+/* The reach of a curve: the number of powers of ten, and the sum of the logarithms of their costs. */
 typedef struct kt_reach {
     int decades;
     double cost;

@@ -39,8 +39,8 @@ bool kt_apart_write(int to, const void *data, size_t size);
 /* In the child: no file can be opened from now on, so that a file cannot make a library read other files. */
 void kt_apart_forbid_files(void);
 
-/* In the parent: reads exactly `size` bytes of the answer. Returns false if the answer ends before, or is late. What it
- * reads is checked by the caller: a child with damaged memory may answer anything. */
+/* In the parent: reads exactly `size` bytes of the answer. Returns false if the answer ends before, or is late. The
+ * caller checks the data, because a child with damaged memory may answer anything. */
 bool kt_apart_read(const kt_apart *apart, void *data, size_t size);
 
 /* Ends the child. is_answered: its whole answer was read. Errors: KT_ERROR_SCENE, with the reason, if it was not. */
