@@ -6,6 +6,7 @@ numbers of the pages are those that the program computes, in the digits of the p
 import csv
 import importlib.util
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -27,24 +28,15 @@ specification = importlib.util.spec_from_file_location("four_bar", SOURCES / "ap
 four_bar = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(four_bar)
 
-SCENE = """kinetree: 1
-gravity: [0, -9.81, 0]
-bodies:
-  - {{name: crank, mass: 0.5, com: [0.15, 0, 0], inertia: [1, 1, 0.00375], joint: {{type: revolute, axis: z, position: {0:.17g}, velocity: {3:.17g}}}}}
-  - {{name: coupler, parent: crank, mass: 1.5, com: [0.4, 0, 0], inertia: [1, 1, 0.08], joint: {{type: revolute, axis: z, at: [0.3, 0, 0], position: {1:.17g}, velocity: {4:.17g}}}}}
-  - {{name: rocker, mass: 1, com: [0.3, 0, 0], inertia: [1, 1, 0.03], joint: {{type: revolute, axis: z, at: [0.9, 0, 0], position: {2:.17g}, velocity: {5:.17g}}}}}
-loops:
-  - {{name: pin, type: revolute, axis: z, between: [{{body: coupler, at: [0.8, 0, 0]}}, {{body: rocker, at: [0.6, 0, 0]}}]}}
-simulate: {{duration: {6}, integrator: rk4, step: {7}}}
-output: {{interval: 0.1}}
-"""
+PAGE = (SOURCES / "include/pages/method.md").read_text()
+SCENE = re.search(r"^```yaml\n(.*?)^```", PAGE, flags=re.S | re.M)[1]
 
 
 def check_states(folder):
     u, v = four_bar.start()
     scene = pathlib.Path(folder) / "four-bar.yaml"
-    scene.write_text(SCENE.format(*u, *v, DURATION, STEP))
-    ended = subprocess.run([KINETREE, "run", scene, "--out", "out.csv", "--quiet"], cwd=folder, capture_output=True, text=True)
+    scene.write_text(SCENE)
+    ended = subprocess.run([KINETREE, "run", scene, "--duration", str(DURATION), "--step", str(STEP), "--interval", "0.1", "--out", "out.csv", "--quiet"], cwd=folder, capture_output=True, text=True)
     if ended.returncode != 0:
         return claim("the_program_of_the_chapter_has_the_states_of_run", [ended.stderr])
     with open(pathlib.Path(folder) / "out.csv", newline="") as file:
@@ -60,7 +52,7 @@ def check_states(folder):
 
 
 def numbers_of_pages():
-    """(page, numbers in their order of the page, in the digits of the page)."""
+    """(page, numbers of the page with their signs, in the digits of the page)."""
     u, v = four_bar.start()
     _, jacobian, right = four_bar.loop(u, v)
     mass, force = four_bar.tree(u, v)
@@ -73,7 +65,7 @@ def numbers_of_pages():
     yield "method-trees", [*u, *v[1:]], 6
     yield "method-dynamics", [mass[0, 0], mass[0, 1], *force], 6
     yield "method-loops", [*jacobian.ravel(), *right], 6
-    yield "method-reduction", [*np.abs([r1[0, 0], r1[0, 1], r1[1, 1]]), *(sign * q2[:, 0]), sign * v @ q2[:, 0]], 6
+    yield "method-reduction", [r1[0, 0], r1[0, 1], r1[1, 1], *(sign * q2[:, 0]), sign * v @ q2[:, 0]], 6
     yield "method-projection", [*particular, reduced, sign * load, sign * load / reduced, *acceleration, *multipliers], 6
 
 
@@ -98,12 +90,10 @@ def gaps():
 def check_numbers():
     problems, count = [], 0
     for page, numbers, digits in numbers_of_pages():
-        text = (SOURCES / f"include/pages/{page}.md").read_text()
-        for number in numbers:
-            count += 1
-            shown = f"{number:.{digits}f}"
-            if shown.rstrip("0").rstrip(".") not in text:
-                problems.append(f"{page}.md lacks {shown}")
+        shown = set(re.findall(r"-?\d+(?:\.\d+)?", (SOURCES / f"include/pages/{page}.md").read_text()))
+        wanted = [f"{number:.{digits}f}".rstrip("0").rstrip(".") for number in numbers]
+        count += len(wanted)
+        problems += [f"{page}.md lacks {number}" for number in wanted if not {number, number.ljust(number.find(".") + 1 + digits, "0")} & shown]
     found, text = gaps(), (SOURCES / "include/pages/method-drift.md").read_text()
     for value, shown in ((found["one step"], "4.05e-07"), (found["open"], "8.18e-09"), (found["closed energy"], "2.0e-09"), (found["open energy"], "2.0e-08")):
         count += 1

@@ -221,10 +221,14 @@ def hard_cases():
 
 
 def methods():
-    shown = re.search(r"a scene with (\d+) methods", (ROOT / "README.md").read_text())
+    shown = re.search(r"runs a scene with (\d+) methods and (\w+) formulations", (ROOT / "README.md").read_text())
     found = kinetree("integrators").split("\n\n")[0].count("\n")
     note(f"{found} methods")
     claim("README.md: how many methods there are", [] if shown and found == int(shown[1]) else [str(found)])
+    said = kinetree("accuracy", SCENES / "four-bar.yaml", "--formulations", "--budget", 1, "--duration", 0.1, "--out", "/dev/null")
+    names = set(re.findall(r"; ([a-zA-Z ]+)$", said.split("a simulated second costs")[0], flags=re.M))
+    note(f"formulations: {', '.join(sorted(names))}")
+    claim("README.md: how many formulations there are", [] if shown and len(names) == {"six": 6, "seven": 7, "eight": 8}.get(shown[2]) else [said])
 
 
 for ask in (evaluations_for_an_error, governor, strong_damper, fishing_rod, watch_resolution, ten_stops, warning_codes, error_codes, callers_memory, page_of_a_view, hard_cases, methods):
