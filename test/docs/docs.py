@@ -3,6 +3,7 @@
 docs.py INCLUDE-DIRECTORY SITE-OR-EMPTY C-COMPILER...    SITE is the folder of a finished build, else one is made
 """
 import html
+import json
 import os
 import pathlib
 import re
@@ -68,6 +69,22 @@ def left_over(folder):
             yield f"{path.name}: {found[0]}"
 
 
+def found_before(index, word, page):
+    """What Sphinx's search lists before a page: it scores titles and entries of the index by their length over that of the word."""
+    index = json.loads(index[index.index("{"):index.rindex("}") + 1])
+    entries = [index["docnames"][place[0]] for entry, places in index["indexentries"].items() if entry.lower() == word
+               for place in (places if isinstance(places[0], list) else [places])]
+    others = [title for title, places in index["alltitles"].items() if title.lower() == word]
+    return [f"{one} comes first" for one in others] + ([] if entries == [page] else [f"the index has {word} of {entries}"])
+
+
+def long_groups(first):
+    """Groups of how-tos on the first page with more than eight entries, and a missing group."""
+    how_to = first[first.index("## How-to"):first.index("## Concepts")]
+    groups = {group.partition("\n")[0]: len(re.findall(r"^- ", group, flags=re.M)) for group in re.split(r"^### ", how_to, flags=re.M)[1:]}
+    return [f"{name}: {count} entries" for name, count in groups.items() if count > 8] + ([] if len(groups) == 6 else [f"groups: {', '.join(groups)}"])
+
+
 def main():
     include, site, compiler = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
     with tempfile.TemporaryDirectory() as name:
@@ -99,6 +116,12 @@ def main():
         note(f"{len(shown)} pictures")
         claim("every_picture_is_there", sorted(source for source in shown if not (folder / "html" / source).exists())
               if len(shown) > 30 else [f"only {len(shown)} are shown"])
+        claim("search_for_contact_finds_the_how_to_first", found_before((folder / "html/searchindex.js").read_text(), "contact", "hard-contacts"))
+        claim("pages_of_headers_have_an_outline",
+              [page for page, text in made.items() if page.endswith(".h.html") and not re.search(r'<a class="reference internal" href="#[\w-]+"', text)])
+        claim("enumerations_have_names", sorted({f"{page}: {found}" for page, text in made.items() for found in
+                                                 re.findall(r"enum \[anonymous\]|enum @\d+", re.sub(r"<[^>]*>", "", text))}))
+        claim("a_group_of_how_tos_has_at_most_eight", long_groups(first))
         claim("no_order_is_left_as_text", list(left_over(folder / "html")))
     finish()
 

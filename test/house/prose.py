@@ -5,7 +5,8 @@ prose.py SOURCE-ROOT --worst N  the N worst sentences of each kind of text, with
 prose.py SOURCE-ROOT --files    the share of clean sentences of each file, the worst first
 
 Four kinds of text are measured: the README and the pages, comments of public headers, comments of lib and apps, and
-texts that the command and the library print. A printed text is a string literal of lib or apps/kinetree.
+texts that the command and the library print. A printed text is a string literal of lib or apps/kinetree. Pages of
+concepts, as kinetree.md lists them, must explain, too: so many of their sentences have a word of reason.
 
 A sentence has four words or more. It is clean if it has none of these faults: more than 25 words; more than two numbers; an
 opening such as "What" or "Of"; a clause with "what"; a verb that makes a program speak. Questions may use "what".
@@ -24,9 +25,11 @@ from claims import claim, finish, note
 MOST_WORDS, MOST_NUMBERS, LEAST_WORDS = 25, 2, 4
 
 FAULTS = ("long", "numbers", "opening", "what", "speaks")
-# kind: per cent of clean sentences at least; long, numbers, opening, what at most
+LEAST = ("clean", "reason")
+# kind: per cent of clean sentences, and of sentences with a word of reason, at least; long, numbers, opening, what at most
 BOUNDS = {
     "pages": {"clean": 85.0, "long": 12.0, "numbers": 1.0, "opening": 0.5, "what": 1.0},
+    "concepts": {"clean": 85.0, "reason": 9.0},
     "headers": {"clean": 90.0, "long": 8.0, "numbers": 1.0, "opening": 0.5, "what": 1.0},
     "comments": {"clean": 90.0, "long": 8.0, "numbers": 1.0, "opening": 0.5, "what": 1.0},
     "messages": {"clean": 90.0, "long": 5.0, "numbers": 2.0, "opening": 0.5, "what": 1.0},
@@ -37,6 +40,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)", re
 OPENING = re.compile(r"(?:What|Whatever|Whoever|Whose|Where|Of|By)\b")
 WHAT = re.compile(r"\bwhat(?:ever)?\b", re.I)
 SPEAKS = re.compile(r"\b(?:tells?|told|says?|said|asks?|asked|knows?|known|bears?|borne|stands?|stood|looks? at|looked at)\b", re.I)
+REASON = re.compile(r"\b(?:because|so that|therefore|since)\b", re.I)
 END = re.compile(r"[.!?](?=[\s)\"']+[A-Z(\"'`]|$)")
 SHORT_FORM = re.compile(r"\b(?:al|approx|cf|Ch|Dr|e\.g|Eq|etc|Fig|i\.e|No|pp|resp|Sec|Vol|vs)\.$")
 
@@ -191,7 +195,11 @@ def texts_of(root):
     def files(*folders):
         return sorted(path for folder in folders for path in (root / folder).rglob("*.[ch]"))
     pages = [root / "README.md", *sorted((root / "include/pages").glob("*.md"))]
+    first = (root / "include/pages/kinetree.md").read_text(encoding="utf8")
+    listed = re.findall(r"\]\(([\w-]+\.md)", first[first.index("## Concepts"):first.index("## Reference")])
+    concepts = [root / "include/pages" / name for name in sorted({*listed} - {"bibliography.md"})]  # which has no sentences of its own
     kinds = {
+        "concepts": (concepts, paragraphs_of_page),
         "pages": (pages, paragraphs_of_page),
         "headers": (files("include/kinetree"), paragraphs_of_comments),
         "comments": (files("lib", "apps"), paragraphs_of_comments),
@@ -210,15 +218,17 @@ def figures_of(sentences):
     if not found:
         return {}
     share = {name: 100.0 * sum(name in faults for faults in found) / len(found) for name in FAULTS}
-    return {"clean": 100.0 * found.count([]) / len(found), **share}
+    reasons = sum(REASON.search(sentence.text) is not None for sentence in sentences)
+    return {"clean": 100.0 * found.count([]) / len(found), "reason": 100.0 * reasons / len(found), **share}
 
 
 def is_within(figure, observed, bound):
-    return observed >= bound if figure == "clean" else observed <= bound
+    return observed >= bound if figure in LEAST else observed <= bound
 
 
 def hold(kind, sentences):
     figures, problems = figures_of(sentences), []
+    note(f"a word of reason: {figures['reason']:.2f} %")
     for figure, bound in BOUNDS[kind].items():
         line = f"{figure}: {figures[figure]:.2f} %, bound {bound:g} %"
         note(line)
@@ -252,6 +262,8 @@ def hold_samples():
     expected = [("What it is comes first.", ["opening", "what"]), ("The run tells its steps 1, 2 and 3.", ["numbers", "speaks"]),
                 ("Of two bodies the first moves.", ["opening"]), ("what is said here", ["what", "speaks"]),
                 ("code: what code bodies say", ["what", "speaks"]), ("One line and more.", [])]
+    reasons = figures_of([Sentence("", text, 4) for text in ("The step ends, since the force jumps.", "The step ends there.")])["reason"]
+    claim("words_of_reason_are_counted", [] if reasons == 50.0 else [f"{reasons} %"])
     long = Sentence("", "word " * (MOST_WORDS + 1), MOST_WORDS + 1)
     claim("faults_are_found_in_pages_comments_and_texts", [f"{one}" for one in found + expected if one not in found or one not in expected])
     claim("a_sentence_is_long_above_the_bound", [] if long.faults() == ["long"] and Sentence("", "", MOST_WORDS).faults() == [] else [str(long)])
@@ -266,7 +278,7 @@ def main():
             show_files(sentences)
         else:
             note(f"{kind}: {len(sentences)} sentences")
-            claim(f"{kind}_have_text", [] if len(sentences) > 1000 else [f"{len(sentences)} sentences"])
+            claim(f"{kind}_have_text", [] if len(sentences) > (300 if kind == "concepts" else 1000) else [f"{len(sentences)} sentences"])
             claim(f"{kind}_are_plain_english", hold(kind, sentences))
     if len(sys.argv) == 2:
         hold_samples()

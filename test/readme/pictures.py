@@ -32,6 +32,8 @@ TABLE = {
                      "plot open.csv closed.csv --columns constraint.position --log --title 'Gap of the loop of a four-bar linkage'"],
     "method-pendulum": ["plot factor.csv --x log10_distance --columns partitioning,qr --log "
                         "--title 'Factor of errors near the level position of a pendulum'"],
+    "integrator-region": ["stability apps/scenes/flyball-governor.yaml --integrator rk4 --step 1e-3"],
+    "base-parameters": ["draw apps/scenes/double-pendulum.yaml --names"],
     "first-scene": ["draw first-scene/pendulum.yaml --strobe 9 --until 0.878"],
     "first-scene-curves": ["run first-scene/pendulum.yaml --out pendulum.csv --summary pendulum.json", "plot pendulum.csv"],
     "first-press": ["draw first-machines/crank-press.yaml --at 0,0.1,0.2"],
@@ -68,7 +70,8 @@ def draw(folder, name):
     """The bytes of a picture, or what is wrong."""
     out = folder / f"{name}.svg"
     for k, line in enumerate(TABLE[name], 1):
-        words = [COMMAND, *words_of(line), *(["--out", out.name] if k == len(TABLE[name]) else []), *(["--quiet"] if line.startswith("run") else [])]
+        out_option = "--plot" if line.startswith("stability") else "--out"
+        words = [COMMAND, *words_of(line), *([out_option, out.name] if k == len(TABLE[name]) else []), *(["--quiet"] if line.startswith("run") else [])]
         ended = subprocess.run(words, cwd=folder, capture_output=True, text=True)
         if ended.returncode != 0:
             return f"{line}: {ended.stderr.strip()}"
