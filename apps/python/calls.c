@@ -28,6 +28,15 @@ static int kt_python_inverse(const kt_python_data *at, const double *q, const do
 
 /* ---- control loops ----------------------------------------------------------------------------------------------- */
 
+/* The watch of the energy ends with the first torque. */
+static void kt_python_note_supply(kt_python_loop *loop) {
+    for (size_t i = 0; i < loop->nv; i++)
+        if (loop->torque[i] != 0.0) {
+            kt_driven_supply(loop->watch);
+            return;
+        }
+}
+
 /* Sets the torques of the loop, unless they are those that the simulation has: methods that remember past steps go
  * on. On failure those that the simulation has return to the loop. */
 static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
@@ -35,21 +44,58 @@ static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     if (size == 0 || memcmp(loop->torque, loop->applied, size) == 0)
         return KT_OK;
     const kt_status status = kt_simulation_set_torque(loop->simulation, loop->torque, error);
-    if (status == KT_OK)
+    if (status == KT_OK) {
+        kt_python_note_supply(loop);
         memcpy(loop->applied, loop->torque, size);
-    else
+    } else
         memcpy(loop->torque, loop->applied, size);
     return status;
 }
 
-static int kt_python_tick(kt_python_guard *guard, kt_python_loop *loop, double period, kt_error *error) {
+/* A call that moves the simulation: kt_simulation_tick, kt_simulation_step or kt_simulation_advance. The watch takes
+ * states before and after. */
+static int kt_python_move(kt_python_loop *loop, kt_status (*move)(kt_simulation *, double, kt_error *), double by,
+                          kt_error *error) {
+    kt_status status = kt_python_apply(loop, error);
+    if (status == KT_OK) {
+        kt_driven_begin(loop->watch);
+        status = move(loop->simulation, by, error);
+    }
+    return status != KT_OK ? (int)status : kt_driven_take(loop->watch) ? KT_PYTHON_WARNED : KT_OK;
+}
+
+static int kt_python_guarded(kt_python_guard *guard, kt_python_loop *loop,
+                             kt_status (*move)(kt_simulation *, double, kt_error *), double by, kt_error *error) {
     if (!kt_python_lock(guard))
         return KT_PYTHON_BUSY;
-    kt_status status = kt_python_apply(loop, error);
-    if (status == KT_OK)
-        status = kt_simulation_tick(loop->simulation, period, error);
+    const int status = kt_python_move(loop, move, by, error);
     kt_python_unlock(guard);
-    return (int)status;
+    return status;
+}
+
+static int kt_python_tick(kt_python_guard *guard, kt_python_loop *loop, double period, kt_error *error) {
+    return kt_python_guarded(guard, loop, kt_simulation_tick, period, error);
+}
+
+static int kt_python_step(kt_python_guard *guard, kt_python_loop *loop, double limit, kt_error *error) {
+    return kt_python_guarded(guard, loop, kt_simulation_step, limit, error);
+}
+
+/* kt_simulation_advance step by step, so that the watch takes states between. Advancing to the present time checks the
+ * call and begins its events. */
+static int kt_python_advance(kt_python_guard *guard, kt_python_loop *loop, double end, kt_error *error) {
+    kt_simulation *s = loop->simulation;
+    const double now = kt_simulation_time(s);
+    int status = kt_python_guarded(guard, loop, kt_simulation_advance, end >= now ? now : end, error);
+    if (!(end > now) || (status != KT_OK && status != KT_PYTHON_WARNED))
+        return status;
+    if (!kt_python_lock(guard))
+        return KT_PYTHON_BUSY;
+    while ((status == KT_OK || status == KT_PYTHON_WARNED) && kt_simulation_stopped(s) == NULL &&
+           kt_simulation_time(s) < end)
+        status = kt_python_move(loop, kt_simulation_step, end, error);
+    kt_python_unlock(guard);
+    return status;
 }
 
 /* Whether a loop until the time `end` has ended: by its time, or by an event. */
@@ -62,7 +108,7 @@ static bool kt_python_has_ended(const kt_python_loop *loop, double end) {
 static int kt_python_turn(kt_python_guard *guard, kt_python_loop *loop, double period, double end, kt_error *error) {
     const double left = end - kt_simulation_time(loop->simulation);
     const int status = kt_python_tick(guard, loop, period < left ? period : left, error);
-    return status == 0 && kt_python_has_ended(loop, end) ? KT_PYTHON_ENDED : status;
+    return status == KT_OK && kt_python_has_ended(loop, end) ? KT_PYTHON_ENDED : status;
 }
 
 /* The law torque + gain [q_at (-) q; v_at - v]. */
@@ -97,11 +143,9 @@ static int kt_python_control(kt_python_loop *loop, kt_python_law *law, void *use
         const double left = end - kt_simulation_time(s);
         if (law(user, kt_simulation_time(s), q, v, loop->torque) != 0)
             return KT_PYTHON_ENDED;
-        kt_status status = kt_python_apply(loop, error);
-        if (status == KT_OK)
-            status = kt_simulation_tick(s, period < left ? period : left, error);
-        if (status != KT_OK)
-            return (int)status;
+        const int status = kt_python_move(loop, kt_simulation_tick, period < left ? period : left, error);
+        if (status != KT_OK && status != KT_PYTHON_WARNED) /* warnings are reported at the end */
+            return status;
     }
     return KT_OK;
 }

@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 HEADER = "#include <kinetree/kinetree.h>\n"
+WATCH = '#include "advice/driven.h"\n'  # of apps/kinetree
 
 # Functions of Python that C calls (callbacks.py).
 CALLBACKS = """
@@ -36,7 +37,8 @@ typedef struct kt_python_guard {
 
 # Types of calls.c that Python fills.
 TYPES = """
-enum { KT_PYTHON_BUSY = -1, KT_PYTHON_ENDED = -2 }; /* beside kt_status: another thread uses the object; a loop has ended */
+/* Beside kt_status: another thread uses the object; a loop has ended; the step is done, and there are warnings. */
+enum { KT_PYTHON_BUSY = -1, KT_PYTHON_ENDED = -2, KT_PYTHON_WARNED = -3 };
 
 typedef struct kt_python_data {
     kt_python_guard *guard;
@@ -53,6 +55,7 @@ typedef struct kt_python_loop {
     kt_simulation *simulation;
     double *torque, *applied; /* nv: to be set before the next step; as the simulation has them */
     size_t nv;
+    kt_driven *watch;
 } kt_python_loop;
 
 typedef int kt_python_law(void *user, double t, const double *q, const double *v, double *tau);
@@ -69,10 +72,24 @@ typedef struct kt_python_rows {
     double *q, *v, *tau, *a, *x;
 } kt_python_rows;
 """
+DRIVEN = """
+typedef struct kt_driven kt_driven;
+kt_driven *kt_driven_create(const kt_scene *scene, const kt_model *model, const kt_run *run, kt_simulation *simulation,
+                            kt_scene_watch *events, bool calls);
+void kt_driven_free(kt_driven *driven);
+void kt_driven_begin(kt_driven *driven);
+void kt_driven_supply(kt_driven *driven);
+void kt_driven_record(kt_driven *driven, const kt_record *record);
+void kt_driven_restart(kt_driven *driven);
+char *kt_driven_warnings(kt_driven *driven, size_t from);
+void kt_driven_text_free(char *text);
+"""
 CALLS = """
 int kt_python_forward(const kt_python_data *at, double t, const double *q, const double *v, const double *tau, double *a);
 int kt_python_inverse(const kt_python_data *at, const double *q, const double *v, const double *a, double *tau);
 kt_status kt_python_apply(kt_python_loop *loop, kt_error *error);
+int kt_python_step(kt_python_guard *guard, kt_python_loop *loop, double limit, kt_error *error);
+int kt_python_advance(kt_python_guard *guard, kt_python_loop *loop, double end, kt_error *error);
 int kt_python_tick(kt_python_guard *guard, kt_python_loop *loop, double period, kt_error *error);
 bool kt_python_has_ended(const kt_python_loop *loop, double end);
 int kt_python_turn(kt_python_guard *guard, kt_python_loop *loop, double period, double end, kt_error *error);
@@ -136,19 +153,19 @@ def builder(include, compiler):
     import cffi
     ffi = cffi.FFI()
     ffi.cdef(declarations(include, compiler))
-    ffi.cdef("typedef struct kt_python_guard { ...; } kt_python_guard;" + TYPES + CALLBACKS + CALLS)
+    ffi.cdef("typedef struct kt_python_guard { ...; } kt_python_guard;" + DRIVEN + TYPES + CALLBACKS + CALLS)
     return ffi
 
 
 def functions(ffi):
     """Names of all public functions."""
-    return sorted(key.split()[1] for key in ffi._parser._declarations if key.startswith("function kt_") and "python" not in key)
+    return sorted(key.split()[1] for key in ffi._parser._declarations if key.startswith("function kt_") and "python" not in key and "driven" not in key)
 
 
 def main():
     include, calls, methods, output, dependencies, *compiler = sys.argv[1:]
     ffi = builder(include, compiler)
-    source = RENAMED + HEADER + GUARD + TYPES + pathlib.Path(calls).read_text() + pathlib.Path(methods).read_text()
+    source = RENAMED + HEADER + WATCH + GUARD + TYPES + pathlib.Path(calls).read_text() + pathlib.Path(methods).read_text()
     ffi.set_source("kinetree._kinetree", source, py_limited_api=True)
     ffi.emit_c_code(output)
     with open(output, "a", encoding="utf8") as file:

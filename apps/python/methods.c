@@ -305,12 +305,19 @@ typedef struct kt_python_turns {
 
 static PyObject *kt_python_turns_type;
 
-/* The end of the loop. A fault becomes the exception that Simulation._check raises. */
+/* The end of the loop. A fault becomes the exception that Simulation._check raises; the regular end has warnings. */
 static PyObject *kt_python_turns_stop(kt_python_turns *turns, int status) {
     turns->has_ended = true;
-    if (status != KT_PYTHON_ENDED)
-        Py_XDECREF(PyObject_CallMethod(turns->simulation, "_check", "i", status));
+    Py_XDECREF(status != KT_PYTHON_ENDED ? PyObject_CallMethod(turns->simulation, "_check", "i", status)
+                                         : PyObject_CallMethod(turns->simulation, "_warn", NULL));
     return NULL;
+}
+
+/* The warnings of a turn. If the program turned them into exceptions, the loop ends, and the status is an error. */
+static int kt_python_turns_warn(kt_python_turns *turns) {
+    PyObject *none = PyObject_CallMethod(turns->simulation, "_warn", NULL);
+    Py_XDECREF(none);
+    return none ? kt_python_has_ended(turns->loop, turns->end) ? KT_PYTHON_ENDED : KT_OK : KT_PYTHON_WARNED;
 }
 
 static PyObject *kt_python_turns_next(PyObject *self) {
@@ -325,6 +332,10 @@ static PyObject *kt_python_turns_next(PyObject *self) {
     } else if (kt_python_has_ended(turns->loop, turns->end))
         status = KT_PYTHON_ENDED;
     turns->has_begun = true;
+    if (status == KT_PYTHON_WARNED && (status = kt_python_turns_warn(turns)) == KT_PYTHON_WARNED) {
+        turns->has_ended = true;
+        return NULL;
+    }
     if (status != KT_OK)
         return kt_python_turns_stop(turns, status);
     Py_INCREF(turns->simulation);

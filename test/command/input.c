@@ -193,16 +193,17 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
     kt_check_contains("words", wrong.err, "wrong.xml has 18 more errors");
     kt_check_text(
         "notes", kt_shell("$K import right.xml --out o.yaml").err,
-        "right.xml:1:99: warning: 'plugin' is left out: 1\n"
+        "right.xml:1:35: warning: limits of position, which do not act without --stops: 1\n"
+        "  1:99: warning: 'plugin' is left out: 1\n"
         "  note: start and limits: bodies that are fixed to the world (--floating lets them move): 1; bodies that "
-        "a program moves (mocap), fixed to the world: 1; limits of position, which do not act without "
-        "--stops: 1; geoms that could touch others, left out, since contacts are effects: 1\n");
+        "a program moves (mocap), fixed to the world: 1; geoms that could touch others, left out, since contacts are "
+        "effects: 1\n");
     const kt_ran all = kt_shell("$K import right.xml --verbose --out o.yaml");
     kt_check_equal_int("lines of all notes", kt_count_lines(all.err), 7);
     kt_check_contains("of pictures", all.err, "\n  1:55: note: ellipsoids, which pictures have");
-    kt_check_contains("of the start", all.err, "\n  1:35: note: limits");
+    kt_check_contains("of the start", all.err, "\n  1:108: note: bodies");
     kt_check_contains("a run", kt_shell("$K run right.xml --duration 0.01 --out o.csv").err,
-                      "right.xml:1:99: warning: 'plugin' is left out");
+                      "1:99: warning: 'plugin' is left out");
     kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
     kt_expect(1, "'--stops' is an option of 'kinetree import'", "$K info right.xml --stops 1");

@@ -47,9 +47,10 @@ def sanitized(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sanitized")
     shutil.copytree(package, folder / "kinetree", ignore=lambda _, names: [each for each in names if not each.endswith((".py", ".typed"))])
     subprocess.run([compiler, "-fsanitize=address", "-w", "-shared", "-fPIC", "-DPy_LIMITED_API=0x03090000",
-                    f"-I{PROGRAM.parents[2] / 'include'}", f"-I{sysconfig.get_path('include')}", package / "_kinetree.c", "-o",
-                    folder / "kinetree/_kinetree.abi3.so", f"-L{libraries}", f"-Wl,-rpath,{libraries}",
-                    "-lkinetree-scene", "-lkinetree-study", "-lkinetree"], check=True)
+                    f"-I{PROGRAM.parents[2] / 'include'}", f"-I{PROGRAM.parents[2] / 'apps/kinetree'}", f"-I{sysconfig.get_path('include')}", package / "_kinetree.c", "-o",
+                    folder / "kinetree/_kinetree.abi3.so", package.parents[1] / "kinetree/libkinetree-command.a",
+                    libraries / "libkinetree-picture.a", f"-L{libraries}", f"-Wl,-rpath,{libraries}",
+                    "-lkinetree-scene", "-lkinetree-study", "-lkinetree", "-ljansson", "-lm"], check=True)
     return {**os.environ, "LD_PRELOAD": runtime, "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc", "PYTHONPATH": str(folder),
             "OPENBLAS_NUM_THREADS": "1"}
 

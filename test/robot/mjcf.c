@@ -260,8 +260,8 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:2:12", "elements and attributes that do not concern the motion, left out: camera (2)"},
     };
     static const kt_note_rank ranks[] = {
-        KT_NOTE_RANK_DETAIL, KT_NOTE_RANK_START,  KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START, KT_NOTE_RANK_START,
-        KT_NOTE_RANK_DETAIL, KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START,  KT_NOTE_RANK_START, KT_NOTE_RANK_START,
+        KT_NOTE_RANK_DETAIL, KT_NOTE_RANK_START,  KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START,  KT_NOTE_RANK_START,
+        KT_NOTE_RANK_DETAIL, KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START,  KT_NOTE_RANK_MOTION, KT_NOTE_RANK_START,
         KT_NOTE_RANK_MOTION, KT_NOTE_RANK_MOTION, KT_NOTE_RANK_NAME,   KT_NOTE_RANK_DETAIL};
     const int count = (int)(sizeof expected / sizeof *expected);
     kt_scene *scene = test_robot(text, NULL);

@@ -2,8 +2,12 @@
 from __future__ import annotations
 
 import difflib
+import errno
 import math
-from typing import TYPE_CHECKING, Any, Dict, NoReturn, Optional, Sequence, Tuple
+import os
+import sys
+import warnings
+from typing import TYPE_CHECKING, Any, Callable, Dict, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -56,7 +60,51 @@ class SceneError(Error, ValueError):
 
 
 class FileError(Error, OSError):
-    """A file cannot be read or written."""
+    """A file cannot be read or written.
+
+    A missing file is a `FileNotFoundError`, too, a file without permission a `PermissionError`, and a folder an `IsADirectoryError`.
+
+    Attributes
+    ----------
+    errno : int or None
+        The number of the system's error.
+    filename : str or None
+        The file.
+    """
+
+    def __init__(self, code: int, where: str, message: str) -> None:
+        super().__init__(code, where, message)
+        self.errno = next((number for number in _SYSTEM if os.strerror(number).lower() in message.lower()), None)  # type: ignore[arg-type]
+        self.filename, self.strerror = where or None, os.strerror(self.errno) if self.errno else message
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.message}" if self.where else self.message
+
+    def __reduce__(self) -> Any:
+        return file_error, (self.code, self.where, self.message)
+
+
+class _NoFileError(FileError, FileNotFoundError):
+    pass
+
+
+class _NoPermissionError(FileError, PermissionError):
+    pass
+
+
+class _FolderError(FileError, IsADirectoryError):
+    pass
+
+
+_SYSTEM = {errno.ENOENT: _NoFileError, errno.EACCES: _NoPermissionError, errno.EISDIR: _FolderError, errno.ENOTDIR: FileError, errno.ENOSPC: FileError,
+           errno.EROFS: FileError}
+
+
+def file_error(code: int, where: str, message: str) -> FileError:
+    """The error of a file as the class of the system's error."""
+    plain = FileError(code, where, message)
+    kind = _SYSTEM.get(plain.errno or 0, FileError)
+    return plain if kind is FileError else kind(code, where, message)
 
 
 class ModelError(SceneError):
@@ -75,10 +123,12 @@ class Busy(RuntimeError):
     """Another thread, or the call that runs a function of Python, uses the object at this moment. Give each thread its own data."""
 
 
+for _kind in (_NoFileError, _NoPermissionError, _FolderError):
+    _kind.__name__ = _kind.__qualname__ = "FileError"
 for _name in __all__:  # a traceback shows the name that a program uses, kinetree.SceneError
     globals()[_name].__module__ = "kinetree"
 
-_KINDS = {
+_KINDS: Dict[int, Callable[[int, str, str], Error]] = {
     lib.KT_ERROR_ARGUMENT: ArgumentError,
     lib.KT_ERROR_MODEL: ModelError,
     lib.KT_ERROR_SCENE: SceneError,
@@ -86,7 +136,7 @@ _KINDS = {
     lib.KT_ERROR_CONSTRAINT: ConstraintError,
     lib.KT_ERROR_NOT_FINITE: StepError,
     lib.KT_ERROR_STEP: StepError,
-    lib.KT_ERROR_FILE: FileError,
+    lib.KT_ERROR_FILE: file_error,
 }
 
 
@@ -106,6 +156,22 @@ def check(status: int, error: Any) -> None:
 
 def text(pointer: Any) -> str:
     return "" if pointer == ffi.NULL else str(ffi.string(pointer).decode("utf8", "replace"))
+
+
+_FOLDER = os.path.dirname(__file__)
+
+
+def warn(what: str) -> None:
+    """Issue a warning at the line of the program that called the package."""
+    frame, level = sys._getframe(1), 2
+    while frame is not None and os.path.dirname(frame.f_code.co_filename) == _FOLDER and frame.f_back is not None:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(what, KinetreeWarning, stacklevel=level)
+
+
+def sentence(warning: Json) -> str:
+    """A warning of the command in words: the fact and the remedy."""
+    return ". ".join(part for part in (warning["what"], warning["remedy"]) if part)
 
 
 def count(number: int, one: str, more: str) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Completed = subprocess.CompletedProcess[str]
 
-from ._core import ArgumentError, ConstraintError, Error, FileError, Json, SceneError, StepError, hint, unmasked
+from ._core import ArgumentError, ConstraintError, Error, Json, SceneError, StepError, file_error, hint, unmasked
 
 _KINDS = {1: ArgumentError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
@@ -169,6 +169,6 @@ def run(subcommand: str, *arguments: str, text: Optional[str] = None, show: bool
     if done.returncode not in ok:
         said = (done.stderr or "").strip() or f"the command ended with status {done.returncode}"
         where, _, message = said.partition(": ") if ": " in said else ("", "", said)
-        kind = FileError if done.returncode == 4 and " cannot be written: " in said else _KINDS.get(done.returncode, Error)
-        raise kind(done.returncode, where, message)
+        is_file = done.returncode == 4 and " cannot be written: " in said
+        raise (file_error if is_file else _KINDS.get(done.returncode, Error))(done.returncode, where, message)
     return done

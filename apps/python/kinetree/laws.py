@@ -101,12 +101,13 @@ class Recorder:
     """Collects the records of `Simulation.run`."""
 
     def __init__(self, simulation: Simulation) -> None:
-        self.model, self.calls = simulation.model, simulation._calls
+        self.model, self.calls, self.driven = simulation.model, simulation._calls, simulation._watch.pointer
         self.time: List[float] = []
         self.q: List[Vector] = []
         self.v: List[Vector] = []
 
     def take(self, record: Any) -> bool:
+        lib.kt_driven_record(self.driven, record)
         self.time.append(record.time)
         self.q.append(copied(record.q, self.model.nq))
         self.v.append(copied(record.v, self.model.nv))

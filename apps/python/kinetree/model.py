@@ -271,18 +271,6 @@ def _compiled(scene: Any, values: Optional[Dict[str, Vector]] = None) -> Model:
     return copy
 
 
-class Present(Model):
-    """The model of a simulation with the loops and effects that are on at this moment."""
-
-    def __init__(self, model: Model, pointer: Any, owner: Any) -> None:
-        self.scene, self.effects = model.scene, model.effects
-        self._owners = model, owner
-        self._set_up(pointer)
-
-    def __reduce__(self) -> Any:
-        raise TypeError("the present model of a simulation cannot be pickled; pickle the simulation")
-
-
 class ModelCopy(Model):
     """A model with parameters of its own. It serves one simulation, the latest that was made with it, or the data of one thread."""
 
@@ -343,7 +331,7 @@ def vector(at: Any, out: Optional[Vector] = None) -> Vector:
 
 
 def vector3(at: Any) -> Any:
-    return ffi.new("ktvector3 *", doubles(at, (3,), "at").tolist())[0]
+    return ffi.new("kt_vec3 *", doubles(at, (3,), "at").tolist())[0]
 
 
 class State:

@@ -5,15 +5,15 @@ import copy
 import json
 import os
 import pathlib
-import warnings
 import weakref
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import command
-from ._core import ArgumentError, Error, Json, KinetreeWarning, check, count, encoded, ffi, fail, finite, lib, text, unmasked
+from ._core import ArgumentError, Error, Json, check, count, encoded, ffi, fail, finite, lib, sentence, text, unmasked, warn
 from .callbacks import Force
+from .files import Files, sign
 from .model import Model
 from .records import Run, Table, read_csv
 from .simulation import Simulation
@@ -74,7 +74,7 @@ class Scene:
     """
 
     def __init__(self, content: Union[str, Json, None], *, path: Optional[Path] = None,
-                 set: Optional[Mapping[str, Any]] = None, **options: Any) -> None:
+                 set: Optional[Mapping[str, Any]] = None, _files: Optional[Files] = None, **options: Any) -> None:
         if (content is None) == (path is None):
             raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
         if isinstance(content, dict):
@@ -87,13 +87,19 @@ class Scene:
             raise ArgumentError(1, "set", f"expected a mapping, such as {{'bodies.crank.mass': 2}}, got {set!r}")
         self.path = None if path is None else os.fsdecode(path)
         self._place = self.path and os.path.abspath(self.path)  # the file, also if the program changes its folder later
-        self._robot = self.path is not None and _is_robot(self.path)
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
         self.options = {**options, "contacts": options.get("contacts", True)} if "ground" in options else options
         self._model: Optional[Model] = None
         self._scene = ffi.new("kt_scene *")
+        self._files = _files
+        if self._place is not None and _files is None:
+            folders = str(options.get("search") or "").split(":")
+            self._files = Files(self._place, [each for each in folders if each], map(str, self.set.values()))
+        self._robot = self.path is not None and _is_robot(self._file())
         self._read()
+        if self._files is not None and _files is None and self._scene.mesh_count:
+            self._files.add(text(each.file) for each in ffi.unpack(self._scene.meshes, self._scene.mesh_count))
 
     # ---- reading ----------------------------------------------------------------------------------------------------
 
@@ -103,7 +109,7 @@ class Scene:
         faults: List[Any] = []
         handle = ffi.new_handle(faults)
         error = ffi.new("kt_error *")
-        where = b"scene" if self.path is None else command.file_name(self.path, "path")
+        where = b"scene" if self.path is None else command.file_name(self._file(), "path")
         content = b"" if self.text is None else encoded(self.text, "Scene")
         if b"\0" in where:
             raise ArgumentError(1, "path", "a path has no zero byte")
@@ -131,6 +137,12 @@ class Scene:
                     raised.args = (f"{len(faults)} faults\n{others}",)
                 raise
         weakref.finalize(self, lib.kt_scene_free, self._scene)
+        for note in self._notes():
+            if note.rank in (lib.KT_NOTE_RANK_MOTION, lib.KT_NOTE_RANK_START):
+                warn(f"{text(note.where)}: {text(note.what)}")
+
+    def _notes(self) -> List[Any]:
+        return list(ffi.unpack(self._scene.notes, self._scene.note_count)) if self._scene.note_count else []
 
     @property
     def is_robot(self) -> bool:
@@ -156,7 +168,7 @@ class Scene:
         return keep, chosen
 
     def __reduce__(self) -> Any:
-        return _again, (self.text, self._place, self.set, self.options)
+        return _again, (self.text, self._place, self.set, self.options, self._files)
 
     # ---- the model --------------------------------------------------------------------------------------------------
 
@@ -167,8 +179,8 @@ class Scene:
 
     @property
     def notes(self) -> List[str]:
-        """Notes of an import: changes and omissions."""
-        return [f"{text(note.where)}: {text(note.what)}" for note in ffi.unpack(self._scene.notes, self._scene.note_count)] if self._scene.note_count else []
+        """Notes of an import: changes and omissions. Those that change the motion were issued as a `KinetreeWarning`."""
+        return [f"{text(note.where)}: {text(note.what)}" for note in self._notes()]
 
     @property
     def parameters(self) -> Dict[str, float]:
@@ -240,11 +252,11 @@ class Scene:
         return command.run(subcommand, *settings, *command.words(options, subcommand), *words, place, text=self.text, show=show, ok=ok)
 
     def _file(self) -> str:
-        """The file for the command: as it was given, or with its folder if this program works in another one by now."""
-        if self.path is None or self._place is None:
+        """The file: as it was given; with its folder if this program works in another one by now; or a copy if a file has changed."""
+        if self.path is None or self._files is None:
             return "-"
-        given = self.path if not self.path.startswith("-") else "./" + self.path
-        return given if os.path.abspath(given) == self._place else self._place
+        given, place = self.path if not self.path.startswith("-") else "./" + self.path, self._files.place()
+        return given if os.path.abspath(given) == place else place
 
     def _without(self, names: Iterable[str]) -> "Scene":
         """This scene without the settings of values that vary."""
@@ -306,8 +318,7 @@ class Scene:
             assert found is not None
         if silent and not quiet:
             for warning in found.warnings:
-                said = ". ".join(part for part in (warning["what"], warning["remedy"]) if part)
-                warnings.warn(said, KinetreeWarning, stacklevel=2)
+                warn(sentence(warning))
         return found
 
     def sweep(self, vary: Optional[Mapping[str, Any]] = None, *, out: Optional[Path] = None, resume: bool = False,
@@ -466,7 +477,7 @@ class Scene:
                 chosen: Dict[str, Any] = {option: each, **options}
                 done = self.command(subcommand, **chosen)
             if subcommand == "export" and done.stderr:
-                warnings.warn(done.stderr.strip(), KinetreeWarning, stacklevel=3)
+                warn(done.stderr.strip())
             return file.read_text(encoding="utf8")
 
     def draw(self, *, out: Optional[Path] = None, **options: Any) -> "Picture":
@@ -535,8 +546,8 @@ class Picture(str):
         return str(self)
 
 
-def _again(content: Any, path: Any, set: Any, options: Any) -> Scene:
-    return Scene(content, path=path, set=set, **options)
+def _again(content: Any, path: Any, set: Any, options: Any, files: Optional[Files]) -> Scene:
+    return Scene(content, path=path, set=set, _files=files, **options)
 
 
 def _height(value: Any) -> float:
@@ -557,8 +568,8 @@ def _warn_of_failures(table: Table, varied: Sequence[str]) -> None:
     if failed.size:
         first = failed[0]
         values = ", ".join(f"{name} = {table[name][first]:g}" for name in varied if name in table)
-        warnings.warn(f"{failed.size} of {count(len(table), 'run', 'runs')} of the sweep failed. The first is run {first} with {values}: "
-                      f"{table['why'][first]}. Their numbers in the table are NaN", KinetreeWarning, stacklevel=3)
+        warn(f"{failed.size} of {count(len(table), 'run', 'runs')} of the sweep failed. The first is run {first} with {values}: "
+                      f"{table['why'][first]}. Their numbers in the table are NaN")
 
 
 def _json(done: command.Completed) -> Json:
@@ -571,21 +582,12 @@ class _Result:
 
     def __init__(self, path: pathlib.Path) -> None:
         self._places = [path, path.with_name(path.name + ".partial")]
-        self._before = [self._sign(place) for place in self._places]
-
-    @staticmethod
-    def _sign(place: pathlib.Path) -> Optional[Tuple[int, ...]]:
-        """None if there is no file. Otherwise, it differs after each change of the file."""
-        try:
-            found = place.stat()
-        except OSError:
-            return None
-        return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+        self._before = [sign(str(place)) for place in self._places]
 
     def read(self, failed: bool) -> Optional[str]:
         """The text that the run has written; None if it has written nothing."""
         for place, before in zip(self._places, self._before):
-            if not failed or self._sign(place) not in (None, before):
+            if not failed or sign(str(place)) not in (None, before):
                 return place.read_text(encoding="utf8")
         return None
 

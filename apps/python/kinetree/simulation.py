@@ -2,8 +2,6 @@
 from __future__ import annotations
 
 import contextlib
-import copy
-import hashlib
 import threading
 from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional, Sequence, Tuple, Union, cast
 
@@ -13,12 +11,14 @@ from . import callbacks
 from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, name_of,
                     output, pointer, text)
 from ._kinetree import turns
-from .data import Data, Stepped
+from .checkpoint import Checkpoint
+from .data import Data
 from .laws import Event, Feedback, Instant, Law, Recorder, copied
-from .model import Model, ModelCopy, Present
+from .model import Model, ModelCopy
+from .present import Present, Stepped
+from .watch import Watch, issue
 
 _ROOM = 16  # events that a program may add
-_DIGEST = 16  # bytes that guard a checkpoint
 _tick, _time = lib.kt_python_tick, lib.kt_simulation_time
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
 
@@ -30,7 +30,7 @@ def _sensor_bits(sensors: Sequence[str]) -> int:
     return sum({names[each] for each in sensors})
 
 
-class Simulation(Fixed):
+class Simulation(Checkpoint, Fixed):
     """A simulation of a model from its initial state.
 
     Iterate over it for a control loop: each turn is one period of `step`, until `duration`.
@@ -71,7 +71,8 @@ class Simulation(Fixed):
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
         options.events = lib.kt_scene_event_room(scene) + _ROOM
         options.contact = scene.contact
-        options.record = _sensor_bits(sensors)
+        self._sensed = lib.kt_run_record(run, model._pointer) | _sensor_bits(sensors)
+        options.record = self._sensed | (0 if model.effects else lib.KT_RECORD_ENERGY)  # for the watch
         size = lib.kt_simulation_size(model._pointer, run, options)
         self._memory = Memory(max(size, 1))
         out = ffi.new("kt_simulation **")
@@ -82,6 +83,8 @@ class Simulation(Fixed):
         self.state = self._memory.view(lib.kt_simulation_positions(out[0]), model.nq + model.nv + model.nx)
         self.positions, self.velocities, self.states = np.split(self.state, [model.nq, model.nq + model.nv])
         self._make_loop()
+        self._watch: Watch = Watch(model, run, self._simulation, self._watched)
+        self._loop.watch = self._watch.pointer
         self._data: Optional[Data] = None
         self._data_key: Any = None
         self._acting: Optional[int] = None
@@ -124,30 +127,54 @@ class Simulation(Fixed):
         return run
 
     def _watch_events(self, scene: Any) -> None:
+        self._watched = ffi.NULL
         if lib.kt_scene_event_room(scene) == 0:
             return
         watch = ffi.new("kt_scene_watch **")
         self._check(lib.kt_scene_watch_create(scene, self.model._pointer, self._simulation, ffi.NULL, 0, watch, self._error))
-        self._watch = ffi.gc(watch[0], lib.kt_scene_watch_free)
+        self._watched = ffi.gc(watch[0], lib.kt_scene_watch_free)
         self._synchronise()
 
     def _synchronise(self) -> None:
         """Give the model the parameters that events of the scene have set at the present state."""
         if self._sets:
-            self._check(lib.kt_scene_watch_sync(self._watch, self._simulation, self._error))
+            self._check(lib.kt_scene_watch_sync(self._watched, self._simulation, self._error))
 
     def _changing(self) -> ContextManager[None]:
         """The guard of a change, which the action of an event may make, too: the call that led to the action holds the guard."""
         return cast(ContextManager[None], contextlib.nullcontext() if self._acting == threading.get_ident() else self._guard)
 
+    def _warn(self) -> None:
+        """Issue the warnings that are new."""
+        with self._guard:
+            new = self._watch.examine()
+        issue(new)
+
+    @property
+    def warnings(self) -> List[Json]:
+        """The warnings so far, as `Run.warnings`: of the start, the step, the energy and the contacts.
+
+        Each was issued as a `KinetreeWarning`, or is found by this call. Torques of a program supply energy: from the first one on, the
+        energy is not watched, and steps are.
+        """
+        with self._guard:
+            self._watch.examine()
+        return list(self._watch.warnings)
+
     def _check(self, status: int) -> None:
-        if status:
+        if status == lib.KT_PYTHON_WARNED:
+            self._warn()
+        elif status:
             if status == lib.KT_PYTHON_BUSY:
                 raise busy()
             self._calls.reraise()
             for effect in self.model.effects:
                 effect.calls.reraise()
-            fail(self._error, status)
+            try:
+                if status in (lib.KT_ERROR_STEP, lib.KT_ERROR_NOT_FINITE) and self._is_fixed:
+                    self._warn()  # a warning may explain the failure
+            finally:
+                fail(self._error, status)
 
     # ---- the state --------------------------------------------------------------------------------------------------
 
@@ -171,6 +198,7 @@ class Simulation(Fixed):
         with self._guard:
             self._check(lib.kt_simulation_set_state(self._simulation, finite(t, "t"), pointer(q), pointer(v), self._error))
             self._synchronise()
+            self._watch.restart(bool(self.torque.any()))
 
     def reset(self) -> None:
         """Return to the start: the initial state at time 0, without torques. Later results have the bits of a new simulation.
@@ -208,6 +236,7 @@ class Simulation(Fixed):
         v = None if v is None else doubles(v, (self.model.nv,), "v")
         with self._changing():
             self._check(lib.kt_simulation_jump(self._simulation, pointer(q), pointer(v), self._error))
+            self._watch.restart(bool(self.torque.any()))
 
     def set(self, name: str, value: Numbers) -> None:
         """Set a parameter while the simulation runs. The simulation's model must be a copy (`Model.copy`).
@@ -226,6 +255,7 @@ class Simulation(Fixed):
         found, values = self.model._given(name, value)
         with self._changing():
             self._check(lib.kt_simulation_set_parameter(self._simulation, self.model._pointer, found, pointer(values), self._error))
+            self._watch.restart(bool(self.torque.any()))
         self.model._remember(name, values)
 
     def switch(self, name: str, on: bool = True) -> float:
@@ -255,6 +285,7 @@ class Simulation(Fixed):
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, why)
             before, bits, loss = lib.kt_switch_set(model), lib.kt_switch_bits(model, switch), ffi.new("double *")
             self._check(lib.kt_simulation_switch(self._simulation, before | bits if on else before & ~bits, loss, self._error))
+            self._watch.restart(bool(self.torque.any()))
             if bool(lib.kt_switch_set(lib.kt_simulation_model(self._simulation)) & bits) != bool(on):
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "hard contacts and friction that sticks switch by themselves")
         return float(loss[0])
@@ -282,9 +313,7 @@ class Simulation(Fixed):
             The step does not go beyond this time, s. Default: the duration.
         """
         limit = self.duration if until is None else finite(until, "until")
-        with self._guard:
-            self._apply()
-            self._check(lib.kt_simulation_step(self._simulation, limit, self._error))
+        self._check(lib.kt_python_step(self._flag, self._loop, limit, self._error))
 
     def advance(self, t: float) -> None:
         """Advance to a time.
@@ -294,9 +323,7 @@ class Simulation(Fixed):
         t : float
             Time, s.
         """
-        with self._guard:
-            self._apply()
-            self._check(lib.kt_simulation_advance(self._simulation, finite(t, "t"), self._error))
+        self._check(lib.kt_python_advance(self._flag, self._loop, finite(t, "t"), self._error))
 
     def _period(self, period: Optional[float]) -> float:
         if period is None and not self.step_size > 0.0:
@@ -349,7 +376,9 @@ class Simulation(Fixed):
         with self._guard:
             status = lib.kt_python_control(self._loop, compiled, handle, period, end, self._error)
         self._calls.reraise()
-        if status != lib.KT_PYTHON_ENDED:
+        if status == lib.KT_OK or status == lib.KT_PYTHON_ENDED:
+            self._warn()
+        else:
             self._check(status)
 
     def run(self) -> Dict[str, Vector]:
@@ -369,7 +398,10 @@ class Simulation(Fixed):
         handle = ffi.new_handle(sink)
         with self._guard:
             self._apply()
-            self._check(lib.kt_simulation_run(self._simulation, lib.kt_python_recorder, handle, self._error))
+            lib.kt_driven_begin(self._watch.pointer)
+            status = lib.kt_simulation_run(self._simulation, lib.kt_python_recorder, handle, self._error)
+        self._check(status)
+        self._warn()
         count = len(sink.time)
         return {"time": np.array(sink.time), "q": np.array(sink.q).reshape(count, self.model.nq),
                 "v": np.array(sink.v).reshape(count, self.model.nv)}
@@ -413,7 +445,7 @@ class Simulation(Fixed):
                      "loop_reaction": (record.loop_reactions, (loops, 6))}
             values: Dict[str, Any] = {name: copied(address, int(np.prod(shape))).reshape(shape)
                                       for name, (address, shape) in found.items() if address != ffi.NULL}
-        if np.isfinite(record.kinetic):
+        if np.isfinite(record.kinetic) and self._sensed & (lib.KT_RECORD_ENERGY | lib.KT_RECORD_BALANCE):
             values["energy"] = (record.kinetic, record.potential)
         return values
 
@@ -531,51 +563,6 @@ class Simulation(Fixed):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"there is no event {name!r}{hint(name, names)}")
         return int(lib.kt_simulation_event_count(self._simulation, wanted))
 
-    # ---- checkpoints ------------------------------------------------------------------------------------------------
-
-    def save(self) -> bytes:
-        """A checkpoint of the state, the torques and the memory of the method. All later results have the same bits after `restore`."""
-        size = lib.kt_simulation_state_size(self._simulation)
-        block = Memory(size)
-        with self._guard:
-            lib.kt_simulation_save(self._simulation, block.pointer)
-        content = block.array.tobytes() + self.torque.tobytes()
-        return _digest(content) + content
-
-    def restore(self, block: bytes) -> None:
-        """Continue from a checkpoint of the same scene and run. The duration may differ if `run` has not begun.
-
-        Parameters
-        ----------
-        block : bytes
-            The result of `save`, also of another process. Bytes that were changed since then are rejected.
-        """
-        size = lib.kt_simulation_state_size(self._simulation)
-        whole = _DIGEST + size + self.torque.nbytes
-        if not isinstance(block, (bytes, bytearray)) or len(block) != whole:
-            found = f"{len(block)} bytes" if isinstance(block, (bytes, bytearray)) else type(block).__name__
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {found}")
-        content = bytes(block[_DIGEST:])
-        if _digest(content) != block[:_DIGEST]:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", "the checkpoint is damaged: its bytes are not those that save() returned")
-        memory = Memory(size)
-        memory.array[:] = np.frombuffer(content, np.uint8, size)
-        with self._guard:
-            try:
-                self._check(lib.kt_simulation_restore(self._simulation, memory.pointer, self._error))
-            except ArgumentError as error:
-                raise ArgumentError(error.code, "restore", error.message.replace("kt_simulation_set_state", "`set_state`")) from None
-            self._synchronise()
-            self.torque[:] = self._applied[:] = np.frombuffer(content, np.float64, offset=size)
-
-    def __reduce__(self) -> Any:
-        if self._events:
-            raise TypeError("a simulation with events of Python cannot be pickled; save() keeps its state")
-        return _restored, (self._given, self._how, self.save())
-
-    def __deepcopy__(self, memo: Any) -> "Simulation":
-        return _restored(copy.deepcopy(self._given), self._how, self.save(), self._events)
-
     @property
     def pointer(self) -> Any:
         """The ``kt_simulation *`` for calls of `kinetree.lib`. It is valid as long as this object."""
@@ -583,16 +570,3 @@ class Simulation(Fixed):
 
     def __repr__(self) -> str:
         return f"<kinetree.Simulation of '{self.model.name}' at t = {self.time:g} s>"
-
-
-def _digest(content: bytes) -> bytes:
-    """The first bytes of a checkpoint. C trusts the rest: indices in it are not checked one by one."""
-    return hashlib.blake2b(content, digest_size=_DIGEST).digest()
-
-
-def _restored(model: Model, how: Json, block: bytes, events: Sequence[Event] = ()) -> Simulation:
-    simulation = Simulation(model, **how)
-    for event in events:
-        simulation.on(**event.how)
-    simulation.restore(block)
-    return simulation

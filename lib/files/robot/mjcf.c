@@ -61,7 +61,7 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, sums, START,
             "joints in which actuators act by a formula, with the control at the start, since the sum of their "
             "forces is bounded, their stiffness or damping is below zero, or they are muscles:"),
-    KT_NOTE(kt_mjcf, limits, START, "limits of position, which do not act without --stops:"),
+    KT_NOTE(kt_mjcf, limits, MOTION, "limits of position, which do not act without --stops:"),
     KT_NOTE(kt_mjcf, lost_limits, START, "limits of ball joints that are left out:"),
     KT_NOTE(kt_mjcf, fluid, MOTION, "bodies with geoms of fluidshape=\"ellipsoid\", on which no medium acts:"),
 };

@@ -96,7 +96,7 @@ static const kt_note later_notes[] = {
     KT_NOTE(kt_sdf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),
     KT_NOTE(kt_sdf, outside, START, "joints that start outside their limits:"),
     KT_NOTE(kt_sdf, disordered, START, "limits of position that are left out, since lower is above upper:"),
-    KT_NOTE(kt_sdf, limits, START, "limits of position, which do not act without --stops:"),
+    KT_NOTE(kt_sdf, limits, MOTION, "limits of position, which do not act without --stops:"),
 };
 
 static const kt_note last_notes[] = {

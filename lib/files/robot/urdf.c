@@ -17,7 +17,7 @@ static const kt_note joint_notes[] = {
             "names of links that names of bodies cannot be, with '_' in place of what is not allowed:"),
     KT_NOTE(kt_urdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_urdf, starts, START, "joints that start at a limit, since zero is outside their limits:"),
-    KT_NOTE(kt_urdf, limits, START, "limits of position, which do not act without --stops:"),
+    KT_NOTE(kt_urdf, limits, MOTION, "limits of position, which do not act without --stops:"),
     KT_NOTE(kt_urdf, disordered, START, "joints whose limits of position are left out, since lower is above upper:"),
     KT_NOTE(kt_urdf, followers, START,
             "joints that start where the joints that they follow put them, which is not zero:"),
