@@ -82,16 +82,17 @@ static bool may_range(const kt_model *model, const kt_group *group) {
 
 void kt_form_begin(const kt_model *model, kt_group *group) {
     set_form(group, KT_FORM_DENSE,
-             has_formula(model, group)                ? KT_FORM_REASON_FORMULA
+             group->balanced                          ? KT_FORM_REASON_RATIO
+             : has_formula(model, group)              ? KT_FORM_REASON_FORMULA
              : !model->reduction->fronts              ? KT_FORM_REASON_METHOD
              : model->structure == KT_STRUCTURE_DENSE ? KT_FORM_REASON_ASKED
                                                       : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
-    group->ranges = may_range(model, group);
+    group->ranges = !group->balanced && may_range(model, group);
 }
 
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
-    if (group->reason == KT_FORM_REASON_FORMULA)
+    if (group->balanced || group->reason == KT_FORM_REASON_FORMULA)
         return false;
     const bool planar = kt_group_is_planar(model, group);
     const double front = form_cost(&front_price[planar], of->front_flops, group);

@@ -263,6 +263,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         }
     }
     mark_linear_coordinates(m);
+    kt_attach_balance(a, m);
     mark_passing(m);
     for (size_t g = 0; g < m->n.group; g++)
         kt_form_begin(m, &m->group[g]);

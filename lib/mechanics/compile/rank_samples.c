@@ -204,7 +204,7 @@ void kt_rank_take_sample(const kt_model *model, kt_data *data, double size, size
 /* Returns a lower bound of the size that the largest direction counts as. It is KT_RANK_FLOOR of the possible size, or
  * more if the rounding of the given lengths is larger, so that no direction of rounding counts. An entry of A can be as
  * large as the ratio of its row's unit to its coordinate's unit. Angles between bodies, however, do not depend on
- * lengths. Needs the equations' scales. */
+ * lengths. The entries of a balanced group are scaled to at most 1. Needs the equations' scales. */
 double kt_rank_least(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0, of_lengths = 0.0, angles = 0.0;
     for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
@@ -213,7 +213,9 @@ double kt_rank_least(const kt_model *model, const kt_group *group, const kt_grou
         double sum = 0.0;
         if (kt_group_has_fronts(group))
             sum = w->scale[r] * w->scale[r] * angles + (w->scale[r] == model->length ? w->m - angles : 0.0);
-        for (int i = 0; i < w->m && !kt_group_has_fronts(group); i++) {
+        for (int i = 0; i < w->m && group->balanced; i++)
+            sum += 1.0;
+        for (int i = 0; i < w->m && !kt_group_has_fronts(group) && !group->balanced; i++) {
             const double unit = model->unit[group->v + i], entry = w->scale[r] / unit;
             sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
         }

@@ -47,6 +47,9 @@ typedef struct kt_group_work {
      * acceleration; a method of any order would fall to the second. The weights are powers of two, so that nothing is
      * rounded. */
     const double *weight;
+    /* NULL, or the units of the coordinates (m). The group is then `balanced`: its equations are factored as
+     * (A_ij unit_j / scale_i), and solved for x_j / unit_j (compile/balance.c). */
+    const double *unit;
     double least;     /* lower bound of the size that the largest direction counts as */
     double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */
 #define KT_GROUP_DECLARE(name, count, meaning) kt_real1 *name;
@@ -80,6 +83,7 @@ KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t 
     w->pivot = data->pivot + group->row;
     w->weight =
         group->rank[rows] < group->count[rows] ? model->weight + (size_t)rows * model->n.row + group->row : NULL;
+    w->unit = group->balanced ? model->unit + group->v : NULL;
     w->least = group->least[rows];
     w->tolerance = group->tolerance[rows];
 #define KT_GROUP_FIND(name, count, meaning) w->name = base + *at++;

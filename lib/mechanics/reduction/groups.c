@@ -94,7 +94,7 @@ bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, doubl
             continue;
         }
         kind->particular(&w, data->rank[g], w.right, w.free);
-        if (!kind->least && !kt_group_make_least(kind, &w, data->rank[g]))
+        if ((!kind->least || group->balanced) && !kt_group_make_least(kind, &w, data->rank[g]))
             return false;
         for (int i = 0; i < w.m; i++)
             step[model->group_v[group->v + i]] = w.free[i];

@@ -34,6 +34,9 @@ static void unweight(const kt_group_work *w, int rank) {
     const kt_qr qr = qr_of(w);
     if (w->weight)
         kt_qr_unweight(&qr, w->m, rank, w->weight);
+#ifndef KT_LANES
+    kt_group_unscale_columns(w, rank);
+#endif
 }
 
 /* Copies A' with the columns' weights, and factors it. Returns the rank, at most cap, or -1 if a number is not finite.
@@ -49,6 +52,9 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
         w->pivot[c] = kt_index1_of(c);
         for (int i = 0; i < m; i++)
             x[i] = weight * a[i];
+#ifndef KT_LANES
+        kt_group_scale_equation(w, c, x);
+#endif
         norm[c] = kt_squares(x, 0, m);
     }
     for (int j = 0; j < cap; j++) {
@@ -68,12 +74,12 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
 /* Three coordinates and two equations, as in a closed planar chain. Loops of constant length are unrolled, which halves
  * the cost of such a group. Returns whether it is one; *known is then the group with these numbers as constants. */
 KT_INLINE bool is_four_bar(const kt_group_work *w, int rank, kt_group_work *known) {
-    if (w->m != 3 || w->k != 2 || rank != 2)
+    if (w->m != 3 || w->k != 2 || rank != 2 || w->unit)
         return false;
     *known = *w;
     known->m = 3;
     known->k = 2;
-    known->weight = NULL;
+    known->weight = known->unit = NULL;
     return true;
 }
 
@@ -97,6 +103,8 @@ static int factor_large(kt_group_work *w, int cap) {
         if (!isfinite(w->factor[i]))
             return -1;
     }
+    for (size_t c = 0; c < k; c++)
+        kt_group_scale_equation(w, (int)c, w->factor + c * m);
     (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector_scale, w->work, size);
     for (int c = 0; c < w->k; c++)
         w->pivot[c]--; /* Fortran counts from 1 */
@@ -120,7 +128,7 @@ static int factor_qr_method(kt_group_work *w, int cap) {
 KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, kt_real1 *x, int columns) {
     const size_t m = (size_t)w->m;
 #ifndef KT_LANES
-    if (w->m >= KT_LARGE && count > 0) {
+    if (w->m >= KT_LARGE && count > 0 && columns > 0) {
         const bool blocks = w->m >= KT_BLOCKED && 4 * columns > w->m;
         const int size = blocks ? (int)kt_group_work_count(m, (size_t)w->k) : columns;
         (void)kt_lapack_ormqr(transposed ? 'T' : 'N', w->m, columns, count, w->factor, w->reflector_scale, x, w->work,
@@ -141,6 +149,9 @@ KT_INLINE void particular(const kt_group_work *w, int rank, const kt_real1 *b, k
     for (int i = rank; i < w->m; i++)
         x[i] = kt_real1_splat(0.0);
     apply(w, rank, false, x, 1);
+#ifndef KT_LANES
+    kt_group_scale_coordinates(w, x);
+#endif
 }
 
 KT_INLINE void basis(const kt_group_work *w, int rank) {
@@ -149,6 +160,9 @@ KT_INLINE void basis(const kt_group_work *w, int rank) {
     for (size_t c = (size_t)rank; c < m; c++)
         w->basis[(c - (size_t)rank) * m + c] = kt_real1_splat(1.0);
     apply(w, rank, false, w->basis, w->m - rank);
+#ifndef KT_LANES
+    kt_group_scale_basis(w, rank);
+#endif
 }
 
 static kt_condition solve_by_qr(const kt_group_work *w, int rank, int width) {
@@ -162,6 +176,7 @@ static kt_condition solve_by_qr(const kt_group_work *w, int rank, int width) {
 
 static void qr_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const kt_qr qr = qr_of(w);
+    kt_group_scale_coordinates(w, g);
     apply(w, rank, true, g, 1);
     kt_qr_solve(&qr, w->m, rank, g);
     for (int i = 0; i < w->k; i++)

@@ -176,6 +176,7 @@ enum { KT_GROUP_MATRICES = 22 };
     X(KT_FORM_REASON_ASKED, "it was requested")                                                                        \
     X(KT_FORM_REASON_METHOD, "the requested reduction has no other form")                                              \
     X(KT_FORM_REASON_FORMULA, "an equation is a formula, which dense matrices alone have")                             \
+    X(KT_FORM_REASON_RATIO, "ratios of couplings are so large that its equations are scaled")                          \
     X(KT_FORM_REASON_PIN, "one pin closes three coordinates in a plane")                                               \
     X(KT_FORM_REASON_ARMATURE, "one pin closes three coordinates, but a joint has armature")                           \
     X(KT_FORM_REASON_TIME, "link by link it takes less time than dense matrices")                                      \
@@ -209,6 +210,7 @@ typedef struct kt_group {
     kt_group_form damped_form;       /* of damped steps: DENSE, FRONT or DELASSUS */
     kt_form_reason reason;           /* why it has this form */
     bool has_armature;               /* a joint of it has */
+    bool balanced;                   /* its equations are solved in the units of their rows and coordinates */
     bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */

@@ -24,6 +24,12 @@ enum { SWEEPS = 30 };
 /* The rounding error of a zero eigenvalue, over the largest and the number of coordinates. */
 #define KT_EIGENVALUE_TOLERANCE 1e-15
 
+/* An entry of equation c, scaled if the group is balanced. */
+static inline double eigen_entry(const kt_group_work *w, size_t c, size_t i) {
+    const double a = w->a[c * (size_t)w->m + i];
+    return w->unit ? a * w->unit[i] / w->scale[c] : a;
+}
+
 /* G = A'A, U = 1; the sum of the squares of G's entries off the diagonal and on it is not finite where A is not. */
 static bool begin_jacobi(const kt_group_work *w) {
     const size_t m = (size_t)w->m;
@@ -34,7 +40,7 @@ static bool begin_jacobi(const kt_group_work *w) {
         for (size_t j = 0; j <= i; j++) {
             double sum = 0.0;
             for (size_t c = 0; c < (size_t)w->k; c++)
-                sum += w->a[c * m + i] * w->a[c * m + j];
+                sum += eigen_entry(w, c, i) * eigen_entry(w, c, j);
             w->basis[i * m + j] = w->basis[j * m + i] = sum;
             size += sum * sum;
         }
@@ -138,19 +144,21 @@ static inline void eigen_particular(const kt_group_work *w, int rank, const doub
     memset(y, 0, m * sizeof(double));
     for (size_t c = 0; c < (size_t)w->k; c++)
         for (size_t i = 0; i < m; i++)
-            y[i] += w->a[c * m + i] * b[c];
+            y[i] += eigen_entry(w, c, i) * (w->unit ? b[c] / w->scale[c] : b[c]);
     invert_by_eigen(w, rank, y, x);
+    kt_group_scale_coordinates(w, x);
 }
 
-/* NOLINTNEXTLINE(readability-non-const-parameter): QR, behind the same interface, overwrites g */
 static void eigen_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
+    kt_group_scale_coordinates(w, g);
     invert_by_eigen(w, rank, g, y);
     for (size_t c = 0; c < (size_t)w->k; c++) {
         lambda[c] = 0.0;
         for (size_t i = 0; i < m; i++)
-            lambda[c] += w->a[c * m + i] * y[i];
+            lambda[c] += eigen_entry(w, c, i) * y[i];
+        lambda[c] /= w->unit ? w->scale[c] : 1.0;
     }
 }
 
