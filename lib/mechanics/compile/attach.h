@@ -23,7 +23,7 @@
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect + n->effect_off, "in the description's order")                               \
     X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")                                     \
-    X(int32_t, geared, n->link, "union-find: towards the root of the links that couplings join (balance.c)")           \
+    X(int32_t, coupled, n->link, "union-find: towards the root of the links that couplings join (balance.c)")          \
     X(double, exponent, n->link, "logarithm of a link's unit over that of the link above in this set")                 \
     X(double, highest, n->link, "of a root: the largest of these in its set")                                          \
     X(int32_t, order, n->link, "links of a group as a front may take them (front_order.c)")                            \
@@ -162,5 +162,8 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m);
 
 /* Sets the units of coordinates whose couplings have large ratios, and marks their groups (kt_group.balanced). */
 void kt_attach_balance(kt_attach *a, kt_model *m);
+
+/* Marks the dense groups of mechanisms that are far larger or smaller than a metre in the same way. */
+void kt_attach_balance_lengths(kt_model *m);
 
 #endif

@@ -15,9 +15,14 @@
  *
  * Only groups whose units differ by more than RATIO are scaled (`balanced`). In all others a direction of 1 / RATIO^2
  * is far above KT_RANK_TOLERANCE. Units are powers of two times the natural ones.
+ *
+ * Lengths in metres have the same effect. The rows of a weld on a free joint are [1 L; 0 1] with the mechanism's length
+ * L, and their singular values are L and 1 / L. In rows and coordinates relative to L they are of the size 1. Dense
+ * groups are therefore scaled, too, if L is beyond RATIO metres, or below 1 / RATIO.
  */
 #include "compile/attach.h"
 #include "constraint/formula_row.h"
+#include "constraint/group.h"
 
 #include <math.h>
 
@@ -26,16 +31,16 @@
 #define MOST 500.0
 
 /* The root of a link's set; *exponent: the logarithm of the link's unit over that of the root. */
-static int32_t find_geared(kt_attach *a, int32_t link, double *exponent) {
+static int32_t find_coupled(kt_attach *a, int32_t link, double *exponent) {
     double sum = 0.0;
     int32_t root = link;
-    for (; a->geared[root] != root; root = a->geared[root])
+    for (; a->coupled[root] != root; root = a->coupled[root])
         sum += a->exponent[root];
     *exponent = sum;
     while (link != root) { /* each link on the way becomes a neighbour of the root */
-        const int32_t next = a->geared[link];
+        const int32_t next = a->coupled[link];
         const double own = a->exponent[link];
-        a->geared[link] = root;
+        a->coupled[link] = root;
         a->exponent[link] = sum;
         sum -= own;
         link = next;
@@ -45,9 +50,9 @@ static int32_t find_geared(kt_attach *a, int32_t link, double *exponent) {
 
 /* Unites the sets of two links, whose units differ by `more` (of the second over the first). The ground stays a
  * root. */
-static void unite_geared(kt_attach *a, int32_t first, int32_t second, double more) {
+static void unite_with(kt_attach *a, int32_t first, int32_t second, double more) {
     double of_first, of_second;
-    int32_t to = find_geared(a, first, &of_first), from = find_geared(a, second, &of_second);
+    int32_t to = find_coupled(a, first, &of_first), from = find_coupled(a, second, &of_second);
     double exponent = of_first + more - of_second;
     if (to == from)
         return;
@@ -56,7 +61,7 @@ static void unite_geared(kt_attach *a, int32_t first, int32_t second, double mor
         to = 0;
         exponent = -exponent;
     }
-    a->geared[from] = to;
+    a->coupled[from] = to;
     a->exponent[from] = exponent;
 }
 
@@ -85,7 +90,7 @@ static void unite_coupled(kt_attach *a, const kt_model *m, const kt_loop_record 
             first = term->link;
             size = term_size(m, term);
         } else {
-            unite_geared(a, first, term->link, size - term_size(m, term));
+            unite_with(a, first, term->link, size - term_size(m, term));
         }
     }
 }
@@ -93,7 +98,7 @@ static void unite_coupled(kt_attach *a, const kt_model *m, const kt_loop_record 
 /* The logarithm of a link's unit over its natural one, a whole number. */
 static double balanced_exponent(kt_attach *a, int32_t link) {
     double exponent;
-    const int32_t root = find_geared(a, link, &exponent);
+    const int32_t root = find_coupled(a, link, &exponent);
     return fmax(-MOST, fmin(MOST, nearbyint(exponent - (root > 0 ? a->highest[root] : 0.0))));
 }
 
@@ -133,12 +138,29 @@ static void balance_group(kt_attach *a, kt_model *m, kt_group *group) {
     }
 }
 
+static bool has_geometry(const kt_model *m, const kt_group *group) {
+    for (int i = 0; i < group->loop_count; i++)
+        if (m->loop[m->group_loop[group->loop + i]].term_count == 0)
+            return true;
+    return false;
+}
+
+void kt_attach_balance_lengths(kt_model *m) {
+    for (size_t g = 0; g < m->n.group && fabs(log2(m->length)) > RATIO; g++) {
+        kt_group *group = &m->group[g];
+        if (kt_group_has_fronts(group) || !has_geometry(m, group))
+            continue;
+        group->balanced = true;
+        group->ranges = false;
+    }
+}
+
 void kt_attach_balance(kt_attach *a, kt_model *m) {
     for (size_t l = 0; l < m->n.link; l++) {
         const kt_link *link = &m->link[l];
         const bool fixed =
             link->group < 0 || !kt_link_dofs(link) || !m->is_linear[m->group[link->group].v + link->local];
-        a->geared[l] = fixed ? 0 : (int32_t)l;
+        a->coupled[l] = fixed ? 0 : (int32_t)l;
         a->exponent[l] = 0.0;
         a->highest[l] = -(double)INFINITY;
     }
@@ -147,7 +169,7 @@ void kt_attach_balance(kt_attach *a, kt_model *m) {
             unite_coupled(a, m, &m->loop[i]);
     for (size_t l = 1; l < m->n.link; l++) {
         double exponent;
-        double *highest = &a->highest[find_geared(a, (int32_t)l, &exponent)];
+        double *highest = &a->highest[find_coupled(a, (int32_t)l, &exponent)];
         *highest = fmax(*highest, exponent);
     }
     for (size_t g = 0; g < m->n.group; g++)

@@ -269,6 +269,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
         kt_form_begin(m, &m->group[g]);
     if (m->n.front)
         kt_attach_plan_fronts(a, m);
+    kt_attach_balance_lengths(m);
     if (m->n.group > 0)
         set_islands(a, m);
     kt_groups_place_matrices(m);
