@@ -524,8 +524,12 @@ typedef struct kt_energy_watch {
 KT_API kt_energy_watch kt_energy_watch_start(const kt_model *model);
 /* Adds a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE). Does nothing for other records. O(1). */
 KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record);
+/* Adds the energies at the end of a step, J. They widen the energy scale alone: records may all fall on turning points,
+ * where the kinetic energy is next to zero. Does nothing before the first record. O(1). */
+KT_API void kt_energy_watch_step(kt_energy_watch *watch, double kinetic, double potential);
 
-/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown or below 1e-20 J. */
+/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown or rounding:
+ * below 1e-12 of the largest energy, or below 1e-20 J. */
 KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
 KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
 /* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, more than its

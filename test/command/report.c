@@ -77,7 +77,10 @@ KT_TEST(run_in_which_nothing_moves_is_doubted) {
     kt_check_equal_int("a rod that turns", kt_count_of(ran.err, "nothing has moved"), 0);
     ran = kt_shell("(cat rod.yaml; echo 'effects: [{type: joint_spring, joint: rod, stiffness: 1}]') >held.yaml; "
                    "$K run held.yaml --set bodies.rod.joint.position=0 --out /dev/null");
-    kt_check_equal_int("a spring", kt_count_of(ran.err, "nothing has moved"), 0);
+    kt_check_equal_int("a spring that exerts no force", kt_count_of(ran.err, "nothing has moved"), 1);
+    ran = kt_shell("(cat rod.yaml; echo 'effects: [{type: joint_friction, joint: rod, coulomb: 100, stick: true}]') "
+                   ">held.yaml; $K run held.yaml --set bodies.rod.joint.position=1 --out /dev/null");
+    kt_check_equal_int("a brake that holds the rod", kt_count_of(ran.err, "nothing has moved"), 0);
 }
 
 KT_TEST(run_with_gravity_in_millimetres_is_doubted) {

@@ -77,28 +77,11 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
         snprintf(text, size, "Take a much smaller tolerance%s", also);
 }
 
-void kt_warn_of_rest(kt_outcome *outcome) {
-    const kt_description *d = &outcome->scene->description;
-    const double *v = kt_simulation_velocities(outcome->simulation);
-    bool rests = outcome->so_far.energy.records > 1 && outcome->so_far.energy.kinetic == 0.0 && d->effect_count == 0 &&
-                 !kt_is_driven(d) && kt_model_mobility(outcome->model).minimal > 0;
-    for (int i = 0; i < kt_model_nv(outcome->model); i++)
-        rests = rests && v[i] == 0.0;
-    const kt_warning warning =
-        kt_warning_of("rest", (double)NAN, NULL,
-                      kt_vec3_norm(d->gravity) == 0.0
-                          ? "Give the scene gravity, an effect, or a velocity at the start"
-                          : "Compare gravity with the axes of the joints, or give the scene another start");
-    if (rests)
-        kt_warn(&outcome->warnings, &warning, "nothing has moved: the scene starts at rest, and %s",
-                kt_vec3_norm(d->gravity) == 0.0 ? "has neither effects nor gravity" : "gravity does not accelerate it");
-}
-
 void kt_warn_of_energy(kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->so_far.energy;
     const double error = kt_energy_watch_error(energy), scale = kt_energy_watch_scale(energy);
     char remedy[192];
-    if (!(error > KT_ENERGY_ERROR) || outcome->is_blown_up)
+    if (!(error > KT_ENERGY_ERROR) || outcome->is_blown_up || kt_is_held(outcome))
         return;
     write_remedy(outcome, error, remedy, sizeof remedy);
     const kt_warning warning = kt_warning_at("energy", energy->excess_time, error, NULL, remedy);

@@ -118,24 +118,22 @@ static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
         warn_of_steps(outcome, step, left, (double)breakpoints / steps);
 }
 
-/* With paths, each step is watched. Without paths, one of BETWEEN adaptive steps is watched. */
+/* Every step is taken, and the pace of adaptive steps is watched at one of BETWEEN. */
 static int watch_steps(const kt_simulation *simulation, void *user) {
     kt_outcome *outcome = user;
     const bool jumps = kt_path_watch_add(&outcome->paths, kt_simulation_time(simulation),
                                          kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
     if (jumps)
         kt_progress_end(outcome->pace.progress);
-    if (outcome->run->step > 0.0 || (outcome->paths.count > 0 && ++outcome->pace.steps % BETWEEN != 0))
-        return 0;
-    watch_pace(simulation, outcome);
+    kt_steps_take(&outcome->steps);
+    if (outcome->run->step == 0.0 && ++outcome->pace.steps % BETWEEN == 0)
+        watch_pace(simulation, outcome);
     return 0;
 }
 
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options) {
     outcome->pace = (kt_pace){.begin = kt_clock()};
-    if (outcome->run->step > 0.0 && outcome->paths.count == 0)
-        return;
     options->progress = watch_steps;
-    options->progress_steps = outcome->paths.count > 0 ? 1 : BETWEEN;
+    options->progress_steps = 1;
     options->progress_user = outcome;
 }

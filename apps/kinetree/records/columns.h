@@ -106,6 +106,19 @@ const double *kt_columns_evaluate(kt_columns *columns, const kt_record *record);
 /* Computes these values, without those of own columns. */
 void kt_columns_fill(kt_columns *columns, const kt_record *record);
 
+/* Returns whether a column is a coordinate, a velocity or an auxiliary state. Returns whether it also has a value at
+ * the ends of steps: such columns follow from the state and its kinematics. Others need accelerations, reactions or
+ * works, or are formulas that may read these. */
+static inline bool kt_column_is_state(kt_column_source source) {
+    return source == KT_COLUMN_POSITION || source == KT_COLUMN_VELOCITY || source == KT_COLUMN_STATE;
+}
+
+static inline bool kt_column_has_steps(kt_column_source source) {
+    return kt_column_is_state(source) || source == KT_COLUMN_MARKER || source == KT_COLUMN_MARKER_VELOCITY ||
+           source == KT_COLUMN_ORIENTATION || source == KT_COLUMN_ANGULAR_VELOCITY || source == KT_COLUMN_MOMENTUM ||
+           source == KT_COLUMN_ENERGY;
+}
+
 /* Returns whether a loop is along a curve, whose columns have the length of the arc. */
 bool kt_column_has_arc(const kt_model *model, int loop);
 

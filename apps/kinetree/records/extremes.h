@@ -1,4 +1,6 @@
-/* Functionals of the columns of a run over its records: extremes, last values, integrals over time. */
+/* Functionals of the columns of a run: extremes, last values, integrals over time. They are taken at records. Columns
+ * that follow from the state alone are also taken at the ends of steps, because a motion may pass its extremes between
+ * two records. */
 #ifndef KT_COMMAND_RECORDS_EXTREMES_H
 #define KT_COMMAND_RECORDS_EXTREMES_H
 
@@ -15,6 +17,13 @@ typedef struct kt_extreme {
     double integral, square;          /* over time, of the value and of its square, by the trapezoidal rule */
     double last, covered, time; /* the latest value; s, all pieces without a gap; of the latest record, NaN: a gap */
     double gaps, gap_time;      /* how many records have no finite value; s, the first of them */
+
+    /* The motion between records. The path is the sum of |changes| from point to point. */
+    double path, shown;       /* over records and ends of steps; over records alone */
+    double low, high, record; /* since the latest record; the value at this record, NaN: a gap or none */
+    double between;           /* largest (high - low) - |change of the records| between two records */
+    double pending,
+        pending_time; /* the end of the latest step, which comes after records within that step; NaN: none */
 } kt_extreme;
 
 typedef struct kt_extremes {
@@ -30,6 +39,15 @@ void kt_extremes_free(kt_extremes *extremes);
 /* Adds a value. A gap is none, and the records on both sides of it are not joined. */
 void kt_extreme_add(kt_extreme *e, double time, double value, bool is_gap);
 
+/* Adds the value at the end of a step, in the order of time. Records within the step may follow. */
+void kt_extreme_step(kt_extreme *e, double time, double value);
+
+/* Returns whether records show less than two thirds of the path of a column. For a sine this holds below about 2.1
+ * records a period. They must also miss a twentieth of its range between two records, since a ripple on a slow motion
+ * is no part of its shape, and ten times its range in all, since a single impact is no oscillation. noise: ranges up to
+ * this do not count. */
+bool kt_extreme_is_aliased(const kt_extreme *e, double noise);
+
 /* Returns the mean over time, and the root mean square; without any duration, the last value is taken. */
 double kt_extreme_mean(const kt_extreme *e);
 double kt_extreme_rms(const kt_extreme *e);
@@ -37,8 +55,9 @@ double kt_extreme_rms(const kt_extreme *e);
 /* Adds the values of a record, one for each column. A value that is not finite is a gap. */
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values);
 
-/* Returns an object that maps the name of each column except time to {min, min_time, max, max_time, rms, end, unit}. A
- * column with gaps also has {gaps: {count, time}}. */
+/* Returns an object that maps the name of each column except time to {min, min_time, max, max_time, rms, end, unit,
+ * from}. from: "steps" for columns that were also taken at the ends of steps, else "records". A column with gaps also
+ * has {gaps: {count, time}}. */
 json_t *kt_extremes_describe(const kt_extremes *extremes, const kt_columns *columns);
 
 #endif

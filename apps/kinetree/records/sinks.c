@@ -47,6 +47,7 @@ int kt_take_record(const kt_record *record, void *user) {
     const kt_contact_counts seen = kt_simulation_contacts(sinks->outcome->simulation);
     if (record->index == KT_INDEX_CONTACT) {
         kt_marks_add_contact(&sinks->outcome->marks, record, &seen);
+        kt_steps_take_jump(&sinks->outcome->steps, record);
         return 0;
     }
     kt_marks_sync_contacts(&sinks->outcome->marks, record, &seen);

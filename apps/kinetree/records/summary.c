@@ -385,6 +385,17 @@ static void say_energy(const kt_outcome *outcome) {
         kt_print("  total energy %g J at the start\n", energy->start);
 }
 
+/* States how much of the motion passes between records of an interval that the user has chosen. */
+static void say_aliased(const kt_outcome *outcome) {
+    const size_t i = kt_find_aliased(outcome);
+    char name[200];
+    if (i >= outcome->extremes.count || outcome->scene->run.interval == 0.0)
+        return;
+    (void)kt_column_name(outcome->columns, i, name, sizeof name);
+    kt_print("  '%s' goes through its range and back %.2g times between two records; a shorter --interval shows it\n",
+             name, kt_periods_between(outcome, i));
+}
+
 static void say_result_file(const char *what, const char *path) {
     enum { LARGE = 20000000 }; /* bytes; only frames need more */
     struct stat status;
@@ -465,6 +476,7 @@ void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names) 
     say_contacts(outcome);
     say_missed(outcome);
     kt_compressions_say(&outcome->so_far.compressions, outcome->scene);
+    say_aliased(outcome);
     if (names->out != NULL)
         kt_print("  %lld record%s: %s\n", (long long)outcome->so_far.records, kt_plural(outcome->so_far.records),
                  kt_show_result(names->out).text);

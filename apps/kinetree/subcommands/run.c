@@ -245,6 +245,7 @@ static int open_records(const kt_run_arguments *arguments, kt_outcome *outcome, 
 /* Lists the columns, and starts to collect the plot and the motion. Returns false if memory is insufficient. */
 static bool start_results(kt_outcome *outcome, const kt_result_names *names, unsigned record, kt_results *results) {
     const bool has_reactions = (record & KT_RECORD_REACTION) != 0;
+    kt_energy_watch *energy = (record & KT_RECORD_ENERGY) != 0 ? &outcome->so_far.energy : NULL;
     kt_error error;
     if (!kt_columns_list(&results->columns, outcome->scene, outcome->model, outcome->run,
                          kt_run_record(outcome->run, outcome->model)))
@@ -253,6 +254,13 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
     if (kt_columns_add_own(&results->columns, outcome->scene, &record, &error) != KT_OK) /* names have been checked */
         return false;
     if (!kt_extremes_start(&outcome->extremes, results->columns.count))
+        return false;
+    outcome->steps = (kt_steps){.simulation = outcome->simulation,
+                                .columns = &results->columns,
+                                .extremes = &outcome->extremes,
+                                .energy = energy,
+                                .moved = &outcome->so_far.moved};
+    if (!kt_steps_start(&outcome->steps))
         return false;
     if (names->plot != NULL)
         results->plot = kt_plot_run_start(&results->columns, outcome->run);
@@ -291,6 +299,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         code = simulate_run(outcome, &results, checkpoint, modes, arguments->quiet);
         kt_interrupt_end();
         kt_warn_of_rest(outcome);
+        kt_warn_of_aliasing(outcome);
         kt_warn_of_step(outcome, modes);
         kt_warn_of_stability(outcome);
         kt_warn_of_correction(outcome);
@@ -310,6 +319,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     }
     kt_motion_free(results.motion);
     kt_plot_run_free(results.plot);
+    kt_steps_free(&outcome->steps);
     kt_extremes_free(&outcome->extremes);
     kt_columns_free(&results.columns);
     return code;

@@ -11,6 +11,7 @@
 #include "records/lines.h"
 #include "records/marks.h"
 #include "records/output.h"
+#include "records/steps.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/study.h"
@@ -127,6 +128,7 @@ typedef struct kt_so_far {
     kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
     kt_stability_watch stability; /* watches adaptive explicit steps */
     kt_growth growth;             /* watches speeds and auxiliary states */
+    kt_moved moved;               /* coordinates, at the ends of steps */
 } kt_so_far;
 
 /* The states of a run at its records, and the estimate of their error (--check-error). */
@@ -174,7 +176,8 @@ typedef struct kt_outcome {
     double advised_step;       /* s, the smallest step that a warning has suggested; 0: none */
     kt_path_watch paths;       /* around surfaces, after all steps */
     const kt_columns *columns; /* of the records; NULL: not listed yet */
-    kt_extremes extremes;      /* of these columns, at all records */
+    kt_extremes extremes;      /* of these columns, at all records and steps */
+    kt_steps steps;            /* watches the ends of steps */
     kt_marks marks;            /* of the events that have written rows, and of hard contacts */
     json_t *moved;             /* changes of the given values by the assembly (kt_start_moved) */
     kt_error
@@ -258,8 +261,19 @@ const char *kt_energy_not_watched(const kt_outcome *outcome);
 /* Warns if a motion with adaptive steps passed near a singular position and has a large error of the energy. The error
  * is large if it exceeds the usual error of such steps. */
 void kt_warn_of_passages(kt_outcome *outcome);
-/* Warns if the scene was at rest from the start to the end, without effects and drives. */
+/* Warns if the scene was at rest from the start to the end because no force accelerates it, whether effects exist or
+ * not. Also warns if all motion is so small that the absolute tolerance does not resolve it. */
 void kt_warn_of_rest(kt_outcome *outcome);
+/* Returns whether forces hold the scene in equilibrium: all that has moved is within the errors of steps. Then the
+ * energy of the motion is noise. */
+bool kt_is_held(const kt_outcome *outcome);
+/* If the motion varies more between records than they show, the column with the largest part of it; extremes.count:
+ * there is none. kt_periods_between returns how often a column goes through its range and back between two records. */
+size_t kt_find_aliased(const kt_outcome *outcome);
+double kt_periods_between(const kt_outcome *outcome, size_t column);
+/* Warns of this if the program chose the interval. Intervals that the user has chosen are meant, and the report alone
+ * states the number. */
+void kt_warn_of_aliasing(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 

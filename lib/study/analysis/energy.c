@@ -19,6 +19,13 @@ kt_energy_watch kt_energy_watch_start(const kt_model *model) {
     return (kt_energy_watch){.energetics = kt_model_energetics(model), .excess_time = (double)NAN};
 }
 
+/* Errors up to this are rounding, J. A body that is held at rest has a large potential energy and next to no energy of
+ * motion, so that the rounding of the first exceeds the second. */
+static double rounding_of_energies(const kt_energy_watch *watch) {
+    const double potential = fmax(fabs(watch->potential[0]), fabs(watch->potential[1]));
+    return fmax(LEAST, ROUNDING * fmax(watch->start_size, fmax(watch->kinetic, potential)));
+}
+
 /* Dissipated less supplied since the start, J; NaN if it is not determined. */
 static double net_work(const kt_energy_watch *watch, const kt_record *record) {
     return watch->has_balance ? record->work.dissipated - record->work.supplied : record->estimate.net;
@@ -81,6 +88,14 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
         watch->excess_time = record->time;
 }
 
+void kt_energy_watch_step(kt_energy_watch *watch, double kinetic, double potential) {
+    if (!watch || watch->records == 0 || isnan(kinetic + potential))
+        return;
+    raise_to(&watch->kinetic, kinetic);
+    lower_to(&watch->potential[0], potential);
+    raise_to(&watch->potential[1], potential);
+}
+
 double kt_energy_watch_scale(const kt_energy_watch *watch) {
     if (!watch)
         return (double)NAN;
@@ -94,7 +109,7 @@ double kt_energy_watch_error(const kt_energy_watch *watch) {
     if (!watch)
         return (double)NAN;
     const double scale = kt_energy_watch_scale(watch);
-    return scale > 0.0 && watch->error > LEAST ? watch->error / scale : 0.0;
+    return scale > 0.0 && watch->error > rounding_of_energies(watch) ? watch->error / scale : 0.0;
 }
 
 bool kt_energy_watch_is_blown_up(const kt_energy_watch *watch) {
