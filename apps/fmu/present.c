@@ -1,7 +1,7 @@
 /* Calculations in the present state of a simulation, and times at which functions of time jump. */
 #include "present.h"
 
-#include "expression/breakpoint.h"
+#include "expression/formula_breakpoint.h"
 #include "simulation/simulation.h"
 
 #include "kinetree/mechanism.h"

@@ -6,7 +6,7 @@
 #include "derivative/effect_derivatives.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/relative.h"
+#include "evaluate/relative_force.h"
 #include "model/model.h"
 #include "model/relative.h"
 
@@ -59,7 +59,7 @@ static void add_in_joint(stage *s, kt_random *random, const char *joint) {
         e->target = kt_function_sine(0.7, 0.2, 0.1, 0.2);
         e->limit = kt_random_uniform(random, 1.0, 10.0);
     }
-    kt_effect *formula = add(s, KT_EFFECT_EXPRESSION); /* with variables: test/effect/expression.c */
+    kt_effect *formula = add(s, KT_EFFECT_EXPRESSION); /* with variables: test/effect/formula_force.c */
     formula->joint = joint;
     formula->formula[0] = "cos(t)";
 }

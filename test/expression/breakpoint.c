@@ -2,7 +2,7 @@
 #include "check.h"
 #include "steep.h"
 
-#include "expression/breakpoint.h"
+#include "expression/formula_breakpoint.h"
 #include "expression/part.h"
 #include "model/function_formula.h"
 

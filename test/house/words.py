@@ -28,8 +28,8 @@ CODE = [
     ("saddle", "kkt", ()),
     ("touch", "link_acceleration; contact; penetration", ()),
     ("unseen", "free", ()),
-    ("waits", "pending, delayed", ("lib/files/scene/expression.c", "apps/kinetree/records/lines.c")),
-    ("leave", "last_use, store", ("lib/mechanics/compile/inertia_check.c", "lib/output/picture/", "lib/math/expression/", "apps/kinetree/draw/")),
+    ("waits", "pending, delayed", ("lib/files/scene/scene_expression.c", "apps/kinetree/records/lines.c")),
+    ("leave", "last_use, store", ("lib/mechanics/compile/mechanism_inertia.c", "lib/output/picture/", "lib/math/expression/", "apps/kinetree/draw/")),
     ("descend", "forward or backward pass, iterate", ()),
     ("weigh", "apply_mass, set_inertia, weight", ()),
     ("weighs", "weight", ()),
@@ -38,10 +38,10 @@ CODE = [
     ("geared", "has_armature", ("lib/files/robot/urdf",)),
     ("level", "isa", ("lib/motion/integrator/order.c", "lib/files/document/emit", "lib/output/picture/camera.c", "apps/kinetree/text/tree.c")),
     ("bend", "bias, second derivative",  # where a path next to a singular position bends
-     ("lib/mechanics/evaluate/singular_crossing.c", "include/kinetree/model.h", "lib/motion/simulation/step.c", "lib/motion/simulation/fail.c", "lib/motion/simulation/checkpoint_words.c", "apps/kinetree/")),
+     ("lib/mechanics/evaluate/singular_crossing.c", "include/kinetree/model.h", "lib/motion/simulation/simulation_step.c", "lib/motion/simulation/fail.c", "lib/motion/simulation/checkpoint_words.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
     ("slopes", "jacobian; stages k_i, and of tables", ("lib/motion/integrator/", "include/kinetree/integrator.h", "include/kinetree/method.h", "lib/motion/simulation/", "lib/motion/sensitivity/", "lib/study/compare/dae.c",
-      "include/kinetree/function.h", "lib/model/model/curve.c", "lib/model/model/check_function.c", "lib/files/scene/function.c", "apps/firmware/left_out.c")),
+      "include/kinetree/function.h", "lib/model/model/curve.c", "lib/model/model/check_function.c", "lib/files/scene/scene_function.c", "apps/firmware/left_out.c")),
     ("fold", "make_reflector", ()),
     ("unfold", "expand_reflector", ()),
     ("come_nearer", "nearest_on_manifold", ()),
@@ -49,8 +49,8 @@ CODE = [
     ("wish", "options", ()),
     ("freedom", "dof", ()),
     ("freedoms", "dofs", ()),
-    ("slide", "prismatic", ("lib/mechanics/dynamics/aba_inverse_passes.c", "lib/mechanics/dynamics/inertia_check.c", "lib/mechanics/control/frame.c", "lib/mechanics/compile/planar.c")),
-    ("helix", "screw", ("lib/files/scene/form.c", "lib/model/loop/curve.c", "lib/output/picture/stroke.c", "include/kinetree/description.h")),  # a curve
+    ("slide", "prismatic", ("lib/mechanics/dynamics/aba_inverse_passes.c", "lib/mechanics/dynamics/inertia_check.c", "lib/mechanics/control/frame.c", "lib/mechanics/compile/find_planar.c")),
+    ("helix", "screw", ("lib/files/scene/scene_form.c", "lib/model/loop/point_on_curve.c", "lib/output/picture/stroke.c", "include/kinetree/description.h")),  # a curve
     ("ball", "spherical", ("lib/files/robot/write_mjcf.c", "lib/files/robot/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
     ("node", "constraint group",  # of a text; of the recursion over degrees of freedom; of glTF; of a graph of operations; of a finite element
      ("lib/output/codegen/", "lib/files/scene/", "lib/files/document/", "lib/mechanics/dynamics/", "lib/mechanics/derivative/effect_", "lib/mechanics/derivative/gravity_force.c", "lib/mechanics/evaluate/effects.h", "lib/mechanics/evaluate/singular_crossing.c", "lib/model/loop/", "lib/motion/simulation/", "apps/kinetree/view/")),
@@ -69,7 +69,7 @@ CODE = [
     ("tell", "report", ("lib/files/scene/vary.c", "apps/notes/")),
     ("see", "sync", ()),
     ("told", "known, reported", ("apps/embed/identify_arm.c",)),
-    ("carry", "parent_coupling, propagate", ("lib/mechanics/constraint/planar_gradient.c", "lib/mechanics/dynamics/body.c", "lib/mechanics/dynamics/total.c")),
+    ("carry", "parent_coupling, propagate", ("lib/mechanics/constraint/planar_gradient.c", "lib/mechanics/dynamics/body_frames.c", "lib/mechanics/dynamics/total.c")),
     ("solved", "has_special_form", ("lib/math/cone/lemke.h", "lib/study/analysis/floquet.c", "lib/study/compare/dae")),
     ("spread", "expand_basis", ("lib/files/robot/sdf_tree.c", "lib/motion/batch/lanes.c", "lib/study/compare/", "include/kinetree/study.h", "apps/")),
     ("passed", "delayed", ("lib/motion/integrator/step.c",)),

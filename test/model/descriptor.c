@@ -75,7 +75,7 @@ KT_TEST(keys_are_whole) {
 }
 
 /* A number that is missing in KT_EFFECT_NUMBERS would be read, checked, and 0 in every evaluation. Those of hard stops
- * and contacts are in their loops (compile/hard.c). */
+ * and contacts are in their loops (compile/one_sided.c). */
 KT_TEST(numbers_of_effects_are_in_the_model_s_record) {
 #define OFFSET(member) offsetof(kt_effect, member),
     static const size_t kept[] = {KT_EFFECT_NUMBERS(OFFSET)};

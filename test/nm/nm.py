@@ -29,8 +29,8 @@ CORE_MAY_IMPORT = [
     "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
-SET_UP = ["base/aligned.c", "base/decimal.c", "base/pool.c", "parts/builder.c", "compile/check.c",
-          "compile/check_model.c", "compile/compile.c", "compile/rank_disagreement.c", "compile/hard.c"]
+SET_UP = ["base/aligned.c", "base/decimal.c", "base/pool.c", "parts/builder.c", "compile/check_description.c",
+          "compile/check_model.c", "compile/compile.c", "compile/rank_disagreement.c", "compile/one_sided.c"]
 SET_UP_MAY_IMPORT = ["malloc", "calloc", "realloc", "free", "qsort", "strtod"]
 # Threads of a batch, outside the core.
 THREADED = ["compare/threads.c"]

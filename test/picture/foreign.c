@@ -4,8 +4,8 @@
 #include "check.h"
 
 #include "document/apart.h"
-#include "picture/apart.h"
 #include "picture/foreign.h"
+#include "picture/mesh_apart.h"
 
 #include <fcntl.h>
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* Surfaces of solids: closed, of the right volume, with normals that point out; and where rays meet them. */
 #include "check.h"
 
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 #include "picture/solid.h"
 
 #include <float.h>

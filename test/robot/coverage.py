@@ -55,7 +55,7 @@ def messages(folder, prefix):
     changes, lost, start = set(), set(), set()
     for path in sorted(folder.glob("*.c")):
         code = expanded(code_of(path))
-        shared = path.name in ("inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
+        shared = path.name in ("robot_inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
         if not (path.name == f"{prefix}.c" or path.name.startswith(f"{prefix}_") or shared):
             continue
         for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|contact_tally), [\w.]+, (\w+),\s*((?:\s*{TEXT})+)\)",

@@ -9,7 +9,7 @@
 #include "collect.h"
 #include "document/node.h"
 #include "folder.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 #include <stdio.h>
 #include <stdlib.h>

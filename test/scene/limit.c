@@ -15,7 +15,7 @@
 #include "document/node.h"
 #include "growth.h"
 #include "sanitized.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* Under sanitizers, which make a file of ten million bytes take ten times as long, the largest are smaller. */
 enum { FEWER = KT_ADDRESS_SANITIZER ? 10 : 1 };

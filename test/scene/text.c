@@ -1,5 +1,5 @@
 /* Characters. */
-#include "document/text.h"
+#include "document/document_text.h"
 
 #include <string.h>
 

@@ -5,7 +5,7 @@
 #include "document/node.h"
 #include "document/number.h"
 #include "folder.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -184,7 +184,8 @@ KT_TEST(shortest_run_ends) {
     kt_check_near("position, m", kept->state[1000][0], 1e-280, 1e-294);
 }
 
-/* |p|^2 within four roundings of one is as near as scaling would bring it: those bits stay (simulation/step.c). */
+/* |p|^2 within four roundings of one is as near as scaling would bring it: those bits stay
+ * (simulation/simulation_step.c). */
 KT_TEST(quaternions_within_four_roundings_start_with_their_bits) {
     kt_lone lone;
     kt_lone_make(&lone, KT_JOINT_SPHERICAL, 2.0);

@@ -2,7 +2,7 @@
  * visible there. The pixels become one image of the page; symbols and lines stay lines. */
 #include "draw/paper.h"
 
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 
 #include <float.h>
 #include <math.h>

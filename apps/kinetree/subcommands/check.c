@@ -9,8 +9,8 @@
 #include "view/view.h"
 
 #include "picture/load.h"
-#include "picture/mesh.h"
 #include "picture/picture.h"
+#include "picture/picture_mesh.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -7,7 +7,7 @@
 #include "view/view.h"
 
 #include "command.h"
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 #include "plot/palette.h"
 #include "records/output.h"
 #include "text/bytes.h"

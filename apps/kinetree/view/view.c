@@ -7,7 +7,7 @@
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "open/released.h"
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 #include "records/output.h"
 #include "text/json_writer.h"
 #include "view/page.h"

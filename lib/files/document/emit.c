@@ -5,8 +5,8 @@
  */
 #include "document/emit.h"
 
+#include "document/document_text.h"
 #include "document/number.h"
-#include "document/text.h"
 
 #include <math.h>
 #include <stdarg.h>

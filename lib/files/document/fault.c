@@ -3,8 +3,8 @@
  * A message is  [NOUN 'NAME': ][PATH: ]TEXT . The noun is that of the innermost body, loop or effect, and the path is
  * the place within it. An example is "body 'crank': joint.axis: the axis is zero".
  */
+#include "document/document_reader.h"
 #include "document/number.h"
-#include "document/reader.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -2,7 +2,7 @@
 #ifndef KT_DOCUMENT_NODE_BUILDER_H
 #define KT_DOCUMENT_NODE_BUILDER_H
 
-#include "document/reader.h"
+#include "document/document_reader.h"
 
 typedef struct kt_node_builder {
     kt_reader *r;

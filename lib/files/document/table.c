@@ -1,7 +1,7 @@
 /* Mappings by tables: one list of keys serves reading, writing, comparing and suggesting. If a mapping has types, its
  * keys are those of the table and those of the type's descriptor. */
+#include "document/document_reader.h"
 #include "document/number.h"
-#include "document/reader.h"
 
 #include <string.h>
 

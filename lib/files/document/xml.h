@@ -2,7 +2,7 @@
 #ifndef KT_DOCUMENT_XML_H
 #define KT_DOCUMENT_XML_H
 
-#include "document/reader.h"
+#include "document/document_reader.h"
 
 #include <stdarg.h>
 

@@ -7,7 +7,7 @@
  */
 #include "document/node_builder.h"
 
-#include "document/text.h"
+#include "document/document_text.h"
 
 #include <string.h>
 #include <yaml.h>

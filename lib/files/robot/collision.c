@@ -6,7 +6,7 @@
 #include "document/file.h"
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 #include <stdlib.h>

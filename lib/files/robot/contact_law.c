@@ -14,7 +14,7 @@
  *     N = K x^m (1 + 3/2 c x').
  * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
  * creep are those of MuJoCo at x1. */
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,7 +5,7 @@
  */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 
 #include "kinetree/expression.h"
 #include "mesh/mesh.h"
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 

@@ -1,4 +1,4 @@
-/* Contacts of MJCF between planes that do not move and geoms that do (contact.c).
+/* Contacts of MJCF between planes that do not move and geoms that do (robot_contact.c).
  *
  * Two geoms touch if a <pair> names them. They also touch if no <exclude> has their bodies and their masks allow it:
  *     (contype1 & conaffinity2) | (contype2 & conaffinity1) != 0.

@@ -12,8 +12,8 @@
  */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
-#include "robot/contact.h"
 #include "robot/mjcf.h"
+#include "robot/robot_contact.h"
 
 #include <string.h>
 

@@ -8,8 +8,8 @@
 #include "evaluate/path_force.h"
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
-#include "robot/contact.h"
 #include "robot/mjcf.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 #include <string.h>

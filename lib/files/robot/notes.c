@@ -1,5 +1,5 @@
 /* Notes, names, lists and numbers that the readers of robots share. */
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 #include <math.h>
 #include <stdarg.h>

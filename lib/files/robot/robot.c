@@ -3,7 +3,7 @@
 #include "base/options.h"
 #include "base/require.h"
 
-#include "scene/part.h"
+#include "scene/scene_part.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 
 #include "document/xml.h"
 #include "kinetree/import.h"
-#include "scene/part.h"
+#include "scene/scene_part.h"
 #include "scene/shapes.h"
 
 #include <stdarg.h>
@@ -273,7 +273,8 @@ int kt_terms_merge(kt_term *terms, int count);
 /* Whether faults have been reported, or memory is insufficient. */
 bool kt_draft_is_wrong(const kt_draft *d);
 
-/* ---- inertia.c: inertias that no body has ------------------------------------------------------------------------ */
+/* ---- robot_inertia.c: inertias that no body has
+ * ------------------------------------------------------------------------ */
 
 typedef struct kt_judge {
     kt_draft *d;
@@ -287,7 +288,8 @@ typedef struct kt_judge {
 void kt_judge_inertias(kt_judge *judge, kt_draft *d, const kt_robot_options *options);
 void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
 
-/* ---- mass.c: masses that the file does not give ------------------------------------------------------------------ */
+/* ---- robot_mass.c: masses that the file does not give
+ * ------------------------------------------------------------------ */
 
 /* Gives a body mass, com and inertia of its shapes, as solids of a density; false if they have no volume. */
 bool kt_mass_by_shapes(kt_body *body, double density);
@@ -295,7 +297,8 @@ bool kt_mass_by_shapes(kt_body *body, double density);
 /* Gives links the masses that the options name. */
 void kt_masses_give(kt_draft *d, const kt_robot_options *options);
 
-/* ---- solid.c: what uniform solids weigh -------------------------------------------------------------------------- */
+/* ---- solid_mass.c: what uniform solids weigh
+ * -------------------------------------------------------------------------- */
 
 typedef enum kt_solid {
     KT_SOLID_NONE,

@@ -2,7 +2,7 @@
 #ifndef KT_ROBOT_SDF_H
 #define KT_ROBOT_SDF_H
 
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 /* ---- frames ------------------------------------------------------------------------------------------------------ */
 

@@ -2,7 +2,7 @@
 #ifndef KT_ROBOT_URDF_H
 #define KT_ROBOT_URDF_H
 
-#include "robot/contact.h"
+#include "robot/robot_contact.h"
 
 /* The kinds of joints. A scalar one has one coordinate, which may have limits, damping and friction. */
 typedef struct kt_urdf_kind {

@@ -5,7 +5,7 @@
  * the spring lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each
  * point of the path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the
  * centre of a ring is a site inside. */
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "robot/write.h"
 
 #include "kinetree/effect.h"

@@ -4,7 +4,7 @@
  * a0 to a3 follow from the derivatives at zero, and a4 from the remainder at x = 1. The residual at other positions
  * decides whether the formula is that polynomial. */
 #include "expression/third.h"
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "robot/write.h"
 
 #include <math.h>

@@ -12,7 +12,7 @@
 #include "kinetree/expression.h"
 #include "kinetree/model.h"
 #include "kinetree/scene.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* ---- while a scene is read (vary.c) ------------------------------------------------------------------------------ */
 

@@ -8,7 +8,7 @@
 #include "expression/part.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
-#include "scene/event.h"
+#include "scene/scene_event.h"
 
 #include <stdlib.h>
 #include <string.h>

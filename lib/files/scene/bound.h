@@ -5,7 +5,7 @@
 #include "base/pool.h"
 #include "kinetree/expression.h"
 #include "kinetree/scene.h"
-#include "scene/response.h"
+#include "scene/scene_response.h"
 
 /* A variable of a formula in a model. */
 typedef struct kt_bound {

@@ -5,9 +5,9 @@
  * The set of columns depends on the compiled model. The reader checks only the beginning of a name, and the writer of
  * the records binds it.
  */
-#include "scene/expression.h"
 #include "scene/named.h"
-#include "scene/part.h"
+#include "scene/scene_expression.h"
+#include "scene/scene_part.h"
 
 #include <stddef.h>
 #include <string.h>

@@ -10,14 +10,14 @@
  * found: deciding whether an expression is zero is undecidable for formulas with sin. A run names such events at its
  * end.
  */
-#include "scene/event.h"
+#include "scene/scene_event.h"
 
 #include "base/decimal.h"
 #include "expression/expression.h"
 #include "expression/jet.h"
-#include "scene/expression.h"
 #include "scene/named.h"
-#include "scene/reader.h"
+#include "scene/scene_expression.h"
+#include "scene/scene_reader.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #ifndef KT_SCENE_EXPAND_H
 #define KT_SCENE_EXPAND_H
 
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* A word in a text of items, and the node or the text that replaces it. */
 typedef struct kt_replacement {

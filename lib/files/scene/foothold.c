@@ -8,9 +8,9 @@
 #include "kinetree/simulation.h"
 #include "model/follow.h"
 #include "scene/expand.h"
-#include "scene/expression.h"
 #include "scene/named.h"
-#include "scene/part.h"
+#include "scene/scene_expression.h"
+#include "scene/scene_part.h"
 
 #include <stdio.h>
 #include <string.h>

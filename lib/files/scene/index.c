@@ -1,5 +1,5 @@
 /* The names of bodies, joints, markers and loops, which other items refer to. */
-#include "scene/part.h"
+#include "scene/scene_part.h"
 
 #include <string.h>
 

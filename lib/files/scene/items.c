@@ -1,5 +1,5 @@
 /* Lists of items: each is an array of an object, whose items a function reads and another one writes. */
-#include "scene/part.h"
+#include "scene/scene_part.h"
 
 #include <string.h>
 

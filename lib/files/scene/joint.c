@@ -1,6 +1,6 @@
 /* Tree joints: type, frame, initial position and velocity. */
 #include "model/relative.h"
-#include "scene/part.h"
+#include "scene/scene_part.h"
 #include "scene/vary.h"
 
 #include <string.h>

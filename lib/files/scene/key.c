@@ -1,7 +1,7 @@
 /* The kinds of keys that only loops and effects have: ends, joints, functions of time, frames. */
-#include "model/formula.h"
-#include "scene/expression.h"
-#include "scene/part.h"
+#include "model/formula_names.h"
+#include "scene/scene_expression.h"
+#include "scene/scene_part.h"
 #include "scene/vary.h"
 
 #include "base/copy.h"

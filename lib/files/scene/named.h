@@ -3,7 +3,7 @@
 #define KT_SCENE_NAMED_H
 
 #include "kinetree/expression.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* Lists the section, before anything else is read. */
 void kt_expressions_list(kt_reader *r);

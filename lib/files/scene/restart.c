@@ -14,7 +14,7 @@
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "scene/foothold.h"
-#include "scene/part.h"
+#include "scene/scene_part.h"
 #include "scene/vary.h"
 
 #include <string.h>

@@ -11,12 +11,12 @@
 #include "document/flow.h"
 #include "model/describe.h"
 #include "scene/assignment.h"
-#include "scene/event.h"
 #include "scene/expand.h"
 #include "scene/foothold.h"
 #include "scene/named.h"
-#include "scene/parameter.h"
-#include "scene/part.h"
+#include "scene/scene_event.h"
+#include "scene/scene_parameter.h"
+#include "scene/scene_part.h"
 #include "scene/vary.h"
 
 #include <locale.h>

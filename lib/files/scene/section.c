@@ -1,6 +1,6 @@
 /* The lists of loops and effects, and the joints that the assembly holds. */
 #include "model/describe.h"
-#include "scene/part.h"
+#include "scene/scene_part.h"
 
 #include <stddef.h>
 

@@ -4,7 +4,7 @@
  * their items. It leads through any list by [k], k from 0. A path of one word is a parameter. A key that is missing is
  * added, so that the tables of keys decide whether there is such a key, as for the file.
  */
-#include "scene/parameter.h"
+#include "scene/scene_parameter.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -2,8 +2,8 @@
 #ifndef KT_SCENE_SHAPES_H
 #define KT_SCENE_SHAPES_H
 
-#include "algebra/parts.h"
-#include "scene/part.h"
+#include "algebra/vector_parts.h"
+#include "scene/scene_part.h"
 
 /* The volume of the solid, m^3; zero for points and slender rods. */
 double kt_shape_volume(const kt_shape *shape);

@@ -2,8 +2,8 @@
 #include "effect/effect.h"
 #include "integrator/integrator.h"
 #include "model/describe.h"
-#include "scene/event.h"
-#include "scene/part.h"
+#include "scene/scene_event.h"
+#include "scene/scene_part.h"
 #include "scene/vary.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "scene/value.h"
 
 #include "document/number.h"
-#include "scene/expression.h"
+#include "scene/scene_expression.h"
 #include "scene/vary.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 #ifndef KT_SCENE_VALUE_H
 #define KT_SCENE_VALUE_H
 
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* The quantity that a number measures: which units and values it may have. */
 typedef enum kt_quantity {

@@ -9,9 +9,9 @@
 #include "base/require.h"
 #include "expression/expression.h"
 #include "scene/assignment.h"
-#include "scene/expression.h" /* kt_named_number */
 #include "scene/foothold.h"
-#include "scene/parameter.h"
+#include "scene/scene_expression.h" /* kt_named_number */
+#include "scene/scene_parameter.h"
 
 #include <math.h>
 #include <stdint.h>

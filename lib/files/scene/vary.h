@@ -8,7 +8,7 @@
 #define KT_SCENE_VARY_H
 
 #include "kinetree/expression.h"
-#include "scene/reader.h"
+#include "scene/scene_reader.h"
 
 /* Begins and ends the reading of a scene with variables; options without any: nothing is done. */
 void kt_varying_start(kt_reader *r, const kt_scene_options *options);

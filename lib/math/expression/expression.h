@@ -78,7 +78,8 @@ static inline bool kt_postfix_next(kt_postfix *walk) {
     return true;
 }
 
-/* The order that kt_expression_next_breakpoint (breakpoint.h) returns with a time at which its search was cut. */
+/* The order that kt_expression_next_breakpoint (formula_breakpoint.h) returns with a time at which its search was cut.
+ * */
 enum { KT_BREAKPOINT_CUT = 5 };
 
 /* The operations on bounds that all searches of a run may take. A processor of 2026 executes them within 2 s. */

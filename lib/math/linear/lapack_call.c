@@ -1,4 +1,4 @@
-/* The calls of LAPACK; lib/study/compare/lapack_call.c has those that the core does not need. */
+/* The calls of LAPACK; lib/study/compare/study_lapack.c has those that the core does not need. */
 #include "linear/lapack.h"
 
 #include <stddef.h>

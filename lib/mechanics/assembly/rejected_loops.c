@@ -4,7 +4,7 @@
 #include "assembly/rejected_loops.h"
 
 #include "base/where.h"
-#include "constraint/rejection.h"
+#include "constraint/rejecting_loop.h"
 #include "dynamics/dynamics.h"
 #include "loop/loop.h"
 

@@ -6,7 +6,7 @@
 #include "compile/attach.h"
 
 #include "base/aligned.h"
-#include "compile/planar.h"
+#include "compile/find_planar.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "effect/path.h"

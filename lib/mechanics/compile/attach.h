@@ -1,12 +1,12 @@
-/* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, front_order.c and batch.c
- * share. */
+/* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, front_order.c and
+ * effect_batches.c share. */
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 
 #include "base/arena.h"
 #include "compile/compile.h"
 #include "loop/loop.h"
-#include "model/formula.h"
+#include "model/formula_names.h"
 
 /* Working arrays, in one block. */
 #define ATTACH_FIELDS(X)                                                                                               \
@@ -23,7 +23,7 @@
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect + n->effect_off, "in the description's order")                               \
     X(int32_t, force_link, n->link, "index of a link in force_link; 0: not in it")                                     \
-    X(int32_t, coupled, n->link, "union-find: towards the root of the links that couplings join (balance.c)")          \
+    X(int32_t, coupled, n->link, "union-find: towards the root of the links that couplings join (group_units.c)")      \
     X(double, exponent, n->link, "logarithm of a link's unit over that of the link above in this set")                 \
     X(double, highest, n->link, "of a root: the largest of these in its set")                                          \
     X(int32_t, order, n->link, "links of a group as a front may take them (front_order.c)")                            \
@@ -57,8 +57,8 @@ static inline void kt_attach_align_axis(kt_pose *frame, kt_vec3 axis) {
     frame->rotation = kt_mat3_multiply(frame->rotation, kt_triad_from_axis(kt_vec3_normalize(axis), 2));
 }
 
-/* The joint or loop in whose coordinate an effect without ends acts (relative.c): its body in the tree, or -1 and its
- * loop. */
+/* The joint or loop in whose coordinate an effect without ends acts (relative_effects.c): its body in the tree, or -1
+ * and its loop. */
 typedef struct kt_attach_coordinate {
     int body, loop, component;
 } kt_attach_coordinate;
@@ -75,8 +75,8 @@ void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_eff
 size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect);
 void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, size_t *term);
 
-/* Formulas of effects (formula.c): counts numbers and variables, of which `names` then has the list; and fills the
- * model. */
+/* Formulas of effects (compile_formula.c): counts numbers and variables, of which `names` then has the list; and fills
+ * the model. */
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error);
 kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effect *effect, kt_effect_record *r,
@@ -104,12 +104,13 @@ kt_status kt_attach_fill_path(kt_model *m, const kt_effect *effect, kt_effect_re
 /* Marks the links of the markers among the variables as links that carry forces. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names);
 
-/* The same for auxiliary states (auxiliary_state.c). */
+/* The same for auxiliary states (compile_state.c). */
 kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error);
 kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part,
                                 size_t *text, kt_error *error);
 
-/* The same for masses that are functions of time (variable_mass.c): counts their numbers, and fills their records. */
+/* The same for masses that are functions of time (compile_variable_mass.c): counts their numbers, and fills their
+ * records. */
 void kt_attach_count_masses(const kt_description *description, kt_counts *n);
 void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number);
 

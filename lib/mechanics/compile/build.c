@@ -4,11 +4,11 @@
  * bodies. Links are numbered depth first, so that the recursions mostly pass from a link to the next one in memory.
  * Bodies fixed to one another share a link, whose inertia is that of all of them.
  */
-#include "algebra/parts.h"
+#include "algebra/vector_parts.h"
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "compile/compile.h"
-#include "compile/planar.h"
+#include "compile/find_planar.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 #include "reduction/kernel.h"

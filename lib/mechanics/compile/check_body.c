@@ -1,5 +1,5 @@
-/* Rules for a body: its joint and markers. The rules for its mass properties are in mass.c, those for its place in the
- * tree in check.c. */
+/* Rules for a body: its joint and markers. The rules for its mass properties are in mass_properties.c, those for its
+ * place in the tree in check_description.c. */
 #include "compile/compile.h"
 #include "joint/joint.h"
 

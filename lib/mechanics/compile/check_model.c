@@ -1,4 +1,4 @@
-/* kt_model_check: the faults that only the mechanism as a whole shows (inertia_check.c), of any description.
+/* kt_model_check: the faults that only the mechanism as a whole shows (mechanism_inertia.c), of any description.
  *
  * If the description has other faults as well, bodies with faults are replaced by sound ones. No fault is then reported
  * only because of another.

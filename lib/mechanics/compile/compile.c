@@ -3,7 +3,7 @@
  * measured (measure.c). */
 #include "compile/compile.h"
 #include "base/options.h"
-#include "compile/hard.h"
+#include "compile/one_sided.h"
 
 #include <stdlib.h>
 

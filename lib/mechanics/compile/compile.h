@@ -3,7 +3,7 @@
 #define KT_COMPILE_COMPILE_H
 
 #include "base/inner.h"
-#include "compile/hard.h"
+#include "compile/one_sided.h"
 #include "model/check.h"
 #include "model/model.h"
 #include "model/switching.h"
@@ -104,7 +104,7 @@ static inline uint32_t kt_model_keep_text(kt_model *m, size_t *used, const char 
 /* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
-/* parameter.c: KT_ERROR_ARGUMENT unless it is a parameter of this model. */
+/* set_parameter.c: KT_ERROR_ARGUMENT unless it is a parameter of this model. */
 KT_CHECKED kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error);
 
 /* Sets a parameter without a check: for differences, in which a mass may be negative. */
@@ -131,9 +131,9 @@ void kt_loop_place_put(kt_model *m, int loop, const double *x);
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
 /* Whether a joint has limits. */
 bool kt_joint_is_limited(const kt_joint *joint);
-/* mass.c: the rules of its mass, com, inertia and shape. */
+/* mass_properties.c: the rules of its mass, com, inertia and shape. */
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
-/* variable_mass.c: the same for a mass that is a function of time. */
+/* compile_variable_mass.c: the same for a mass that is a function of time. */
 void kt_checker_variable_mass(kt_checker *checker, const kt_body *body);
 /* Whether its inertia is given; otherwise it is in proportion to the mass. */
 static inline bool kt_variable_mass_has_moments(const kt_variable_mass *variable) {

@@ -1,6 +1,6 @@
-/* Which loops are in the place of hard effects: stops, contacts, and friction that sticks (hard.c makes them). They are
- * the last loops of a description, in the order of the effects. */
-#include "compile/hard.h"
+/* Which loops are in the place of hard effects: stops, contacts, and friction that sticks (one_sided.c makes them).
+ * They are the last loops of a description, in the order of the effects. */
+#include "compile/one_sided.h"
 
 #include "effect/effect.h"
 

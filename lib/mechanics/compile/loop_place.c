@@ -13,7 +13,7 @@
  */
 #include "compile/attach.h"
 #include "compile/compile.h"
-#include "compile/planar.h"
+#include "compile/find_planar.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 #include "loop/loop.h"

@@ -1,8 +1,8 @@
 /* Coordinates that move no mass and are held by springs and dampers, and the motions that belong to them.
  *
- * A joint whose articulated inertia is zero is found by inertia_check.c; its coordinates w are given an armature of 1
- * (dynamics/massless.c). In one motion w moves by 1 and no mass does. This is the response of that mechanism to a unit
- * force in w, at rest without gravity,
+ * A joint whose articulated inertia is zero is found by mechanism_inertia.c; its coordinates w are given an armature of
+ * 1 (dynamics/massless_recursion.c). In one motion w moves by 1 and no mass does. This is the response of that
+ * mechanism to a unit force in w, at rest without gravity,
  *
  *     (M + E E') n_w = e_w     as    M n_w = 0,  E' n_w = e_w
  *

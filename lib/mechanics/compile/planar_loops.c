@@ -2,12 +2,12 @@
  *
  * Planar motion does not change the equations of a loop out of the plane, so they must hold at q = 0 already, within
  * rounding. The directions of the ends' axes are compared relative to n; they are transformed by one rotation more than
- * those of joints (planar.c). Heights are compared relative to the distance from the world's origin along the joints
- * (reach). If these equations do not hold, the loop may not close at all. The spatial kernels, which then compute the
- * trees, report that.
+ * those of joints (find_planar.c). Heights are compared relative to the distance from the world's origin along the
+ * joints (reach). If these equations do not hold, the loop may not close at all. The spatial kernels, which then
+ * compute the trees, report that.
  */
 #include "compile/attach.h"
-#include "compile/planar.h"
+#include "compile/find_planar.h"
 #include "loop/loop.h"
 
 #include <float.h>

@@ -1,7 +1,7 @@
 /* Poses and twists of all links by the functions of the C library, for set-up, when there are no data yet. */
 #include "compile/compile.h"
 
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses) {
     poses[0] = kt_pose_identity();

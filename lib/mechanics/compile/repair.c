@@ -24,7 +24,7 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "base/generic.h"
-#include "compile/planar.h"
+#include "compile/find_planar.h"
 #include "kinetree/loop.h"
 #include "linear/cholesky.h"
 

@@ -16,7 +16,7 @@
 
 #include "base/copy.h"
 #include "base/pool.h"
-#include "compile/hard.h"
+#include "compile/one_sided.h"
 #include "effect/effect.h"
 #include "evaluate/open.h"
 #include "evaluate/slip.h"
@@ -24,9 +24,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Hard stops and contacts (compile/hard.c) are off in all models. Friction that sticks has two switches: that of its
- * loop, and that of the effect, which means that the joint slips backwards. If only the loop's switch is on, friction
- * sticks, and the effect is off. If both are on, friction is released, and the loop is off, too. */
+/* Hard stops and contacts (compile/one_sided.c) are off in all models. Friction that sticks has two switches: that of
+ * its loop, and that of the effect, which means that the joint slips backwards. If only the loop's switch is on,
+ * friction sticks, and the effect is off. If both are on, friction is released, and the loop is off, too. */
 static kt_switching switching_of(const kt_effect *effect) {
     if (kt_effect_sticks(effect))
         return effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
@@ -76,7 +76,8 @@ static void add_variant_switch(compilation *c, kt_switch item, kt_switching swit
     c->item[c->switches.count++] = item;
 }
 
-/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (compile/hard.c). */
+/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (compile/one_sided.c).
+ * */
 static bool is_contact(const compilation *c, int loop) {
     return c->loops[loop].side != KT_SIDE_NONE ||
            (c->loops[loop].type == KT_LOOP_ROLLING && effect_of_loop(c, loop) >= 0);

@@ -48,7 +48,7 @@ typedef struct kt_group_work {
      * rounded. */
     const double *weight;
     /* NULL, or the units of the coordinates (m). The group is then `balanced`: its equations are factored as
-     * (A_ij unit_j / scale_i), and solved for x_j / unit_j (compile/balance.c). */
+     * (A_ij unit_j / scale_i), and solved for x_j / unit_j (compile/group_units.c). */
     const double *unit;
     double least;     /* lower bound of the size that the largest direction counts as */
     double tolerance; /* the size, relative to the largest, below which a direction counts as lost (linear/qr.h) */

@@ -1,6 +1,6 @@
 /* A relative coordinate of a loop (d_i, theta_i of [MSD 6.2]): its value c and its rate. The file also has the wrench
  * on the second end that a unit force along the coordinate exerts,
- *     c' = m . w + f . u            w, u of loop/relative.h
+ *     c' = m . w + f . u            w, u of loop/relative_motion.h
  * so that the power of a force Q is Q c' in every state, whether the loop is closed or not. The z axes of the first and
  * of the second end are e = e_z and f = f_z; d leads from the first point to the second.
  *     displacements    c = e_k . d                                     f = e_k

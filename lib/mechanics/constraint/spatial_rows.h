@@ -69,8 +69,8 @@ KT_INLINE kt_real3 kt_end_follow(const kt_model *model, const kt_data *data, con
 }
 
 /* A point of a body above a plane on the ground (KT_LOOP_INPLANE): contacts with the ground. The frame at rest leaves
- * the equation few terms: d_z = e_z . d, and d'' without the Coriolis terms of loop/relative.h. Other loops have the
- * bits of the general calculation, and so have these. */
+ * the equation few terms: d_z = e_z . d, and d'' without the Coriolis terms of loop/relative_motion.h. Other loops have
+ * the bits of the general calculation, and so have these. */
 KT_INLINE bool kt_loop_is_over_ground(const kt_loop_record *loop) {
     return loop->kind == KT_LOOP_INPLANE && loop->link[0] == 0;
 }

@@ -5,7 +5,7 @@
  *     F = m a + alpha x h + w x (w x h),   N = h x a + J alpha + w x J w + (o - g) x F
  * with the accelerations due to the velocities alone (frame.c). */
 #include "control/control.h"
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 #include <string.h>
 

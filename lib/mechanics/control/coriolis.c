@@ -10,7 +10,7 @@
  */
 #include "base/copy.h"
 #include "control/control.h"
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 
 /* Adds M W for the rotations from coordinate v on, whose rates are w. */
 static void add_turned(const double *mass, size_t nv, size_t v, const double *w, double *c) {

@@ -12,7 +12,7 @@
  * dr and dp are the rotation of the body and the displacement of the point: omega and u by time, s and j by q_k.
  */
 #include "control/control.h"
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 #include <string.h>
 

@@ -8,8 +8,8 @@
 
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
-#include "dynamics/derivative.h"
 #include "dynamics/dynamics.h"
+#include "dynamics/dynamics_derivative.h"
 #include "evaluate/evaluate.h"
 #include "linear/cholesky.h"
 

@@ -20,8 +20,8 @@
  * The rate of an auxiliary state is a formula, as the force in a joint is, with a row in matrices of its own. Formulas
  * that read auxiliary states add columns by these.
  *
- * The poses, S and psi' are those of the terms of the tree (dynamics/derivative.h). Positions are relative to the base
- * of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
+ * The poses, S and psi' are those of the terms of the tree (dynamics/dynamics_derivative.h). Positions are relative to
+ * the base of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
  */
 #include "derivative/effect_derivatives.h"
 
@@ -31,9 +31,9 @@
 #include "derivative/gravity_force.h"
 #include "derivative/path_derivatives.h"
 #include "effect/effect.h"
+#include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/formula.h"
-#include "evaluate/relative.h"
+#include "evaluate/relative_force.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #ifndef KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 #define KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 
 /* A degree of freedom on the path to one of the ends of an effect, from the link that carries both. S and psi' are
  * about the point of the last end. */

@@ -3,7 +3,7 @@
 #ifndef KT_DERIVATIVE_GRAVITY_FORCE_H
 #define KT_DERIVATIVE_GRAVITY_FORCE_H
 
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 
 /* Returns the degree of freedom of a variable of type KT_VARIABLE_GRAVITY, in the order of the links. */
 int32_t kt_gravity_dof_of(const kt_model *model, const kt_derivative_work *w, const kt_variable_record *variable);

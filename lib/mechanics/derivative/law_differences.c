@@ -1,7 +1,7 @@
 /* Derivatives of laws that give none, by central differences in each of their variables (difference.h). */
 #include "derivative/difference.h"
 #include "derivative/dual_effect.h"
-#include "evaluate/formula.h"
+#include "evaluate/effect_formula.h"
 
 #include <math.h>
 

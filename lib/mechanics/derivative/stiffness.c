@@ -26,8 +26,8 @@
 #include "constraint/gradient.h"
 #include "derivative/kkt.h"
 #include "derivative/loop_response.h"
-#include "dynamics/derivative.h"
 #include "dynamics/dynamics.h"
+#include "dynamics/dynamics_derivative.h"
 #include "linear/cholesky.h"
 
 #include <math.h>

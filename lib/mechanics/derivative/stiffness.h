@@ -8,7 +8,7 @@
 #include "derivative/dense_or_tree.h"
 #include "derivative/effect_derivatives.h"
 #include "derivative/jacobian_qr.h"
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 #include "evaluate/evaluate.h"
 #include "kinetree/dynamics.h"
 

@@ -2,7 +2,7 @@
  *   T = sum a v^2 / 2
  * aba.h describes its part in the recursions. */
 #include "dynamics/dynamics.h"
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 /* Whether a link has armature. */
 static bool link_has_armature(const kt_model *model, const kt_link *link) {

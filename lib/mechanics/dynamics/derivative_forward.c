@@ -1,11 +1,11 @@
-/* Derivatives of forward dynamics from their terms (derivative.h), a strip of columns at a time. A backward pass
- * carries the columns' wrenches to the root, a forward pass carries accelerations back. A strip is as wide as the
+/* Derivatives of forward dynamics from their terms (dynamics_derivative.h), a strip of columns at a time. A backward
+ * pass carries the columns' wrenches to the root, a forward pass carries accelerations back. A strip is as wide as the
  * registers of the instruction set. Its numbers stay in registers, and pass through memory only where the tree
  * branches.
  *
  * The columns of a strip are neighbours in depth-first order. So the nodes before all of them are the support of the
  * first: its path to the root. */
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep.h"
 
 #if defined(__AVX512F__)

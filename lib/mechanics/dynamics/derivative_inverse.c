@@ -1,12 +1,12 @@
-/* Derivatives of inverse dynamics, and the mass matrix, from their terms (derivative.h). They are computed for each
- * degree of freedom i, along its path to the root. Those k of the path that lie in one half of a batch are combined
- * with i at once, a lane each. (Halves, because gcc compiles vectors of eight badly for instruction sets that have
- * four.)
+/* Derivatives of inverse dynamics, and the mass matrix, from their terms (dynamics_derivative.h). They are computed for
+ * each degree of freedom i, along its path to the root. Those k of the path that lie in one half of a batch are
+ * combined with i at once, a lane each. (Halves, because gcc compiles vectors of eight badly for instruction sets that
+ * have four.)
  *     D_ik = dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)
  *     D_ki = dtau_k / dq_i = S_k . f_i                                             k before i's node
  *     M_ik = S_k . I^C_i S_i, and the armature on the diagonal
  */
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep.h"
 
 enum { HALF = KT_LANES / 2 };

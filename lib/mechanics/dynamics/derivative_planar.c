@@ -14,7 +14,7 @@
  * and D_ki has P of k's own field, at rest before k. All are relative to o, since trees may travel fast, and as in
  * rnea_gradient_planar.c for the sum over i. Signs of joints about -n multiply both.
  */
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep_planar.h"
 
 /* Sums over a link and all links that it carries, and its origin relative to that of the link before. */

@@ -1,5 +1,5 @@
 /* From strips of columns, in the order of the links, to matrices in the order of the coordinates. */
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 
 KT_INLINE void copy_number(const kt_derivative_work *w, size_t nv, size_t i, size_t k, const kt_v8 *from, double *to) {
     to[(size_t)w->row[k].v * nv + (size_t)w->row[i].v] = from[k / KT_LANES * nv + i][k % KT_LANES];

@@ -1,7 +1,8 @@
-/* The terms of the derivatives of each degree of freedom (derivative.h): a forward pass and a backward pass. */
+/* The terms of the derivatives of each degree of freedom (dynamics_derivative.h): a forward pass and a backward pass.
+ * */
 #include "dynamics/aba.h"
-#include "dynamics/derivative.h"
 #include "dynamics/dof.h"
+#include "dynamics/dynamics_derivative.h"
 
 /* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 

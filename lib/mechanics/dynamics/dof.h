@@ -1,4 +1,5 @@
-/* The motion of a link and all that it carries with the degrees of freedom of the link, for derivatives (derivative.h).
+/* The motion of a link and all that it carries with the degrees of freedom of the link, for derivatives
+ * (dynamics_derivative.h).
  *
  * Spatial vectors (w, v) are expressed about the link's own origin, or any point fixed in the world. The frame that
  * carries a degree of freedom S_k has the motion C and A_C. The node that S_k moves has the motion V. Then

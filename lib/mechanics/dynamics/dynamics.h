@@ -111,7 +111,7 @@ KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, d
 KT_INNER KT_CHECKED kt_status kt_masses_reject(const kt_model *model, const char *where, const char *what,
                                                kt_error *error);
 
-/* ---- coordinates that move no mass (massless.c) ---- */
+/* ---- coordinates that move no mass (massless_recursion.c) ---- */
 
 /* Makes inverse dynamics and the mass matrix leave out the armature that replaces the mass. Other models do not
  * change. */

@@ -1,5 +1,5 @@
 /* Inertias of links: those of their bodies, in space and in their planes; and gravity in planes. */
-#include "algebra/parts.h"
+#include "algebra/vector_parts.h"
 #include "dynamics/dynamics.h"
 
 void kt_link_load(kt_model *model, const kt_body_record *body) {

@@ -1,5 +1,5 @@
-/* Points of bodies, from the motion of their links, of one state (body.c) and in lanes (batch/lane_frames.c). A body is
- * fixed in its link:
+/* Points of bodies, from the motion of their links, of one state (body_frames.c) and in lanes (batch/lane_frames.c). A
+ * body is fixed in its link:
  *   p = p_l + R_l d
  *   v = v_l + w x R_l d
  *   a = a_l + alpha x R_l d + w x (w x R_l d)
@@ -7,7 +7,7 @@
 #ifndef KT_DYNAMICS_POINT_H
 #define KT_DYNAMICS_POINT_H
 
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 /* R_l d, world axes: from the link's origin to a point given in the body frame; axes: those of the link. */
 KT_INLINE kt_real3 kt_point_arm(const kt_body_record *b, const kt_real3 axes[3], kt_real3 at) {

@@ -9,7 +9,7 @@
 #include "dynamics/regressor.h"
 
 #include "base/copy.h"
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 /* The wrenches of the ten parameters of a body, world axes, component by component; forces of the first four alone. */
 typedef struct unit_wrenches {

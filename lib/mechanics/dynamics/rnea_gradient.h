@@ -3,8 +3,8 @@
  * forward dynamics needs it: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
  *     mu . da = w . dtau - (gradient of w . inverse dynamics) . (dq, dv).
  *
- * The terms and letters are those of derivative.h, and W_l = sum w_i S_i over the degrees of freedom that carry link l.
- * The columns of d tau / dq and d tau / dv sum up to
+ * The terms and letters are those of dynamics_derivative.h, and W_l = sum w_i S_i over the degrees of freedom that
+ * carry link l. The columns of d tau / dq and d tau / dv sum up to
  *
  *     w . dtau/dq_k = psi''_k . H + psi'_k . N + s_k . Y + W_b . (S_k x* F^C)
  *     w . dtau/dv_k = phi_k . H + s_k . N

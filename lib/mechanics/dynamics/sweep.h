@@ -11,7 +11,7 @@
 #define KT_DYNAMICS_SWEEP_H
 
 #include "algebra/sincos.h"
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 
 #include <string.h>
 

@@ -20,7 +20,7 @@
  *
  *     M da/dt = d(tau)/dt - sum over bodies of the wrench that m' and J' need in place of m and J.
  */
-#include "algebra/parts.h"
+#include "algebra/vector_parts.h"
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

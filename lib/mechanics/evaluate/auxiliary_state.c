@@ -4,8 +4,8 @@
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
+#include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/formula.h"
 #include "kinetree/mechanism.h"
 
 #include <string.h>

@@ -6,10 +6,10 @@
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "evaluate/effect_ends.h"
+#include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/formula.h"
 #include "evaluate/path_force.h"
-#include "evaluate/relative.h"
+#include "evaluate/relative_force.h"
 #include "kinetree/dynamics.h"
 #include "model/scratch.h"
 

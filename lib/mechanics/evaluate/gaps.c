@@ -2,7 +2,7 @@
 #include "evaluate/gaps.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/effect_ends.h"
-#include "evaluate/relative.h"
+#include "evaluate/relative_force.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
 #include "kinetree/loop.h"
 
 #include "base/require.h"
-#include "loop/custom.h"
+#include "loop/loop_custom.h"
 #include "model/model.h"
 
 #include <math.h>

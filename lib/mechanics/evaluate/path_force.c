@@ -1,8 +1,8 @@
 /* The path of an effect in one state, and the force along it. */
 #include "evaluate/path_force.h"
 
+#include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/formula.h"
 
 /* As kt_path_frame_of, from the poses of all links. */
 static kt_effect_end frame_at(const kt_link_kinematics *kinematics, const kt_path_link *link) {

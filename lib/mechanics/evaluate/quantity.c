@@ -11,10 +11,10 @@
  *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
  *                                                                     that of the plane's body there.
  */
-#include "algebra/parts.h"
+#include "algebra/vector_parts.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/path_force.h"
-#include "evaluate/relative.h"
+#include "evaluate/relative_force.h"
 #include "model/relative.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The velocities of contacts that slip (slip.c), and the frames in which their friction acts. */
-#include "dynamics/motion.h"
+#include "dynamics/joint_motion.h"
 #include "evaluate/slip.h"
 #include "reduction/kernel.h"
 

@@ -1,4 +1,4 @@
-/* The null space of a balanced group (compile/balance.c).
+/* The null space of a balanced group (compile/group_units.c).
  *
  * A method finds orthonormal vectors b of the scaled coordinates y. In the coordinates x_i = unit_i y_i they differ by
  * little: if units differ by 1e6, a differential has two vectors whose angle is 1e-6, and N' M N loses twelve digits.

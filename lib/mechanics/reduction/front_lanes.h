@@ -6,7 +6,7 @@
 #define KT_REDUCTION_FRONT_LANES_H
 
 #include "algebra/lane.h"
-#include "model/front.h"
+#include "model/front_plan.h"
 
 #include <math.h>
 

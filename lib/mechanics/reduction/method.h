@@ -12,7 +12,7 @@ typedef void kt_basis(const kt_group_work *w, int rank);
 
 #ifndef KT_LANES
 
-/* Balanced groups (compile/balance.c): a method factors the matrix of A_ij unit_j / scale_i, and finds the numbers
+/* Balanced groups (compile/group_units.c): a method factors the matrix of A_ij unit_j / scale_i, and finds the numbers
  * y_j = x_j / unit_j. In all other groups these functions change nothing. */
 
 /* Scales the entries of equation c. */

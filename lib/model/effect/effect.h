@@ -127,7 +127,7 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 #define KT_EFFECT_AT(member) offsetof(kt_effect, member)
 
 /* Whether a stop or a contact is hard. Stops and contacts are elastic, with a stiffness, or hard, with a restitution
- * (compile/hard.c). */
+ * (compile/one_sided.c). */
 static inline bool kt_effect_is_hard(const kt_effect *effect) {
     return (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) && !isinf(effect->restitution);
 }
@@ -155,7 +155,7 @@ static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 
     }
     return kt_vec3_scale(-effect->radius, n);
 }
-/* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/hard.c). */
+/* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/one_sided.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
@@ -244,7 +244,7 @@ kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const do
                                         double t);
 
 /* The types that this library has; the others have no kind and no descriptor. In lanes: those whose files are compiled
- * for them; the others are evaluated lane by lane (batch/effects.c). */
+ * for them; the others are evaluated lane by lane (batch/single_effects.c). */
 #ifdef KT_LANES
 #define KT_EFFECT_KIND_LIST(X)                                                                                         \
     X(KT_EFFECT_SPRING, spring)                                                                                        \
@@ -267,7 +267,7 @@ extern const kt_effect_kind *const KT_EFFECT(kt_effect_kinds)[KT_EFFECT_TYPE_COU
 
 #ifndef KT_LANES
 
-/* A caller's own effect has callbacks in place of wrench and joint_force (custom.c). */
+/* A caller's own effect has callbacks in place of wrench and joint_force (effect_custom.c). */
 extern const kt_effect_kind KT_EFFECT(kt_effect_custom);
 
 static inline const kt_effect_kind *kt_effect_kind_of(int type) {

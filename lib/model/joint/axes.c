@@ -34,7 +34,7 @@ kt_joint_axes kt_joint_axes_of(const kt_joint *joint) {
     return axes;
 }
 
-/* The angle of the quaternion's part about z, as in loop/screw.c. */
+/* The angle of the quaternion's part about z, as in loop/loop_screw.c. */
 double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double near) {
     const double turn = 6.283185307179586;
     const kt_vec3 x = kt_mat3_apply(*rotation, triad->x), y = kt_mat3_apply(*rotation, triad->y);

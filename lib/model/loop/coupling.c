@@ -2,7 +2,7 @@
  * the formula depends on all positions of the equation and is evaluated by constraint/formula_row.c. */
 #include "loop/loop.h"
 
-#include "model/formula.h"
+#include "model/formula_names.h"
 
 static kt_relation_row coupling_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {
     double offset[3];

@@ -6,7 +6,7 @@
  * undefined. The first end's x axis is taken, so that an iteration towards |d| = L has a direction. The curvature is
  * set to zero.
  */
-#include "loop/relative.h"
+#include "loop/relative_motion.h"
 
 #include <float.h>
 

@@ -1,11 +1,11 @@
 /* Knife edge: the second point has no velocity against the first end's body along the second end's axis a = f_z. This
  * axis turns with the second end. Examples are an ice skate, and the wheel of a cart without its mass (Chaplygin's
- * sleigh). The loop is non-holonomic, a . u = 0. With u, w and the Coriolis terms of relative.h, and a' = w x a as seen
- * from end 1,
+ * sleigh). The loop is non-holonomic, a . u = 0. With u, w and the Coriolis terms of relative_motion.h, and a' = w x a
+ * as seen from end 1,
  *     phi'  = a . u
  *     phi'' = a . u' + a . coriolis + (w x a) . u
  */
-#include "loop/relative.h"
+#include "loop/relative_motion.h"
 
 static int evaluate_knife_edge(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                                kt_loop_row *rows) {

@@ -9,14 +9,14 @@
  *
  * Frame 1 has the axes e_k, frame 2 the axes f_k, and
  *     w = w2 - w1
- * Rates x' are seen in frame 1. There f_k' = w x f_k, and the rate of w is (w2' - w1') - g (relative.h) with
+ * Rates x' are seen in frame 1. There f_k' = w x f_k, and the rate of w is (w2' - w1') - g (relative_motion.h) with
  *     g = w1 x w2
  * So a row with moment m has -m . g in its drift.
  */
 #ifndef KT_LOOP_ORIENTATION_H
 #define KT_LOOP_ORIENTATION_H
 
-#include "loop/relative.h"
+#include "loop/relative_motion.h"
 
 #include <math.h>
 

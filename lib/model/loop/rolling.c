@@ -21,9 +21,9 @@
  *     U' = a1 - a2 - alpha2 x r - 2 w2 x U - w2 x (w2 x r)
  *     W' = alpha1 - alpha2 - w2 x W
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
- * A ball that rolls, of a hard contact with friction (compile/hard.c), has t = n, s = 1 and t' = 0 in place of these.
- * If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies flat
- * (s = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
+ * A ball that rolls, of a hard contact with friction (compile/one_sided.c), has t = n, s = 1 and t' = 0 in place of
+ * these. If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies
+ * flat (s = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
  *
  * A ball that rolls on a ball of radius R about S, of a hard contact, too, has n = r / |r| and the point P - S = R n.
  * With k1 along the part of a direction e of end 2 normal to n, and k2 = n x k1, the rows are k . y = 0:
@@ -32,7 +32,7 @@
  * Two directions e serve, the second one where the first is next to n. Neither is a coordinate axis: in a mechanism
  * that moves in a plane, no row is then void.
  */
-#include "loop/relative.h"
+#include "loop/relative_motion.h"
 
 static const double FLAT = 1e-6;
 

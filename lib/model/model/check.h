@@ -1,5 +1,6 @@
 /* Collects the faults of a description, and checks the rules that items of all kinds have in common: those of numbers,
- * functions, names and ends. The check itself is the compiler's (compile/check.c), and types add rules of their own.
+ * functions, names and ends. The check itself is the compiler's (compile/check_description.c), and types add rules of
+ * their own.
  *
  * Every rule reports through kt_checker_fault and continues. A mere consequence of a reported fault is not reported.
  */

@@ -1,6 +1,6 @@
 /* Rules for functions of time in a description. */
 #include "model/check.h"
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "model/function_formula.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
  */
 #include "model/check.h"
 #include "model/describe.h"
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "model/model.h"
 
 #include <math.h>

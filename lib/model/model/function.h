@@ -55,7 +55,7 @@ enum { KT_BREAKPOINT_ORDER_MAX = 3 };
 bool kt_curve_has_breakpoints(const kt_curve *curve);
 
 /* Returns the first breakpoint after t; those of formulas are sought up to `until`. *left is reduced by the operations
- * of the search (expression/breakpoint.h).
+ * of the search (expression/formula_breakpoint.h).
  * Cost: O(1). For a table O(log rows), plus 1 for each row without a breakpoint. For a formula some hundred
  * evaluations. */
 kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,

@@ -7,7 +7,7 @@
  */
 #include "model/function_formula.h"
 
-#include "expression/breakpoint.h"
+#include "expression/formula_breakpoint.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Laws in C in place of the formulas of effects: their variables and states by name. */
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "model/model.h"
 
 #include <string.h>

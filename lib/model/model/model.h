@@ -105,7 +105,7 @@ static inline size_t kt_links_bytes(const kt_counts *n) {
     X(int, group_loop, n->loop, "loops, group by group")                                                               \
     X(int32_t, group_link, n->group_link, "links, group by group")                                                     \
     X(int32_t, group_v, n->group_v, "velocity coordinates, group by group")                                            \
-    X(double, unit, n->group_v, "group by group: a large step in a coordinate (compile/balance.c)")                    \
+    X(double, unit, n->group_v, "group by group: a large step in a coordinate (compile/group_units.c)")                \
     X(bool, is_linear, n->group_v, "group by group: only relations with constant coefficients have the coordinate")    \
     X(kt_island, island, n->group, "sets of groups that act on each other; there are n.island")                        \
     X(int32_t, island_coordinate, kt_where(n->group, n->v), "velocity coordinates, island by island")                  \

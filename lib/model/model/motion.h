@@ -14,7 +14,8 @@
  * has an angle (`angles` is 1), its sine and cosine are computed. If `quaternions` is 1, the positions end with a
  * quaternion: four numbers for the last three velocities. A motion that is `planar` exists in a plane, about the normal
  * or along the plane. Lengths come first among the coordinates. All other properties of a motion are a function or a
- * case for each row (dynamics/motion.h, dynamics/aba.h, dynamics/inertia_check.c). The compiler reports a missing one.
+ * case for each row (dynamics/joint_motion.h, dynamics/aba.h, dynamics/inertia_check.c). The compiler reports a missing
+ * one.
  */
 #ifndef KT_MODEL_MOTION_H
 #define KT_MODEL_MOTION_H

@@ -10,7 +10,7 @@
 
 #include "algebra/real3.h"
 #include "kinetree/model.h"
-#include "model/front.h"
+#include "model/front_plan.h"
 #include "model/function.h"
 #include "model/motion.h"
 

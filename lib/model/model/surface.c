@@ -1,4 +1,4 @@
-/* The surfaces on which a loop can keep a point (loop/surface.c), as data. */
+/* The surfaces on which a loop can keep a point (loop/point_on_surface.c), as data. */
 #include "model/describe.h"
 
 #define BEAD(surface, at)                                                                                              \

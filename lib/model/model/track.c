@@ -1,4 +1,4 @@
-/* The curves on which a loop can keep a point (loop/curve.c), as data. */
+/* The curves on which a loop can keep a point (loop/point_on_curve.c), as data. */
 #include "model/describe.h"
 
 #define BEAD(curve, at)                                                                                                \

@@ -128,7 +128,7 @@ void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batc
                           kt_batch_fault *fault);
 kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);
 
-/* Steps of a group (step.c), by the method or semi-implicit ones. */
+/* Steps of a group (lane_explicit.c), by the method or semi-implicit ones. */
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault);
 
 /* Checks the numbers of a job. Returns KT_OK, or the error. */

@@ -9,7 +9,7 @@
 #include "evaluate/evaluate.h"
 #include "evaluate/slip.h"
 #include "model/switching.h"
-#include "step/motion.h"
+#include "step/simulation_struct.h"
 
 /* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
  * items. */

@@ -5,9 +5,9 @@
  *     control.c      the step size
  *     try.c          functions of every family for a tried step: slopes evaluated and checked, norms, errors
  *
- *     list.c         the list of methods
+ *     method_list.c         the list of methods
  *     method.c       the properties of a method that its family determines
- *     table.c        the properties of a method that its table determines
+ *     method_table.c        the properties of a method that its table determines
  *     tables/        coefficients, one const struct per method
  *     order.c        rooted trees and order conditions
  *     stability.c    linear stability: growth of modes, and the longest stable step
@@ -28,7 +28,7 @@
  *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
  *     rational.c     their stability functions
  *
- *     switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
+ *     stiff_switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
  *     leap.c         the method whose steps the caller takes
  *
  * A family is one const struct of functions, kt_method_family. Its algorithm is private to its own file. The other

@@ -13,7 +13,7 @@
  * It begins with the polynomial of the last step, continued, or with 0 if there is none. The residuals f - k of the
  * stages, k = A^-1 z / h, show whether J hides a part of them (newton.c).
  *
- * Error estimate. The embedded formula of order 3 (tables/radau.c) is filtered so that it decays if the motion is
+ * Error estimate. The embedded formula of order 3 (tables/radau_table.c) is filtered so that it decays if the motion is
  * stiff:
  *
  *     err = (gamma / h - J)^-1 (f(t0, y0) + gamma (e_1 z_1 + e_2 z_2 + e_3 z_3) / h)

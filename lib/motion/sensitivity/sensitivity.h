@@ -1,22 +1,23 @@
 /* Shared declarations of this folder. A held input is a joint force tau, or a parameter p of the model.
  *
  *     stage.c              the start of a step, and derivatives of accelerations at a stage
- *     step.c               a step as a function: stages, sum, projection
+ *     tangent_step.c               a step as a function: stages, sum, projection
  *     step_derivatives.c   tangents of a step, column by column: A and B
  *     step_parameter.c     tangents of a step by a parameter of the model: C
  *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
- *     difference.c         derivatives of the equations of motion and of the loops by a parameter, by differences
+ *     parameter_derivative.c         derivatives of the equations of motion and of the loops by a parameter, by
+ * differences
  *     implicit.c           the stages of implicit methods, solved
  *     implicit_changes.c   tangents and the adjoint of these stages
- *     rosenbrock.c         steps of linearly implicit methods, and their tangents
+ *     tangent_rosenbrock.c         steps of linearly implicit methods, and their tangents
  *     step_adjoint.c       the adjoint of a step: from a gradient by the state after it to that by the state before it
  *     stage_adjoint.c      the adjoint of an evaluation of accelerations
  *     stage_loops.c        the part of loops in that adjoint
  *     rollout.c            gradients over many steps
  *     rollout_lanes.c      gradients of several motions at once
  *     revolve.c            the states of a motion that are kept while it is reversed
- *     contact.c            rejects steps in which hard contacts close or open
- *     motion.c             A and B of a simulation's motion, through its events
+ *     tangent_contact.c            rejects steps in which hard contacts close or open
+ *     motion_derivative.c             A and B of a simulation's motion, through its events
  *     projection.c         the derivative of the projection onto the loops
  *     projection_adjoint.c the adjoint of that projection
  *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
@@ -33,7 +34,7 @@
 #include "derivative/jacobian_qr.h"
 #include "derivative/kkt.h"
 #include "dynamics/aba_inverse.h"
-#include "dynamics/derivative.h"
+#include "dynamics/dynamics_derivative.h"
 #include "dynamics/rnea_gradient.h"
 #include "integrator/integrator.h"
 #include "kinetree/sensitivity.h"
@@ -331,7 +332,7 @@ static inline void kt_auxiliary_states_restore(kt_step_work *w) {
 }
 
 /* Rejects a step to `next` in which a hard contact closes, its reaction changes sign, or friction sticks
- * (contact.c). */
+ * (tangent_contact.c). */
 KT_CHECKED kt_status kt_step_reject_contacts(kt_step_work *w, const double *next, kt_error *error);
 
 /* Copies columns of the tangents at the end, kt_tangent_numbers a column (step_derivatives.c). */

@@ -10,7 +10,7 @@
  * - A sine, of which a step is at most a quarter of a period (kt_simulation_longest_step).
  *
  * - A formula that is monotone with its first two derivatives, so that the ends of a step determine it
- *   (expression/breakpoint.c).
+ *   (expression/formula_breakpoint.c).
  *
  * The accelerations themselves jump, for example, if a drive's second derivative or the slope of a servo's target
  * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
@@ -20,8 +20,8 @@
  * interpolant is right. The step that begins there starts from a projection to the limit from the right. Fixed steps
  * end at such jumps only, and the next step ends on the grid again.
  */
-#include "expression/breakpoint.h"
 #include "effect/effect.h"
+#include "expression/formula_breakpoint.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 

@@ -2,7 +2,7 @@
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
-#include "step/motion.h"
+#include "step/simulation_struct.h"
 
 /* Adds an event whose name is known to be free, and for which there is room. */
 void kt_event_append(kt_simulation *simulation, const kt_event *event);
@@ -29,8 +29,8 @@ static inline const kt_contact_calls *kt_contact_calls_of(const kt_simulation *s
 }
 
 /* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
- * model are not restored. Changes do not nest. step.c calls both functions with kt_contact_calls. Cost: O(the memory of
- * the integrator). */
+ * model are not restored. Changes do not nest. simulation_step.c calls both functions with kt_contact_calls. Cost:
+ * O(the memory of the integrator). */
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
 void kt_simulation_keep(kt_simulation *simulation);
 void kt_simulation_undo_change(kt_simulation *simulation);
@@ -107,7 +107,8 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 /* The noise that rounding causes in accelerations next to singular positions. */
 extern const struct kt_noise kt_simulation_noise;
 
-/* Newton's equations of an implicit method, in second-order form (newton.c), and the sizes that they need. */
+/* Newton's equations of an implicit method, in second-order form (second_order_newton.c), and the sizes that they need.
+ * */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);
 

@@ -2,7 +2,7 @@
 #ifndef KT_CODEGEN_FUNCTIONS_H
 #define KT_CODEGEN_FUNCTIONS_H
 
-#include "codegen/print.h"
+#include "codegen/print_function.h"
 #include "kinetree/codegen.h"
 #include "model/model.h"
 

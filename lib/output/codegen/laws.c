@@ -2,7 +2,7 @@
  * both sides of which are computed. */
 #include "effect/effect.h"
 
-#include "codegen/effect.h"
+#include "codegen/node_effect.h"
 
 #include <float.h>
 #include <stdio.h>

@@ -9,7 +9,7 @@
  *
  * Of a wheel that rolls, the first end counts as the second: P is its centre, and far from the second point.
  *
- * These are u and the sum of all accelerations in lib/model/loop/relative.h: a_1(P) contains alpha_1 x d and
+ * These are u and the sum of all accelerations in lib/model/loop/relative_motion.h: a_1(P) contains alpha_1 x d and
  * w_1 x (w_1 x d). So neither A nor the right-hand side needs the point of the first end.
  *
  * The equations follow in loop_rows.c. Couplings and driven joints need no ends:

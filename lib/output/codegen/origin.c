@@ -11,7 +11,7 @@
  *
  * Source: Denavit & Hartenberg 1955, where one more component vanishes by a rotation about the axis.
  */
-#include "codegen/tree.h"
+#include "codegen/node_tree.h"
 
 enum {
     CHAIN_LEAST = 16, /* links: a loop over fewer ones fills few vectors */

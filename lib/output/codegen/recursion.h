@@ -2,7 +2,7 @@
 #ifndef KT_CODEGEN_RECURSION_H
 #define KT_CODEGEN_RECURSION_H
 
-#include "codegen/tree.h"
+#include "codegen/node_tree.h"
 #include "kinetree/expression.h"
 
 /* The motion of a link, in its own axes, and the wrench that it takes. */
@@ -52,7 +52,7 @@ void kt_code_solve_lower(kt_code_tree *tree, const kt_op *m, const kt_op *invers
 /* The same by articulated bodies. */
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 
-/* The same in the axes of planes (planar.c), if all links move in planes. */
+/* The same in the axes of planes (node_planar.c), if all links move in planes. */
 bool kt_code_is_planar(const kt_model *model);
 void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 
@@ -107,13 +107,13 @@ void kt_code_effects(kt_code_tree *tree, kt_op *tau);
 /* The rates of auxiliary states: as many as the model has. */
 void kt_code_states(kt_code_tree *tree, kt_op *rate);
 
-/* A function of time (curve.c): a constant is the parameter PREFIX_KEY, all other numbers are folded. */
+/* A function of time (node_curve.c): a constant is the parameter PREFIX_KEY, all other numbers are folded. */
 kt_op kt_code_curve(kt_code_tree *tree, const kt_curve *curve, const char *prefix, const char *key,
                     const char *meaning);
 bool kt_code_has_curve(const kt_model *model, const kt_curve *curve);
 void kt_code_hash_curve(const kt_model *model, const kt_curve *curve, kt_code_hash *hash, uint64_t *h);
 
-/* A formula, with nodes for its variables (formula.c). */
+/* A formula, with nodes for its variables (node_formula.c). */
 kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *value);
 void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint64_t *h);
 

@@ -9,7 +9,7 @@
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, I.14.
  */
 #include "codegen/loops.h"
-#include "codegen/print.h"
+#include "codegen/print_function.h"
 
 void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);

@@ -14,7 +14,7 @@
  * it, where the velocities are projected.
  */
 #include "codegen/loops.h"
-#include "codegen/print.h"
+#include "codegen/print_function.h"
 #include "kinetree/codegen.h"
 
 static void print_gap(FILE *file, int rows) {

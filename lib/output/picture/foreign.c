@@ -6,7 +6,7 @@
 #include <string.h>
 
 #ifdef KT_WITH_ASSIMP
-#include "picture/apart.h"
+#include "picture/mesh_apart.h"
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>

@@ -8,7 +8,7 @@
 #include "document/file.h"
 #include "mesh/mesh.h"
 #include "picture/foreign.h"
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 #include "picture/solid.h"
 
 #include <math.h>

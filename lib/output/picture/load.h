@@ -3,8 +3,8 @@
 #define KT_PICTURE_LOAD_H
 
 #include "kinetree/scene.h"
-#include "picture/mesh.h"
 #include "picture/picture.h"
+#include "picture/picture_mesh.h"
 
 /* Reads a mesh, thins it out to at most `most` triangles, and fills the surface and the solid. The solid has the type
  * of the box around the mesh; its body and its mesh remain to be set. Ownership: the caller releases the surface with

@@ -20,7 +20,7 @@ static inline const kt_body *kt_picture_source(const kt_picture_maker *m, int bo
     return &m->description->bodies[kt_body_source(m->model, body)];
 }
 
-/* list.c: the contents as the description has them, in this order. */
+/* picture_list.c: the contents as the description has them, in this order. */
 void kt_picture_list_joints(kt_picture_maker *m);
 void kt_picture_list_loops(kt_picture_maker *m);
 void kt_picture_list_relations(kt_picture_maker *m);
@@ -29,7 +29,7 @@ void kt_picture_list_effects(kt_picture_maker *m);
 /* Whether a slider of the world represents only a number, such as the length of a tendon. */
 bool kt_picture_is_number(const kt_picture_maker *m, int body);
 
-/* given.c: solids of the scene. Boxes of the same inertia may replace shapes and meshes. */
+/* given_solids.c: solids of the scene. Boxes of the same inertia may replace shapes and meshes. */
 void kt_picture_add_solid(kt_picture_maker *m, kt_solid solid);
 void kt_picture_list_shapes(kt_picture_maker *m);
 kt_status kt_picture_list_meshes(kt_picture_maker *m, kt_error *error);

@@ -3,7 +3,7 @@
 
 #include "base/arena.h"
 #include "picture/maker.h"
-#include "picture/mesh.h"
+#include "picture/picture_mesh.h"
 #include "picture/solid.h"
 
 #include <math.h>

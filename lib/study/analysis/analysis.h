@@ -160,7 +160,8 @@ static inline void kt_add_columns(const double *matrix, size_t rows, size_t n, d
             y[i] += factor * matrix[k * rows + i] * x[k];
 }
 
-/* ---- difference.c ------------------------------------------------------------------------------------------------ */
+/* ---- probe_difference.c
+ * ------------------------------------------------------------------------------------------------ */
 
 /* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps `first`, first /
  * 2, ... */

@@ -13,7 +13,7 @@
  * Exact derivatives (exact.c) are taken along (free_position_j, velocity_change_j) and (0, free_velocity_j), see
  * independent_coordinates.c. Along each of these directions one state changes by one and the others do not change.
  *
- * Finite differences (probe.c, difference.c) are used if a caller's own effects have no derivatives, and near
+ * Finite differences (probe.c, probe_difference.c) are used if a caller's own effects have no derivatives, and near
  * singular positions. Their directions are, for j = 1 .. n,
  *
  *     e_j = (free_position_j, 0) and (0, free_velocity_j).

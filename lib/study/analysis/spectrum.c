@@ -12,7 +12,7 @@
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "model/switching.h"
-#include "step/motion.h"
+#include "step/simulation_struct.h"
 
 #include <math.h>
 #include <string.h>

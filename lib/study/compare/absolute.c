@@ -15,7 +15,7 @@
 #include "effect/effect.h"
 #include "evaluate/evaluate.h"
 #include "joint/joint.h"
-#include "model/formula.h"
+#include "model/formula_names.h"
 #include "model/relative.h"
 
 #include <float.h>

@@ -1,0 +1,75 @@
+/* Characters that a scene file may consist of, and texts that need no quotes. */
+#include "document/document_text.h"
+#include "base/text.h"
+
+#include "document/number.h"
+
+#include <string.h>
+
+size_t kt_utf8_decode(const char *text, size_t size, uint32_t *character) {
+    static const uint32_t least[] = {0, 0, 0x80, 0x800,
+                                     0x10000}; /* by length: a longer form than needed is not valid */
+    unsigned char lead = (unsigned char)text[0];
+    size_t length = lead < 0x80U ? 1 : lead < 0xC0U ? 0 : lead < 0xE0U ? 2 : lead < 0xF0U ? 3 : lead < 0xF8U ? 4 : 0;
+    if (length == 0 || length > size)
+        return 0;
+    uint32_t c = length == 1 ? lead : lead & (0xFFU >> (length + 1));
+    for (size_t i = 1; i < length; i++) {
+        unsigned char next = (unsigned char)text[i];
+        if ((next & 0xC0U) != 0x80U)
+            return 0;
+        c = c << 6 | (next & 0x3FU);
+    }
+    if (c < least[length] || c > 0x10FFFFU || (c >= 0xD800U && c <= 0xDFFFU))
+        return 0;
+    *character = c;
+    return length;
+}
+
+bool kt_utf8_is_valid(const char *text, size_t size, size_t *offset) {
+    uint32_t character;
+    for (size_t i = 0; i < size;) {
+        size_t length = kt_utf8_decode(text + i, size - i, &character);
+        if (length == 0) {
+            *offset = i;
+            return false;
+        }
+        i += length;
+    }
+    return true;
+}
+
+bool kt_character_is_allowed(uint32_t c) {
+    if (c < 0x20U)
+        return c == '\t' || c == '\n' || c == '\r';
+    if (c >= 0x7FU && c < 0xA0U)
+        return c == 0x85U;
+    return c != 0xFEFFU && c != 0xFFFEU && c != 0xFFFFU;
+}
+
+bool kt_character_is_plain(uint32_t c) {
+    bool breaks = c == 0x85U || c == 0x2028U || c == 0x2029U; /* line ends to YAML 1.1 */
+    return c >= 0x20U && kt_character_is_allowed(c) && !breaks;
+}
+
+/* Words that YAML 1.1 reads as booleans; those of 1.2 are among kt_scalar_classify's. */
+static bool is_old_boolean(const char *text) {
+    static const char *const words[] = {"y", "yes", "on", "n", "no", "off", "true", "false", "null", NULL};
+    return kt_is_word_of(text, words);
+}
+
+static bool is_letter_or_digit(char c) { return kt_is_letter(c) || kt_is_digit(c); }
+
+bool kt_text_is_plain(const char *text) {
+    double value;
+    size_t length = strlen(text);
+    if (length == 0 || !is_letter_or_digit(text[0]) || text[length - 1] == ' ' || is_old_boolean(text) ||
+        kt_scalar_classify(text, &value) != KT_SCALAR_TEXT)
+        return false;
+    if (text[0] >= '0' && text[0] <= '9' && text[strspn(text, "0123456789+-_.:eE")] == '\0') /* dates, 1:30, 1_000 */
+        return false;
+    for (const char *c = text; *c != '\0'; c++)
+        if (!is_letter_or_digit(*c) && strchr(" ._-+/()", *c) == NULL)
+            return false;
+    return true;
+}

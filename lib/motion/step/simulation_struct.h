@@ -1,0 +1,445 @@
+/* The struct of a simulation, for contact/ and simulation/. The state is y = (q, v, x), followed by two works if a
+ * balance is computed. */
+#ifndef KT_STEP_SIMULATION_STRUCT_H
+#define KT_STEP_SIMULATION_STRUCT_H
+
+#include "base/arena.h"
+#include "evaluate/gaps.h"
+#include "kinetree/simulation.h"
+#include "model/model.h"
+#include "model/switching.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The inputs of a step: torques in joints, wrenches on bodies. */
+typedef struct kt_input_flags {
+    bool torque, wrenches; /* whether there are any */
+} kt_input_flags;
+
+/* The projection's changes of velocities since the start (kt_velocity_correction). */
+typedef struct kt_corrections {
+    double most, time, fastest; /* 1/s, s, 1/s */
+    int64_t v;                  /* the velocity with `most` */
+} kt_corrections;
+
+/* Powers at the ends of the last steps, and the works that follow from them (power_points.c, work_watch.c). */
+enum { KT_POWER_POINTS = 4 };
+typedef struct kt_power_points {
+    int count;                 /* the number of points; the last one comes first */
+    double t[KT_POWER_POINTS]; /* s */
+    double d[KT_POWER_POINTS]; /* divided differences of the net power; the first is that at the last point, W */
+    double before, size;       /* net power at the last but one; |dissipated| + |supplied| at the last, W */
+    kt_work_estimate sum[2];   /* up to the last but one, and to the last */
+} kt_power_points;
+
+/* All values that determine the rest of the run, except those of the integrator; they are part of a checkpoint. */
+typedef struct kt_simulation_memory {
+    int64_t next_record; /* the first that has not been handed over */
+    int64_t recorded;    /* the number of records, events included, that have been handed over */
+    kt_input_flags now;  /* the inputs of the step that ended at the current time */
+    kt_input_flags next; /* the inputs of the next step */
+    bool pending;        /* `next` or a parameter was set since the last step */
+    bool changed;        /* a parameter was set */
+    bool refined;        /* the works of the last step are those of balance.c */
+    uint64_t balance_evaluations;
+    uint64_t joined;        /* states within steps that do not come from the dense output (dense.c) */
+    uint64_t cut;           /* searches of features that reached their limit */
+    double piece;           /* s, from where the breakpoint after the last step was sought; NaN: not available */
+    int64_t sought, before; /* operations of all searches of features; and before the search from `piece` */
+    uint64_t factorizations;
+    kt_iterations iterations;
+    kt_crossings crossings;
+    kt_corrections corrections;
+    kt_power_points powers;
+    double event_last;        /* s, the last instant of events */
+    double event_interval;    /* s, from the instant before to the last one */
+    uint64_t event_instants;  /* so far */
+    uint64_t event_shrinking; /* the number of last instants whose intervals shrank */
+    double event_ratio;       /* the largest ratio of these intervals to the intervals before them */
+    uint64_t event_row;       /* the number of last instants that followed each other at once */
+    int64_t stopped;          /* the event that ended the last call, from 1; 0: none did */
+    uint64_t set;             /* switched loops and effects that are on */
+    double event_since;       /* s, from where instants within one fixed step, or one interval, are counted */
+    uint64_t event_many;      /* the number of these instants */
+    uint64_t event_missed;    /* the number of last steps that were to end at an event and did not reach it */
+    uint64_t breakpoints;     /* breakpoints at which steps ended */
+    uint64_t event_cuts;      /* searches of events that reached their limit; the first one: */
+    double event_cut_time;    /* s, the beginning of its step */
+    int64_t event_cut_of;     /* its event */
+    kt_contact_counts contacts;
+    uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
+    uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
+    int64_t jumped;       /* forces have jumped since closed contacts were checked last */
+    double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
+    uint64_t retries;     /* their number */
+    double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
+    int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
+} kt_simulation_memory;
+
+/* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
+typedef struct kt_contact_memory {
+    double slip[2];        /* of a contact: the direction in which it slips */
+    double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when it left last */
+    double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
+    double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
+    double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
+    double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
+    double load, response; /* of slip: the normal force, N; by how much it changes slip by friction, 1/kg */
+    double ended_at, held; /* s, when its stick ended last; until when it stays closed whatever its reaction */
+    uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
+    uint64_t reversals;    /* of its slip within the length of a fixed step */
+    uint64_t turns, left;  /* how often its slow slip has turned or shrunk; how often it left in the instant */
+    double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential; of dry
+                              friction in joints, the dry and the viscous force */
+    int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted;       /* likewise, as the counts of contacts have it */
+    int64_t shared;        /* it sticks, and its normal force is not unique: the least one counts */
+} kt_contact_memory;
+
+/* The memory of an event. */
+typedef struct kt_event_memory {
+    int64_t side;      /* the last sign of its value; 0: not available */
+    uint64_t count;    /* how often it has happened */
+    double size;       /* the largest |value| along the last step */
+    double breakpoint; /* its first breakpoint after the beginning of an earlier step; NaN: not available */
+    int64_t disarmed;  /* by the caller */
+} kt_event_memory;
+
+/* A root of an event in the last step. */
+typedef struct kt_event_root {
+    int64_t due;      /* there is one, and the event takes effect at the end of the step */
+    int64_t recorded; /* its record has been handed over */
+    int64_t side;     /* the sign of the value behind it */
+    double time;      /* s */
+} kt_event_root;
+
+/* The search for roots of an event along a step. */
+typedef struct kt_event_search {
+    int side;          /* the sign of its value at the beginning of the next panel; 0: not available */
+    int spent;         /* the number of its values that the step has taken */
+    double size;       /* the largest |value| so far */
+    double breakpoint; /* the next breakpoint; NaN: not available */
+} kt_event_search;
+
+/* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */
+enum { KT_EVENT_VALUES = 6 };
+
+/* The results of the present state that data hold, so that they need not be computed again. */
+typedef enum kt_cached {
+    KT_CACHED_NOTHING = 0,
+    KT_CACHED_POSES,      /* the poses, from the projection or from kinematics */
+    KT_CACHED_EVALUATION, /* all results of the evaluation that gave `slope`, if it is the slope of the present state */
+} kt_cached;
+
+/* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the nearest ones, in s. */
+typedef struct kt_breakpoints {
+    bool any;             /* steps end at breakpoints */
+    bool fixed;           /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
+    double from, next;    /* there is none between these times */
+    bool jumps, cut;      /* at `next`: the accelerations jump; the search of features reached its limit */
+    bool strikes, struck; /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
+    bool passing;         /* jumps of the state at `from` are a part of passing it: nothing is searched anew */
+    double begin, after;  /* a step that begins at a jump: its first slope is the slope at the time `after` */
+    double end, before;   /* a step that ends at a jump: its last slope is the slope at the time `before` */
+} kt_breakpoints;
+
+/* A part of the last step, along which powers were integrated (balance.c). */
+enum { KT_PANEL_TERMS = 13 };
+typedef struct kt_work_panel {
+    bool known;
+    int tried;                 /* panels of this step, tried or taken */
+    double from, to, next;     /* s; `next`: the proposed length of the next panel */
+    kt_work start;             /* at `from`, since the start of the run */
+    kt_work b[KT_PANEL_TERMS]; /* the works from there on, as coefficients of Legendre's polynomials */
+} kt_work_panel;
+
+#define KT_SQUARE(x) ((x) * (x))
+
+/* The arrays of an implicit method. */
+#define KT_NEWTON_ARRAYS(X)                                                                                            \
+    X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
+    X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
+    X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
+    X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
+    X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
+    X(double, state_force, size->free * size->states, "implicit: of kt_state_derivatives")                             \
+    X(double, rate_q, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_v, size->states * size->nv, "implicit: likewise")                                                   \
+    X(double, rate_x, size->states * size->states, "implicit: likewise")                                               \
+    X(double, real, KT_SQUARE(size->free + size->states), "implicit: factors for a real sigma")                        \
+    X(double, re, KT_SQUARE(size->free + size->states), "implicit: for a complex one, real parts")                     \
+    X(double, im, KT_SQUARE(size->free + size->states), "implicit: imaginary parts")                                   \
+    X(int, pivot, 2 * (size->free + size->states), "implicit: of the real and the complex factors")                    \
+    X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
+    X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
+    X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
+
+/* The number of models of sets of contacts that a simulation has room for (contact/model.c). */
+enum { KT_CONTACT_MASKS = 3 };
+
+struct kt_contacts; /* contact.c */
+struct kt_moreau;   /* moreau.c */
+#define KT_SIMULATION_CONTACTS(X)                                                                                      \
+    X(char, contact_memory, size->contact, "hard contacts")                                                            \
+    X(kt_contact_memory, contact_state, size->contacts, "of hard contacts; part of a checkpoint")                      \
+    X(char, moreau_memory, size->moreau, "of time stepping")                                                           \
+    X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
+    X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
+    X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
+
+#define KT_SIMULATION_STATICS(X)                                                                                       \
+    X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")
+
+/* A gap that is computed only if a step may have reached the boundary. */
+typedef struct kt_known_gap {
+    kt_gap gap;
+    bool known;
+} kt_known_gap;
+
+#define KT_SIMULATION_CLEARANCES(X)                                                                                    \
+    X(double, stop_lower, size->gap, "of stops, as their effects have them")                                           \
+    X(double, stop_upper, size->gap, "likewise")                                                                       \
+    X(double, clearance_begin, 2 * size->gap, "at gap_time: distances of effects; no less than their speeds")          \
+    X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")
+
+/* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
+#define KT_SIMULATION_FIELDS(X)                                                                                        \
+    KT_SIMULATION_CLEARANCES(X)                                                                                        \
+    X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
+    X(kt_known_gap, gap_begin, size->gap, "gaps of effects at gap_time, of some")                                      \
+    X(kt_known_gap, gap_end, size->gap, "scratch: where a step ends, of those that it may have reached")               \
+    X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
+    X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
+    X(kt_gap, gap_record, size->gap, "scratch: at a record")                                                           \
+    X(kt_event, event, size->event, "in the order in which they were added")                                           \
+    X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
+    X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                \
+    X(kt_event_search, event_search, size->event, "scratch")                                                           \
+    X(double, event_value, KT_EVENT_VALUES * size->event, "at event_time, and along a panel of the last step")         \
+    X(double, y, size->n, "state of a record, and scratch")                                                            \
+    X(double, a, size->nv, "acceleration of a record")                                                                 \
+    X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
+    X(double, torque, size->user_nv, "held during the last step")                                                      \
+    X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
+    X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
+    X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
+    X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
+    X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
+    X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
+    X(double, state, size->state, "q and v of the user model at the current time")                                     \
+    X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
+    X(kt_wrench, body_wrench, size->body_wrench, "transformed: on the bodies of the model")                            \
+    X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
+    X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
+    X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
+    X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
+    KT_SIMULATION_STATICS(X)                                                                                           \
+    KT_NEWTON_ARRAYS(X)                                                                                                \
+    KT_SIMULATION_CONTACTS(X)                                                                                          \
+    X(char, data_memory, size->data, "the model's data")                                                               \
+    X(char, integrator_memory, size->integrator, "the integrator")
+
+typedef struct kt_simulation_sizes {
+    size_t nq, nv;
+    size_t x;    /* auxiliary states */
+    size_t work; /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
+    size_t n;    /* of the integrator: work, or work + 2 if a balance is computed: */
+    bool integrates_works;
+    size_t history; /* numbers of the integrator that are part of a checkpoint */
+    size_t user_nq, user_nv;
+    size_t gap;               /* effects that act on one side of a boundary */
+    size_t event;             /* the most events, including hard contacts */
+    size_t contact, contacts; /* bytes of hard contacts, 0 without; their number */
+    size_t moreau;            /* bytes of time stepping; 0 without */
+    size_t undo;              /* bytes of `undo`; 0 without */
+    size_t mask;              /* bytes of a mask, then of its ranks; 0: each set of contacts has a compiled model */
+    size_t ranks;
+    size_t balanced; /* n if coordinates move no mass, so that their forces are balanced in every state; else 0 */
+    size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
+    size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
+    size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
+    bool reduced;        /* implicit method: its matrices act on the velocities that the loops leave free */
+    bool all_directions; /* implicit method: its Jacobian is exact across the loops, too */
+    size_t rate;         /* 0 without a right-hand side of the caller's */
+    size_t state;        /* user_nq + user_nv + x */
+    size_t kept;         /* the first numbers of `state` that a checkpoint holds */
+    size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
+} kt_simulation_sizes;
+
+/* The event handler (event.c). A simulation without events has no handler, and a program that adds none does not link
+ * it. */
+typedef struct kt_event_watch {
+    /* Evaluates events before a step. */
+    kt_status (*begin)(kt_simulation *simulation, kt_error *error);
+    /* Searches events after a step. If an event happened within the step, the step is undone, *t_limit is its new end,
+     * and *again is true. */
+    kt_status (*reject_step)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
+    /* Applies the events that happened at the present time (memory.fires). Hands their records to the recorder, unless
+     * that is NULL. */
+    kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
+    /* Computes the value of event k in any state y. */
+    kt_status (*value)(kt_simulation *simulation, size_t k, double t, const double *y, double *value, kt_error *error);
+} kt_event_watch;
+
+/* The tries of a step that failed (simulation/retry.c). */
+typedef struct kt_retry {
+    double t_limit; /* of the whole step */
+    int attempt;    /* to free a contact that friction wedges, the next one */
+} kt_retry;
+
+/* The operations on hard contacts (simulation/contacts.c). */
+typedef struct kt_contact_calls {
+    /* Opens all contacts, before a state is set that may lie anywhere. */
+    void (*open)(kt_simulation *simulation);
+    /* The model of a set in which all contacts are open (kt_contacts_open_model). */
+    const kt_model *(*model)(kt_simulation *simulation, uint64_t set);
+    /* The model of small motions about the present state (kt_contacts_resting_model). NULL: that of the simulation. */
+    const kt_model *(*resting)(kt_simulation *simulation);
+    /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
+    kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
+    /* Likewise, where the speeds of drives jump. NULL: contacts take the jump in the next step. */
+    kt_status (*strike)(kt_simulation *simulation, kt_error *error);
+    /* Comes after data have been initialised for another model. */
+    void (*follow)(kt_simulation *simulation);
+    /* Checks the multipliers of a record; NULL: there is nothing to check. Errors: a closed contact pulls, or sticking
+     * friction of a joint is beyond its limit. */
+    kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
+    /* Lets contact k come to rest at this instant, at which it closes, since bounces accumulate. A contact without a
+     * rest velocity does not come to rest. Returns whether it does. NULL: none does. */
+    bool (*rest)(kt_simulation *simulation, size_t k);
+    /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
+    bool (*ends)(const kt_simulation *simulation, size_t k, double value);
+    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL:
+     * no contact has one. */
+    double (*kink)(const kt_simulation *simulation, size_t k);
+    /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
+    void (*keep)(kt_simulation *simulation);
+    void (*undo)(kt_simulation *simulation);
+    /* Takes parameters over that have been set. Costs a comparison if there are none. */
+    void (*renew)(const kt_simulation *simulation);
+    /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
+    bool (*free_wedged)(kt_simulation *simulation, int *attempt);
+    /* Whether the last fixed step gained energy on contacts that slip, although nothing supplies any, and may be
+     * repeated with a shorter one. NULL: steps are not checked. */
+    bool (*gains)(kt_simulation *simulation);
+    /* Limits a step behind one that was shortened. */
+    void (*limit)(kt_simulation *simulation, double *t_limit);
+    /* Prepares another try of a step that failed: a shorter one, or one behind an impulse (retry.c). Returns whether
+     * there is one. */
+    bool (*retry)(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
+    /* Enclose the evaluations of a record, under forces of contacts that are no loops of the model. NULL: there are
+     * none. */
+    kt_status (*begin_record)(kt_simulation *simulation, double t, kt_error *error);
+    kt_status (*end_record)(kt_simulation *simulation, kt_record *record, kt_error *error);
+} kt_contact_calls;
+
+struct kt_simulation {
+    void *owned; /* memory of kt_simulation_create, or NULL */
+    kt_simulation_sizes size;
+    const kt_model *model;      /* the model that is integrated: the user model, or that of the transformation */
+    const kt_model *user_model; /* in whose coordinates inputs and outputs are expressed */
+    const kt_transformation *transformation; /* from one to the other, or NULL */
+    kt_data *data, *user_data;               /* scratch; identical if the models are identical */
+    kt_integrator *integrator;
+    kt_method method;              /* the method of the run, if it is given by rho */
+    const double *tau;             /* inputs of the last step: nv, or NULL */
+    const kt_wrench *external;     /* one for each body, or NULL */
+    int groups;                    /* of loops */
+    kt_simulation_options options; /* as they were given */
+    size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
+    bool watches_works;            /* works are estimated at the ends of steps */
+    const double *end_slope;       /* slope of the evaluation that gave end_power; NULL: none in this step */
+    kt_power end_power;            /* power of the evaluation that may become that of the end */
+    kt_complex sigma[2];           /* implicit: of the real and the complex factors */
+    bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */
+    kt_breakpoints breakpoints;
+    bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
+    bool watches_ends;           /* nor over changes of functions of time behind their last stage */
+    bool lacks_end_stage;        /* the method has no stage at the end of its steps */
+    bool lacks_inner_stage;      /* the method has no stage between the ends of its steps */
+    double gap_time;             /* the time of clearance_begin; NaN: not available */
+    bool gaps_known;             /* gap_begin has valid gaps; else none of its gaps is valid */
+    double far_time;             /* the end of the last step, if it can have reached no boundary; else NaN */
+    const kt_event_watch *watch; /* NULL: there are no events */
+    size_t event_count;          /* the number of events */
+    size_t event_latest;         /* the event of the last instant, or at which a step was repeated; event_count: none */
+    size_t contact_count;        /* the number of hard contacts, which are the first events */
+    struct kt_contacts *contacts; /* NULL: there are none */
+    const kt_contact_calls *contact_calls;
+    bool steps_over_contacts;  /* contacts are resolved by time stepping: */
+    struct kt_moreau *moreau;  /* time stepping over contacts (moreau.h); NULL: they are events */
+    uint64_t contact_mask;     /* the switches of hard contacts */
+    uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
+    uint64_t contact_released; /* the contacts that are released at first */
+    double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
+    double event_end;          /* the end of the first try of this step */
+    int event_evaluations;     /* the most values of an event that the search of a step takes */
+    int event_most;            /* the number of values with which the search after this try ends */
+    uint64_t progress_due;     /* the number of steps to the next call of options.progress */
+    bool event_searched;       /* this step has been searched */
+    double contact_time;       /* s, of the values of contacts; NaN: not available */
+    double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
+    uint64_t event_cut; /* searches of features of events in this try that reached their limit */
+    double event_time;  /* of event_value; NaN: not available */
+    double event_lead;  /* the earliest time to which the slope of an event leads that the step did not reach */
+    double event_reach; /* the end of the searched part of the last step */
+    double event_rate, event_rate_end; /* the largest rate of a turn at event_time and at the end of the step, rad/s */
+    double step;                       /* fixed, or 0 */
+    double duration, interval;
+    int64_t record_count;
+    unsigned record; /* KT_RECORD_ bits to compute */
+    bool kinematics; /* a record's data are updated */
+    bool places;     /* for quantities other than energies */
+    kt_simulation_memory memory;
+    kt_cached cached;    /* the results of the present state that data hold */
+    const double *slope; /* y' as the last evaluation returned it to the integrator */
+    kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
+    bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
+    const char *within;  /* the caller's function that a call with this simulation runs, and which may not move it in
+                          * time; NULL: none */
+    KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
+};
+
+/* The depth to which an open hard contact may penetrate, m or rad. */
+static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
+    return simulation->contact_margin;
+}
+
+/* Notes that forces have jumped at the present time, so that reactions differ from those at the end of the last step.
+ * The beginning of the next step then checks whether contacts stay closed (event.c). */
+static inline void kt_simulation_note_jump(kt_simulation *simulation) {
+    if (simulation->contact_count == 0)
+        return;
+    simulation->memory.jumped = true;
+    simulation->event_time = simulation->contact_time = (double)NAN;
+}
+static inline void kt_simulation_clear_jump(kt_simulation *simulation) { simulation->memory.jumped = false; }
+static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) { return simulation->memory.jumped != 0; }
+
+/* The number of hard contacts, which are the first events. */
+static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) { return simulation->contact_count; }
+
+/* The works in a state y; NaN if they are not computed. */
+static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
+    kt_work none = {(double)NAN, (double)NAN};
+    if (!simulation->size.integrates_works)
+        return none;
+    kt_work work = {y[simulation->size.work], y[simulation->size.work + 1]};
+    return work;
+}
+
+/* Lets evaluations with the simulation's data use the auxiliary states of y. */
+static inline void kt_simulation_use_states(const kt_simulation *simulation, const double *y) {
+    if (simulation->size.x > 0)
+        memcpy(simulation->data->x, y + simulation->size.nq + simulation->size.nv, simulation->size.x * sizeof(double));
+}
+
+/* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,
+ * it is the limit from inside of the step. */
+static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
+    const kt_breakpoints *c = &simulation->breakpoints;
+    return t == c->end ? c->before : t == c->begin ? c->after : t;
+}
+
+#endif
