@@ -1,4 +1,5 @@
-/* Calls of Python that do several things at once: a call of Python for each would take longer than the dynamics. */
+/* Calls of Python that do several things at once: a call of Python for each would take longer than the dynamics. Those
+ * that move a simulation also let its watch take states (advice/driven.h). */
 static bool kt_python_lock(kt_python_guard *guard) {
     return !atomic_flag_test_and_set_explicit(&guard->is_held, memory_order_acquire);
 }

@@ -18,13 +18,15 @@ from .callbacks import Compiled, End, JointForce, PointForce
 from .data import Data
 from .laws import Feedback, Instant
 from .mechanism import Body, effect, joint, loop, mechanism, prismatic, revolute, rod, shape
-from .model import Model, ModelCopy
+from .identification import BaseParameters
+from .model import Model, ModelCopy, integrators
 from .records import Run, Table
-from .scene import Picture, Scene, load
+from .results import Picture
+from .scene import Scene, load
 from .simulation import Simulation
 
 __version__ = _text(lib.kt_version())
 
-__all__ = ["ArgumentError", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant", "JointForce",
+__all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant", "JointForce",
            "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
-           "command", "effect", "ffi", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]
+           "command", "effect", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, method_of, output, outputs, pointer
-from .model import Model
+from .model import Model, ModelCopy
 
 _PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts in {  # of parts of a motion
     "position": [("kt_frame_motion", "pose"), ("kt_pose", "position")],
@@ -66,6 +66,7 @@ class Batch(Fixed):
         self._set_views(lib.kt_batch_lanes_of(self._batch))
         self._rows_of = ffi.new("kt_python_rows *", {"states": self.states, "nq": model.nq, "nv": model.nv, "nx": model.nx})
         self._job = ffi.new("kt_batch_job *")
+        self._models: Dict[int, ModelCopy] = {}
         self._is_fixed = True
 
     def _set_views(self, lanes: Any) -> None:
@@ -83,7 +84,7 @@ class Batch(Fixed):
         return self.q, self.v, self.x, self.tau, self.a, self.t[:, None]
 
     def __reduce__(self) -> Any:
-        return _batch_at, (self.model, (self.states, self.threads, self.method), [each.copy() for each in self._arrays()])
+        return _batch_at, (self.model, (self.states, self.threads, self.method), [each.copy() for each in self._arrays()], self._models)
 
     def __deepcopy__(self, memo: Any) -> "Batch":
         return _batch_at(*self.__reduce__()[1])
@@ -115,6 +116,23 @@ class Batch(Fixed):
         job = self._job
         job.task, job.h, job.steps = task, h, steps
         self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
+
+    def set_model(self, state: int, model: ModelCopy) -> None:
+        """Give a state parameters of its own: masses, inertias, gravity, springs and others.
+
+        Parameters
+        ----------
+        state : int
+            The number of the state, from 0.
+        model : ModelCopy
+            A copy of the model of this batch (`Model.copy`), which the batch keeps. Later settings of the copy act, too.
+        """
+        at = _count(state, 0, self.states - 1, "state")
+        if not isinstance(model, ModelCopy):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "model", "expected a copy of the model: model.copy()")
+        with self._guard:
+            self._check(lib.kt_batch_set_model(self._batch, at, model._pointer, self._error))
+        self._models[at] = model
 
     def rows(self, view: Vector, out: Optional[Vector] = None) -> Vector:
         """A copy of one of the arrays of this batch, with a row for each state.
@@ -308,8 +326,10 @@ class Batch(Fixed):
         return f"<kinetree.Batch of '{self.model.name}': {self.states} states in groups of {self.width}, {self.threads} threads>"
 
 
-def _batch_at(model: Model, how: Any, arrays: List[Vector]) -> Batch:
+def _batch_at(model: Model, how: Any, arrays: List[Vector], models: Dict[int, ModelCopy]) -> Batch:
     batch = Batch(model, *how)
+    for state, changed in models.items():
+        batch.set_model(state, changed)
     for own, array in zip(batch._arrays(), arrays):
         if own.shape == array.shape:
             own[:] = array

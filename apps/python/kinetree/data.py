@@ -6,14 +6,17 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vector, address, address_number, apart, busy, check, doubles, fail, ffi, finite,
-                    hint, lib, method_of, name_of, output, outputs, pointer, text)
+                    lib, method_of, output, outputs, pointer)
 from ._kinetree import Evaluator, quicken
+from .constraints import Constraints
+from .identification import Identification
+from .laws import copied
 from .model import Model, Point, State, vector, vector3
 
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 
 
-class Data(Evaluator, Fixed):  # type: ignore[misc]
+class Data(Evaluator, Constraints, Identification, Fixed):  # type: ignore[misc]
     """A workspace, and the evaluations at a state (t, q, v).
 
     All calls release the interpreter lock. Two threads must not share a `Data`; a second thread gets `Busy`.
@@ -46,6 +49,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         self.x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
         self.x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
+        self._held: Dict[Tuple[str, ...], Any] = {}
         self._is_placed = self._is_accelerated = False
         self._has_a = ffi.new("bool *")
         self._state = State(model.nq, model.nv)
@@ -321,7 +325,7 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
 
     # ---- constraints ------------------------------------------------------------------------------------------------
 
-    def assemble(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None,
+    def assemble(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None, hold: Sequence[str] = (),
                  out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
         """Close the loops of a state that may be far from closed.
 
@@ -331,6 +335,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
             Positions (rad, m) and velocities (rad/s, m/s). Default: the arrays of this object, which the call then changes.
         t : float, optional
             Time, s, for loops that move. Default: that of this object.
+        hold : list of str
+            Joints that keep their positions, as `hold` of a scene.
         out : tuple of arrays of nq and nv, optional
             Where to write. Default: new arrays for those that are given.
 
@@ -339,7 +345,10 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         tuple of numpy.ndarray
             q and v.
         """
-        return self._closed(lib.kt_state_assemble, q, v, t, out)
+        if not hold:
+            return self._closed(lib.kt_state_assemble, q, v, t, out)
+        held: Any = self._holding(hold)
+        return self._closed(lambda _, __, t, q, v, error: lib.kt_state_assemble(held._m, held._data, t, q, v, error), q, v, t, out)
 
     def project(self, q: Optional[Numbers] = None, v: Optional[Numbers] = None, *, t: Optional[float] = None,
                 out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
@@ -395,6 +404,8 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         with self._guard:
             self._check(lib.kt_kinematics_update(self._m, self._data, q, v, a, self._error))
         self._is_placed, self._is_accelerated = True, is_accelerated
+        if lib.kt_effect_count(self._m):
+            self._placed = copied(q, self.model.nq), copied(v, self.model.nv)
         return self
 
     def _need_kinematics(self) -> None:
@@ -492,32 +503,6 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
             rotation[:, column] = axis.x, axis.y, axis.z
         return rotation, vector(found.position, origin)
 
-    def place(self, loop: str, out: Optional[Vector] = None) -> Vector:
-        """The place on the world where a loop is closed at the positions of `kinematics`: a foothold.
-
-        Set it as ``"loop NAME.place"`` in a copy of the model (`ModelCopy.set`, `Simulation.set`).
-
-        Parameters
-        ----------
-        loop : str
-            The name of a weld, hinge or pin with one end on the world.
-        out : array of 6, optional
-            Where to write. Default: a new array.
-
-        Returns
-        -------
-        numpy.ndarray
-            The point, m, and the rotation vector of the end's frame, rad, in world axes.
-        """
-        self._need_kinematics()
-        out = output(out, (6,))
-        found = lib.kt_loop_find(self._m, name_of(loop, "loop"))
-        if found < 0:
-            loops = [text(lib.kt_loop_name(self._m, i)) for i in range(lib.kt_loop_count(self._m))]
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "loop", f"there is no loop '{loop}'{hint(loop, loops)}")
-        self._check(lib.kt_loop_place_here(self._m, self._data, found, pointer(out), self._error))
-        return out
-
     def jacobian(self, point: Union[str, Tuple[str, Point]], out: Optional[Vector] = None) -> Vector:
         """The Jacobian of a point after `kinematics`.
 
@@ -539,15 +524,20 @@ class Data(Evaluator, Fixed):  # type: ignore[misc]
         return out
 
     def energy(self) -> Tuple[float, float]:
-        """Kinetic and potential energy of the bodies after `kinematics`.
+        """Kinetic and potential energy after `kinematics`, as `Simulation.sense` and records have them.
 
         Returns
         -------
         tuple of float
-            Kinetic energy, and potential energy of gravity, J. Energies of effects are not among them.
+            Kinetic energy, and potential energy of gravity and effects, J. It is NaN with a force by a function.
         """
         self._need_kinematics()
-        return lib.kt_kinetic_energy(self._m, self._data), lib.kt_potential_energy(self._m, self._data)
+        kinetic, potential = lib.kt_kinetic_energy(self._m, self._data), lib.kt_potential_energy(self._m, self._data)
+        if lib.kt_effect_count(self._m):
+            q, v = self._placed
+            with self._guard:
+                potential += lib.kt_effect_energy(self._m, self._data, self.t, pointer(q), pointer(v))
+        return kinetic, potential
 
     def mass_center(self) -> Tuple[float, Vector]:
         """Mass and centre of mass of the moving bodies after `kinematics`.

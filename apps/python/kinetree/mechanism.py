@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Optional
 
+import numpy as np
+
 from ._core import ArgumentError, Json, ffi, lib, text
 from .scene import Scene
 
@@ -102,7 +104,8 @@ class Body:
     parent : str or Body, optional
         Default: the world.
     **values
-        Other keys of a body in a scene: ``mass``, ``com``, ``inertia``, ``shape``, ``markers``, ...
+        Other keys of a body in a scene: ``mass``, ``com``, ``inertia``, ``shape``, ``markers``, ... An inertia may be a symmetric matrix
+        of 3 x 3, such as ``np.diag([1, 2, 2])``, kg m^2.
     """
 
     def __init__(self, name: str, joint: Optional[Json] = None, parent: Any = None, **values: Any) -> None:
@@ -115,7 +118,18 @@ class Body:
         """The body as the mapping that a scene file has."""
         parent = self.parent.name if isinstance(self.parent, Body) else self.parent
         given = {"name": self.name, "joint": self.joint, "parent": parent}
-        return {**{key: value for key, value in given.items() if value is not None}, **self.values}
+        values = dict(self.values)
+        if "inertia" in values and np.ndim(values["inertia"]) == 2:
+            values["inertia"] = _six(values["inertia"], self.name)
+        return {**{key: value for key, value in given.items() if value is not None}, **values}
+
+
+def _six(matrix: Any, body: str) -> List[float]:
+    """An inertia matrix as the format has it: xx, yy, zz, xy, xz, yz."""
+    found = np.asarray(matrix)
+    if found.shape != (3, 3) or found.dtype.kind not in "biuf" or not np.allclose(found, found.T, rtol=1e-9, atol=0.0):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, f"body '{body}': inertia", "expected 3 or 6 numbers, or a symmetric matrix of 3 x 3")
+    return [float(found[i, k]) for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
 
 def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects: Optional[List[Json]] = None,

@@ -102,6 +102,64 @@ class Model(Fixed):
         counts = [range(lib.kt_marker_count(self._pointer, body)) for body in range(self.body_count)]
         return [f"{name}.{text(lib.kt_marker_name(self._pointer, body, i))}" for body, name in enumerate(self.bodies) for i in counts[body]]
 
+    @property
+    def loops(self) -> Dict[str, str]:
+        """The loops and their types, in the order of the scene. Hard contacts and friction that sticks are among them."""
+        return {text(lib.kt_loop_name(self._pointer, i)): text(lib.kt_loop_type_name(lib.kt_loop_type_of(self._pointer, i)))
+                for i in range(lib.kt_loop_count(self._pointer))}
+
+    @property
+    def equations(self) -> List[str]:
+        """The loop of each equation, in the order of `Data.loop_equations` and `Data.multipliers`."""
+        names = [text(lib.kt_loop_name(self._pointer, i)) for i in range(lib.kt_loop_count(self._pointer))]
+        return [name for i, name in enumerate(names) for _ in range(lib.kt_loop_rows_of(self._pointer, i).count)]
+
+    @property
+    def effect_types(self) -> List[Tuple[str, str]]:
+        """Name and type of each effect, in the order of the scene. An effect may have no name."""
+        count = lib.kt_effect_count(self._pointer)
+        types = [lib.kt_effect_type_of(self._pointer, i) for i in range(count)]
+        return [(text(lib.kt_effect_name(self._pointer, i)), text(lib.kt_effect_type_name(types[i])) or "custom") for i in range(count)]
+
+    @property
+    def limits(self) -> Dict[str, Dict[str, float]]:
+        """The design limits of joints that have some: ``lower`` and ``upper`` (rad, m), ``velocity`` (rad/s, m/s) and ``effort`` (N m, N).
+
+        No motion depends on them: a stop is the effect ``joint_limit``.
+        """
+        found = {}
+        for i in range(1, self.body_count):
+            each = lib.kt_joint_limits_of(self._pointer, i)
+            values = {"lower": each.lower, "upper": each.upper, "velocity": each.velocity, "effort": each.effort}
+            if not all(np.isinf(value) for value in values.values()):
+                found[text(lib.kt_joint_name(self._pointer, i))] = values
+        return found
+
+    @property
+    def parameters(self) -> List[str]:
+        """Names for `get`, `ModelCopy.set` and `Simulation.set`: gravity, and the numbers of bodies, effects and loops."""
+        bodies = [f"{name}.{key}" for name in self.bodies[1:] for key in ("mass", "com", "inertia", "armature", "hold")]
+        names = ["gravity", *bodies]
+        for kind, table, describe in (("effect", self.effect_types, lib.kt_effect_descriptor), ("loop", list(self.loops.items()), lib.kt_loop_descriptor)):
+            for name, each in table:
+                names += [f"{kind} {name}.{key}" for key in _keys_of(each, describe) if name]
+        return [name for name in names if self._has(name)]
+
+    def _has(self, name: str) -> bool:
+        found, error = ffi.new("kt_parameter *"), ffi.new("kt_error *")
+        values = np.zeros(lib.KT_PARAMETER_MAX)
+        if lib.kt_parameter_find(self._pointer, name_of(name, "parameter"), found, error):
+            return False
+        return bool(found.count) and not lib.kt_parameter_get(self._pointer, found, pointer(values), error)
+
+    @property
+    def dynamic_parameters(self) -> Dict[str, float]:
+        """The parameters of `Data.regressor` and their values, such as ``"Izz(arm)"``: kg, kg m, kg m^2. Inertias are about the origin of the body."""
+        from .identification import parameter_names
+        values = np.zeros(lib.kt_regressor_columns(self._pointer))
+        lib.kt_regressor_parameters(self._pointer, pointer(values))
+        return dict(zip(parameter_names(self._pointer), values.tolist()))
+
     def body(self, name: str) -> int:
         """The index of a body, for calls of `kinetree.lib`.
 
@@ -322,6 +380,21 @@ class ModelCopy(Model):
         """Keep what was set, the latest last: pickle sets it again."""
         self._values.pop(name, None)
         self._values[name] = values.copy()
+
+
+def _keys_of(kind: str, describe: Any) -> List[str]:
+    """The keys of a type, and the place of a loop."""
+    for value in range(64):
+        each = describe(value)
+        if each != ffi.NULL and text(each.name) == kind:
+            return [text(each.keys[i].name) for i in range(each.key_count)] + (["place"] if describe == lib.kt_loop_descriptor else [])
+    return []
+
+
+def integrators() -> Dict[str, str]:
+    """The methods of integration and their families, as ``kinetree integrators`` lists them."""
+    methods = [lib.kt_method_at(k) for k in range(lib.kt_method_count())]
+    return {text(each.name): text(lib.kt_method_family_name(each)) for each in methods}
 
 
 def vector(at: Any, out: Optional[Vector] = None) -> Vector:

@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 import fnmatch
+import html
 import io
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Dict, List, Mapping, NoReturn, Optional
 
 import numpy as np
 
@@ -38,31 +39,38 @@ def _column(cells: List[str]) -> Array:
         return np.array(cells)
 
 
-class Table:
-    """Columns of equal length, by name."""
+def _cell(value: Any) -> str:
+    return html.escape(f"{value:.6g}" if isinstance(value, float) else str(value))
 
-    def __init__(self, columns: Dict[str, Array]) -> None:
-        self._columns = columns
+
+class Table(Dict[str, Array]):
+    """Columns of equal length, by name: a dict, except that its length is the number of rows. ``pandas.DataFrame(table)`` takes it."""
+
+    def __init__(self, columns: Mapping[str, Array]) -> None:
+        super().__init__(columns)
 
     @property
     def names(self) -> List[str]:
         """The names of all columns, in the order of the file."""
-        return list(self._columns)
+        return list(self)
 
-    def __getitem__(self, name: str) -> Array:
-        try:
-            return self._columns[name]
-        except KeyError:
-            raise KeyError(f"there is no column '{name}'{hint(name, self.names)}") from None
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._columns
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
+    def __missing__(self, name: str) -> NoReturn:
+        raise KeyError(f"there is no column '{name}'{hint(name, self.names)}")
 
     def __len__(self) -> int:
-        return len(next(iter(self._columns.values()), ()))
+        return len(next(iter(self.values()), ()))
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    __hash__ = None
+
+    def _repr_html_(self) -> str:
+        """The first and the last rows, for notebooks."""
+        rows = list(range(len(self))) if len(self) <= 10 else [*range(5), *range(len(self) - 5, len(self))]
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in self)
+        body = "".join("<tr>" + "".join(f"<td>{_cell(column[i])}</td>" for column in self.values()) + "</tr>" for i in rows)
+        return f"<p>{html.escape(repr(self)[1:-1])}</p><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     def matching(self, pattern: str) -> Dict[str, Array]:
         """The columns whose names match a pattern of the shell.
@@ -77,13 +85,13 @@ class Table:
         dict
             The columns by name.
         """
-        return {name: self._columns[name] for name in self._columns if fnmatch.fnmatchcase(name, pattern)}
+        return {name: column for name, column in self.items() if fnmatch.fnmatchcase(name, pattern)}
 
     def to_records(self) -> Array:
         """All columns as one structured array."""
-        kinds = [(name, column.dtype) for name, column in self._columns.items()]
+        kinds = [(name, column.dtype) for name, column in self.items()]
         table = np.empty(len(self), kinds)
-        for name, column in self._columns.items():
+        for name, column in self.items():
             table[name] = column
         return table
 
@@ -96,7 +104,7 @@ class Table:
     def to_frame(self) -> Any:
         """All columns as a ``pandas.DataFrame``. It needs pandas."""
         import pandas
-        return pandas.DataFrame(self._columns)
+        return pandas.DataFrame(dict(self))
 
 
 class Run(Table):
@@ -110,7 +118,7 @@ class Run(Table):
         The summary that ``kinetree run --summary`` writes: end state, cost, energy, warnings.
     """
 
-    def __init__(self, columns: Dict[str, Array], summary: Json, csv_text: str) -> None:
+    def __init__(self, columns: Mapping[str, Array], summary: Json, csv_text: str) -> None:
         super().__init__(columns)
         self.summary = summary
         self.csv = csv_text

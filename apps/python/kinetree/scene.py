@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import copy
+import html
 import json
 import os
 import pathlib
@@ -10,12 +11,13 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from . import command
+from . import command, documents
 from ._core import ArgumentError, Error, Json, check, count, encoded, ffi, fail, finite, lib, sentence, text, unmasked, warn
 from .callbacks import Force
-from .files import Files, sign
+from .files import Files
 from .model import Model
 from .records import Run, Table, read_csv
+from .results import Picture, Result, run_of, warn_of_failures
 from .simulation import Simulation
 
 Path = Union[str, "os.PathLike[str]"]
@@ -75,17 +77,20 @@ class Scene:
 
     def __init__(self, content: Union[str, Json, None], *, path: Optional[Path] = None,
                  set: Optional[Mapping[str, Any]] = None, _files: Optional[Files] = None, **options: Any) -> None:
+        self._is_made = False
         if (content is None) == (path is None):
             raise ArgumentError(1, "Scene", "give the text of a scene; kinetree.load reads a file")
         if isinstance(content, dict):
-            content = json.dumps(content, default=command.plain, indent=1, ensure_ascii=False)  # YAML knows no pairs of escapes
+            content, self._is_made = documents.written(content), True
         elif content is not None and not isinstance(content, str):
             raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
         elif content is not None and "\n" not in content and content.lower().endswith((".yaml", ".yml", *_ROBOTS)):
             raise ArgumentError(1, "Scene", f"expected the text of a scene, got the name of a file; kinetree.load({content!r}) reads it")
         if not isinstance(set or {}, Mapping):
             raise ArgumentError(1, "set", f"expected a mapping, such as {{'bodies.crank.mass': 2}}, got {set!r}")
-        self.path = None if path is None else os.fsdecode(path)
+        if path is not None and not isinstance(path, (str, bytes, os.PathLike)):
+            raise TypeError(f"path: expected a str or an os.PathLike, got {type(path).__name__}")
+        self.path = None if path is None else documents.found(os.fsdecode(path)) if _files is None else os.fsdecode(path)
         self._place = self.path and os.path.abspath(self.path)  # the file, also if the program changes its folder later
         self.text = content
         self.set = {str(name): value for name, value in (set or {}).items()}
@@ -113,17 +118,17 @@ class Scene:
         content = b"" if self.text is None else encoded(self.text, "Scene")
         if b"\0" in where:
             raise ArgumentError(1, "path", "a path has no zero byte")
-        if self.is_robot:
-            if self.set:
-                raise ArgumentError(1, "set", "a robot file has no settings; import it as a scene first")
+        if self.is_robot and not self.set:
             keep, chosen = self._robot_options()
             status = lib.kt_robot_read(where, chosen, self._scene, lib.kt_python_report, handle, error)
             del keep
         else:
-            if self.options:
+            if self.options and not self.is_robot:
                 raise ArgumentError(1, "load", f"only robots have the option '{next(iter(self.options))}'")
             chosen = ffi.new("kt_scene_options *", {"settings": array, "setting_count": len(settings)})
-            if self.path is not None:
+            if self.is_robot:  # settings are those of the scene that an import makes
+                content = encoded(self._imported(), "Scene")
+            if self.path is not None and not self.is_robot:
                 status = lib.kt_scene_read_with(where, chosen, self._scene, lib.kt_python_report, handle, error)
             else:
                 status = lib.kt_scene_parse_with(where, content, len(content), chosen, self._scene, lib.kt_python_report, handle, error)
@@ -131,6 +136,9 @@ class Scene:
             try:
                 fail(error, status)
             except Error as raised:
+                if self._is_made:
+                    faults = [(documents.named(where, self.text or ""), message) for where, message in faults]
+                    raised.__init__(raised.code, documents.named(raised.where, self.text or ""), raised.message)  # type: ignore[misc]
                 raised.faults = [f"{where}: {message}" for where, message in faults]  # type: ignore[attr-defined]
                 if len(faults) > 1:
                     others = "\n".join(raised.faults)  # type: ignore[attr-defined]
@@ -245,7 +253,7 @@ class Scene:
         subprocess.CompletedProcess
             With ``stdout`` and ``stderr`` as str.
         """
-        if self.is_robot and self.options:
+        if self.is_robot and (self.options or self.set):
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
         place = self._file()
@@ -265,10 +273,12 @@ class Scene:
         other.set = {name: value for name, value in self.set.items() if name.removeprefix("parameters.") not in varied}
         return other
 
+    def _imported(self) -> str:
+        """The scene that the command makes of a robot."""
+        return command.run("import", *command.words(self.options, "import"), self._file()).stdout
+
     def _as_scene(self) -> "Scene":
-        chosen = {name: value for name, value in self.options.items()}
-        done = command.run("import", *command.words(chosen, "import"), self._file())
-        return Scene(done.stdout)
+        return Scene(self._imported(), set=self.set)
 
     def run(self, *, out: Optional[Path] = None, summary: Optional[Path] = None, quiet: Optional[bool] = None, **options: Any) -> Run:
         """Simulate the scene with the command, and return its records.
@@ -306,12 +316,12 @@ class Scene:
             records = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "records.csv"
             end = pathlib.Path(summary) if summary is not None else pathlib.Path(folder) / "summary.json"
             silent = not command.has_bar() if quiet is None else quiet
-            failure, written = None, (_Result(records), _Result(end))
+            failure, written = None, (Result(records), Result(end))
             try:
                 self.command("run", show=not silent, out=records, summary=end, quiet=bool(quiet), **options)
             except Error as raised:
                 failure = raised
-            found = _run_of(*written, failed=failure is not None)
+            found = run_of(*written, failed=failure is not None)
             if failure is not None:
                 failure.run = found  # type: ignore[attr-defined]
                 raise failure
@@ -367,7 +377,7 @@ class Scene:
             self._without(varied).command("sweep", *words, show=not silent, out=table, resume=resume, jobs=jobs, columns=columns, quiet=bool(quiet))
             found = Table(read_csv(table.read_text(encoding="utf8")))
         if silent and not quiet:
-            _warn_of_failures(found, list(varied))
+            warn_of_failures(found, list(varied))
         return found
 
     def evaluate(self, **options: Any) -> Json:
@@ -381,7 +391,7 @@ class Scene:
         Returns
         -------
         dict
-            The JSON of the command, in SI units and radians.
+            The JSON of the command, in SI units and radians. Lists of numbers are arrays.
         """
         return _json(self.command("evaluate", **options))
 
@@ -396,7 +406,7 @@ class Scene:
         Returns
         -------
         dict
-            The JSON of the command, in SI units and radians.
+            The JSON of the command, in SI units and radians. Lists of numbers are arrays.
         """
         return _json(self.command("modes", json=True, **options))
 
@@ -411,7 +421,7 @@ class Scene:
         Returns
         -------
         dict
-            The JSON of the command, in SI units and radians.
+            The JSON of the command, in SI units and radians. Lists of numbers are arrays.
         """
         return _json(self.command("equilibrium", json=True, **options))
 
@@ -426,7 +436,7 @@ class Scene:
         Returns
         -------
         dict
-            The JSON of the command, in SI units and radians.
+            The JSON of the command, in SI units and radians. Lists of numbers are arrays.
         """
         return _json(self.command("stability", json=True, **options))
 
@@ -531,19 +541,21 @@ class Scene:
         return self._written("export", "out", ".xml", **chosen)
 
     def _repr_html_(self) -> str:
-        page = self.view().replace("&", "&amp;").replace('"', "&quot;")
-        return f'<iframe srcdoc="{page}" width="100%" height="480" style="border:0"></iframe>'
+        """A summary for notebooks. It runs nothing; `view` has the motion."""
+        description = self._scene.description
+        run = self._scene.run
+        rows = [("bodies", ", ".join(text(description.bodies[i].name) for i in range(min(description.body_count, 12)))
+                 + (", ..." if description.body_count > 12 else "")),
+                ("loops, effects", f"{description.loop_count}, {description.effect_count}"),
+                ("parameters", ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())),
+                ("run", f"{run.duration:g} s, {text(run.integrator) or 'the default method'}")]
+        lines = "".join(f"<tr><th style='text-align:left'>{html.escape(name)}</th><td style='text-align:left'>{html.escape(value)}</td></tr>"
+                        for name, value in rows if value)
+        return f"<b>{html.escape(self.name)}</b><table>{lines}</table>"
 
     def __repr__(self) -> str:
         return (f"<kinetree.Scene '{self.name}': {count(self._scene.description.body_count, 'body', 'bodies')}, "
                 f"{count(self._scene.description.loop_count, 'loop', 'loops')}>")
-
-
-class Picture(str):
-    """An SVG picture as text, which a notebook shows."""
-
-    def _repr_svg_(self) -> str:
-        return str(self)
 
 
 def _again(content: Any, path: Any, set: Any, options: Any, files: Optional[Files]) -> Scene:
@@ -562,36 +574,6 @@ def _check_file(name: str, path: Optional[Path]) -> None:
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
 
 
-def _warn_of_failures(table: Table, varied: Sequence[str]) -> None:
-    """Warn of the runs of a sweep that have failed, with the values and the reason of the first one."""
-    failed = np.flatnonzero(table["status"] != "done")
-    if failed.size:
-        first = failed[0]
-        values = ", ".join(f"{name} = {table[name][first]:g}" for name in varied if name in table)
-        warn(f"{failed.size} of {count(len(table), 'run', 'runs')} of the sweep failed. The first is run {first} with {values}: "
-                      f"{table['why'][first]}. Their numbers in the table are NaN")
-
-
 def _json(done: command.Completed) -> Json:
-    found: Json = json.loads(done.stdout)
+    found: Json = documents.arrays(json.loads(done.stdout))
     return found
-
-
-class _Result:
-    """A file that a run writes. A run that fails leaves the file of an earlier run, and writes NAME.partial."""
-
-    def __init__(self, path: pathlib.Path) -> None:
-        self._places = [path, path.with_name(path.name + ".partial")]
-        self._before = [sign(str(place)) for place in self._places]
-
-    def read(self, failed: bool) -> Optional[str]:
-        """The text that the run has written; None if it has written nothing."""
-        for place, before in zip(self._places, self._before):
-            if not failed or sign(str(place)) not in (None, before):
-                return place.read_text(encoding="utf8")
-        return None
-
-
-def _run_of(records: _Result, summary: _Result, failed: bool) -> Optional[Run]:
-    text, end = records.read(failed), summary.read(failed)
-    return None if text is None else Run(read_csv(text), json.loads(end) if end else {}, text)
