@@ -9,6 +9,8 @@
 state, `Scene.simulation` is a control loop, `Model.batch` computes many states at once. `ffi` and `lib` are the C interface
 itself: every public function, without checks of sizes.
 """
+from typing import TYPE_CHECKING
+
 from . import callbacks as _callbacks  # noqa: F401 (defines the functions that C calls)
 from . import command
 from ._core import ArgumentError, Busy, ConstraintError, Error, FileError, KinetreeWarning, ModelError, SceneError, StepError, text as _text
@@ -17,16 +19,21 @@ from .batch import Batch
 from .callbacks import Compiled, End, JointForce, PointForce
 from .data import Data
 from .laws import Feedback, Instant
-from .mechanism import Body, effect, joint, loop, mechanism, prismatic, revolute, rod, shape
 from .identification import BaseParameters
+from .mechanism import Body, mechanism, prismatic, revolute, rod
 from .model import Model, ModelCopy, integrators
 from .records import Run, Table
 from .results import Picture
 from .scene import Scene, load
 from .simulation import Simulation
 
+if TYPE_CHECKING:
+    from ._types import effect, joint, loop, shape  # with the keywords of each type
+else:
+    from .mechanism import effect, joint, loop, shape
+
 __version__ = _text(lib.kt_version())
 
-__all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant", "JointForce",
-           "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
+__all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant",
+           "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
            "command", "effect", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]
