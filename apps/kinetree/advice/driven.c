@@ -169,8 +169,6 @@ static void judge_states(kt_driven *driven) {
     kt_outcome *outcome = &driven->outcome;
     const size_t before = json_array_size(outcome->warnings.list);
     driven->run.duration = kt_simulation_time(outcome->simulation);
-    if (driven->run.duration >= driven->duration)
-        kt_warn_of_rest(outcome);
     judge_step(driven);
     kt_warn_of_stability(outcome);
     kt_warn_of_correction(outcome);
