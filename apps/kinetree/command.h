@@ -177,6 +177,8 @@ int kt_use_model(const char *path, const kt_settings *settings, kt_model_use *us
 /* Compiles a scene without its hard stops, contacts, slack ropes and dry friction that sticks. Prints that they are
  * left out, and sets *lacks if the scene has any. Indices of loops and effects are the scene's. Prints the errors. */
 int kt_compile_without_contacts(const kt_scene *scene, kt_model **model, bool *lacks);
+/* Returns the number of loops of hard stops, contacts, slack ropes and dry friction that sticks. */
+int kt_contact_count(const kt_model *model);
 /* Rejects a model with such elements and prints the reason. Returns an exit code, or -1 if the model has none of
  * them. */
 int kt_reject_contacts(const char *command, const kt_model *model);

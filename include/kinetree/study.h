@@ -167,6 +167,18 @@ typedef struct kt_accuracy_quantity {
     void *user;                                              /* for evaluate */
 } kt_accuracy_quantity;
 
+/* The events of a scene, which every simulation of a study has. A function that fails ends the study. */
+typedef struct kt_accuracy_events {
+    int count; /* the number of events that `add` adds (kt_simulation_options.events) */
+    /* Adds the events to a new simulation of the model. *watch receives their memory. */
+    kt_status (*add)(kt_simulation *simulation, const kt_model *model, void **watch, void *user, kt_error *error);
+    /* Called after each kt_simulation_set_state, which returns to the start: returns parameters that events have set to
+     * their initial values. NULL: events set none. */
+    kt_status (*restart)(void *watch, const kt_simulation *simulation, kt_error *error);
+    void (*release)(void *watch); /* releases the memory, after the simulation */
+    void *user;                   /* for add */
+} kt_accuracy_events;
+
 /* The scope of a study, and its cost. */
 typedef struct kt_accuracy_options {
     size_t size;                     /* sizeof of this struct, for later versions; 0: as of version 0.2 */
@@ -187,6 +199,9 @@ typedef struct kt_accuracy_options {
     const kt_reference *reference;   /* NULL: computed */
     kt_accuracy_subject subject;     /* the errors that goals are about */
     const kt_accuracy_quantity *quantity; /* with KT_ACCURACY_QUANTITY, which needs a computed reference */
+    const kt_accuracy_events *events;     /* of the scene; NULL: none */
+    bool contact_steps;                   /* the last curve of each variant is time stepping (KT_CONTACT_STEPS), in
+                                             addition to the methods; for scenes with hard contacts */
     uint64_t run_evaluations;             /* the largest number of evaluations of one run */
     double amplification;                 /* the study ends where a small error has grown by this factor */
 
@@ -223,6 +238,8 @@ typedef struct kt_accuracy_error {
     double energy;                     /* J, the largest difference from the reference's total energy */
     double quantity;                   /* of options.quantity, the largest over all records; 0 without it */
     double judged;                     /* of the study's subject: position, velocity or quantity */
+    double instant;                    /* s, the largest error of the instant of an event */
+    int missed;                        /* instants of the reference without a partner in the run, and vice versa */
     kt_residual constraint;            /* the largest at any record */
 } kt_accuracy_error;
 
@@ -253,7 +270,8 @@ typedef struct kt_accuracy_point {
     X(KT_ACCURACY_LENGTH, "the next run would be too long")                                                            \
     X(KT_ACCURACY_BUDGET, "the time was used up (--budget)")                                                           \
     X(KT_ACCURACY_FAILED, "the next run failed")                                                                       \
-    X(KT_ACCURACY_UNUSABLE, "no setting came near the motion")
+    X(KT_ACCURACY_UNUSABLE, "no setting came near the motion")                                                         \
+    X(KT_ACCURACY_UNSUPPORTED, "the method cannot run this scene")
 
 /* Why a curve has no further point. */
 typedef enum kt_accuracy_end {
@@ -282,6 +300,8 @@ typedef enum kt_accuracy_cut {
     KT_ACCURACY_GROWTH,       /* small errors have grown by the factor options.amplification: chaos */
     KT_ACCURACY_DISAGREEMENT, /* the two reference solutions diverge */
     KT_ACCURACY_LATE,         /* the reference would take too long */
+    KT_ACCURACY_STOPPED,      /* an event ends the run */
+    KT_ACCURACY_CROWDED,      /* there are more than KT_ACCURACY_INSTANTS_MAX instants of events */
 } kt_accuracy_cut;
 
 /* The unit of errors in position. */
@@ -290,6 +310,16 @@ typedef enum kt_accuracy_unit {
     KT_ACCURACY_METRE,      /* lengths only, m */
     KT_ACCURACY_MIXED,      /* angles, and lengths over the length scale */
 } kt_accuracy_unit;
+
+/* The largest number of instants of events that a study compares. */
+enum { KT_ACCURACY_INSTANTS_MAX = 2000 };
+
+/* The instant of an event: of one that the scene lists, or of a hard contact, stop, slack rope or sticking friction
+ * (kt_simulation_event_name). Contacts have an instant if one of them closes, opens, sticks, slips or bounces. */
+typedef struct kt_accuracy_instant {
+    double time;   /* s */
+    char name[56]; /* the name of the event; a longer one is cut */
+} kt_accuracy_instant;
 
 /* The results of a study. The arrays belong to the study. */
 typedef struct kt_accuracy_results {
@@ -314,6 +344,13 @@ typedef struct kt_accuracy_results {
     double check_step; /* s: the longest step of the check, a hundredth of the shortest feature of functions of time,
                           or the limit that a tenth of the budget allows; 0: no limit */
     kt_accuracy_error uncertainty; /* the difference of the two solutions */
+
+    /* Errors are measured outside of windows about the instants of events. Velocities jump there, and the jump of a run
+     * comes earlier or later than that of the reference. Instants of equal names are compared in their order. */
+    const kt_accuracy_instant *instants; /* of the reference, in the order of time */
+    int instant_count;                   /* length of instants */
+    double window;                       /* s: records no further from an instant are left out */
+    int left_out;                        /* the number of these records */
 
     const kt_variant *variants;      /* the variants of the options */
     int variant_count;               /* length of variants */

@@ -278,25 +278,39 @@ KT_TEST(accuracy_takes_a_run_as_its_reference) {
               "r.csv");
 }
 
-/* Parts that are left out of a motion are reported, and a scene without methods to compare is rejected. */
-KT_TEST(events_are_left_out_in_words_and_hard_contacts_are_rejected) {
+/* Parts that are left out of a motion are reported. Formulations and engines have neither events nor contacts. */
+KT_TEST(other_equations_leave_events_out_in_words_and_reject_hard_contacts) {
     char text[600];
     snprintf(text, sizeof text,
              "%sevents: [{name: half, when: t - 1, then: record}, {name: third, when: t - 1.5, then: record}]\n",
              pendulum);
     kt_write_file("events.yaml", text);
-    kt_expect(0,
-              "accuracy: event 'half' and others are left out, so the results are those of the motion without events",
-              "$K accuracy events.yaml %s", quick);
+    const kt_ran ran = kt_shell("$K accuracy events.yaml --integrators rk4 --steps 0.02 --out /dev/null --plot "
+                                "/dev/null");
+    kt_check_contains("events are studied", ran.out, "instants of events: half (1), third (1)");
     kt_expect(0, "stability: event 'half' and others are left out", "$K stability events.yaml");
     kt_expect(0, "modes: --period: event 'half' and others are left out", "$K modes events.yaml --period 2.1");
     snprintf(text, sizeof text,
              "%seffects: [{name: stop, type: joint_limit, joint: bob, upper: 1.5, restitution: 0.5}]\n", pendulum);
     kt_write_file("stop.yaml", text);
-    kt_expect(2, "accuracy: 'stop.upper': a study does not compare methods for hard stops", "$K accuracy stop.yaml %s",
-              quick);
-    const kt_ran ran = kt_shell("$K accuracy " KT_SCENES "/bouncing-ball.yaml");
-    kt_check_true("the reason alone", strncmp(ran.err, "kinetree: accuracy: 'floor' and others: a study", 47) == 0);
+    kt_expect(2, "accuracy: 'stop.upper': other formulations and engines have no hard stops",
+              "$K accuracy stop.yaml --formulations");
+    kt_expect(1, "time stepping is for hard stops", "$K accuracy events.yaml --integrators steps");
+}
+
+/* Events and time stepping are methods of one study. rodas5p needs exact derivatives, which friction does not have. */
+KT_TEST(hard_contacts_are_studied_with_both_methods) {
+    const kt_ran ran =
+        kt_shell("$K accuracy " KT_SCENES "/bouncing-ball.yaml --integrators dopri5,rodas5p,steps --goal 0.02,1e-6 "
+                 "--steps 1e-3 --tolerances 1e-6 --out b.csv --plot /dev/null");
+    kt_check_equal_int("exit", ran.code, 0);
+    kt_check_contains("instants", ran.out, "instants of events: floor (48), top (6)");
+    kt_check_contains("windows", ran.out, "windows of +-0.0025 s about these instants: 6 of 201 records are left out");
+    kt_check_contains("excluded", ran.out,
+                      "rodas5p            5  -               -             -          the method "
+                      "cannot run this scene");
+    kt_check_contains("table", ran.out, "the largest error of the instants of events, s, at these settings");
+    kt_check_contains("time stepping", kt_read_file("b.csv"), "\n,steps,1,step,0.001,ok,");
 }
 
 KT_TEST(wrong_command_lines_end_in_one_and_say_what_is_wanted) {

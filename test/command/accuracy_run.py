@@ -43,10 +43,12 @@ def kinds(path, columns):
     found = []
     for name in dict.fromkeys(re.match(r"position\.([^\[]+)", c)[1] for c in columns if c.startswith("position.")):
         own = [i for i, c in enumerate(columns) if c == f"position.{name}" or c.startswith(f"position.{name}[")]
-        joint = re.search(rf"name: {re.escape(name)}\b.*?type: (\w+)", text, re.S)
+        joint = re.search(rf"- \{{?name: {re.escape(name)}[,\n].*?type: (\w+)", text, re.S)
         kind = joint[1] if joint else "revolute"
         if len(own) == 1:
             found.append((own, "length" if kind == "prismatic" else "angle"))
+        elif kind == "universal":
+            found += [([i], "angle") for i in own]
         elif len(own) == 4:
             found.append((own, "rotation"))
         elif len(own) == 7:

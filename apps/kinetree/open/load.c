@@ -36,8 +36,7 @@ int kt_read_scene(const char *path, const kt_settings *settings, kt_scene *scene
     return kt_read_scene_from(path, settings, NULL, scene);
 }
 
-/* Counts the loops of hard stops, contacts, slack ropes and sticking friction. *first: the first of these loops, unset
- * if there is none. */
+/* Counts as kt_contact_count. *first: the first of these loops, unset if there is none. */
 static int count_contacts(const kt_model *model, int *first) {
     int count = 0;
     for (int i = kt_loop_count(model) - 1; i >= 0; i--)
@@ -48,14 +47,19 @@ static int count_contacts(const kt_model *model, int *first) {
     return count;
 }
 
+int kt_contact_count(const kt_model *model) {
+    int first = 0;
+    return count_contacts(model, &first);
+}
+
 int kt_reject_contacts(const char *command, const kt_model *model) {
     int first = 0;
     const int count = count_contacts(model, &first);
     if (count == 0)
         return -1;
     return kt_reject(KT_EXIT_SCENE,
-                     "%s: '%s'%s: a study does not compare methods for hard stops, contacts, slack ropes or friction "
-                     "that sticks; compare runs at several tolerances, or make them elastic (stiffness)",
+                     "%s: '%s'%s: other formulations and engines have no hard stops, contacts, slack ropes or friction "
+                     "that sticks; make them elastic (stiffness)",
                      command, kt_show(kt_loop_name(model, first)).text, count > 1 ? " and others" : "");
 }
 

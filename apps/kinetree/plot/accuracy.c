@@ -84,8 +84,9 @@ typedef struct kt_family_style {
 
 static const kt_family_style *style_of(const kt_method *method) {
     static const kt_family_style styles[] = {
-        {"explicit", 1, 7, false},   {"switching", 3, 3, false}, {"radau", 2, 2, true},    {"rosenbrock", 4, 4, true},
-        {"stabilised", 6, 6, false}, {"adams", 5, 5, false},     {"two-step", 7, 7, true}, {"dirk", 4, 4, true}};
+        {"explicit", 1, 7, false},  {"switching", 3, 3, false},  {"radau", 2, 2, true},
+        {"rosenbrock", 4, 4, true}, {"stabilised", 6, 6, false}, {"adams", 5, 5, false},
+        {"two-step", 7, 7, true},   {"dirk", 4, 4, true},        {"time stepping", 5, 5, false}};
     const char *family = kt_method_family_name(method);
     size_t i = 0;
     while (i + 1 < sizeof styles / sizeof styles[0] && strcmp(styles[i].family, family) != 0)

@@ -18,7 +18,8 @@
 
 static const kt_option option_table[] = {
     KT_SET_OPTION,
-    KT_OPTION(NAMES, "integrators", integrator_list, "A,B", "compare these methods only; default: all"),
+    KT_OPTION(NAMES, "integrators", integrator_list, "A,B",
+              "compare these methods only; 'steps': time stepping over hard contacts; default: all"),
     KT_OPTION(TEXT, "steps", step_list, "H,...",
               "use these steps for methods without an error estimate, s; default: found"),
     KT_OPTION(TEXT, "tolerances", tolerance_list, "T,...", "use these tolerances for adaptive methods; default: found"),
@@ -114,6 +115,10 @@ static int read_methods(kt_accuracy_arguments *arguments) {
     const char *rest = arguments->integrator_list;
     bool wanted[KT_ACCURACY_METHODS_MAX] = {false};
     while (kt_list_next(&rest, word, sizeof word)) {
+        if (strcmp(word, KT_STEPS_NAME) == 0) {
+            arguments->has_steps = true;
+            continue;
+        }
         const kt_method *method = kt_method_find(word);
         if (method == NULL)
             return kt_reject_method("accuracy: --integrators", word);
@@ -160,6 +165,11 @@ static int read_accuracy_arguments(int argc, char **argv, kt_accuracy_arguments 
     return code >= 0 ? code : read_lists(arguments);
 }
 
+/* Whether formulations or other engines are compared, which have neither events nor hard contacts. */
+static bool compares_equations(const kt_accuracy_arguments *arguments) {
+    return arguments->formulations || arguments->baselines || arguments->peers;
+}
+
 static double cpu_now(void *user) {
     (void)user;
     return kt_cpu_clock();
@@ -176,7 +186,7 @@ static kt_accuracy_options choose_study_options(const kt_accuracy_arguments *arg
     options.duration = isnan(arguments->duration) ? 0.0 : arguments->duration;
     if (arguments->baselines)
         options.records = 20; /* steps are at most as long as their interval */
-    options.methods = arguments->method_count > 0 ? arguments->methods : NULL;
+    options.methods = arguments->method_count > 0 || arguments->has_steps ? arguments->methods : NULL;
     options.method_count = arguments->method_count;
     options.steps = arguments->step_count > 0 ? arguments->steps : NULL;
     options.step_count = arguments->step_count;
@@ -242,13 +252,25 @@ static int report_with_peers(kt_findings *findings, const char *path) {
     return code;
 }
 
-static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const char *path,
-                       const char *name, const kt_study_subject *subject, const kt_reference_file *reference) {
+/* A study of the whole motion, with events and hard contacts. */
+static void choose_events(const kt_accuracy_arguments *arguments, const kt_scene *scene, const kt_model *model,
+                          kt_accuracy_events *events, kt_accuracy_options *options) {
+    *events = kt_study_events(scene);
+    options->events = events->count > 0 && !compares_equations(arguments) ? events : NULL;
+    options->contact_steps =
+        kt_contact_count(model) > 0 && (arguments->has_steps || arguments->integrator_list == NULL);
+}
+
+static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *scene, const kt_model *model,
+                       const char *path, const char *name, const kt_study_subject *subject,
+                       const kt_reference_file *reference) {
     kt_error error = {0};
     kt_progress progress = kt_progress_start(arguments->quiet);
     kt_accuracy_options options = choose_study_options(arguments, subject, reference, &progress);
     const kt_variant own = kt_own_variant(scene);
     kt_variant variants[KT_COMPARED_FORMULATIONS];
+    kt_accuracy_events events;
+    choose_events(arguments, scene, model, &events, &options);
     options.own = &own;
     if (arguments->formulations) {
         kt_compared_formulations(scene, variants);
@@ -277,11 +299,15 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
     int code = kt_load_model(path, &settings, &scene, &model);
     if (code != KT_EXIT_DONE)
         return code;
-    code = kt_reject_contacts("accuracy", model);
+    code = compares_equations(arguments) ? kt_reject_contacts("accuracy", model) : -1;
+    if (code < 0 && arguments->has_steps && kt_contact_count(model) == 0)
+        code = kt_misuse("accuracy: --integrators steps: time stepping is for hard stops, contacts, slack ropes and "
+                         "friction that sticks, and %s has none; leave it out",
+                         kt_show(path).text);
     if (code < 0 && (arguments->formulations || arguments->baselines) && kt_loop_count(model) == 0)
         code = kt_misuse("accuracy: %s: --%s: nothing to compare: there are no loops to keep closed", path,
                          arguments->baselines ? "baselines" : "formulations");
-    if (code < 0)
+    if (code < 0 && compares_equations(arguments))
         kt_say_left_out("accuracy", &scene);
     if (code < 0 && !arguments->quiet && kt_model_mobility(model).minimal == 0)
         kt_say("accuracy: the scene has no degrees of freedom: its loops alone determine the motion, and the "
@@ -299,7 +325,7 @@ static int study_file(const kt_accuracy_arguments *arguments, const char *path, 
         code = kt_misuse("accuracy: --reference has positions and velocities, not the values of --of %s; leave one out",
                          kt_show(arguments->of).text);
     if (code < 0)
-        code = study_scene(arguments, &scene, path, kt_title_of(model, base), &subject, &reference);
+        code = study_scene(arguments, &scene, model, path, kt_title_of(model, base), &subject, &reference);
     kt_study_subject_close(&subject);
     free(reference.states);
     kt_model_free(model);

@@ -34,6 +34,7 @@ typedef struct kt_accuracy_arguments {
     /* The parsed lists. */
     const kt_method *methods[KT_ACCURACY_METHODS_MAX];
     double steps[KT_ACCURACY_SETTINGS_MAX], tolerances[KT_ACCURACY_SETTINGS_MAX], goals[KT_ACCURACY_GOALS_MAX];
+    bool has_steps;                                            /* --integrators has time stepping */
     int method_count, step_count, tolerance_count, goal_count; /* 0: not given; goals have a default */
 } kt_accuracy_arguments;
 
@@ -65,6 +66,14 @@ typedef struct kt_study_subject {
 int kt_study_subject_open(kt_study_subject *subject, const char *of, const kt_scene *scene, const kt_model *model);
 void kt_study_subject_close(kt_study_subject *subject);
 
+/* ---- events and hard contacts ------------------------------------------------------------------------------------ */
+
+/* Returns the events of a scene for its study. The scene must outlive the study. */
+kt_accuracy_events kt_study_events(const kt_scene *scene);
+
+/* The name of time stepping in --integrators and in the tables. */
+#define KT_STEPS_NAME "steps"
+
 /* ---- formulations to compare ------------------------------------------------------------------------------------- */
 
 /* Write the formulations of --formulations (KT_COMPARED_FORMULATIONS variants), and the default methods. The second
@@ -92,11 +101,17 @@ const char *kt_findings_unit(const kt_findings *findings);
 void kt_findings_title(const kt_findings *findings, char *text, size_t size);
 /* Writes "step 1e-3 s" or "tolerance 3e-8". */
 void kt_findings_setting(const kt_accuracy_curve *curve, const kt_accuracy_point *point, char *text, size_t size);
+/* Returns the name of the method of a curve, as --integrators takes it. */
+const char *kt_findings_method(const kt_accuracy_curve *curve);
 /* Returns the curve that contains a point. */
 const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int point);
 
 /* Prints the tables and sentences on standard output. */
 void kt_findings_print(const kt_findings *findings);
+/* Print the instants of events of the reference, and the table of their errors at the recommended settings. They print
+ * nothing without events. */
+void kt_findings_print_instants(const kt_findings *findings);
+void kt_findings_print_instant_errors(const kt_findings *findings);
 /* Prints the cost of variants of the simulation (other reduction, metric, plan, formulation, no projection) at one
  * point. Returns an exit code. */
 int kt_findings_print_prices(const kt_findings *findings);

@@ -56,7 +56,7 @@ static void add_goal(kt_bytes *line, const kt_findings *findings, double goal) {
     const kt_accuracy_point *point = &findings->results->points[best];
     const double per_second = 1.0 / findings->results->duration;
     kt_bytes_print(line, ",%.6g,%.3g,%.6g,%s", (double)point->counts.evaluations * per_second, point->cpu * per_second,
-                   point->setting, kt_findings_curve(findings, best)->method->name);
+                   point->setting, kt_findings_method(kt_findings_curve(findings, best)));
 }
 
 int kt_accuracy_along_line(kt_accuracy_along *along, const kt_findings *findings) {

@@ -51,6 +51,16 @@ static void print_horizon(const kt_accuracy_results *results) {
                "compares the first %.4g s\n",
                results->duration, results->asked, results->duration);
         break;
+    case KT_ACCURACY_STOPPED:
+        printf("  '%s' ends the run at %.6g s, of %g s\n", results->instants[results->instant_count - 1].name,
+               results->duration, results->asked);
+        if (results->growth > 0.0)
+            printf("  a small error grows by a factor of %.3g until then\n", results->amplification);
+        break;
+    case KT_ACCURACY_CROWDED:
+        printf("  more than %d instants of events: of %g s, the study compares the first %.4g s\n",
+               (int)KT_ACCURACY_INSTANTS_MAX, results->asked, results->duration);
+        break;
     default:
         printf("  the reference took too long: of %g s, the study compares the first %.4g s (--budget)\n",
                results->asked, results->duration);
@@ -95,6 +105,7 @@ static void print_head(const kt_findings *findings) {
     printf(": they differ by %.2g%s,\n  and errors below that are not reliable\n", results->uncertainty.judged,
            unit.text);
     print_horizon(results);
+    kt_findings_print_instants(findings);
 }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */
@@ -154,7 +165,7 @@ static void print_bound(const kt_findings *findings, double error, int width) {
 static void print_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
     const double least = least_error(findings, findings->results->points + curve->first, curve->count);
     const char *variant = findings->results->variants[curve->variant].label;
-    printf("  %-14s %5d", curve->method->name, curve->method->order);
+    printf("  %-14s %5d", kt_findings_method(curve), curve->method->order);
     print_slope(curve);
     print_or_dash(curve->stable_step > 0.0, 12, 3, curve->stable_step);
     print_bound(findings, least, 9);
@@ -215,7 +226,7 @@ static void print_costs(const kt_findings *findings) {
     print_costs_head(findings, 14, "method");
     for (int i = 0; i < results->curve_count; i++) {
         const kt_accuracy_curve *curve = &results->curves[i];
-        printf("  %-14s", curve->method->name);
+        printf("  %-14s", kt_findings_method(curve));
         print_cheapest(findings, results->points + curve->first, curve->count);
         printf("%s%s\n", results->variant_count > 1 ? "  " : "",
                results->variant_count > 1 ? results->variants[curve->variant].label : "");
@@ -295,14 +306,15 @@ static void print_goal(const kt_findings *findings, double goal) {
     char setting[64];
     describe_setting(findings, kt_findings_curve(findings, best), point, setting, sizeof setting);
     printf("for %.3g%s use %s with %s: %.3g %s per simulated second\n", goal, unit.text,
-           kt_findings_curve(findings, best)->method->name, setting, seconds < 1e-3 ? 1e6 * seconds : 1e3 * seconds,
-           seconds < 1e-3 ? "microseconds" : "ms");
+           kt_findings_method(kt_findings_curve(findings, best)), setting,
+           seconds < 1e-3 ? 1e6 * seconds : 1e3 * seconds, seconds < 1e-3 ? "microseconds" : "ms");
 }
 
 void kt_findings_print(const kt_findings *findings) {
     print_head(findings);
     print_methods(findings);
     print_costs(findings);
+    kt_findings_print_instant_errors(findings);
     print_peers(findings);
     print_spread(findings);
     putchar('\n');
@@ -325,12 +337,14 @@ static kt_variant *add_variant(kt_variant *variants, int *count, const kt_varian
 static int list_variants(const kt_findings *findings, kt_variant *variants) {
     static const char *const reductions[] = {"QR reduction", "partitioning", "SVD reduction"};
     const kt_variant base = kt_own_variant(findings->scene);
-    const bool has_loops = kt_loop_count(kt_accuracy_model(findings->study)) > 0;
+    const kt_model *model = kt_accuracy_model(findings->study);
+    const bool has_loops = kt_loop_count(model) > 0, has_contacts = kt_contact_count(model) > 0;
     int count = 0;
     add_variant(variants, &count, &base, "as the scene has it");
     add_variant(variants, &count, &base, "with its records")->records = true;
-    if (has_loops) {
+    if (has_loops && !has_contacts) /* hard contacts need the projection, and tree coordinates */
         add_variant(variants, &count, &base, "without projection")->simulation.unprojected = true;
+    if (has_loops) {
         for (int i = 0; i < 3; i++)
             if (i != (int)findings->scene->reduction)
                 add_variant(variants, &count, &base, reductions[i])->model.reduction =
@@ -339,9 +353,9 @@ static int list_variants(const kt_findings *findings, kt_variant *variants) {
         add_variant(variants, &count, &base, is_mass ? "identity metric" : "mass metric")->model.metric =
             is_mass ? KT_METRIC_IDENTITY : KT_METRIC_MASS;
     }
-    if (strcmp(kt_model_plan(kt_accuracy_model(findings->study)), "spatial") != 0)
+    if (strcmp(kt_model_plan(model), "spatial") != 0)
         add_variant(variants, &count, &base, "spatial, not in the plane")->model.plan = KT_PLAN_SPATIAL;
-    if (!findings->arguments->prices && kt_model_body_count(kt_accuracy_model(findings->study)) > LARGE)
+    if (has_contacts || (!findings->arguments->prices && kt_model_body_count(model) > LARGE))
         return count; /* six coordinates per body: compiling that model alone takes long */
     const bool is_absolute = base.formulation == KT_FORMULATION_ABSOLUTE;
     add_variant(variants, &count, &base, is_absolute ? "tree formulation" : "absolute formulation")->formulation =
@@ -373,7 +387,7 @@ int kt_findings_print_prices(const kt_findings *findings) {
         return KT_EXIT_DONE;
     char setting[64];
     describe_setting(findings, curve, point, setting, sizeof setting);
-    printf("\ncosts of other settings, with %s at %s\n", curve->method->name, setting);
+    printf("\ncosts of other settings, with %s at %s\n", kt_findings_method(curve), setting);
     printf("  %-26s %10s  %6s  %8s  %9s  %9s  %9s\n", "", "ms", "times", "evals", "error", "energy, J", "loops open");
     double base = (double)NAN;
     for (int i = 0; i < count; i++) {
@@ -414,10 +428,13 @@ static void put_cell(FILE *file, double value) {
         fprintf(file, ",%.17g", value);
 }
 
-/* head: the cells of the variant, the method and its order. */
-static void write_study_point(FILE *file, const char *head, bool is_adaptive, bool has_quantity,
+/* head: the cells of the variant, the method and its order. results: of the study; NULL for points of another
+ * engine. */
+static void write_study_point(FILE *file, const char *head, bool is_adaptive, const kt_accuracy_results *results,
                               const kt_accuracy_point *point) {
     const kt_accuracy_error *error = &point->error;
+    const bool has_quantity = results != NULL && results->subject == KT_ACCURACY_QUANTITY;
+    const bool has_instants = results != NULL && results->instant_count > 0;
     fprintf(file, "%s,%s,%.17g,%s", head, is_adaptive ? "tolerance" : "step", point->setting,
             point->status != KT_OK ? "failed"
             : !point->usable       ? "unusable"
@@ -429,6 +446,8 @@ static void write_study_point(FILE *file, const char *head, bool is_adaptive, bo
     put_cell(file, error->end_velocity);
     put_cell(file, error->energy);
     put_cell(file, has_quantity ? error->quantity : (double)NAN);
+    put_cell(file, has_instants ? error->instant : (double)NAN);
+    put_cell(file, has_instants ? error->missed : (double)NAN);
     put_cell(file, error->constraint.position);
     put_cell(file, error->constraint.velocity);
     fprintf(file, ",%llu,%llu,%llu,%llu", (unsigned long long)point->counts.steps,
@@ -442,26 +461,26 @@ static void write_study_point(FILE *file, const char *head, bool is_adaptive, bo
 static void write_study_points(FILE *file, const void *what) {
     const kt_findings *findings = what;
     const kt_accuracy_results *results = findings->results;
-    const bool has_quantity = results->subject == KT_ACCURACY_QUANTITY;
     char head[160];
     fputs("variant,method,order,kind,setting,status,error.position,error.velocity,error.end.position,"
-          "error.end.velocity,error.energy,error.quantity,constraint.position,constraint.velocity,steps,rejected,"
+          "error.end.velocity,error.energy,error.quantity,error.instant,instants.missed,constraint.position,constraint."
+          "velocity,steps,rejected,"
           "evaluations,"
           "factorizations,cpu,cpu.spread,repeats,cheapest,fewest\n",
           file);
     for (int c = 0; c < results->curve_count; c++) {
         const kt_accuracy_curve *curve = &results->curves[c];
         const char *label = results->variants[curve->variant].label;
-        (void)snprintf(head, sizeof head, "%s,%s,%d", label != NULL ? label : "", curve->method->name,
+        (void)snprintf(head, sizeof head, "%s,%s,%d", label != NULL ? label : "", kt_findings_method(curve),
                        curve->method->order);
         for (int i = 0; i < curve->count; i++)
-            write_study_point(file, head, curve->adaptive, has_quantity, &results->points[curve->first + i]);
+            write_study_point(file, head, curve->adaptive, results, &results->points[curve->first + i]);
     }
     for (int c = 0; findings->peers != NULL && c < findings->peers->count; c++) {
         const kt_peer_curve *curve = &findings->peers->curves[c];
         (void)snprintf(head, sizeof head, "%s,%s,", curve->engine, curve->method); /* the order is not known */
         for (int i = 0; i < curve->count; i++)
-            write_study_point(file, head, curve->adaptive, false, &curve->points[i]);
+            write_study_point(file, head, curve->adaptive, NULL, &curve->points[i]);
     }
 }
 

@@ -141,7 +141,7 @@ typedef struct kt_leap {
 } kt_leap;
 
 /* The method whose steps the caller takes. It is not in the list, since no scene names it as an integrator. */
-extern const kt_method kt_method_moreau_jean;
+KT_INNER extern const kt_method kt_method_moreau_jean;
 
 struct kt_integrator {
     const kt_method *method;

@@ -6,6 +6,7 @@
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "compare/accuracy.h"
+#include "integrator/integrator.h"
 
 #include <math.h>
 #include <string.h>
@@ -65,10 +66,24 @@ static kt_status check_lists(const kt_accuracy_options *options, kt_error *error
         (options->quantity != NULL && (options->quantity->evaluate == NULL || options->reference != NULL)))
         return reject_study(error, "quantity",
                             "belongs to KT_ACCURACY_QUANTITY, with a function, and with a computed reference");
+    const kt_accuracy_events *events = options->events;
+    if (events != NULL && (events->count < 0 || events->add == NULL || events->release == NULL))
+        return reject_study(error, "events", "count, add and release are needed");
     kt_status status = options->own ? check_variant(options->own, error) : KT_OK;
     for (int i = 0; i < options->variant_count && status == KT_OK; i++)
         status = check_variant(&options->variants[i], error);
     return status;
+}
+
+/* The number of curves of a variant. */
+static int count_study_methods(const kt_accuracy_options *options) {
+    return (options->methods != NULL ? options->method_count : kt_method_count()) + (options->contact_steps ? 1 : 0);
+}
+
+static const kt_method *study_method_at(const kt_accuracy_options *options, int index) {
+    if (options->contact_steps && index == count_study_methods(options) - 1)
+        return &kt_method_moreau_jean;
+    return options->methods != NULL ? options->methods[index] : kt_method_at(index);
 }
 
 static kt_status check_accuracy_options(const kt_accuracy_options *options, double duration, kt_error *error) {
@@ -85,7 +100,7 @@ static kt_status check_accuracy_options(const kt_accuracy_options *options, doub
         return reject_study(error, "steps", "must be 1 to 40 numbers above zero");
     if (!are_positive(options->tolerances, options->tolerance_count))
         return reject_study(error, "tolerances", "must be 1 to 40 numbers above zero");
-    if ((options->methods != NULL && options->method_count < 1) ||
+    if ((options->methods != NULL && count_study_methods(options) < 1) ||
         (options->variants != NULL && options->variant_count < 1))
         return reject_study(error, "accuracy", "an empty list of methods or variants leaves nothing to run");
     if (options->reference != NULL && options->reference->count < 2) /* its interval is checked with the duration */
@@ -110,6 +125,10 @@ static kt_status check_accuracy_options(const kt_accuracy_options *options, doub
     X(double, difference, object->nv, "of two states")                                                                 \
     X(double, begin, object->nq + object->nv, "state at the start")                                                    \
     X(double, moved, object->nq, "neighbouring positions")                                                             \
+    X(kt_accuracy_instant, log.instants, KT_ACCURACY_INSTANTS_MAX, "of the reference")                                 \
+    X(kt_accuracy_instant, second_log.instants, KT_ACCURACY_INSTANTS_MAX, "of the second solution")                    \
+    X(kt_accuracy_instant, run_log.instants, KT_ACCURACY_INSTANTS_MAX, "of a run")                                     \
+    X(bool, is_masked, rows, "records next to instants")                                                               \
     X(kt_accuracy_curve, curves, curves, "results")                                                                    \
     X(kt_accuracy_point, points, KT_ACCURACY_POINTS_MAX *curves, "results")
 
@@ -130,6 +149,8 @@ static kt_accuracy *make_study_room(const kt_accuracy *start) {
     (void)place_arrays(study, memory + head, rows, variants, curves);
     study->results.curves = study->curves;
     study->results.points = study->points;
+    study->log.study = study->second_log.study = study->run_log.study = study;
+    study->results.instants = study->log.instants;
     if (study->results.variants == NULL) /* the scene's own settings are stored here */
         study->results.variants = &study->own;
     return study;
@@ -149,10 +170,6 @@ void kt_accuracy_free(kt_accuracy *study) {
 
 /* ---- the study --------------------------------------------------------------------------------------------------- */
 
-static const kt_method *study_method_at(const kt_accuracy_options *options, int index) {
-    return options->methods != NULL ? options->methods[index] : kt_method_at(index);
-}
-
 /* Runs one curve. to_come: the number of curves left, this one included. */
 static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_come, kt_error *error) {
     kt_accuracy_results *results = &study->results;
@@ -171,7 +188,12 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
     if (status != KT_OK)
         return status;
     /* The time left is shared equally by the remaining curves; one curve may use twice its share. */
-    return kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
+    status = kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
+    if (status != KT_ERROR_UNSUPPORTED || !kt_accuracy_has_contacts(study->model))
+        return status;
+    curve->count = 0; /* hard contacts exclude some methods */
+    curve->end = KT_ACCURACY_UNSUPPORTED;
+    return KT_OK;
 }
 
 /* Moves the points of all curves together, without gaps. */
@@ -193,6 +215,7 @@ static kt_status run_study(kt_accuracy *study, kt_error *error) {
     study->deadline = study->started + study->options.budget;
     for (int i = 0; i < count && status == KT_OK; i++)
         status = run_curve(study, i % variants * methods + (methods - 1 - i / variants), methods, count - i, error);
+    study->results.instant_count = study->log.count;
     if (status == KT_OK) {
         close_gaps(study);
         kt_accuracy_mark_front(study);
@@ -224,8 +247,7 @@ static kt_status begin_study(kt_accuracy *study, const kt_description *descripti
     study->own = options->own != NULL ? *options->own : kt_variant_default(run);
     results->variants = options->variants;
     results->variant_count = options->variants != NULL ? options->variant_count : 1;
-    results->curve_count =
-        (options->methods != NULL ? options->method_count : kt_method_count()) * results->variant_count;
+    results->curve_count = count_study_methods(options) * results->variant_count;
     status = kt_accuracy_compile(study, &study->own, &study->model, &study->absolute, error);
     if (status != KT_OK)
         return status;

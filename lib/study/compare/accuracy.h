@@ -7,8 +7,9 @@
 #include <math.h>
 
 enum {
-    KT_ACCURACY_LADDER_MAX = 40, /* points of a ladder, or given settings */
-    KT_ACCURACY_POINTS_MAX = 80, /* points of a curve, those next to goals included */
+    KT_ACCURACY_LADDER_MAX = 40,  /* points of a ladder, or given settings */
+    KT_ACCURACY_POINTS_MAX = 80,  /* points of a curve, those next to goals included */
+    KT_ACCURACY_EVENTS_MAX = 256, /* events of a simulation; instants of further ones are not compared */
 };
 
 /* A run whose error exceeds this part of the amplitude is unusable. */
@@ -18,6 +19,18 @@ enum {
 typedef struct kt_accuracy_states {
     double *q, *v, *energy, *quantity;
 } kt_accuracy_states;
+
+/* The instants of a run so far, from the counts of events after each step. */
+typedef struct kt_instant_log {
+    const kt_accuracy *study;
+    kt_accuracy_instant *instants; /* KT_ACCURACY_INSTANTS_MAX */
+    int count;
+    bool is_full;             /* there are more */
+    double time;              /* s, at the end of the last step */
+    uint64_t contact_changes; /* of hard contacts, up to that time */
+    int event_count, contact_events;
+    uint64_t seen[KT_ACCURACY_EVENTS_MAX]; /* counts of the events up to that time */
+} kt_instant_log;
 
 struct kt_accuracy {
     kt_accuracy_results results;
@@ -34,9 +47,12 @@ struct kt_accuracy {
     kt_accuracy_states reference, second; /* results.records + 1 rows */
     double *difference;                   /* nv */
     double *begin;                        /* nq + nv: the initial state of the motion */
+    bool has_begin;                       /* a simulation has been created, and has set it */
     double *moved;                        /* nq: a neighbouring initial position */
     kt_accuracy_curve *curves;
     kt_accuracy_point *points;
+    kt_instant_log log, second_log, run_log; /* of the reference, of the second solution, and of the present run */
+    bool *is_masked;                         /* records next to an instant: not compared */
 
     double started, deadline; /* by the clock, s */
     double evaluation;        /* s of clock time of one evaluation; 0: unknown */
@@ -94,6 +110,7 @@ typedef struct kt_accuracy_guard {
     double until;        /* by the clock, s */
     uint64_t seen, most; /* evaluations: when the clock was read last, and their limit */
     bool late;           /* the guard has ended the run */
+    kt_instant_log *log; /* receives the instants of events; NULL: none */
 } kt_accuracy_guard;
 
 /* A guard with this part of the budget and this multiple of run_evaluations. */
@@ -102,6 +119,40 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
 /* Makes the guard watch the steps of a run, whose equations remain those of `kinetree run`. The guard must outlive the
  * simulation. */
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
+
+/* ---- events ------------------------------------------------------------------------------------------------------ */
+
+/* A simulation of a study, with the events of the scene. */
+typedef struct kt_accuracy_play {
+    kt_accuracy *study;
+    kt_simulation *simulation; /* NULL: not open */
+    void *watch;               /* memory of the events; NULL: none */
+} kt_accuracy_play;
+
+/* Creates a simulation with the events; kt_accuracy_close releases it. After an error there is nothing to release. */
+KT_CHECKED kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_run *run,
+                                      const kt_simulation_options *options, kt_accuracy_play *play, kt_error *error);
+/* Releases a simulation. Parameters that events have set return to their initial values first, for the next simulation
+ * of the model. */
+KT_CHECKED kt_status kt_accuracy_close(kt_accuracy_play *play, kt_error *error);
+
+/* Returns to the start, in the state q (nq) and v (nv). */
+KT_CHECKED kt_status kt_accuracy_restart(kt_accuracy_play *play, const double *q, const double *v, kt_error *error);
+
+/* Whether a model has hard contacts, stops, slack ropes or sticking friction. */
+bool kt_accuracy_has_contacts(const kt_model *model);
+
+/* Begins a log, before the first step. */
+void kt_instants_start(kt_instant_log *log, const kt_simulation *simulation);
+/* Adds the instants since the last call: after each step, and after the run. */
+void kt_instants_watch(kt_instant_log *log, const kt_simulation *simulation);
+
+/* Chooses the windows about the instants of a log, and masks the records within them. */
+void kt_accuracy_mask(kt_accuracy *study, const kt_instant_log *log);
+
+/* Sets `instant` and `missed` of an error. */
+void kt_instants_compare(const kt_accuracy *study, const kt_instant_log *reference, const kt_instant_log *run,
+                         kt_accuracy_error *error);
 
 /* ---- reference --------------------------------------------------------------------------------------------------- */
 

@@ -40,14 +40,14 @@ typedef struct kt_walk {
     int rows;                          /* records taken */
     bool has_room;                     /* the bounding box is to be computed */
     kt_vec3 low, high;
-    double reached; /* s: the time at which the run ended */
+    double reached;  /* s: the time at which the run ended */
+    bool is_stopped; /* by an event of the scene */
 } kt_walk;
 
 static void widen_walk(kt_walk *walk, kt_vec3 at) { kt_box_widen(&walk->low, &walk->high, at); }
 
 /* Extends the box by all joint origins and markers, and by the centre of mass. */
-static void widen_by_bodies(kt_walk *walk, const kt_data *data) {
-    const kt_model *model = walk->guard.study->model;
+static void widen_by_bodies(kt_walk *walk, const kt_model *model, const kt_data *data) {
     kt_vec3 center;
     if (kt_mass_center(model, data, &center) > 0.0)
         widen_walk(walk, center);
@@ -68,6 +68,8 @@ static double walk_distance(const kt_walk *walk, const kt_record *record) {
 static int watch_walk(const kt_record *record, void *user) {
     kt_walk *walk = user;
     kt_accuracy *study = walk->guard.study;
+    if (record->index < 0 || record->index > study->results.records)
+        return 0;
     const size_t row = (size_t)record->index;
     if (walk->into != NULL) {
         memcpy(walk->into->q + row * study->nq, record->q, study->nq * sizeof(double));
@@ -76,8 +78,8 @@ static int watch_walk(const kt_record *record, void *user) {
         walk->into->quantity[row] = kt_accuracy_quantity_of(study, record);
     }
     if (walk->has_room)
-        widen_by_bodies(walk, record->data);
-    if (walk->against != NULL) {
+        widen_by_bodies(walk, record->model, record->data);
+    if (walk->against != NULL && !study->is_masked[row]) {
         const double grown = walk_distance(walk, record) / walk->begin;
         if (!(grown <= study->options.amplification))
             return 1;
@@ -89,7 +91,7 @@ static int watch_walk(const kt_record *record, void *user) {
 
 /* ---- one solution ------------------------------------------------------------------------------------------------ */
 
-static kt_status make_simulation(kt_walk *walk, const char *name, double tolerance, kt_simulation **simulation,
+static kt_status make_simulation(kt_walk *walk, const char *name, double tolerance, kt_accuracy_play *play,
                                  kt_error *error) {
     kt_accuracy *study = walk->guard.study;
     kt_run run = kt_accuracy_run(study, kt_method_find(name), true, tolerance);
@@ -101,13 +103,34 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
     if (walk->into != NULL)
         kt_accuracy_record_quantity(study, &options);
     kt_accuracy_guard_use(&walk->guard, &options);
-    return kt_simulation_create(study->model, &run, &options, simulation, error);
+    return kt_accuracy_open(study, study->model, &run, &options, play, error);
 }
 
-/* Runs to the end, or until the walk stops or its time is over, which is not an error. */
-static kt_status follow_walk(kt_walk *walk, kt_simulation *simulation, kt_error *error) {
+/* A run that an event has ended stays in its last state. */
+static void stay_at_end(kt_walk *walk, const kt_simulation *simulation) {
+    const kt_accuracy *study = walk->guard.study;
+    const kt_accuracy_states *into = walk->into;
+    for (size_t row = (size_t)walk->rows; into != NULL && row <= (size_t)study->results.records; row++) {
+        memcpy(into->q + row * study->nq, kt_simulation_positions(simulation), study->nq * sizeof(double));
+        memcpy(into->v + row * study->nv, kt_simulation_velocities(simulation), study->nv * sizeof(double));
+        into->energy[row] = row > 0 ? into->energy[row - 1] : 0.0;
+        into->quantity[row] = row > 0 ? into->quantity[row - 1] : 0.0;
+    }
+    walk->rows = study->results.records + 1;
+}
+
+/* Runs to the end, or until the walk stops, its time is over or its log is full, which are no errors. */
+static kt_status follow_walk(kt_walk *walk, const kt_accuracy_play *play, kt_error *error) {
+    kt_simulation *simulation = play->simulation;
+    if (walk->guard.log != NULL)
+        kt_instants_start(walk->guard.log, simulation);
     const kt_status status = kt_simulation_run(simulation, watch_walk, walk, error);
     walk->reached = kt_simulation_time(simulation);
+    if (walk->guard.log != NULL)
+        kt_instants_watch(walk->guard.log, simulation);
+    walk->is_stopped = status == KT_OK && kt_simulation_stopped(simulation) != NULL;
+    if (walk->is_stopped)
+        stay_at_end(walk, simulation);
     return status == KT_ERROR_CALLBACK || walk->guard.late ? KT_OK : status;
 }
 
@@ -117,14 +140,15 @@ static kt_status solve_reference(kt_walk *start, const char *method, double *tol
     kt_status status;
     const kt_walk fresh = *start;
     for (;;) {
-        kt_simulation *simulation = NULL;
+        kt_accuracy_play play;
         *start = fresh;
-        status = make_simulation(start, method, *tolerance, &simulation, error);
-        if (status == KT_OK)
-            status = follow_walk(start, simulation, error);
-        if (status == KT_OK)
-            *counts = kt_simulation_counts_get(simulation);
-        kt_simulation_free(simulation);
+        status = make_simulation(start, method, *tolerance, &play, error);
+        if (status != KT_OK)
+            return status;
+        status = follow_walk(start, &play, error);
+        *counts = kt_simulation_counts_get(play.simulation);
+        const kt_status closed = kt_accuracy_close(&play, status == KT_OK ? error : NULL);
+        status = status == KT_OK ? closed : status;
         if (status != KT_ERROR_STEP || *tolerance > 0.5 * loosest)
             return status;
         *tolerance *= 10.0;
@@ -175,24 +199,26 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
     kt_accuracy_results *results = &study->results;
     kt_walk walk = {
         .guard = kt_accuracy_guard_make(study, 0.1, 8.0), .against = states, .begin = 1.0, .amplification = 1.0};
-    kt_simulation *simulation = NULL;
+    kt_accuracy_play play;
     walk.time = speed > 0.0 && results->amplitude > 0.0 ? results->amplitude / speed : 1.0;
     walk.rows = results->records + 1;
-    if (make_simulation(&walk, "dop853", 1e-12, &simulation, NULL) != KT_OK)
+    if (make_simulation(&walk, "dop853", 1e-12, &play, NULL) != KT_OK)
         return walk.rows;
     for (size_t i = 0; i < study->nv; i++)
         study->difference[i] = nudge * results->absolute_scale *
                                cos(1.0 + 2.39996 * (double)i); /* multiples of the golden angle: no symmetry */
     kt_position_add(study->model, study->begin, study->difference, study->moved);
-    if (kt_simulation_set_state(simulation, 0.0, study->moved, study->begin + study->nq, NULL) == KT_OK) {
-        const kt_record first = {.q = kt_simulation_positions(simulation), .v = kt_simulation_velocities(simulation)};
+    if (kt_accuracy_restart(&play, study->moved, study->begin + study->nq, NULL) == KT_OK) {
+        const kt_record first = {.q = kt_simulation_positions(play.simulation),
+                                 .v = kt_simulation_velocities(play.simulation)};
         walk.begin = walk_distance(&walk, &first);
         const bool failed =
-            walk.begin > 0.01 * nudge * results->absolute_scale && follow_walk(&walk, simulation, NULL) != KT_OK;
+            walk.begin > 0.01 * nudge * results->absolute_scale && follow_walk(&walk, &play, NULL) != KT_OK;
         if (failed || walk.guard.late) /* the limit was not reached */
             walk.rows = results->records + 1;
     }
-    kt_simulation_free(simulation);
+    if (kt_accuracy_close(&play, NULL) != KT_OK)
+        return results->records + 1;
     results->amplification = walk.amplification;
     results->growth = log(walk.amplification) / ((walk.rows > 1 ? walk.rows - 1 : 1) * results->interval);
     return walk.rows;
@@ -219,6 +245,8 @@ static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states 
     for (int k = 0; k < rows; k++) {
         const kt_accuracy_norm norm =
             kt_accuracy_distance(study, kt_accuracy_row(study, a, k), kt_accuracy_row(study, b, k));
+        if (study->is_masked[k])
+            continue;
         error->end_position = norm.position;
         error->end_velocity = norm.velocity;
         if (!(norm.position <= parted * fmax(results->amplitude, nudge * results->absolute_scale)))
@@ -250,6 +278,7 @@ static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_simulation_counts counts;
     kt_walk walk = {.guard = kt_accuracy_guard_make(study, 0.25, 16.0), .into = &study->second};
+    walk.guard.log = &study->second_log;
     results->check = kt_method_find("tsit5");
     results->check_tolerance = choose_tolerance(study, used);
     results->check_step = walk.max_step = choose_second_step(study);
@@ -266,6 +295,7 @@ static kt_status find_second(kt_accuracy *study, double used, kt_error *error) {
 typedef struct kt_first {
     double used, reached; /* s: clock time used; time of the motion that was reached */
     bool late;            /* the time budget ended before the motion */
+    bool is_stopped;      /* an event ended the motion */
     int taken, grown;     /* numbers of records: of the solution; before small errors are large */
 } kt_first;
 
@@ -289,11 +319,16 @@ static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, k
         *walk = (kt_walk){.guard = kt_accuracy_guard_make(study, 0.15, 4.0), .into = states, .has_room = true};
         walk->low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
         walk->high = kt_vec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+        walk->guard.log = &study->log;
         const double start = kt_accuracy_now(study);
         const kt_status status = solve_reference(walk, "dop853", tolerance, counts, error);
         if (status != KT_OK)
             return status;
-        *first = (kt_first){kt_accuracy_now(study) - start, walk->reached, walk->guard.late, walk->rows, 0};
+        *first = (kt_first){.used = kt_accuracy_now(study) - start,
+                            .reached = walk->reached,
+                            .late = walk->guard.late,
+                            .is_stopped = walk->is_stopped,
+                            .taken = walk->rows};
         if (!walk->guard.late || walk->reached >= 0.02 * study->results.asked)
             return KT_OK;
         if (*tolerance > 0.5 * loosest)
@@ -310,7 +345,8 @@ static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_f
     const kt_status status = find_solution(study, states, &walk, first, tolerance, &counts, error);
     if (status != KT_OK)
         return status;
-    shorten_reference(study, walk.rows, KT_ACCURACY_LATE);
+    shorten_reference(study, walk.rows, study->log.is_full ? KT_ACCURACY_CROWDED : KT_ACCURACY_LATE);
+    kt_accuracy_mask(study, &study->log);
     study->evaluation = first->used / (double)counts.evaluations;
     study->reference_steps = (double)counts.steps / results->duration;
     memcpy(study->begin, states->q, study->nq * sizeof(double));
@@ -368,7 +404,10 @@ static kt_status find_computed(kt_accuracy *study, kt_error *error) {
             return moves;
         if (is_tiny(results))
             continue;
-        if (first.late && 8 * first.taken < records) {
+        if (first.is_stopped && first.reached < results->duration) {
+            results->duration = first.reached;
+            cut = KT_ACCURACY_STOPPED;
+        } else if (first.late && 8 * first.taken < records) {
             results->duration = 0.5 * first.reached;
             cut = KT_ACCURACY_LATE;
         } else if (2 * first.grown < records && first.grown < first.taken) {
@@ -447,6 +486,8 @@ kt_status kt_accuracy_find_reference(kt_accuracy *study, kt_error *error) {
     const int rows =
         compare_solutions(study, &study->reference, &study->second, results->records + 1, &results->uncertainty);
     shorten_reference(study, rows, KT_ACCURACY_DISAGREEMENT);
+    kt_accuracy_mask(study, &study->log);
+    kt_instants_compare(study, &study->log, &study->second_log, &results->uncertainty);
     if (rows < 2 && study->options.reference == NULL)
         return kt_error_set(
             error, KT_ERROR_STEP, "reference",

@@ -7,6 +7,8 @@
  */
 #include "compare/accuracy.h"
 
+#include "integrator/integrator.h"
+
 #include <math.h>
 
 enum { SAMPLES_LEAST = 3, SAMPLES_MOST = 15 };
@@ -20,11 +22,14 @@ kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, 
     return kt_error_set(error, KT_ERROR_CALLBACK, "accuracy", "the study was stopped before %s", what);
 }
 
+static bool is_time_stepping(const kt_method *method) { return method == &kt_method_moreau_jean; }
+
 kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool adaptive, double setting) {
     kt_run run = study->run;
-    run.duration = study->results.duration;
+    /* An event that ends the reference may come later in a run. */
+    run.duration = study->results.cut == KT_ACCURACY_STOPPED ? study->results.asked : study->results.duration;
     run.interval = study->results.interval;
-    run.integrator = method->name;
+    run.integrator = is_time_stepping(method) ? NULL : method->name;
     run.step = adaptive ? 0.0 : setting;
     run.relative = adaptive ? setting : 1.0;
     run.absolute = run.relative * study->results.absolute_scale;
@@ -57,12 +62,14 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
 /* Reading a clock is slow, so it is read after sixteen evaluations. */
 static int watch_length(const kt_simulation *simulation, void *user) {
     kt_accuracy_guard *guard = user;
+    if (guard->log != NULL)
+        kt_instants_watch(guard->log, simulation);
     const uint64_t evaluations = kt_simulation_counts_get(simulation).evaluations;
     const bool is_due = guard->study->options.clock != NULL && evaluations >= guard->seen + 16;
     if (is_due)
         guard->seen = evaluations;
     guard->late = evaluations >= guard->most || (is_due && kt_accuracy_now(guard->study) > guard->until);
-    return guard->late;
+    return guard->late || (guard->log != NULL && guard->log->is_full);
 }
 
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options) {
@@ -76,12 +83,18 @@ void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *opti
 typedef struct kt_watcher {
     kt_accuracy *study;
     kt_accuracy_error *error;
+    int64_t rows; /* records so far */
 } kt_watcher;
 
 static int watch_errors(const kt_record *record, void *user) {
-    const kt_watcher *watcher = user;
+    kt_watcher *watcher = user;
     const kt_accuracy *study = watcher->study;
     kt_accuracy_error *error = watcher->error;
+    if (record->index < 0 || record->index > study->results.records)
+        return 0; /* of an event, or after the end of the reference */
+    watcher->rows = record->index + 1;
+    if (study->is_masked[record->index])
+        return 0;
     const double energy = record->kinetic + record->potential;
     const kt_accuracy_state reference = kt_accuracy_row(study, &study->reference, record->index);
     kt_accuracy_add(error, kt_accuracy_distance(study, reference, (kt_accuracy_state){record->q, record->v}),
@@ -100,11 +113,14 @@ static int pass_over_record(const kt_record *record, void *user) {
     return 0;
 }
 
-static kt_status run_once(kt_accuracy *study, kt_simulation *simulation, bool records) {
-    kt_status status = kt_simulation_set_state(simulation, 0.0, study->begin, study->begin + study->nq, NULL);
+/* A run without records also ends where the reference does. */
+static kt_status run_once(kt_accuracy *study, kt_accuracy_play *play, bool records) {
+    const kt_accuracy_results *results = &study->results;
+    const double end = results->cut == KT_ACCURACY_STOPPED ? results->asked : results->duration;
+    kt_status status = kt_accuracy_restart(play, study->begin, study->begin + study->nq, NULL);
     if (status == KT_OK)
-        status = records ? kt_simulation_run(simulation, pass_over_record, NULL, NULL)
-                         : kt_simulation_advance(simulation, study->results.duration, NULL);
+        status = records ? kt_simulation_run(play->simulation, pass_over_record, NULL, NULL)
+                         : kt_simulation_advance(play->simulation, end, NULL);
     return status;
 }
 
@@ -115,14 +131,14 @@ static void insert_time(double *samples, int count, double sample) {
     samples[count] = sample;
 }
 
-static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, const kt_variant *variant,
+static kt_status measure_time(kt_accuracy *study, kt_accuracy_play *play, const kt_variant *variant,
                               kt_accuracy_point *point) {
     double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
     /* Many samples may use 1/60 of a ladder's share of the time; the first three may use up to 1/15. */
     const double share = study->options.budget / study->results.curve_count;
-    kt_status status = run_once(study, simulation, variant->records);
+    kt_status status = run_once(study, play, variant->records);
     double last = kt_accuracy_now(study), used = last - start;
-    point->counts = kt_simulation_counts_get(simulation);
+    point->counts = kt_simulation_counts_get(play->simulation);
     if (status != KT_OK || study->options.clock == NULL)
         return status;
     const int inner = used < sample_least ? (int)fmin(1000.0, ceil(sample_least / fmax(used, 1e-7))) : 1;
@@ -131,7 +147,7 @@ static kt_status measure_time(kt_accuracy *study, kt_simulation *simulation, con
         insert_time(samples, count++, used);
     while (count < SAMPLES_MOST && last - start < (count < SAMPLES_LEAST ? share / 15.0 : share / 60.0)) {
         for (int i = 0; i < inner && status == KT_OK; i++)
-            status = run_once(study, simulation, variant->records);
+            status = run_once(study, play, variant->records);
         const double now = kt_accuracy_now(study);
         insert_time(samples, count++, (now - last) / inner);
         last = now;
@@ -159,7 +175,7 @@ void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point) {
 /* The timed run. It records nothing, unless the variant times the records that the scene requests. */
 static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
                          kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
-    kt_simulation *simulation = NULL;
+    kt_accuracy_play play;
     options.record = 0U;
     if (variant->records) {
         run.interval = study->run.interval;
@@ -167,36 +183,48 @@ static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_var
         run.markers = study->run.markers;
         run.marker_count = study->run.marker_count;
     }
-    kt_status status = kt_simulation_create(model, &run, &options, &simulation, error);
+    kt_status status = kt_accuracy_open(study, model, &run, &options, &play, error);
     if (status != KT_OK)
         return status;
-    if (measure_time(study, simulation, variant, point) != KT_OK) { /* cannot fail: the same run has succeeded */
+    if (measure_time(study, &play, variant, point) != KT_OK) { /* cannot fail: the same run has succeeded */
         point->usable = false;
         point->status = KT_ERROR_STEP;
     }
-    kt_simulation_free(simulation);
-    return KT_OK;
+    return kt_accuracy_close(&play, error);
+}
+
+/* A run that an event ends before the reference has no error at the records that follow. */
+static void reject_early_end(const kt_watcher *watcher, kt_accuracy_point *point) {
+    const kt_accuracy *study = watcher->study;
+    for (int64_t k = watcher->rows; k <= study->results.records && point->status == KT_OK; k++)
+        if (!study->is_masked[k])
+            point->error.position = point->error.velocity = point->error.quantity = HUGE_VAL;
 }
 
 static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_run *run,
                           const kt_simulation_options *options, kt_accuracy_point *point, kt_error *error) {
     kt_simulation_options recorded = *options;
-    kt_simulation *simulation = NULL;
-    kt_watcher watcher = {study, &point->error};
+    kt_accuracy_play play;
+    kt_watcher watcher = {study, &point->error, 0};
     kt_accuracy_guard guard = kt_accuracy_guard_make(study, 1.0 / study->results.curve_count, 1.0);
     recorded.record = KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     kt_accuracy_record_quantity(study, &recorded);
     guard.most = (uint64_t)fmin(4.0 * kt_accuracy_most(study), (double)guard.most) + 1;
+    guard.log = &study->run_log;
     kt_accuracy_guard_use(&guard, &recorded);
-    kt_status status = kt_simulation_create(model, run, &recorded, &simulation, error);
+    kt_status status = kt_accuracy_open(study, model, run, &recorded, &play, error);
     if (status != KT_OK)
         return status;
-    point->status = kt_simulation_run(simulation, watch_errors, &watcher, NULL);
-    point->counts = kt_simulation_counts_get(simulation);
+    kt_instants_start(guard.log, play.simulation);
+    point->status = kt_simulation_run(play.simulation, watch_errors, &watcher, NULL);
+    kt_instants_watch(guard.log, play.simulation);
+    point->counts = kt_simulation_counts_get(play.simulation);
     point->late = guard.late;
-    kt_simulation_free(simulation);
+    kt_instants_compare(study, &study->log, guard.log, &point->error);
+    reject_early_end(&watcher, point);
     kt_accuracy_judge(study, point);
-    return point->usable ? time_it(study, model, variant, *run, *options, point, error) : KT_OK;
+    status = kt_accuracy_close(&play, error);
+    return status == KT_OK && point->usable ? time_it(study, model, variant, *run, *options, point, error) : status;
 }
 
 /* The options of a constraint formulation for this setting. The steps of an adaptive method are taken to be twice as
@@ -236,7 +264,8 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
     kt_constraint_formulation *formulation = NULL;
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
     kt_absolute_use(absolute, &options);
-    options.method = method;
+    options.method = is_time_stepping(method) ? NULL : method;
+    options.contact = is_time_stepping(method) ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
     if (variant->has_constraint_formulation) {
         const kt_constraint_formulation_options settings = choose_set(study, variant, adaptive, setting);
         const kt_model *integrated = absolute != NULL ? kt_absolute_model(absolute) : model;
