@@ -136,7 +136,7 @@ static void name_curve(const kt_accuracy_results *results, const kt_accuracy_cur
     char order[32] = "";
     if (variant == NULL)
         (void)snprintf(order, sizeof order, ", order %d", curve->method->order);
-    (void)snprintf(label, size, "%s%s%s%s", curve->method->name, variant != NULL ? ", " : order,
+    (void)snprintf(label, size, "%s%s%s%s", kt_findings_method(curve), variant != NULL ? ", " : order,
                    variant != NULL ? variant : "",
                    has_usable(results->points + curve->first, curve->count) ? "" : ": fails");
 }

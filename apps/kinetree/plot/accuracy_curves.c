@@ -2,7 +2,8 @@
  *
  * A picture with all methods has more than twenty curves, which nobody can tell apart. Each family of methods has one
  * curve. Explicit methods are two families, those with fixed and those with adaptive steps. If variants are compared,
- * each variant is a family, and so is each other engine. Curves with a recommended point are always drawn.
+ * each variant is a family, and so is each other engine. Curves with a recommended point are always drawn, and so is
+ * time stepping: a diagram of hard contacts compares it with events.
  *
  * The better one of two curves reaches more powers of ten of the error. If both reach as many, the better one needs
  * fewer evaluations for them, in the geometric mean. Evaluations do not depend on the machine, hence neither does the
@@ -47,7 +48,7 @@ typedef struct kt_candidate {
     kt_reach reach;
     const char *family; /* of methods; or the engine */
     int variant;
-    bool adaptive, is_recommended, is_chosen;
+    bool adaptive, is_needed, is_chosen;
 } kt_candidate;
 
 static bool is_same_family(const kt_candidate *a, const kt_candidate *b) {
@@ -55,7 +56,10 @@ static bool is_same_family(const kt_candidate *a, const kt_candidate *b) {
            (a->adaptive == b->adaptive || strcmp(a->family, "explicit") != 0);
 }
 
-static bool has_recommended(const kt_findings *findings, const kt_accuracy_curve *curve) {
+/* Whether a curve is time stepping, or has a recommended point. */
+static bool is_needed_curve(const kt_findings *findings, const kt_accuracy_curve *curve) {
+    if (strcmp(kt_findings_method(curve), KT_STEPS_NAME) == 0)
+        return true;
     for (int g = 0; g < findings->arguments->goal_count; g++) {
         const int best = kt_accuracy_best(findings->study, findings->arguments->goals[g]);
         if (best >= curve->first && best < curve->first + curve->count)
@@ -74,7 +78,7 @@ static int list_candidates(const kt_findings *findings, kt_candidate *candidates
                                              is_one ? kt_method_family_name(curve->method) : "",
                                              curve->variant,
                                              curve->adaptive,
-                                             has_recommended(findings, curve),
+                                             is_needed_curve(findings, curve),
                                              false};
     }
     for (int i = 0; findings->peers != NULL && i < findings->peers->count && count < KT_CURVES_MAX; i++) {
@@ -85,18 +89,18 @@ static int list_candidates(const kt_findings *findings, kt_candidate *candidates
     return count;
 }
 
-/* Chooses the best candidate whose family has none yet; recommended ones come first. Returns false if none is left. */
+/* Chooses the best candidate whose family has none yet; needed ones come first. Returns false if none is left. */
 static bool choose_next(kt_candidate *candidates, int count) {
     kt_candidate *best = NULL;
     for (int i = 0; i < count; i++) {
         kt_candidate *candidate = &candidates[i];
         bool is_taken = candidate->is_chosen || candidate->reach.decades == 0;
-        for (int k = 0; k < count && !candidate->is_recommended; k++)
+        for (int k = 0; k < count && !candidate->is_needed; k++)
             is_taken = is_taken || (candidates[k].is_chosen && is_same_family(candidate, &candidates[k]));
         if (is_taken)
             continue;
-        if (best == NULL || candidate->is_recommended > best->is_recommended ||
-            (candidate->is_recommended == best->is_recommended && is_better(candidate->reach, best->reach)))
+        if (best == NULL || candidate->is_needed > best->is_needed ||
+            (candidate->is_needed == best->is_needed && is_better(candidate->reach, best->reach)))
             best = candidate;
     }
     if (best != NULL)

@@ -7,6 +7,8 @@
     X(kt_accuracy_baseline)                                                                                            \
     X(kt_accuracy_curve)                                                                                               \
     X(kt_accuracy_error)                                                                                               \
+    X(kt_accuracy_events)                                                                                              \
+    X(kt_accuracy_instant)                                                                                             \
     X(kt_accuracy_options)                                                                                             \
     X(kt_accuracy_point)                                                                                               \
     X(kt_accuracy_quantity)                                                                                            \
