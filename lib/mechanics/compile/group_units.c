@@ -9,9 +9,8 @@
  *     log |c_i e_i| = log |c_j e_j|   for all i, j of a row,
  *
  * as in the scaling of Curtis & Reid (1972). The logarithms differ by constants along each row. Union-find with offsets
- * as in the scaling of Curtis & Reid (1972). Logarithms differ by constants along a row. Union-find with offsets
- * satisfies all rows of a tree of couplings. A row that closes a cycle depends on the others, or locks them, and is
- * the fastest one does.
+ * therefore satisfies all rows of a tree of couplings. A row that closes a cycle depends on the others, or locks them,
+ * and is left out. The fastest wheel of a set keeps its natural unit, and the others have smaller ones.
  *
  * Only groups whose units differ by more than RATIO are scaled (`balanced`). In all others a direction of 1 / RATIO^2
  * is far above KT_RANK_TOLERANCE. Units are powers of two times the natural ones.
