@@ -384,7 +384,7 @@ KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 /* The size of a difference of two states: the largest angle or rotation, and the largest length. Of positions, they are
  * in rad and m; of velocities, in rad/s and m/s. */
 typedef struct kt_difference {
-    double angle, length;
+    double angle, length; /* the largest change of an angle, rad or rad/s, and of a length, m or m/s */
 } kt_difference;
 
 /* Measures a difference of positions (kt_position_subtract) or of velocities, of nv numbers. Angles are measured on the

@@ -3,7 +3,7 @@
  * Points are added one after another (Edelsbrunner, "Algorithms in Combinatorial Geometry", 1987, ch. 8). A new point p
  * sees the triangles (a, b, c) with
  *     (b - a) x (c - a) . (p - a) > 0
- * These are replaced by triangles between p and the edges around them.
+ * These triangles are replaced by triangles between p and the edges around them.
  *
  * Each point that is still to come and outside is in the list of one triangle that it sees. From this triangle, the
  * others that it sees are found through common edges. The points of replaced triangles are distributed among the new

@@ -6,7 +6,8 @@
  * Seen from its vertex p, with a, b, c from there, its second moments are
  *     integral of x x' = V / 20 (a a' + b b' + c c' + (a + b + c)(a + b + c)')
  * If the surface is closed, the sums over all triangles do not depend on p. MuJoCo's `legacy` takes each V as positive.
- * It uses the centroid of the surface as p for the centre of mass, and the centre of mass as p for the second moments.
+ * `legacy` uses the centroid of the surface as p for the centre of mass, and the centre of mass as p for the second
+ * moments.
  *
  * A shell has the area A of each triangle in place of V, and the centroid (a + b + c) / 3. Its second moments have
  * A / 12 in place of V / 20.

@@ -5,9 +5,9 @@
  *   Clamped end: the section stiffness there, over l / 2, the distance to the middle of the first segment.
  *   Hinged end: the same for forces; no moment.
  *
- * This is a central difference of rotations and displacements, of the second order in l. Segment i has the mass per
- * length at its middle times l, and the inertia of a straight rod of its section. The given stiffnesses determine how
- * segments move on one another:
+ * The moment is a central difference of rotations and displacements, of the second order in l. Segment i has the mass
+ * per length at its middle times l, and the inertia of a straight rod of its section. The given stiffnesses determine
+ * how segments move on one another:
  *
  *   EA, GA, GJ, EI: in all six ways, with bushings between free joints.
  *   GJ, EI: by rotations, with bushings in spherical joints. The beam keeps its length and its sections stay normal.

@@ -39,8 +39,8 @@ static void write_version(kt_emitter *e, const kt_member *m) {
 
 static const kt_kind kind_version = {.read = read_version, .write = write_version};
 
-/* Reads nothing: parameters and beams are read before anything else is. They are written as the numbers, bodies and
- * effects that follow from them. */
+/* Reads nothing: parameters and beams are read before anything else is. The parameters and beams are written as the
+ * numbers, bodies and effects that follow from them. */
 static const kt_kind kind_parameters = {.read = read_version, .same = kt_never_written};
 
 static const char *const limit_names[] = {KT_INERTIA_LIMIT_LIST(KT_LISTED_NAME)};

@@ -244,7 +244,8 @@ static bool is_tree_known(const kt_reader *r) {
 }
 
 /* Faults that only the whole mechanism shows are reported by its compilation. If other faults prevent the compilation,
- * they are searched for here, as long as there is room for more faults. This takes the memory of a compilation. */
+ * they are searched for here, as long as there is room for more faults. The search takes the memory of a compilation.
+ * */
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_checking c = {.reader = r, .description = description};
     kt_error error;

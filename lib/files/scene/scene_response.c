@@ -1,6 +1,6 @@
-/* Accelerations and reactions as variables of events. Their values follow from an evaluation of the equations of motion
- * in the state at hand, under the torques and wrenches that are set. An event finds the instant at which one of them
- * passes a value as for a position.
+/* Accelerations and reactions as variables of events. The values of such variables follow from an evaluation of the
+ * equations of motion in the state at hand, under the torques and wrenches that are set. An event finds the instant at
+ * which one of them passes a value as for a position.
  */
 #include "scene/scene_response.h"
 #include "algebra/vector_parts.h"

@@ -1,8 +1,8 @@
 /* Settings: values from outside a file, "bodies.crank.mass=2", put in the place of its own before it is read.
  *
  * A path leads from the top of the file through mappings by their keys, and through lists of mappings by the names of
- * their items. It leads through any list by [k], k from 0. A path of one word is a parameter. A key that is missing is
- * added, so that the tables of keys decide whether there is such a key, as for the file.
+ * their items. The path leads through any list by [k], k from 0. A path of one word is a parameter. A key that is
+ * missing is added, so that the tables of keys decide whether there is such a key, as for the file.
  */
 #include "scene/scene_parameter.h"
 

@@ -1,5 +1,5 @@
-/* Numbers that follow from variables, or from parameters that events set. They are listed while a scene is read, and
- * get new values later (kt_scene_vary; assignment.c).
+/* Numbers that follow from variables, or from parameters that events set. Such numbers are listed while a scene is
+ * read, and get new values later (kt_scene_vary; assignment.c).
  *
  * Numbers are listed in the order in which they are read. Parameters come before all else, and each after those that it
  * uses. A walk along the list therefore finds everything evaluated that an expression needs.

@@ -1,11 +1,11 @@
 /* A rotation as scene files and callers describe it: the constructors, and its checked evaluation. A matrix may deviate
- * from a rotation by the rounding of written numbers. It is then replaced by the nearest rotation. Any other matrix is
- * an error, and the message suggests a correction.
+ * from a rotation by the rounding of written numbers. Such a matrix is then replaced by the nearest rotation. Any other
+ * matrix is an error, and the message suggests a correction.
  *
  * The check computes A'A - I. Let A = Q S, with Q the nearest rotation and S the stretch, so that A'A = S^2. Entries of
  * A'A - I up to 2e-6 are therefore stretches and shears up to 1e-6. A matrix with six decimals always passes. Its
- * entries have errors d up to 0.5e-6. They change no entry of A'A by more than 2 sqrt(3) d. This is 1.7e-6, below the
- * limit.
+ * entries have errors d up to 0.5e-6. Such errors change no entry of A'A by more than 2 sqrt(3) d. The change is
+ * 1.7e-6, below the limit.
  */
 #include "base/require.h"
 #include "kinetree/algebra.h"

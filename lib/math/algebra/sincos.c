@@ -1,10 +1,10 @@
 /* Sines and cosines of many angles at once (sincos.h).
  *
  * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. The constant pi/2 is split into P1 + P2 + P3 + P4, the
- * first three of 33 bits at most. Their products with n are therefore exact for n < 2^20. This reduction is that of
- * Cody & Waite (Software Manual for the Elementary Functions, 1980). The sum r + e is right to its last bits even if x
- * is nearly n pi/2. The part that rounding removes from r is e. Taylor's series end with r^17 and r^18. The relative
- * error of their remainder is below 1e-19:
+ * first three of 33 bits at most. The products of these parts with n are therefore exact for n < 2^20. This reduction
+ * is that of Cody & Waite (Software Manual for the Elementary Functions, 1980). The sum r + e is right to its last bits
+ * even if x is nearly n pi/2. The part that rounding removes from r is e. Taylor's series end with r^17 and r^18. The
+ * relative error of their remainder is below 1e-19:
  *
  *   sin(r + e) = r + e + r^2 (r (-1/3! + r^2/5! - ...) - e/2)
  *   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)

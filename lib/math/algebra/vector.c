@@ -3,8 +3,8 @@
  *     R = exp(theta x) = I + (sin t / t) theta x + ((1 - cos t) / t^2) theta x theta x                  [MSD A.6]
  * is the matrix of a unit quaternion,
  *     w = cos(t/2),  v = h theta / 2,   h = sin(t/2) / (t/2).
- * Its terms do not cancel at small t, and a rounded t rotates R but does not stretch it. The inverse also uses the
- * quaternion, which is well conditioned at every angle, half turns included.
+ * The terms of this quaternion do not cancel at small t, and a rounded t rotates R but does not stretch it. The inverse
+ * also uses the quaternion, which is well conditioned at every angle, half turns included.
  *
  *     omega = G thetadot
  *     G = I + (h^2 / 2) theta x + c theta x theta x,    c = (t - sin t) / t^3                           [MSD A.28]
@@ -17,7 +17,7 @@
  * The product G G^-1 contains (theta x)^3 = -t^2 theta x. With y = t/2, it gives
  *     e = (1 - y cot y) / t^2 = (sin y - y cos y) / (4 y^2 sin y)
  *     sin y - y cos y = y^3 / 3 (1 - y^2 / (2 5) (1 - y^2 / (4 7) (1 - y^2 / (6 9) ...)))
- * It is singular at full turns, sin y = 0.
+ * The inverse is singular at full turns, sin y = 0.
  *
  * Axis n and angle a: differentiating R(a n) along a and n (n'ndot = 0),
  *     omega = n adot + sin a ndot + (1 - cos a) n x ndot

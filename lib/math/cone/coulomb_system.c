@@ -1,5 +1,5 @@
 /* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses, and
- * Newton's iteration for the directions of slip. Their least solution is in coulomb_shares.c. */
+ * Newton's iteration for the directions of slip. The least solution of these equations is in coulomb_shares.c. */
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"

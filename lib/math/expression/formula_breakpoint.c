@@ -7,11 +7,11 @@
  * changes its sign. Between two such times f, f' and f'' are monotone. Every method samples their values at the ends of
  * a step, which then show whether anything happens between.
  *
- * Both are zeros of a function g along time. They are found with exclusion and bisection (Moore, Kearfott and Cloud
- * 2009, chapter 8). In an interval, g has no zero if 0 is outside its bounds (jet.h), and at most one if 0 is outside
- * the bounds of g'. Other intervals are halved, the earlier half first. Intervals in a part of which g is not defined
- * are halved, too. The branch may change there without a zero, as that of sqrt(t - 1) < 3 at t = 1. A very short
- * interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that cancel.
+ * Breakpoints and features are zeros of a function g along time. The zeros are found with exclusion and bisection
+ * (Moore, Kearfott and Cloud 2009, chapter 8). In an interval, g has no zero if 0 is outside its bounds (jet.h), and at
+ * most one if 0 is outside the bounds of g'. Other intervals are halved, the earlier half first. Intervals in a part of
+ * which g is not defined are halved, too. The branch may change there without a zero, as that of sqrt(t - 1) < 3 at t =
+ * 1. A very short interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that cancel.
  */
 #include "expression/formula_breakpoint.h"
 

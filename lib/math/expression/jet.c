@@ -88,8 +88,8 @@ static kt_jet chosen(const kt_jet *decision, const kt_jet *x, const kt_jet *y) {
     return decision->c[0].lo > 0.0 ? *x : decision->c[0].hi < 0.0 ? *y : jet_hull(x, y);
 }
 
-/* The value of step and of comparisons (0 or 1), or of sign. It is defined even if the decision is not: all comparisons
- * are false then. */
+/* The value of step and of comparisons (0 or 1), or of sign. The value is defined even if the decision is not: all
+ * comparisons are false then. */
 static kt_jet jet_jump(kt_operator code, const kt_jet *decision) {
     const kt_jet below = jet_number(code == KT_OPERATOR_SIGN ? -1.0 : 0.0), above = jet_number(1.0);
     const bool unequal = code == KT_OPERATOR_NOT_EQUAL;

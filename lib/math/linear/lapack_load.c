@@ -1,5 +1,5 @@
 /* LAPACK for the shared library: loaded when it is first needed, from a module in the library's folder or else in the
- * loader's search path. It is never unloaded: its threads could not be ended safely.
+ * loader's search path. The module is never unloaded: its threads could not be ended safely.
  */
 #define _GNU_SOURCE /* dladdr */
 #include "linear/lapack.h"

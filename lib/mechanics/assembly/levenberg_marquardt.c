@@ -14,11 +14,11 @@
  * first step that closes all of the gap changes a coordinate by a third of its scale. A row of 10 to 1000 windows then
  * takes five steps instead of six to eleven.
  *
- * If links are reduced by fronts, Newton's method is tried first. Its steps cost as much as those of the projection
- * after a step, which eliminates the equations. Damped steps, which eliminate none, cost up to ten times as much.
- * Newton's method counts only if each step is short and leaves at most a quarter of the gap. Otherwise the search
- * begins where it was. In a chain of thousands of links rounding errors bound the damping from below. Then damped steps
- * converge slowly, at 0.5 a step, and Newton's method still doubles the digits.
+ * If links are reduced by fronts, Newton's method is tried first. The steps of Newton's method cost as much as those of
+ * the projection after a step, which eliminates the equations. Damped steps, which eliminate none, cost up to ten times
+ * as much. Newton's method counts only if each step is short and leaves at most a quarter of the gap. Otherwise the
+ * search begins where it was. In a chain of thousands of links rounding errors bound the damping from below. Then
+ * damped steps converge slowly, at 0.5 a step, and Newton's method still doubles the digits.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.

@@ -48,8 +48,8 @@
 #define LEFT_MOVING 1e-9
 #define RESOLVED 1.5e-8
 
-/* The size of the smallest direction of the groups that are near a singular position, over its usual size. It is 0 if a
- * direction is lost altogether; `last` is then the size of the direction before it. */
+/* The size of the smallest direction of the groups that are near a singular position, over its usual size. The size is
+ * 0 if a direction is lost altogether; `last` is then the size of the direction before it. */
 static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
     double least = KT_NEAR_SINGULAR;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -63,8 +63,8 @@ static double smallest(const kt_model *model, const kt_data *data, kt_rows rows)
 }
 
 /* The violation of the velocity equation that rounding leaves in a direction of size s that is nearly lost, relative to
- * the speed. The position is exact to c / s, along a path whose radius of curvature is s (x y = d). Its tangent is
- * therefore exact to c / s^2, and the equation, of size s, to c / s. */
+ * the speed. The position is exact to c / s, along a path whose radius of curvature is s (x y = d). The tangent of this
+ * path is therefore exact to c / s^2, and the equation, of size s, to c / s. */
 static double left_by_rounding(double s) { return LEFT_OPEN / fmax(s, RESOLVED); }
 
 /* Whether the projection must also close the gap in a direction that is nearly lost, as last factored. */
@@ -162,7 +162,7 @@ static bool is_undecided(const kt_model *model, const kt_data *data, double gap)
 }
 
 /* The disagreement of loops divided by the size of the smallest direction, down to a size of the root of the
- * disagreement. It is larger next to a singular position. */
+ * disagreement. The bound is larger next to a singular position. */
 static double left_by_disagreement(const kt_model *model, const kt_data *data) {
     if (model->disagreement == 0.0)
         return 0.0;

@@ -337,8 +337,8 @@ static void gear_links(build *b) {
     kt_armature_note(m);
 }
 
-/* link->size has the order of magnitude of the rigid inertia that a link carries. It leaves out the growth of that
- * inertia with the cube of a chain's length, which is mostly in directions in which no joint moves. */
+/* link->size has the order of magnitude of the rigid inertia that a link carries. The size leaves out the growth of
+ * that inertia with the cube of a chain's length, which is mostly in directions in which no joint moves. */
 static void size_links(build *b) {
     kt_model *m = b->model;
     for (size_t i = m->n.link - 1; i > 0; i--) {

@@ -4,7 +4,7 @@
  * those due to the multipliers (reduction/delassus.h). Both parts cancel in the loops' equations, so rounding limits
  * their accuracy. In the free tree a light link that carries heavy ones has much larger accelerations than the loops
  * permit. The table shows the errors of the equations, relative to their largest term, of 40 bars that are held at both
- * ends. Their masses are 1 and x in turn.
+ * ends. The masses of these bars are 1 and x in turn.
  *
  * | x   | few equations | fronts |
  * | 1   | 2e-16         | 2e-16  |

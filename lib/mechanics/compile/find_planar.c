@@ -6,9 +6,9 @@
  * each need only agree with the revolute joint before it.
  *
  * Differences within rounding are allowed. A rotation from Euler angles or a quaternion has errors of up to 4 eps in an
- * entry. Its product with n adds 3 eps, and a unit axis 2 eps. There may be a few fixed or prismatic joints between two
- * revolute ones. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is taken as oblique on
- * purpose.
+ * entry. The product of such a rotation with n adds 3 eps, and a unit axis 2 eps. There may be a few fixed or prismatic
+ * joints between two revolute ones. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is
+ * taken as oblique on purpose.
  */
 #include "compile/find_planar.h"
 #include "algebra/vector_parts.h"

@@ -64,7 +64,8 @@ static bool has_formula(const kt_model *model, const kt_group *group) {
 }
 
 /* Whether a dense group of spatial links on the ground has hard contacts, so that its equations may be solved in range
- * space (reduction/half_columns.h). Its joints have one axis, or are free. The same for a stop that locks one joint. */
+ * space (reduction/half_columns.h). The joints of such a mechanism have one axis, or are free. The same for a stop that
+ * locks one joint. */
 static bool may_range(const kt_model *model, const kt_group *group) {
     const bool locks = group->v_count == 1 && group->row_count == 1;
     bool fits = (group->parent == 0 || locks) && !kt_group_is_planar(model, group) && model->reduction->chooses;

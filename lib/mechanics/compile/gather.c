@@ -218,8 +218,8 @@ static void mark_link_nonlinear(kt_model *m, int32_t l) {
         m->is_linear[m->group[link->group].v + link->local + k] = false;
 }
 
-/* Marks the coordinates that only relations with constant coefficients have: motions, couplings, gears. Their equations
- * are linear, so steps in them are exact at any length. */
+/* Marks the coordinates that only relations with constant coefficients have: motions, couplings, gears. The equations
+ * of such coordinates are linear, so steps in them are exact at any length. */
 static void mark_linear_coordinates(kt_model *m) {
     for (size_t i = 0; i < m->n.group_v; i++)
         m->is_linear[i] = true;

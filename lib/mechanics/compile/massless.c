@@ -6,10 +6,10 @@
  *
  *     (M + E E') n_w = e_w     as    M n_w = 0,  E' n_w = e_w
  *
- * It is the unit vector e_w itself if w carries no mass at all. It is (1, -1) for two sliders in a row of which the
- * first has none. It must be the same in all positions, or the balance of forces would contain accelerations. How the
- * forces along these motions depend on their speeds s, r(s) - r(0) = -C s, is found at unit speeds. Congruence makes C
- * diagonal,
+ * The direction n_w is the unit vector e_w itself if w carries no mass at all. The direction is (1, -1) for two sliders
+ * in a row of which the first has none. The direction must be the same in all positions, or the balance of forces would
+ * contain accelerations. How the forces along these motions depend on their speeds s, r(s) - r(0) = -C s, is found at
+ * unit speeds. Congruence makes C diagonal,
  *
  *     B' C B = diag(C_d, 0)
  *

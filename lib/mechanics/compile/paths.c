@@ -1,10 +1,10 @@
 /* The paths of the loops: from below the common ancestor of its ends down to each.
  *
- * The paths of a net of n rows have up to n links each, n^2 in all. Its groups are still found in O(n log n). Common
- * ancestors are found with jumps [Myers 1983]: each link has one to a higher link, and log n of jumps and steps to
- * parents reach any higher link. Links that a path has joined are skipped by the next path. If a path is the beginning
- * of another path down from the same link, both are stored once. The paths of the net then take O(n) memory. (Not so if
- * the links at their ends are all different, as in a ladder whose rungs are bodies.)
+ * The paths of a net of n rows have up to n links each, n^2 in all. The groups of such a net are still found in O(n log
+ * n). Common ancestors are found with jumps [Myers 1983]: each link has one to a higher link, and log n of jumps and
+ * steps to parents reach any higher link. Links that a path has joined are skipped by the next path. If a path is the
+ * beginning of another path down from the same link, both are stored once. The paths of the net then take O(n) memory.
+ * (Not so if the links at their ends are all different, as in a ladder whose rungs are bodies.)
  */
 #include "assembly/rounding.h"
 #include "compile/attach.h"

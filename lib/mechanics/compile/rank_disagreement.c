@@ -1,7 +1,7 @@
 /* Constraint groups whose equations repeat each other except for the rounding of their data.
  *
- * Such a group closes at no position but the given one. Its loops are corrected to the last digit, or the group counts
- * as closed up to a disagreement. Both only count if the mechanism then moves. */
+ * Such a group closes at no position but the given one. The loops of such a group are corrected to the last digit, or
+ * the group counts as closed up to a disagreement. Both only count if the mechanism then moves. */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"
 #include "compile/rank_samples.h"

@@ -1,13 +1,14 @@
 /* The structural rank of groups with loops that close anywhere: footholds.
  *
  * The place of a loop's end on the world may be moved to where its other end is (loop_place.c). The loop is then
- * switched on there. The place of the description is one of many. It may be out of reach: a hinge at the origin, whose
- * tip a pin holds at the origin. Or it is special: two legs of equal length from one hip, whose feet are pinned at the
- * same point, have three independent equations there, and four elsewhere. Therefore such loops are closed at generic
- * positions of the mechanism, too, with their places moved there. The largest rank counts, as for other samples.
+ * switched on there. The place of the description is one of many. That place may be out of reach: a hinge at the
+ * origin, whose tip a pin holds at the origin. Or it is special: two legs of equal length from one hip, whose feet are
+ * pinned at the same point, have three independent equations there, and four elsewhere. Therefore such loops are closed
+ * at generic positions of the mechanism, too, with their places moved there. The largest rank counts, as for other
+ * samples.
  *
  * Loops that are on at first, groups that a switch closes in the given positions, and models whose parameters cannot be
- * set have their places in the description. They keep its rank: at all other places, Bennett's linkage is rigid.
+ * set have their places in the description. Such models keep its rank: at all other places, Bennett's linkage is rigid.
  *
  * If the group has other loops, these are closed with the places held. If that fails, the places follow, and the loops
  * are closed once more. */

@@ -140,7 +140,7 @@ bool kt_rank_is_closed(const kt_model *model, const kt_data *data, size_t g) {
 }
 
 /* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed.
- * These do not close, which assembly reports later; only the given position is available for them. */
+ * These groups do not close, which assembly reports later; only the given position is available for them. */
 void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, kt_rank_samples *found) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
@@ -201,10 +201,10 @@ void kt_rank_take_sample(const kt_model *model, kt_data *data, double size, size
     } while (shrink_displacements(model, data, found->fraction));
 }
 
-/* Returns a lower bound of the size that the largest direction counts as. It is KT_RANK_FLOOR of the possible size, or
- * more if the rounding of the given lengths is larger, so that no direction of rounding counts. An entry of A can be as
- * large as the ratio of its row's unit to its coordinate's unit. Angles between bodies, however, do not depend on
- * lengths. The entries of a balanced group are scaled to at most 1. Needs the equations' scales. */
+/* Returns a lower bound of the size that the largest direction counts as. The bound is KT_RANK_FLOOR of the possible
+ * size, or more if the rounding of the given lengths is larger, so that no direction of rounding counts. An entry of A
+ * can be as large as the ratio of its row's unit to its coordinate's unit. Angles between bodies, however, do not
+ * depend on lengths. The entries of a balanced group are scaled to at most 1. Needs the equations' scales. */
 double kt_rank_least(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0, of_lengths = 0.0, angles = 0.0;
     for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)

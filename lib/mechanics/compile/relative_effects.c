@@ -65,7 +65,7 @@ static double cosine_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
 }
 
 /* Returns the factor with which a link's angle counts in an angle about an axis. The factor is 1 or -1 if the link's
- * axis is parallel. It is 0 if the link does not rotate, and NAN if it rotates otherwise. */
+ * axis is parallel. The factor is 0 if the link does not rotate, and NAN if it rotates otherwise. */
 static double turns_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
     const kt_motion motion = (kt_motion)a->tree->link[link].motion;
     if (motion == KT_MOTION_PRISMATIC)

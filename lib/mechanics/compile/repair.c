@@ -14,8 +14,8 @@
  * Generic positions do not suffice. Let a, b be the angles of the cranks, u = a - b, s = a + b. A parallelogram whose
  * lengths are off by d requires u (s - k u) = d. Two of them agree to first order in d if d is equal in both: u = d / s
  * closes both except for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a position is
- * one more q_s. It is found along the motion: the smallest direction of A is lost there, and the rows of that direction
- * vanish. W has one direction more at this position.
+ * one more q_s. The position is found along the motion: the smallest direction of A is lost there, and the rows of that
+ * direction vanish. W has one direction more at this position.
  */
 #include "compile/rank_samples.h"
 
@@ -155,8 +155,8 @@ static bool fill_residuals(const repair *u, const double *q, double *a, double *
     return true;
 }
 
-/* Turns the n columns of x (each of m numbers) until they are orthogonal: x <- x V. They are then in order of their
- * lengths, which are stored in size. Source: one-sided Jacobi iteration [Hestenes 1958]. */
+/* Turns the n columns of x (each of m numbers) until they are orthogonal: x <- x V. The columns are then in order of
+ * their lengths, which are stored in size. Source: one-sided Jacobi iteration [Hestenes 1958]. */
 static void orthogonalise(double *x, int m, int n, double *v, double *size) {
     enum { SWEEPS = 40 };
     memset(v, 0, (size_t)n * (size_t)n * sizeof *v);

@@ -1,6 +1,6 @@
 /* The models of a description whose loops or effects are switched: one for each set of those that are on.
  *
- * These are 2^n models of n loops and effects that the caller switches. Contacts with more than a few switches
+ * These sets are 2^n models of n loops and effects that the caller switches. Contacts with more than a few switches
  * (kt_model_options.contact_switches) are masked. For each set of the other switches there is then a model with all
  * contacts open, and one with all of them closed. The time and the memory of both grow with the number of contacts. A
  * simulation makes the models of the sets between from the second one (contact/mask.h), whose groups are dense.

@@ -1,9 +1,9 @@
 /* Derivatives of the forces and of the equations of loops with respect to the state, one direction at a time
  * (support.h).
  *
- * A loop's equations depend only on the motion of its second end relative to the first. They thus depend on the degrees
- * of freedom between the link that carries both, taken to be at rest, and the ends. The derivatives of its rows give
- * those of
+ * A loop's equations depend only on the motion of its second end relative to the first. The equations thus depend on
+ * the degrees of freedom between the link that carries both, taken to be at rest, and the ends. The derivatives of its
+ * rows give those of
  *     phi'' = A a - b''
  *     W = sum lambda_r (moment_r + x_2 x force_r, force_r)
  * where W is the wrench on the second end; the first end receives the opposite. The derivatives of

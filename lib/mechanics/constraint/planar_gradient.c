@@ -2,8 +2,8 @@
  * velocities:
  *     S = sum_f lambda_f . phi'(p_f) + pi . phi''(v, a)
  * where phi'(p) is the rate of phi along the velocities p. The ancestor is at rest. Let d lead from point 1 to point 2.
- * Its rate along p_f is d'_f, and its rates along the motion (v, a) are d' and d''. J is a rotation by a right angle.
- * For a row
+ * The rate of d along p_f is d'_f, and its rates along the motion (v, a) are d' and d''. J is a rotation by a right
+ * angle. For a row
  *   along e      phi' = e . d' + w1 J e . d,   phi'' = e . d'' + 2 w1 J e . d' + (alpha1 J e - w1^2 e) . d
  *   of theta     phi' = s w,   phi'' = s alpha + s' w^2          w, alpha: of end 2 against end 1; s = d phi / d theta
  *   distance     phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r
@@ -11,8 +11,8 @@
  * turns the parts that it carries,
  *     dP = J (P - o),   dP'_f = J (P' - o')_f,   dP'' = J (P'' - o'')     by q
  *     dP' = J (P - o),  dP'' = 2 J (P' - o')                              by v
- * A prismatic joint along e turns with w and alpha. It adds e, w_f J e and alpha J e - w^2 e by q; by v it adds e and 2
- * w J e. */
+ * A prismatic joint along e turns with w and alpha. A prismatic joint adds e, w_f J e and alpha J e - w^2 e by q; by v
+ * it adds e and 2 w J e. */
 #include "constraint/gradient.h"
 #include "constraint/planar_rows.h"
 

@@ -68,9 +68,9 @@ double kt_actuation_amplification(const kt_actuation_work *w, const double *x, i
     return most;
 }
 
-/* Returns a reference size for the rows of the list, in units. It is the least size of a row whose coordinate moves as
- * much as the one that moves most. At a dead point of all coordinates in the list all rows are rounding errors. Only
- * this size reveals it. */
+/* Returns a reference size for the rows of the list, in units. The size is the least size of a row whose coordinate
+ * moves as much as the one that moves most. At a dead point of all coordinates in the list all rows are rounding
+ * errors. Only this size reveals it. */
 static double could_be(const kt_actuation_work *w, kt_coordinate_list list, const double *scale) {
     const size_t nv = w->model->n.v;
     double most = 0.0, least = list.count > 0 ? HUGE_VAL : 0.0;

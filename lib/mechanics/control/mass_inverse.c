@@ -107,8 +107,8 @@ static kt_status compute_closed(kt_mass_inverse *w, kt_data *data, double t, con
     return kt_inertia_reject("mass matrix", error);
 }
 
-/* Computes the factors along the tree. They have data of their own, because the caller may use its data for other calls
- * meanwhile. */
+/* Computes the factors along the tree. The factors have data of their own, because the caller may use its data for
+ * other calls meanwhile. */
 static kt_status compute_along(kt_mass_inverse *w, double t, const double *q, kt_error *error) {
     const kt_input input = {.q = q};
     const kt_status status = kt_input_check(w->model, &input, error);

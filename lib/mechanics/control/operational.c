@@ -11,12 +11,12 @@
 #include <float.h>
 #include <string.h>
 
-/* The part of a row of J X that must be independent of the rows before it, as in cholesky.h. It is a square. */
+/* The part of a row of J X that must be independent of the rows before it, as in cholesky.h. The bound is a square. */
 #define KT_TASK_RANK 1e-14
 
 /* ---- the free fraction of a row ---------------------------------------------------------------------------------- */
 
-/* Returns the size of a row, which is the largest motion of the task while a coordinate moves by one unit. It is
+/* Returns the size of a row, which is the largest motion of the task while a coordinate moves by one unit. The size is
  * relative to the smaller of a radian and a length of the mechanism, and at most 1. Sizes within rounding become 0. */
 static double task_row_size(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const double could_be = fmin(1.0, kt_model_extent(w->model));
@@ -26,8 +26,8 @@ static double task_row_size(const kt_mass_inverse *w, int rows, int r, const dou
     return most > 8.0 * DBL_EPSILON * could_be ? fmin(1.0, most / could_be) : 0.0;
 }
 
-/* Returns the free fraction of a row, using the basis Z of the null space. It is the largest entry of J_r Z over the
- * largest sum of the absolute values of its terms. */
+/* Returns the free fraction of a row, using the basis Z of the null space. The fraction is the largest entry of J_r Z
+ * over the largest sum of the absolute values of its terms. */
 static double free_fraction_by_basis(const kt_mass_inverse *w, int rows, int r, const double *jacobian) {
     const size_t nv = w->model->n.v;
     double left = 0.0, whole = 0.0;

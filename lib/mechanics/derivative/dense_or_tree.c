@@ -5,8 +5,8 @@
 #include "kinetree/mechanism.h"
 #include "reduction/method.h"
 
-/* From this number of coordinates on, dense factors take longer than fronts. They also take longer than groups with few
- * coordinates each (rows of windows, ropes). */
+/* From this number of coordinates on, dense factors take longer than fronts. Dense factors also take longer than groups
+ * with few coordinates each (rows of windows, ropes). */
 enum { COORDINATES_FEW = 28 };
 
 bool kt_linearized_is_dense(const kt_model *model) {

@@ -1,5 +1,5 @@
-/* Derivatives of the wrench and of the joint force of an effect by dual numbers, from the effect's own code. They serve
- * types without derivatives in closed form (effect/effect.h), and check those in closed form. */
+/* Derivatives of the wrench and of the joint force of an effect by dual numbers, from the effect's own code. Dual
+ * numbers serve types without derivatives in closed form (effect/effect.h), and check those in closed form. */
 #include "derivative/dual_effect.h"
 
 #include "constraint/relative_coordinate.h"

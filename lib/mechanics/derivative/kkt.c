@@ -15,7 +15,7 @@ static size_t kept_of(const kt_group *group) {
     return (size_t)group->link_count * width * (width + KT_FRONT_SPACE);
 }
 
-/* Returns the most numbers of a group's maps. They have as many columns of N and W as there are parameters. */
+/* Returns the most numbers of a group's maps. The maps have as many columns of N and W as there are parameters. */
 static size_t maps_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
     if (!kt_group_has_fronts(group))

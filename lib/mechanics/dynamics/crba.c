@@ -1,5 +1,5 @@
-/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2). It uses world axes
- * about each link's own origin.
+/* Mass matrix: the composite-rigid-body algorithm (Walker & Orin 1982; Featherstone 2008, 6.2). The algorithm uses
+ * world axes about each link's own origin.
  *
  * A composite has the inertia J about the origin, h = m c and m. Shifted by r to the parent's origin these are
  *   J + [h, r] + [r, h] + m [r, r],   h + m r,   m          with [u, w] = (u . w) I - w u'

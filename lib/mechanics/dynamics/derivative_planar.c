@@ -65,7 +65,8 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
     }
 }
 
-/* Adds external wrenches. Their components out of the plane move nothing. Moments do not change as links turn. */
+/* Adds external wrenches. The components of such wrenches out of the plane move nothing. Moments do not change as links
+ * turn. */
 KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const kt_wrench *external, carried *links) {
     for (size_t b = 1; b < model->n.body; b++) {
         const kt_body_record *body = &model->body[b];

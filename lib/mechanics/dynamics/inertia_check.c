@@ -1,11 +1,11 @@
-/* Checks whether a tree has inertia along all its degrees of freedom at a position. It is the backward pass of aba.h at
- * rest, with a sharper pivot test than forward dynamics can afford.
+/* Checks whether a tree has inertia along all its degrees of freedom at a position. The check is the backward pass of
+ * aba.h at rest, with a sharper pivot test than forward dynamics can afford.
  *
- * Projecting out a degree of freedom leaves rounding errors in J and M. They are proportional to the previous entries,
- * whose sizes are passed from link to link. For M the size is the mass carried. For J it has two parts. One is the sum
- * of the traces of the rigid inertias carried. The other is the largest of two kinds of terms: sum s_i^2 J_ii of
- * rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, it is the present one.
- * Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
+ * Projecting out a degree of freedom leaves rounding errors in J and M. The errors are proportional to the previous
+ * entries, whose sizes are passed from link to link. For M the size is the mass carried. For J it has two parts. One is
+ * the sum of the traces of the rigid inertias carried. The other is the largest of two kinds of terms: sum s_i^2 J_ii
+ * of rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, it is the present
+ * one. Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 

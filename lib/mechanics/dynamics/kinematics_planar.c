@@ -1,5 +1,5 @@
-/* Poses and motion of the planar links in the world. This is the forward pass of sweep_planar.h, without gravity, with
- * each link's numbers expressed in world axes. With A the link's axes at q = 0 in the plane's basis,
+/* Poses and motion of the planar links in the world. The computation is the forward pass of sweep_planar.h, without
+ * gravity, with each link's numbers expressed in world axes. With A the link's axes at q = 0 in the plane's basis,
  *   R = [w1 w2 n] A,   w1 = c e1 + s e2,   w2 = c e2 - s e1
  *   angular velocity omega n,   angular acceleration alpha n,   a = a_1 e1 + a_2 e2
  * Offsets are computed as in sweep.h, in three coordinates. So no height is lost, and only prismatic joints show a

@@ -35,8 +35,8 @@ KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     kt_v4_store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
 }
 
-/* The same, one by one; n < 2 LANES. Compilers unroll this loop. They would vectorise a loop from one to n, which would
- * wait for numbers that have just been stored. */
+/* The same, one by one; n < 2 LANES. Compilers unroll this loop. Compilers would vectorise a loop from one to n, which
+ * would wait for numbers that have just been stored. */
 KT_INLINE void add_short(size_t n, double a, const double *x, double *y) {
     for (size_t p = 0; p < 2 * LANES; p++) {
         if (p == n)

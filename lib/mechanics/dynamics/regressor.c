@@ -5,7 +5,8 @@
  *     m c_k:   f = alpha x e_k + w x (w x e_k),       n = e_k x a
  *     I_kl:    f = 0,                                 n = E alpha + w x E w
  * with E = e_k e_l' + e_l e_k', or for k = l  E = e_k e_k'. At unit rate, a degree of freedom turns the body by s and
- * moves its origin by u. It has the entries s . n + u . f (Atkeson, An & Hollerbach 1986, for one joint of many). */
+ * moves its origin by u. The column of this degree of freedom has the entries s . n + u . f (Atkeson, An & Hollerbach
+ * 1986, for one joint of many). */
 #include "dynamics/regressor.h"
 
 #include "base/copy.h"

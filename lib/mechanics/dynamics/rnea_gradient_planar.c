@@ -7,8 +7,8 @@
  * A revolute joint at o turns u - u_o, v - v_o and a - a_o, and J u . a + u . J a = 0, so that
  *     F = sum m a - f,   P = sum m u,   N = 2 sum m u . J v,   Y = -sum f . J u
  *     w . dtau/dq = Y - J u_o . F - P . J a_o,   w . dtau/dv = N - 2 P . J v_o        (a changes by 2 J (v - v_o))
- * A prismatic joint along e is carried at omega and alpha. It adds w J e to u, and alpha J e - omega^2 e and 2 omega J
- * e to a:
+ * A prismatic joint along e is carried at omega and alpha. The joint adds w J e to u, and alpha J e - omega^2 e and 2
+ * omega J e to a:
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w.
  */
@@ -66,7 +66,7 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
     }
 }
 
-/* Subtracts external wrenches. Their components out of the plane move nothing. */
+/* Subtracts external wrenches. The components of such wrenches out of the plane move nothing. */
 KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const kt_external *external,
                     kt_planar_gradient_link *links) {
     for (size_t b = 1; b < model->n.body; b++) {

@@ -106,8 +106,8 @@ static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
     return w;
 }
 
-/* Returns the joint's displacement: from the origin of the joint frame to that of body i. It is computed only from
- * offsets between links. Their positions in the world, which may be far away, do not enter. */
+/* Returns the joint's displacement: from the origin of the joint frame to that of body i. The displacement is computed
+ * only from offsets between links. The positions of links in the world, which may be far away, do not enter. */
 static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int i) {
     const int32_t end = model->body[model->body[i].parent].link;
     kt_v4 sum = kt_v4_splat(0.0);

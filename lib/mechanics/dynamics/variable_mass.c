@@ -1,8 +1,8 @@
 /* Masses that are functions of time: rockets, leaking vessels, conveyors.
  *
- * A body has mass m(t) and inertia J(t) about its centre of mass, which is fixed in the body. It moves under the
- * equations of a body of constant mass, with the m and J of the instant. The mass that has left it is no part of it any
- * more [MSD H 3.1]:
+ * A body has mass m(t) and inertia J(t) about its centre of mass, which is fixed in the body. Such a body moves under
+ * the equations of a body of constant mass, with the m and J of the instant. The mass that has left it is no part of it
+ * any more [MSD H 3.1]:
  *
  *     m a_c = f + m' u,   J w' + w x J w = moments
  *

@@ -1,5 +1,5 @@
-/* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. Their values are an
- * input that data hold. */
+/* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. The values of these
+ * states are an input that data hold. */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

@@ -1,5 +1,5 @@
-/* Plastic impacts. When a foot touches the ground, for example, its velocities do not fit the loops. They jump onto the
- * loops, by the impulses of the loops themselves:
+/* Plastic impacts. When a foot touches the ground, for example, its velocities do not fit the loops. The velocities
+ * jump onto the loops, by the impulses of the loops themselves:
  *     M (v+ - v) = A' p,   A v+ = b'
  * so that v+ is nearest to v in the mass metric. Let d = v+ - v. If b' = 0, the kinetic energy falls by d'M d / 2
  * (Carnot). Moving loops supply p . b' in addition. */

@@ -5,10 +5,10 @@
  *     d(T + V)/dt = v . (tau' + A' lambda) + dV/dt
  * Effects report the dissipated and the supplied part of their power (effect/kind.h), and account for dV/dt. On the
  * manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t. Only loops that change with time do work,
- * and without any nothing is computed. If there are some, inverse dynamics evaluates v . (M a + h - tau'). It needs no
- * multipliers, so that it does not depend on the way the loops were solved. Redundant equations do not affect it, and
- * it passes smoothly through singular positions, as a does. Mass that leaves or joins a body of variable mass takes
- * energy along (dynamics/variable_mass.c).
+ * and without any nothing is computed. If there are some, inverse dynamics evaluates v . (M a + h - tau'). This sum
+ * needs no multipliers, so that it does not depend on the way the loops were solved. Redundant equations do not affect
+ * it, and it passes smoothly through singular positions, as a does. Mass that leaves or joins a body of variable mass
+ * takes energy along (dynamics/variable_mass.c).
  */
 #include "base/copy.h"
 #include "base/where.h"

@@ -1,7 +1,8 @@
 /* Coordinates that move no mass: quasi-statics [MSD 8.1].
  *
  * Let N be the motions that move no mass (compile/massless.c): M N = 0, N' h = 0. The equations of motion along N are
- * no differential equations of second order. They are the balance of the forces that act on the massless parts:
+ * no differential equations of second order. These equations are the balance of the forces that act on the massless
+ * parts:
  *
  *     r(q, v, t) = N' tau = 0
  *
@@ -12,7 +13,7 @@
  *     B_d' r(q, v + N_d s) = 0              for s, speeds of those that dampers resist: of first order for q
  *     d/dt B_s' r = 0 along v + N_s u       then for u, the speeds of those that springs alone hold
  *
- * They are solved by Newton's method with differences. If forces are linear, this takes a step or two, and the
+ * The equations are solved by Newton's method with differences. If forces are linear, this takes a step or two, and the
  * remaining error is rounding. The accelerations a of M a = tau - h at that state are those of all masses. Along N they
  * are not determined, and need not be. A simulation evaluates its right-hand side at the balanced state, with its v as
  * q'. After each step it moves the state itself there, as a projection moves other states onto their loops. The
@@ -134,7 +135,7 @@ static kt_status factor_quasi_static(const balance *b, double scale, kt_error *e
     return status;
 }
 
-/* Newton's method along the columns. It ends when a step is rounding, or no smaller than the last one. */
+/* Newton's method along the columns. The iteration ends when a step is rounding, or no smaller than the last one. */
 static kt_status find_balance(const balance *b, kt_error *error) {
     const size_t nv = b->model->n.v, count = b->last - b->first;
     double last = (double)INFINITY, faster = 0.0;

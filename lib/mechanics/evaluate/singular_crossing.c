@@ -11,10 +11,10 @@
  * themselves adds 1e-16 v^2 / s only. The part of c that is due to rounding is measured. For this the state, q and v,
  * is closed by Newton's method, and then moved by as much as residuals can be off (ROUNDING). The change of the
  * acceleration is the error. A stage of a step violates the loops by more than rounding. This part is the error of the
- * step, which the method estimates itself, because the acceleration is smooth next to the loops, too. It is no reason
- * to interpolate. Errors of the neighbouring states have one sign throughout a step, and no difference of stages shows
- * them. (An example is Sarrus' linkage, flat, with d = 2.15e-4. Within 1 ms it gained energy. The gain was 3.4e-6 of
- * 113 J, and a tolerance of 1e-10 did not reduce it.)
+ * step, which the method estimates itself, because the acceleration is smooth next to the loops, too. This estimate is
+ * no reason to interpolate. Errors of the neighbouring states have one sign throughout a step, and no difference of
+ * stages shows them. (An example is Sarrus' linkage, flat, with d = 2.15e-4. Within 1 ms it gained energy. The gain was
+ * 3.4e-6 of 113 J, and a tolerance of 1e-10 did not reduce it.)
  *
  * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold, with the given state at
  * s = 0. Then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3 h to 3 h
@@ -42,8 +42,8 @@
  *
  *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
  *
- * For other families it is half the jump between the sides. This is a lower bound of the interpolation's error. If it
- * is not small compared with s v^2, the error is at least s v^2. (In the mechanism's units k = 1.)
+ * For other families it is half the jump between the sides. Half the jump is a lower bound of the interpolation's
+ * error. If it is not small compared with s v^2, the error is at least s v^2. (In the mechanism's units k = 1.)
  *
  * The difference of the two interpolations does not show a bend between the inner states, because all states lie on the
  * branches outside it. The closed state shows it. If its acceleration differs from the interpolated one by more than
@@ -59,11 +59,11 @@
  *
  *     (c / d) v^2 / x^3 = c v^2 / (s x^2)
  *
- * The interpolated states have this error, too. It decreases with their distance, until the error of the interpolation
- * itself prevails. Among several distances, the program takes the one with the smallest total error. A velocity w along
- * the other branch cannot be determined there. With it, the forces of the loops, which do no work along the motion,
- * would do work. So this power is removed from such accelerations (remove_power). Without the removal, a scissor lift
- * with d = 1e-9 lost 26 of 33 J. With it, the energy is kept to 4e-7 J.
+ * The interpolated states have this error, too. This error decreases with their distance, until the error of the
+ * interpolation itself prevails. Among several distances, the program takes the one with the smallest total error. A
+ * velocity w along the other branch cannot be determined there. With it, the forces of the loops, which do no work
+ * along the motion, would do work. So this power is removed from such accelerations (remove_power). Without the
+ * removal, a scissor lift with d = 1e-9 lost 26 of 33 J. With it, the energy is kept to 4e-7 J.
  *
  * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is near the
  * position, e T^2 / 2. T is the time h, or the time in which s would vanish, s / speed. For the direct acceleration the

@@ -20,8 +20,8 @@
  * to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction at that time.
  * Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come near to this
  * line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound when slip
- * begins. There the part of s across d is rounding. It is left out up to `kt_slip_still`, and so is slip that is no
- * faster.
+ * begins. There the part of s across d is rounding. This part is left out up to `kt_slip_still`, and so is slip that is
+ * no faster.
  *
  * If slip is slow, e is the direction a moment later, so that this rate is bounded (slip_prediction.c).
  *

@@ -1,6 +1,6 @@
-/* The derivative of friction by velocities, for implicit methods. It has the part in which the direction of friction
- * follows slip, whose rate is large while slip is slow. Let F be the joint forces of units of force at the contacts, so
- * that their slip velocities change by F' dv:
+/* The derivative of friction by velocities, for implicit methods. The derivative has the part in which the direction of
+ * friction follows slip, whose rate is large while slip is slow. Let F be the joint forces of units of force at the
+ * contacts, so that their slip velocities change by F' dv:
  *
  *     Z'C = -Z' F (dT/ds) F'
  *

@@ -150,8 +150,8 @@ KT_INLINE void take_delayed(kt_front *f, kt_front_count *count, int n, double *r
     f->delaying = NULL;
 }
 
-/* Passes on the equations that have not been eliminated, except those that are redundant here. Their remainders are
- * stored in slots. */
+/* Passes on the equations that have not been eliminated, except those that are redundant here. The remainders of these
+ * equations are stored in slots. */
 KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor *x, const int32_t *pivot, int rank,
                        double first) {
     const int n = count->params;

@@ -194,7 +194,8 @@ KT_INLINE void shift(kt_v4 r, wrenches *p) {
     p->x[2] += x * p->x[4] - y * p->x[3];
 }
 
-/* Four columns of joint forces, and where their half columns go. They are those of equations, or of forces on links. */
+/* Four columns of joint forces, and where their half columns go. The columns are those of equations, or of forces on
+ * links. */
 typedef struct batch {
     const double *row[KT_HALF_LANES];
     const kt_half_force *force;

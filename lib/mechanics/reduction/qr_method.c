@@ -9,10 +9,10 @@
  * (bench/scaling).
  *
  * Reflectors are applied one by one; LAPACK is given no work memory for blocks. Compared with blocks this takes a
- * fourth of the instructions for one column. It takes as many or fewer for m / 4 columns, and a tenth more for m / 2.
- * It also makes results independent of the number of OpenBLAS's threads below KT_BLOCKED coordinates. The products of
- * one reflector are so small that OpenBLAS leaves them to one thread. Products of blocks are divided, and rounded,
- * according to the number of threads.
+ * fourth of the instructions for one column. The method without blocks takes as many or fewer for m / 4 columns, and a
+ * tenth more for m / 2. The method also makes results independent of the number of OpenBLAS's threads below KT_BLOCKED
+ * coordinates. The products of one reflector are so small that OpenBLAS leaves them to one thread. Products of blocks
+ * are divided, and rounded, according to the number of threads.
  */
 #include "reduction/maggi_kane.h"
 

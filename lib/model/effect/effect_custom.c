@@ -1,4 +1,5 @@
-/* A caller's own effect: its record has callbacks. They can fail, so the sum of the effects calls them (effects.c). */
+/* A caller's own effect: its record has callbacks. Callbacks can fail, so the sum of the effects calls them
+ * (effects.c). */
 #include "effect/effect.h"
 
 static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the end", .needed = true}};

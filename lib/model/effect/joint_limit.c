@@ -3,9 +3,9 @@
  *
  * The damping force is half the harmonic mean of c |w| and k x. Far inside it is that of a damper c. At the stop it
  * grows from zero with the spring's own force, and never exceeds it. The force is therefore continuous at the beginning
- * and the end of contact, at which a plain damper c w would jump. It also satisfies N >= 0: a stop never pulls. The law
- * needs no length or rate over which to blend, and scales with the joint's units. (Hunt and Crossley, 1975, introduced
- * damping that vanishes with the indentation.)
+ * and the end of contact, at which a plain damper c w would jump. The factor also satisfies N >= 0: a stop never pulls.
+ * The law needs no length or rate over which to blend, and scales with the joint's units. (Hunt and Crossley, 1975,
+ * introduced damping that vanishes with the indentation.)
  *
  * N has a kink at x = 0, as every one-sided spring. Elsewhere it is C1. A joint that leaves with c |w| >> k x hardly
  * feels the stop, whose energy then turns into heat.

@@ -1,8 +1,8 @@
 /* The length of a path, a thread without friction, and its gradient.
  *
  * A path leads through points that are fixed in bodies. Between two points p and q it may lead around a sphere or a
- * cylinder of radius r. Let p and q be relative to the centre of the sphere, or to the axis of the cylinder. They lie
- * in a plane with the unit normal n: the axis of the cylinder, or p x q / |p x q|.
+ * cylinder of radius r. Let p and q be relative to the centre of the sphere, or to the axis of the cylinder. Both
+ * points lie in a plane with the unit normal n: the axis of the cylinder, or p x q / |p x q|.
  *
  * Outside of the circle, with d = |p|, s = sqrt(d^2 - r^2) and the sense o = 1 (counterclockwise about n) or -1:
  *     tangents      s_p, s_q
@@ -102,7 +102,8 @@ static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple sid
 /* A point on the circle is on it up to rounding. */
 static const double on_circle = 1.0 - 16.0 * DBL_EPSILON;
 
-/* The distance from a point to where its line touches the circle. It has no derivative on the circle itself. */
+/* The distance from a point to where its line touches the circle. The distance has no derivative on the circle itself.
+ * */
 static kt_real reach_of(kt_real square, double r) {
     return kt_value(square) > r * r ? kt_sqrt(square - r * r) : kt_real_of(0.0);
 }

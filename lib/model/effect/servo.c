@@ -7,8 +7,8 @@
  * Far from its limit the servo therefore has the force of its gains. The force never exceeds the limit, and is C1 for
  * the integrator's error control.
  *
- * The bounds `lower` and `upper` are hard, as those of other programs are. They replace u with min(max(u, lower),
- * upper), which has a kink at each bound. They need not have the same magnitude.
+ * The bounds `lower` and `upper` are hard, as those of other programs are. Hard bounds replace u with min(max(u,
+ * lower), upper), which has a kink at each bound. Both bounds need not have the same magnitude.
  */
 #include "effect/effect.h"
 
@@ -50,8 +50,8 @@ static kt_real servo_force(const kt_effect_record *effect, const double *numbers
 }
 
 #if KT_IS_OF_VALUES
-/* The derivative of the force with respect to u. It is 1 below the parabola, and 0 beyond the parabola or a hard bound.
- * On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
+/* The derivative of the force with respect to u. The derivative is 1 below the parabola, and 0 beyond the parabola or a
+ * hard bound. On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
 static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);

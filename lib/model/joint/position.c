@@ -4,8 +4,9 @@
  * with w and d in the body frame. If a joint has a quaternion, it follows the joint's plain numbers.
  *
  * An output may be any of the inputs. A body has no fewer positions than velocities, and both follow each other in the
- * order of the bodies. Its first position is thus not before its first velocity. So positions are written from the last
- * one to the first, and velocities from the first one to the last. Nothing is overwritten before it has been read. */
+ * order of the bodies. The first position of a body is thus not before its first velocity. So positions are written
+ * from the last one to the first, and velocities from the first one to the last. Nothing is overwritten before it has
+ * been read. */
 #include "joint/joint.h"
 #include "joint/turn.h"
 #include "kinetree/joint.h"

@@ -1,5 +1,5 @@
-/* A caller's own loop. Its record has a callback, which writes the equations of the second end's motion as seen from
- * the first (kinetree/loop.h). Terms that the callback does not write are differenced here.
+/* A caller's own loop. The record of such a loop has a callback, which writes the equations of the second end's motion
+ * as seen from the first (kinetree/loop.h). Terms that the callback does not write are differenced here.
  *
  * In the first end's frame, with d the second point, R the second end's axes, u = d' and R' = w x R,
  *     phi'  = moment . w  + force . u  + rate

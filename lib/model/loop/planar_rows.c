@@ -4,7 +4,8 @@
  *
  *   x, y, z            phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
  *
- *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n. It requires that n
+ *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n. The row requires that
+ * n
  *                      has the same components in both ends.
  *
  *   tilt about k       like a rotation, where theta is the angle from e_z to f_z. Both axes lie in the plane. The row

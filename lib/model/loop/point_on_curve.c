@@ -19,7 +19,7 @@
  *     phi'  = |c1| / D c1 . u - f'
  *     phi'' = |c1| s'' + (c1 . c2) s'^2 / |c1| - f''
  * Lines, circles and helices have their arc length as the parameter. A spline is natural, and its parameter is the sum
- * of the points' distances. Its arc length is the sum of Gauss's quadrature of |c1| over its pieces.
+ * of the points' distances. The arc length of a spline is the sum of Gauss's quadrature of |c1| over its pieces.
  */
 #include "loop/relative_motion.h"
 

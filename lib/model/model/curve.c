@@ -11,8 +11,8 @@
  *   sum         y = f + g,  y' = f' + g',  y'' = f'' + g''
  *   product     y = f g,  y' = f' g + f g',  y'' = f'' g + 2 f' g' + f g''
  *
- * The parts of a sum or product are functions of any type. Its numbers are the curves of its parts, and then those
- * parts' numbers: none is a pointer, so that a model can be copied.
+ * The parts of a sum or product are functions of any type. The numbers of a sum or product are the curves of its parts,
+ * and then those parts' numbers: none is a pointer, so that a model can be copied.
  *
  * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
  * inside. A motion whose table begins at the start of the simulation therefore has the table's slope there. The same is

@@ -1,4 +1,4 @@
-/* Functions of time: their constructors, and their keys in scenes. Their equations are in curve.c. */
+/* Functions of time: their constructors, and their keys in scenes. The equations of functions are in curve.c. */
 #include "model/function.h"
 
 #include "model/describe.h"

@@ -3,7 +3,7 @@
  *   bump     y = a u^3 with u = 4 s (1 - s), s = (t - c) / (d - c): with u' = 4 (1 - 2 s) / (d - c) and
  *            u'' = -8 / (d - c)^2,  y' = 3 a u^2 u',  y'' = 3 a (2 u u'^2 + u^2 u'')
  *
- * The numbers of a formula are its terms. They contain no pointer, so that a model can be copied.
+ * The numbers of a formula are its terms. The numbers contain no pointer, so that a model can be copied.
  */
 #include "model/function_formula.h"
 

@@ -1,10 +1,10 @@
-/* The size of a large change of each coordinate. It is the scale that separates small changes from rounding. */
+/* The size of a large change of each coordinate. The size is the scale that separates small changes from rounding. */
 #include "model/model.h"
 
 #include <math.h>
 
-/* The first joints of the tree may be far from the origin of the world. Their distances are left out, since they do not
- * depend on the size of the mechanism. */
+/* The first joints of the tree may be far from the origin of the world. The distances of these joints are left out,
+ * since they do not depend on the size of the mechanism. */
 double kt_model_extent(const kt_model *model) {
     double extent = 0.0;
     for (size_t i = 1; i < model->n.link; i++) {

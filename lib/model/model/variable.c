@@ -1,5 +1,5 @@
-/* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. Their names
- * are those of the columns that record them. */
+/* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. The names of
+ * variables are those of the columns that record them. */
 #include "model/model.h"
 
 #include <stdio.h>

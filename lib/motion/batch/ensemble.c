@@ -1,8 +1,8 @@
 /* Several simulations at once. Each one has its own state, steps, error control and records. The stages of their steps
  * are computed together, each simulation in a lane.
  *
- * A lane follows kt_simulation_run, in the same order and with the same functions. It hands records over, plans a try
- * of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
+ * A lane follows kt_simulation_run, in the same order and with the same functions. The lane hands records over, plans a
+ * try of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
  * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one. Lanes
  * cannot compute a step of an implicit method, or a stage that fails. The simulation itself tries such a step. Events,
  * gaps and breakpoints are handled lane by lane between tries, by the functions of kt_simulation_take_step

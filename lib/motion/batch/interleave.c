@@ -1,4 +1,4 @@
-/* Records in lanes (interleave.h). This is compiled for one state, where the records are those of a model. */
+/* Records in lanes (interleave.h). The source is compiled for one state, where the records are those of a model. */
 #include "batch/interleave.h"
 
 #include "batch/lanes.h"
@@ -6,8 +6,8 @@
 
 #include <string.h>
 
-/* The shape of a record. Its numbers end before `common`, the first member that all lanes share; `last` is the last
- * member. */
+/* The shape of a record. The numbers of a record end before `common`, the first member that all lanes share; `last` is
+ * the last member. */
 #define SHAPE(type, common, last)                                                                                      \
     { sizeof(type), offsetof(type, common) / sizeof(double), offsetof(type, last) + sizeof(((type *)NULL)->last) }
 

@@ -1,5 +1,5 @@
-/* The computations around the stages of a step, for several states at once. They have the bits of the code for one
- * state: sums of slopes, dense output and mean squares of errors of integrator/explicit.c, powers of
+/* The computations around the stages of a step, for several states at once. The results have the bits of the code for
+ * one state: sums of slopes, dense output and mean squares of errors of integrator/explicit.c, powers of
  * integrator/control.c.
  */
 #include "batch/lanes.h"

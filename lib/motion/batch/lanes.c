@@ -49,7 +49,7 @@ static const kt_model *lane_model_of(const kt_model *model, void *work) {
     return data->model;
 }
 
-/* Sets `rest` of the links of the lanes. It is the distance from a link to its record at rest, in doubles. */
+/* Sets `rest` of the links of the lanes. The member is the distance from a link to its record at rest, in doubles. */
 static void place_rests(const kt_model *model, kt_data *data) {
     const char *links = (const void *)model->link;
     for (size_t i = 0; i < model->n.link; i++) {

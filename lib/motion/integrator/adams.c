@@ -9,8 +9,8 @@
  * manifold. Past slopes are those of equal steps.
  *
  * There may be fewer than n - 1 past slopes: at the start, after a jump, and after a step of another length. (A step
- * that ends at a given time has another length.) The Runge-Kutta method of the table then takes the step. It has the
- * same order, and its error is that of one step.
+ * that ends at a given time has another length.) The Runge-Kutta method of the table then takes the step. This
+ * Runge-Kutta method has the same order, and its error is that of one step.
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, section III.1; [MSD 5.6.1].
  */

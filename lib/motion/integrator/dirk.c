@@ -8,11 +8,11 @@
  *
  *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma),     base = y0 + h sum_{j<i} a_ij k_j
  *
- * which begins with the slope at the end of the last step. It may diverge, as when friction sets in or a contact closes
- * within the step. J and the factors are then computed anew in every iteration, and a correction dY is damped. The
- * damping lambda = 1, 1/2, 1/4, ... is the largest for which the next correction is shorter than (1 - lambda / 4) |dY|.
- * The next correction is that at Y + lambda dY with the same factors. This test is affine invariant: P. Deuflhard,
- * Newton Methods for Nonlinear Problems, 2004, section 3.3.
+ * which begins with the slope at the end of the last step. The iteration may diverge, as when friction sets in or a
+ * contact closes within the step. J and the factors are then computed anew in every iteration, and a correction dY is
+ * damped. The damping lambda = 1, 1/2, 1/4, ... is the largest for which the next correction is shorter than (1 -
+ * lambda / 4) |dY|. The next correction is that at Y + lambda dY with the same factors. This test is affine invariant:
+ * P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3.
  *
  * Slopes are not evaluated, but k_i = (Y_i - base) / (h gamma). f would magnify the small deviation of Y from a stiff
  * motion.

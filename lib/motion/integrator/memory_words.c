@@ -1,4 +1,4 @@
-/* Checks of a checkpoint's memory and history. They come from outside and may have any bits. */
+/* Checks of a checkpoint's memory and history. The contents come from outside and may have any bits. */
 #include "base/block_words.h"
 #include "integrator/newton.h"
 

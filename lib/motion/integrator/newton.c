@@ -41,8 +41,9 @@
 #define KT_NEWTON_LEAST 2
 
 /* Hidden residuals. A stiff force may vanish within the step, as that of a contact that opens. J then no longer belongs
- * to the motion: a correction is (sigma - J)^-1 r, although it should be r / sigma. It is a million times too small,
- * and below the tolerance from the first iteration on. The same matrix hides such a step from the error estimate.
+ * to the motion: a correction is (sigma - J)^-1 r, although it should be r / sigma. Such a correction is a million
+ * times too small, and below the tolerance from the first iteration on. The same matrix hides such a step from the
+ * error estimate.
  *
  * But with J' instead of J the next residual is (J' - J) (sigma - J)^-1 r, which does not shrink. The test extrapolates
  * r / sigma with the rate of the last iteration. If the result is not tolerable, and the correction is smaller than
@@ -55,8 +56,8 @@
 #define KT_HIDDEN_PART 0.007
 #define KT_HIDDEN_RATE 0.4
 
-/* A correction of so few roundings of the state is rounding itself. Its residual is rounding, too, and does not
- * shrink. */
+/* A correction of so few roundings of the state is rounding itself. The residual of such a correction is rounding, too,
+ * and does not shrink. */
 #define KT_HIDDEN_ROUNDINGS 100.0
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -83,8 +84,8 @@ static double *jacobian_point(const kt_integrator *it) { return it->history + KT
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
 /* Computes column j of J as (f(y + delta e_j) - f(y)) / delta, with the last slot and `trial` as scratch. An exact
- * Jacobian, to about 1e-10, is (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta. It also uses slot
- * 1 as scratch. */
+ * Jacobian, to about 1e-10, is (f(y + delta e_j) - f(y - delta e_j)) / (2 delta) with a larger delta. The function also
+ * uses slot 1 as scratch. */
 static kt_try_result difference_jacobian(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     const size_t n = it->sizes.n, counted = it->counted, other = it->sizes.slots - 1;
     kt_newton_work *w = kt_newton_of(it);
@@ -156,8 +157,8 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
 
 /* ---- before a try ------------------------------------------------------------------------------------------------ */
 
-/* With fixed steps, the scale of a component is at least this part of the scale of the largest one. It is also at least
- * this part of the scale of the stage's own value. */
+/* With fixed steps, the scale of a component is at least this part of the scale of the largest one. The scale is also
+ * at least this part of the scale of the stage's own value. */
 #define KT_SMALL_PART 1e-3
 
 /* Sets the scales of corrections. With adaptive steps they follow the weights of the error estimate. The estimate is of
@@ -379,8 +380,8 @@ static double rounding_of(const kt_integrator *it) {
     return DBL_EPSILON * sqrt(kt_newton_square(it, it->y) / (double)it->counted);
 }
 
-/* Corrections of a few roundings of the state do not shrink, as at an equilibrium of large forces. They are small
- * enough (iteration_tolerance). */
+/* Corrections of a few roundings of the state do not shrink, as at an equilibrium of large forces. Such corrections are
+ * small enough (iteration_tolerance). */
 static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;
@@ -400,8 +401,8 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, 
 }
 
 /* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Next to
- * a singular position of loops, f itself is not exact to rounding, and corrections stop shrinking earlier. They are
- * accepted if they are below 1e-7 of y, and counted. */
+ * a singular position of loops, f itself is not exact to rounding, and corrections stop shrinking earlier. Such
+ * corrections are accepted if they are below 1e-7 of y, and counted. */
 static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->iterations < 2)
@@ -416,17 +417,17 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
     return KT_TRY_PASSED;
 }
 
-/* Whether the rate is reliable. It needs two corrections, and a third if the second was not much shorter than the
- * first. If a stiff force has vanished within the step, as in a contact that opens, the matrix hides the residual.
- * Corrections are then small from the first one on and do not shrink, although the first two may seem to. */
+/* Whether the rate is reliable. A reliable rate needs two corrections, and a third if the second was not much shorter
+ * than the first. If a stiff force has vanished within the step, as in a contact that opens, the matrix hides the
+ * residual. Corrections are then small from the first one on and do not shrink, although the first two may seem to. */
 static bool is_settled(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
     return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1) && !w->hides;
 }
 
-/* The error that is left, over the last correction. It follows from the rate, or with adaptive steps from the last
- * quotient if that is worse. */
+/* The error that is left, over the last correction. The error follows from the rate, or with adaptive steps from the
+ * last quotient if that is worse. */
 static double error_ratio(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     if (it->options.step > 0.0 || w->iterations < 3 || w->last_quotient <= w->rate)

@@ -11,7 +11,7 @@
  * Weights w have order p if sum_i w_i Phi_i(t) = 1 / gamma(t) for all trees of up to p nodes (theorem 2.13). For a
  * difference of two such weights the sum is 0. For weights that depend on theta the sum is theta^rho(t) / gamma(t), for
  * every theta (HNW II.6). The last condition is an identity between polynomials of degree 3 + dense_terms that both
- * vanish at 0. It is checked at as many further points.
+ * vanish at 0. The identity is checked at as many further points.
  *
  * Trees are level sequences (the depth of each node in preorder). Each tree is generated from the previous one with the
  * algorithm of T. Beyer and S. M. Hedetniemi, SIAM J. Comput. 9 (1980) 706. The numbers of trees are

@@ -10,8 +10,8 @@
  *     (gamma / h - J) dw_1                            = (T^-1 f)_1 - gamma w_1 / h
  *     ((alpha + i beta) / h - J) (dw_2 + i dw_3)      = (T^-1 f)_2 + i (T^-1 f)_3 - (alpha + i beta) (w_2 + i w_3) / h
  *
- * It begins with the polynomial of the last step, continued, or with 0 if there is none. The residuals f - k of the
- * stages, k = A^-1 z / h, show whether J hides a part of them (newton.c).
+ * The iteration begins with the polynomial of the last step, continued, or with 0 if there is none. The residuals f - k
+ * of the stages, k = A^-1 z / h, show whether J hides a part of them (newton.c).
  *
  * Error estimate. The embedded formula of order 3 (tables/radau_table.c) is filtered so that it decays if the motion is
  * stiff:

@@ -13,11 +13,11 @@
  * Error estimate: the difference to the embedded method is U_8. U_8 solves such a system, and so decays if the motion
  * is stiff.
  *
- * J. The order depends on an exact Jacobian. It is computed at every step, with central differences if the caller
- * provides none. If it cannot be computed, the old one remains in use, and the step is counted (capped). The order of
- * such a step is lower, and the error estimate of an adaptive step includes this. Behind a bend next to a singular
- * position of loops, the old J is wrong by any factor, and steps with it would be as short. If the slope of the second
- * stage is predicted better without J, the step uses J = 0.
+ * J. The order depends on an exact Jacobian. This Jacobian is computed at every step, with central differences if the
+ * caller provides none. If it cannot be computed, the old one remains in use, and the step is counted (capped). The
+ * order of such a step is lower, and the error estimate of an adaptive step includes this. Behind a bend next to a
+ * singular position of loops, the old J is wrong by any factor, and steps with it would be as short. If the slope of
+ * the second stage is predicted better without J, the step uses J = 0.
  *
  * f_t. The caller may declare that f does not depend on time (kt_newton.autonomous), or may compute f_t
  * (kt_newton.time_derivative). Otherwise it is a difference within the step. delta is h / 1024, or eight roundings of
@@ -38,7 +38,7 @@
  * J predicts f(Y_7) = f(Y_6) + J U_6, and likewise f(Y_8). If the prediction is wrong by a large part of J U, and the
  * matrix hides this, h gamma times the prediction error counts as an error, too.
  *
- * Quadratures. f does not depend on quadratures, and they have no part in J. They are integrated to order 4 with
+ * Quadratures. f does not depend on quadratures, and they have no part in J. Quadratures are integrated to order 4 with
  * Simpson's rule over the dense output, which takes two more evaluations.
  *
  * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends. The slopes are

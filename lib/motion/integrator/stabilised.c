@@ -17,7 +17,7 @@
  *     2/3 (s^2 - 1) (1 - 2/15 epsilon) = 0.653 (s^2 - 1)
  *
  * Stages. With R_j(z) = a_j + b_j T_j(w0 + w1 z) for stage j, the three-term recurrence of T_j gives a recurrence for
- * the stages. It is written for d_j = Y_j - y0, in which less cancels than in Y_j:
+ * the stages. The recurrence is written for d_j = Y_j - y0, in which less cancels than in Y_j:
  *
  *     d_0   = 0,   d_1 = b_1 w1 h f0
  *     d_j   = mu_j d_{j-1} + nu_j d_{j-2} + h (mut_j f(t0 + c_{j-1} h, Y_{j-1}) + gat_j f0),   j = 2 .. s
@@ -40,9 +40,9 @@
  *
  *     u_j = d_j - j/3 (D_3 - (y1 - y0)) = y(t0 + j h/3) - y0 + O(h^4),   j = 1, 2
  *
- * and the dense output is the cubic P through y0, y0 + u_1, y0 + u_2 and y1. It has no slope at the end of the step. If
- * a step in free flight ends just inside a stop, this slope belongs to the stop, and a Hermite cubic would put the
- * force of the stop into the flight.
+ * and the dense output is the cubic P through y0, y0 + u_1, y0 + u_2 and y1. The cubic has no slope at the end of the
+ * step. If a step in free flight ends just inside a stop, this slope belongs to the stop, and a Hermite cubic would put
+ * the force of the stop into the flight.
  *
  * Error estimate of order 4. The last slope that y1 contains may be at 0.73 h. Forces that begin later, at a stop, do
  * not change the sum. Therefore the slope f1 at y1 is compared with that of the dense output,

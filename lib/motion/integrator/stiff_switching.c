@@ -1,8 +1,8 @@
 /* The family of methods that are explicit until the motion is stiff, and implicit while it is: dopri5 and radau5.
  *
  * Stiffness. Stability bounds the steps of dopri5 near h rho = 3.3 on the real axis, where rho is the spectral radius
- * of J = f_y. Its last two stages, Y_6 and Y_7 = y1, are both at the end of the step. If the fastest mode is at its
- * limit, it prevails in their difference d, and in the difference g of their slopes, so that
+ * of J = f_y. The last two stages of dopri5, Y_6 and Y_7 = y1, are both at the end of the step. If the fastest mode is
+ * at its limit, it prevails in their difference d, and in the difference g of their slopes, so that
  *
  *     h rho = |g| / |d|,    g = f(Y_7) - f(Y_6) = J (Y_7 - Y_6),    d = (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
  *
@@ -17,7 +17,7 @@
  *
  * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
  * Until a first sign is found, only every KT_WATCH_PERIOD-th step is checked. The bounds are measured on the bundled
- * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit). They are also measured on linear oscillators with a
+ * scenes, at tolerances of 1e-3 to 1e-9 (reference/implicit). The bounds are also measured on linear oscillators with a
  * damping of 0.1 to 1 of the critical one.
  *
  * Ringing. If a pair of modes oscillates while it decays, g and d turn against each other from step to step. Their
@@ -35,7 +35,7 @@
  * dopri5 is stable up to |z| = 2.4 to 3.4 for every damping above 0.05 of the critical one. There, and only there, the
  * pair grows as often as it decays. An oscillation that the steps follow decays like e^z. A step counts as ringing if
  * |g| > KT_RINGING_RATE |d| and KT_RINGING_LEAST < |z| < KT_RINGING_MOST, and if it decays by more than
- * KT_RINGING_DAMPING. It then counts
+ * KT_RINGING_DAMPING. The step then counts
  *
  *     1 + KT_RINGING_GROWTH (|R|^2 - 1) / (|R|^2 + 1),
  *
@@ -58,13 +58,13 @@
  *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
  *
  * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) if lambda decays, and less if it oscillates. The
- * iteration begins with Y_7 - Y_6, in which the fastest mode prevails. It continues with the final vector of the
- * Jacobian before.
+ * iteration begins with Y_7 - Y_6, in which the fastest mode prevails. The iteration continues with the final vector of
+ * the Jacobian before.
  *
  * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has exactly the bits of dopri5.
  * With a fixed step, all steps are dopri5's. The history holds which method took the last step, whose dense output may
- * be requested, and which method takes the next one. It also holds the counts of the detection. They change after an
- * accepted step only.
+ * be requested, and which method takes the next one. The struct also holds the counts of the detection. The counts
+ * change after an accepted step only.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
  */
@@ -105,8 +105,8 @@ enum {
 /* gamma of radau5: 1 / gamma is the real eigenvalue of A (radau.c). */
 static const double gamma_real = 3.6378342527444957322084185;
 
-/* The results of a step for the detection. They are the last part of the history, after that of radau5 and the vector
- * of the power method. */
+/* The results of a step for the detection. The results are the last part of the history, after that of radau5 and the
+ * vector of the power method. */
 typedef struct watch {
     double last_stiff; /* 1: the last step was one of radau5 */
     double next_stiff; /* 1: the next one is */

@@ -6,8 +6,8 @@
  * This equation is solved as a stage of a diagonally implicit method. The initial guess is y_{-1} + 2 h f_0, with an
  * error of O(h^3). Both past states are those after the projection, and their slopes are evaluated there.
  *
- * A two-step step needs a past state at the distance h. It is missing at the start, after a jump, and before and after
- * a step of another length. The method of the table then takes the step; it is L-stable and of order 2.
+ * A two-step step needs a past state at the distance h. This state is missing at the start, after a jump, and before
+ * and after a step of another length. The method of the table then takes the step; it is L-stable and of order 2.
  *
  * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
  * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].

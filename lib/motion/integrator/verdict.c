@@ -16,8 +16,8 @@
  * real one. */
 enum { GRAIN = 40, LEAST = -4, MOST = 6, DIRECTIONS = 8 };
 
-/* A growth in a step below this bound counts as rounding. It is the square root of eps: a double root turns an error of
- * eps into it. */
+/* A growth in a step below this bound counts as rounding. The bound is the square root of eps: a double root turns an
+ * error of eps into it. */
 #define ROUNDING 1e-7
 
 /* The |z| that represents infinity: the remainder, 1 / z or its square root, is below ROUNDING. */

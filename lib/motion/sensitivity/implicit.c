@@ -345,7 +345,7 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
 
 /* Whether a trial of the iteration without F pays. F must cost many evaluations: 9 for a chain of 20 links, 24 for a
  * four-bar in a plane, but 2 for a governor, a tree of four coordinates. Besides, the residuals must be small against
- * the guessed accelerations. They measure the change of f over the step. */
+ * the guessed accelerations. The residuals measure the change of f over the step. */
 static bool is_gentle(const kt_step_work *w, kt_coupled c) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, N = kt_state_numbers(w->model), m = w->unknowns, rates = rates_of(w);
@@ -441,7 +441,7 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
 
 /* ---- all stages -------------------------------------------------------------------------------------------------- */
 
-/* Begins with stage 0, which is the start itself. Its slope is the guess for all stages. */
+/* Begins with stage 0, which is the start itself. The slope of this stage is the guess for all stages. */
 static kt_status begin_implicit_stages(kt_step_work *w, kt_error *error) {
     memcpy(w->stage, w->y, kt_state_numbers(w->model) * sizeof *w->stage);
     return kt_step_slope(w, w->step->t, w->y, w->slope, error);

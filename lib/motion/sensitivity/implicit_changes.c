@@ -84,8 +84,8 @@ static bool only_start_changes(const kt_step_work *w, kt_coupled c) {
     return !others;
 }
 
-/* Forms the right-hand sides of column j if `only_start_changes` holds. They are columns of F, in which a velocity
- * moves positions by h sum a_ij, or columns of held inputs. */
+/* Forms the right-hand sides of column j if `only_start_changes` holds. The right-hand sides are columns of F, in which
+ * a velocity moves positions by h sum a_ij, or columns of held inputs. */
 static void form_unit(kt_step_work *w, kt_coupled c, size_t j, const column *k, const double *held) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model);
     for (size_t i = c.first; i < c.end; i++) {

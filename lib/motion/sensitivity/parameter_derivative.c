@@ -5,10 +5,10 @@
  *
  * dM/dp x, and those of phi, b' and b''.
  *
- * They are central differences in a copy of the model. The residual r is linear in gravity, mass and inertia and
- * quadratic in com, so that differences of order two are exact. These numbers are shifted by their own size, so that
- * only rounding is lost. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most of
- * their numbers. These are shifted by a 1024th, in differences of order four. So are masses, coms and gravity if a
+ * The derivatives are central differences in a copy of the model. The residual r is linear in gravity, mass and inertia
+ * and quadratic in com, so that differences of order two are exact. These numbers are shifted by their own size, so
+ * that only rounding is lost. Forces of effects may bend anywhere (a limit, dry friction), but are polynomials of most
+ * of their numbers. These are shifted by a 1024th, in differences of order four. So are masses, coms and gravity if a
  * formula reads gravity forces. Armature is the diagonal of M.
  */
 #include "compile/compile.h"

@@ -1,8 +1,9 @@
-/* Gradients of several motions at once, a motion a lane (batch/lanes.h). They are the steps of rollout.c and their
- * adjoints (step_adjoint.c), for trees whose effects act in joints, with explicit methods. Costs, and the derivatives
- * of effects, are evaluated lane by lane. The bits are those of kt_rollout_gradient.
+/* Gradients of several motions at once, a motion a lane (batch/lanes.h). The computations are the steps of rollout.c
+ * and their adjoints (step_adjoint.c), for trees whose effects act in joints, with explicit methods. Costs, and the
+ * derivatives of effects, are evaluated lane by lane. The bits are those of kt_rollout_gradient.
  *
- * A motion that fails in a lane leaves the lanes. It is computed alone afterwards, with its error if it has one. */
+ * A motion that fails in a lane leaves the lanes. Such a motion is computed alone afterwards, with its error if it has
+ * one. */
 #include "base/copy.h"
 #include "batch/batch.h"
 #include "sensitivity/sensitivity.h"
@@ -201,8 +202,8 @@ static void recall(lanes_work *w, int k, size_t index, const double *state) {
     memcpy(w->next, w->after + index * N, N * sizeof *w->next);
 }
 
-/* Evaluates the cost of a lane at the start of step k. Its gradients are written behind the state in w->one unless `by`
- * is NULL. */
+/* Evaluates the cost of a lane at the start of step k. The gradients of the cost are written behind the state in w->one
+ * unless `by` is NULL. */
 static double call_lane_cost(lanes_work *w, size_t lane, int k, const double *state, double *by) {
     const size_t n = w->n.n;
     kt_rollout_task *task = &w->tasks[lane];
@@ -294,7 +295,7 @@ static void add_cost(lanes_work *w, int k, const double *state) {
     }
 }
 
-/* Adds the cost after the last step. Its gradient begins the sweeps. */
+/* Adds the cost after the last step. The gradient of this cost begins the sweeps. */
 static void add_last_cost(lanes_work *w) {
     double *by = w->one + w->n.N;
     for (size_t lane = 0; lane < w->used; lane++) {

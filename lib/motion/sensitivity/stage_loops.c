@@ -6,9 +6,9 @@
 
 #include <math.h>
 
-/* Rejects derivatives that are too uncertain next to a singular position. Their error is compared with accelerations,
- * in units of their coordinates. A gradient does not form the derivatives themselves, which are larger where the path
- * bends. */
+/* Rejects derivatives that are too uncertain next to a singular position. The error of the derivatives is compared with
+ * accelerations, in units of their coordinates. A gradient does not form the derivatives themselves, which are larger
+ * where the path bends. */
 static kt_status reject_unknown_stage(kt_step_work *w, double t, const double *q, double *a, kt_error *error) {
     const kt_model *model = w->model;
     const double *v = q + model->n.q;

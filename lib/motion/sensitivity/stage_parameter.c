@@ -5,7 +5,7 @@
  *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp
  *
  * since a_tau is M^-1 for accelerations that the loops allow. m is any acceleration that satisfies the changed loops.
- * It is zero unless p is a loop's own function of time. The projection is described in projection.c.
+ * The acceleration m is zero unless p is a loop's own function of time. The projection is described in projection.c.
  */
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"

@@ -3,8 +3,8 @@
  *
  *     k_i = h (b_i y+ + sum_{j > i} a_ji x_j),   x_i = (dK_i / dX_i)' k_i,   y = y+ + sum x_i
  *
- * (Sanz-Serna 2016, section 3). They come between the adjoints of the projection and of the map from rotations to
- * quaternions. */
+ * (Sanz-Serna 2016, section 3). These adjoints come between the adjoints of the projection and of the map from
+ * rotations to quaternions. */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

@@ -62,9 +62,9 @@ static void combine_rate_changes(kt_step_work *w, const double *row, size_t coun
     KT_BY_ISA(w->model->isa, , kt_sum, (dv, w->start_v, w->step->h, row, count, w->rate_v, V));
 }
 
-/* Rejects derivatives that are too uncertain next to a singular position after the step. They are the columns of states
- * or, without these, of held inputs. A unit of a held input moves positions and velocities little or not at all. Its
- * velocities are therefore compared with its positions. */
+/* Rejects derivatives that are too uncertain next to a singular position after the step. The derivatives are the
+ * columns of states or, without these, of held inputs. A unit of a held input moves positions and velocities little or
+ * not at all. Its velocities are therefore compared with its positions. */
 static kt_status reject_unknown_step(const kt_step_work *w, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t n = model->n.v, count = w->states > 0 ? model->n.group_v : columns;

@@ -1,5 +1,5 @@
 /* Changes of positions as rotations. A quaternion p changes by dp = p o (s, xi / 2), with its rotation xi in the body
- * frame and the change s of its norm. Its rate p' = p o (0, w) / 2 is linear in both factors.
+ * frame and the change s of its norm. The rate of p p' = p o (0, w) / 2 is linear in both factors.
  *
  * For q+ = q (+) x, p+ = p o exp(x / 2) is a unit vector again, and
  *

@@ -10,14 +10,14 @@
  *     (1 - g J) dU_i = g (F_i dY_i + f_p(t_i, Y_i) dp + sum_j C_ij dU_j / h + H_i),   F_i = f_y(t_i, Y_i)
  *     H_i = d/de [ f_y(t0 + e gamma_i h, y0 + e U_i) dy + f_p(t0 + e gamma_i h, y0 + e U_i) dp ] at e = 0
  *
- * H_i also contains the derivative of f_t. It is a difference of exact derivatives, of order four, over the small part
- * `REACH` of the stage's own increment,
+ * H_i also contains the derivative of f_t. The derivative of f_t is a difference of exact derivatives, of order four,
+ * over the small part `REACH` of the stage's own increment,
  *
  *     F' = (48 (F(e) - F(0)) - 36 (F(2e) - F(0)) + 16 (F(3e) - F(0)) - 3 (F(4e) - F(0))) / (12 e)
  *
  * The difference uses later times only, since a function of time may have a breakpoint at the beginning of the step.
- * Its error is e^4 / 5 of the fifth derivative over the step, some 3e-12. Rounding adds 10 / e roundings of J, some
- * 1e-12.
+ * The error of this difference is e^4 / 5 of the fifth derivative over the step, some 3e-12. Rounding adds 10 / e
+ * roundings of J, some 1e-12.
  *
  * If positions are plain numbers,
  *
@@ -91,7 +91,8 @@ static bool differs_in_time(kt_step_work *w, double *rates) {
            kt_auxiliary_state_time_derivatives(w->model, w->data, w->step->t, w->y, w->y + nq, rates) != 0;
 }
 
-/* Computes h f_t like a simulation. It is exact, or a difference if loops or a caller's own effects depend on time. */
+/* Computes h f_t like a simulation. The result is exact, or a difference if loops or a caller's own effects depend on
+ * time. */
 static kt_status find_step_time_derivative(kt_step_work *w, kt_error *error) {
     const kt_step *step = w->step;
     const kt_model *model = w->model;

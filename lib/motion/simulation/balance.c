@@ -2,7 +2,7 @@
  *
  * The works W = (W_d, W_s) are quadratures of powers, W' = P(t, q, v). A step integrates them with its own rule,
  * together with the motion. The step is chosen for the motion alone. An example is a crank with a constant driven
- * speed. Its motion is exact in a step of a turn, but the power of its weight is not.
+ * speed. The motion of this crank is exact in a step of a turn, but the power of its weight is not.
  *
  * If the method's error estimate of the works is large, the powers are therefore integrated once more along the dense
  * output, panel by panel. With P at the nodes x_j of a panel of length L (s in [-1, 1]),

@@ -90,8 +90,8 @@ typedef struct kt_checkpoint_head {
 
 static const char checkpoint_kind[16] = "kinetree stat 2";
 
-/* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. Their numbers are
- * values of parameters and are left out. */
+/* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. The numbers of formulas
+ * are values of parameters and are left out. */
 static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_effect_record *effect) {
     for (int k = 0; k < 6; k++) {
         const kt_expression *formula =

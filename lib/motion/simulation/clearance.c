@@ -5,7 +5,8 @@
  *
  * - A stop, and a sphere about the centre of a free body, need a coordinate and its rate.
  *
- * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. Their speed
+ * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. The speed of
+ * such points
  *   is that of the farthest point.
  */
 #include "dynamics/dynamics.h"

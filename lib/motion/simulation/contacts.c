@@ -1,9 +1,9 @@
 /* Hard contacts: loops that bound one side, g(q, t) >= 0 (stops, floors, slack ropes), along a motion.
  *
  * An open contact has its gap g > 0 watched. A closed contact is a constraint of the mechanism like any other: its loop
- * is switched on (model/switching.h). Its reaction lambda > 0 is watched. Both are events (event.c). For the contacts
- * that touch at an event, let u = J v - b' be the rates of their gaps, and W = J M^-1 J'. M^-1 belongs to the mechanism
- * with its other loops (control/mass_inverse.c). At an event, two steps follow.
+ * is switched on (model/switching.h). The reaction of a closed contact lambda > 0 is watched. Both are events
+ * (event.c). For the contacts that touch at an event, let u = J v - b' be the rates of their gaps, and W = J M^-1 J'.
+ * M^-1 belongs to the mechanism with its other loops (control/mass_inverse.c). At an event, two steps follow.
  *
  * 1. If some contacts close, u < 0, impulses p follow from Newton's rule or Poisson's (contact/impact.c).
  *
@@ -17,8 +17,8 @@
  * that were closed do not bounce (contact/impact.c).
  *
  * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
- * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. It has no
- * impulse. At rest
+ * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. Dry friction
+ * has no impulse. At rest
  *
  *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
  *
@@ -206,7 +206,7 @@ static void watch_open_of_island(kt_simulation *simulation) {
 
 /* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
  * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
- * touching. It then closes at its present gap, since a bounce may be lower than that. */
+ * touching. Such a contact then closes at its present gap, since a bounce may be lower than that. */
 static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);

@@ -19,9 +19,9 @@
  * agree better and better, so that one or two repetitions suffice.
  *
  * Repetitions of a step are ever shorter. If one has no root in it and has not reached its event, the root of the
- * longer one was an error of its dense output: friction reversed within it, for example. It is accepted as it is, and
- * the next step begins at its end, nearer to the event. A longer repetition would have the wrong dense output again.
- * The two would alternate, and other events that happen between them would be missed.
+ * longer one was an error of its dense output: friction reversed within it, for example. The event is accepted as it
+ * is, and the next step begins at its end, nearer to the event. A longer repetition would have the wrong dense output
+ * again. The two would alternate, and other events that happen between them would be missed.
  *
  * An event has a side: the sign that g had last. A value of zero keeps the previous side, so that a root at the end of
  * a step is not found twice. Hard contacts that are left open while they touch have the side -1: they part, and may

@@ -11,9 +11,10 @@
  * events that are close by chance make one ratio small.
  *
  * A chain has no end if that limit is closer than `at_once` times the interval between records: only rounding remains
- * behind it. It has no end either if IN_A_ROW successive instants follow each other at intervals as short as that.
- * Besides, at most WITHIN instants may lie within one fixed step, or within one interval between records. This bounds
- * the cost of a step. Each call of kt_simulation_advance begins a new count, since a control loop has no records.
+ * behind it. The chain has no end either if IN_A_ROW successive instants follow each other at intervals as short as
+ * that. Besides, at most WITHIN instants may lie within one fixed step, or within one interval between records. This
+ * bounds the cost of a step. Each call of kt_simulation_advance begins a new count, since a control loop has no
+ * records.
  *
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
  * MISSED successive steps may be cut short for such a root. Each of them is accepted. The step behind it is no longer,

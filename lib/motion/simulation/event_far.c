@@ -2,8 +2,8 @@
  *
  * The dense output of an explicit method needs f1 = f(t1, y1). If the inputs change at t1, as in a control loop, the
  * next step needs another f there, and f1 serves the search for events alone: rk4 would evaluate five times a step.
- * The parabola of kt_integrator_sketch needs no evaluation. It leaves the dense output by at most 4/27 h |f1 - f1'|,
- * which is small against the path of the step if the step resolves the motion.
+ * The parabola of kt_integrator_sketch needs no evaluation. The parabola leaves the dense output by at most 4/27 h |f1
+ * - f1'|, which is small against the path of the step if the step resolves the motion.
  *
  * With g_0 .. g_4 the values along the parabola, an event is far if all of them have the sign of its side, and
  *

@@ -101,8 +101,8 @@ static kt_status reject_dead_point(const kt_simulation *simulation, double left,
                         t + left, left, simulation->memory.crossings.smallest);
 }
 
-/* Whether `where` contains a time. It needs no strstr, since newlib's strstr takes 1.4 kB of a microcontroller's
- * memory. */
+/* Whether `where` contains a time. The function needs no strstr, since newlib's strstr takes 1.4 kB of a
+ * microcontroller's memory. */
 static bool contains_time(const char *where) {
     const char *at = strchr(where, 't');
     while (at != NULL && strncmp(at, "t = ", 4) != 0)
@@ -169,8 +169,8 @@ static kt_status reject_bend(const kt_simulation *simulation, const kt_error *fr
 }
 
 /* A disc that lies flat on its plane touches everywhere, and its rim has no lowest point. Below this inclination in
- * rad, a disc is flat up to rounding. Its turning motion then has an inertia of m r^2 times the square of the
- * inclination. Impacts run around the rim in less and less time. */
+ * rad, a disc is flat up to rounding. The turning motion of such a disc then has an inertia of m r^2 times the square
+ * of the inclination. Impacts run around the rim in less and less time. */
 static const double flat = 1e-3;
 
 /* The inclination of a disc against the plane that its rim touches. HUGE_VAL for a disc that does not touch, and for

@@ -1,18 +1,18 @@
 /* Contacts and stops that a step has not seen.
  *
  * A method evaluates forces at its stages only. An effect that acts on one side of a boundary (a contact, a stop) may
- * begin and end to act between two stages. This happens if steps have grown during quiet motion. After a step, this
- * file therefore follows the distance d of each such effect from its boundary. It uses the dense output from t0 to t1 =
- * t0 + h. Let u be the relative velocity, with d' = u_z, and w = max |u|. Let r be the rate at which the two bodies
- * turn relative to each other. Nothing happens if
+ * begin and end to act between two stages. Such a force happens if steps have grown during quiet motion. After a step,
+ * this file therefore follows the distance d of each such effect from its boundary. The search uses the dense output
+ * from t0 to t1 = t0 + h. Let u be the relative velocity, with d' = u_z, and w = max |u|. Let r be the rate at which
+ * the two bodies turn relative to each other. Nothing happens if
  *
  *     d0 + d1 >= 4 w h                        the speeds cannot reach the boundary; or
  *     min(d0, d1) >= h (|u1 - u0| + r h w)    the path is straight within its distance; not if d0 + d1 < w h / 16
  *
  * If neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
- * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1. Its error is about the difference from d and d' of the
- * dense output in the middle. If the least coefficient of a half exceeds twice that error, the half needs no
- * evaluation. Otherwise it is halved again. While the bodies turn by more than a radian, every half is halved again.
+ * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1. The error of the cubic is about the difference from d
+ * and d' of the dense output in the middle. If the least coefficient of a half exceeds twice that error, the half needs
+ * no evaluation. Otherwise it is halved again. While the bodies turn by more than a radian, every half is halved again.
  *
  * If stages of the method meet the effect, the error of its dense output (dop853) can be metres. From sample to sample,
  * w is therefore at least |d1 - d0| / h. If the effect acts at an end of the step, the boundary lies at twice the depth
@@ -88,8 +88,8 @@ static double least_coefficient(const sample *a, const sample *b) {
     return fmin(fmin(a->d, b->d), fmin(a->d + third * a->rate, b->d - third * b->rate));
 }
 
-/* A bound of the error of the cubic from a to b, from the differences in d and d' in the middle, m. It does not hold
- * for bodies that have turned far: then the result is HUGE_VAL. */
+/* A bound of the error of the cubic from a to b, from the differences in d and d' in the middle, m. The bound does not
+ * hold for bodies that have turned far: then the result is HUGE_VAL. */
 static double error_of_cubic(const search *s, const sample *a, const sample *m, const sample *b) {
     const double h = b->t - a->t, d = 0.5 * (a->d + b->d) + 0.125 * h * (a->rate - b->rate);
     const double rate = 1.5 * (b->d - a->d) / h - 0.25 * (a->rate + b->rate);

@@ -1,5 +1,5 @@
-/* The inputs of a step: torques and wrenches. They are set between steps, and take effect at the beginning of the next
- * step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
+/* The inputs of a step: torques and wrenches. Inputs are set between steps, and take effect at the beginning of the
+ * next step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
  * discards earlier slopes. */
 #include "base/copy.h"
 #include "base/where.h"

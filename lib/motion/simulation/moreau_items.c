@@ -267,8 +267,8 @@ static bool is_closing(const kt_simulation *simulation, int k, double h) {
     return c->gap[k] + h * kt_contacts_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
 }
 
-/* Whether a contact was closed in the last step and does not bounce. It most probably takes part, and does not disturb
- * if it opens: its impulse is then zero. */
+/* Whether a contact was closed in the last step and does not bounce. Such a contact most probably takes part, and does
+ * not disturb if it opens: its impulse is then zero. */
 static bool was_closed(const kt_simulation *simulation, int k, const double *v) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];

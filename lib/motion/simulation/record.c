@@ -1,8 +1,8 @@
 /* Records at k * interval, from the method's dense output.
  *
  * A record's time is computed from its number, never by adding intervals. The last time is the duration itself. Between
- * the ends of a step, the norm of interpolated quaternions is wrong by the interpolation's error. They are scaled in
- * the record, not in the state.
+ * the ends of a step, the norm of interpolated quaternions is wrong by the interpolation's error. The quaternions are
+ * scaled in the record, not in the state.
  */
 #include "base/copy.h"
 #include "base/where.h"
@@ -109,8 +109,8 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     return kt_kinematics_update(simulation->user_model, simulation->user_data, record->q, record->v, record->a, error);
 }
 
-/* Computes the requested quantities of the state in y. Its accelerations are in `a` if `accelerated`. Data hold the
- * results that `cached` names. The kinematics are computed last, so that they stay in the data. */
+/* Computes the requested quantities of the state in y. The accelerations of the state are in `a` if `accelerated`. Data
+ * hold the results that `cached` names. The kinematics are computed last, so that they stay in the data. */
 static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
     const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;

@@ -1,10 +1,10 @@
 /* Steps on hard contacts that fail, or that gain energy.
  *
  * Slip of a contact may end, or turn, within a step. Before the search for events has shortened the step, stages lie
- * behind that time. Their friction has a direction in which it may wedge the contact, so that no acceleration exists
- * (evaluate/slip.c). For the same reason an implicit method may find no solution of its equations. The step is
- * therefore repeated with a quarter of its length, and again, until it passes. Adaptive methods shorten their steps
- * themselves, except where a value of an event cannot be computed.
+ * behind that time. The friction of these stages has a direction in which it may wedge the contact, so that no
+ * acceleration exists (evaluate/slip.c). For the same reason an implicit method may find no solution of its equations.
+ * The step is therefore repeated with a quarter of its length, and again, until it passes. Adaptive methods shorten
+ * their steps themselves, except where a value of an event cannot be computed.
  *
  * The dense output of such a step may also show an event that no shorter step reaches. Fixed steps behind an event that
  * was missed, or behind a failed try, grow slowly, also across impacts: the next full step would fail likewise.

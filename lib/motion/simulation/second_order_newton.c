@@ -32,8 +32,9 @@
  *
  * With loops, F_v and P S E act on Z x + x_0.
  *
- * The order of a Rosenbrock method depends on an exact J. Its matrices are not reduced: M = 1, K = -da/dq, C = -da/dv
- * and X = -da/dx. They hold in all directions, including those that violate the loops (kt_acceleration_derivatives).
+ * The order of a Rosenbrock method depends on an exact J. The matrices of this method are not reduced: M = 1, K =
+ * -da/dq, C = -da/dv and X = -da/dx. These matrices hold in all directions, including those that violate the loops
+ * (kt_acceleration_derivatives).
  *
  * Matrices are real except for sigma, vectors are complex. If sigma is real, `im` is NULL throughout.
  */
@@ -517,8 +518,8 @@ static bool autonomous(void *user) {
     return !model->driven;
 }
 
-/* The derivative by time. It is exact if only effects and masses depend on time. Targets of loops have no such
- * derivative, nor have a caller's own effects without derivatives. */
+/* The derivative by time. The derivative is exact if only effects and masses depend on time. Targets of loops have no
+ * such derivative, nor have a caller's own effects without derivatives. */
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;

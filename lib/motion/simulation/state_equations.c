@@ -95,8 +95,8 @@ int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
-/* Whether an evaluation is at the state between two steps. This is the first evaluation of a step, or the last one if
- * the method reuses its slope for the next step. */
+/* Whether an evaluation is at the state between two steps. Such an evaluation is the first evaluation of a step, or the
+ * last one if the method reuses its slope for the next step. */
 KT_INLINE bool is_end_of_step(const kt_simulation *simulation, const double *y, const double *dydt) {
     const kt_integrator *it = simulation->integrator;
     return y == it->y || (it->gives_end_derivative && dydt == it->k[it->fresh]);
@@ -260,10 +260,10 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     return 0;
 }
 
-/* Errors of accelerations next to a singular position. They are uncertain by passage.acceleration. If both ways to
- * compute them may be right, they jump from one to the other by passage.jump. A step of a tenth of the time to the
- * position resolves the path. A method of fourth order resolves it to 1e-5 of the distance. Errors of the stages have
- * either sign and add up to some of these values.
+/* Errors of accelerations next to a singular position. These accelerations are uncertain by passage.acceleration. If
+ * both ways to compute them may be right, they jump from one to the other by passage.jump. A step of a tenth of the
+ * time to the position resolves the path. A method of fourth order resolves it to 1e-5 of the distance. Errors of the
+ * stages have either sign and add up to some of these values.
  *
  * The limit of a tenth applies if rounding deviates by more than the tolerance, which is reported. Otherwise the limit
  * is a thousandth of that time, since the estimated error of shorter steps is rounding. */

@@ -41,7 +41,7 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     integrator->callbacks = kt_simulation_callbacks(simulation);
 }
 
-/* Loops that are switched on may be open, since the last step did not close them. This gap is not rounding. It is
+/* Loops that are switched on may be open, since the last step did not close them. This gap is not rounding. The gap is
  * closed if it is at most this long, or as long as the caller allows. Relative to the model's length, or 1 m. */
 #define OPEN_MOST 1e-6
 

@@ -187,7 +187,7 @@ static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_gu
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* Computes the accelerations of one kind, the first one first. They change the motion. */
+/* Computes the accelerations of one kind, the first one first. The accelerations change the motion. */
 static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body *b, kt_op3 *alpha, kt_op3 *linear,
                          kt_op *a) {
     kt_graph *g = tree->graph;

@@ -145,8 +145,8 @@ const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) 
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. It then has the time
- * as an argument if these depend on it. With effects it has the states if there are any. */
+/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. Such a function then
+ * has the time as an argument if these depend on it. With effects it has the states if there are any. */
 static bool has_code_effects(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
@@ -323,7 +323,7 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
 }
 
 /* Pragmas around a source. Single numbers that pass through memory as vectors wait there, so that gcc shall not make
- * vectors of straight lines. They also differ in bits on processors with fused products (its bug 106902). */
+ * vectors of straight lines. Vectors also differ in bits on processors with fused products (its bug 106902). */
 static const char *const no_vectors = "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#elif defined(__GNUC__)\n"
                                       "#pragma GCC push_options\n"
                                       "#pragma GCC optimize(\"no-tree-slp-vectorize\")\n#endif\n\n";
@@ -537,8 +537,8 @@ kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned fun
     return status;
 }
 
-/* Counts and writes the numbers of accelerations. Their parameters follow from the tree, the effects and the loops. The
- * dynamics, which take most of the time, have no others. */
+/* Counts and writes the numbers of accelerations. The parameters of accelerations follow from the tree, the effects and
+ * the loops. The dynamics, which take most of the time, have no others. */
 static kt_status read_numbers_of_accelerations(const kt_model *model, double *numbers, int room, int *count,
                                                kt_error *error) {
     const kt_status status = kt_code_check(model, KT_CODEGEN_ACCELERATION, error);

@@ -23,16 +23,17 @@
  * velocity. A slider has da = U s, and da = 2 w x s. For a joint with quaternions, w, al and U are those of the parent,
  * in the axes of the link, and du = (w_p + w) x s for a velocity.
  *
- * The derivatives for joints nearer to the ground are entries of the wrench (n, f) on its way there. It includes the
- * turn of the composite body's wrench. The derivatives for joints beyond follow from tau = s . (n, f) as a function of
- * (dw, du, da). Its coefficients (k, n, f) move to the ground, too:
+ * The derivatives for joints nearer to the ground are entries of the wrench (n, f) on its way there. The wrench
+ * includes the turn of the composite body's wrench. The derivatives for joints beyond follow from tau = s . (n, f) as a
+ * function of (dw, du, da). The coefficients of this function (k, n, f) move to the ground, too:
  *
  *   n += r x f    k += d x f.
  *
  * The pair (n, f) is the column of the mass matrix.
  *
  * Sources: Carpentier & Mansard, Robotics: Science and Systems (2018). Singh, Russell & Wensing, IEEE Robotics and
- * Automation Letters 7 (2022). They differentiate spatial vectors; here are accelerations of points, as in recursion.c.
+ * Automation Letters 7 (2022). These authors differentiate spatial vectors; here are accelerations of points, as in
+ * recursion.c.
  */
 #include "codegen/recursion.h"
 

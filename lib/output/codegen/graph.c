@@ -129,7 +129,7 @@ int kt_op_operands(const kt_op_node *n, kt_op operand[3]) {
     return count;
 }
 
-/* An operation that is not simplified. Its origin is the highest of its operands'. */
+/* An operation that is not simplified. The origin of the operation is the highest of its operands'. */
 static kt_op find_general(kt_graph *g, kt_op_node n) {
     kt_op operand[3];
     if (g->failed)

@@ -1,7 +1,7 @@
 /* Which equations a loop has in a generated file.
  *
  * Each type is a list of parts, as in lib/model/loop. A part is left out if it is void in the plane of its mechanism.
- * It is also left out if it repeats others and was not chosen when the model was compiled.
+ * A part is also left out if it repeats others and was not chosen when the model was compiled.
  */
 #include "codegen/loop_rows.h"
 #include "constraint/group.h"

@@ -12,9 +12,9 @@
  *   S lambda = b - Y' D^-1 z,    D L x = z + Y lambda
  *
  * S = L_s D_s L_s' is of the size of the equations. A pivot of S is the square of the part of row r that is normal to
- * all rows before it, in this metric. It is compared with the square of the size that the row can have: the sum of the
- * S_kk of all rows of a point, or of u . u for all columns u of a distance. A pivot that is not above SINGULAR times
- * that size means that the equations are dependent or void in this position: the function returns the loop.
+ * all rows before it, in this metric. The pivot is compared with the square of the size that the row can have: the sum
+ * of the S_kk of all rows of a point, or of u . u for all columns u of a distance. A pivot that is not above SINGULAR
+ * times that size means that the equations are dependent or void in this position: the function returns the loop.
  *
  * Derivatives of accelerations have the same form. With held a and lambda, the chain rule gives the changes of the
  * forces M a + h - A' lambda and of the equations A a - right; then y and b are their negatives. For da/dtau, y is a

@@ -1,8 +1,8 @@
 /* A generated file as the right-hand side of a simulation.
  *
- * The file computes a = M^-1 (tau + effects - h), with loops under their constraints. It returns a number other than 0
- * if a joint has no inertia, or if equations of loops depend on others in this position. The library then computes the
- * acceleration of this state: it passes such positions, or names the cause.
+ * The file computes a = M^-1 (tau + effects - h), with loops under their constraints. The function returns a number
+ * other than 0 if a joint has no inertia, or if equations of loops depend on others in this position. The library then
+ * computes the acceleration of this state: it passes such positions, or names the cause.
  */
 #include "kinetree/codegen.h"
 

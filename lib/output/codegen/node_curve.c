@@ -1,4 +1,4 @@
-/* Functions of time as nodes, with the formulas of model/curve.c. Their rates follow by the chain rule. */
+/* Functions of time as nodes, with the formulas of model/curve.c. The rates of functions follow by the chain rule. */
 #include "codegen/recursion.h"
 #include "expression/expression.h"
 #include "model/function_formula.h"

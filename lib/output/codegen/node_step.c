@@ -4,9 +4,9 @@
  *   semi_implicit      next v = v + h a,   next q = q (+) h next v
  *
  * The joint forces are constant during a step; those of effects follow the stages, at t + h sum_j a_ij. A quaternion p
- * has the rate p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/model/joint/position.c. It has unit norm after the
- * step. With loops, the state is projected after the step (step_loops.c). The tables and the arithmetic are those of
- * the library, so that both agree to rounding.
+ * has the rate p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/model/joint/position.c. The quaternion has unit norm
+ * after the step. With loops, the state is projected after the step (step_loops.c). The tables and the arithmetic are
+ * those of the library, so that both agree to rounding.
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */

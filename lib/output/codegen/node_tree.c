@@ -1,7 +1,7 @@
 /* Reads a model into links of nodes.
  *
  * A body of mass m with centre of mass c' and inertia I about it, in its own axes, lies in its link with the rotation R
- * and the position p. It adds to the link, with c = p + R c',
+ * and the position p. The body adds to the link, with c = p + R c',
  *
  *   m,   m c,   R I R' + m (c . c 1 - c c')
  *
@@ -101,7 +101,7 @@ void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const k
     to->inertia = kt_op6_add(g, &early, j);
 }
 
-/* Adds a body to its link. Its pose there is known. */
+/* Adds a body to its link. The pose of the body there is known. */
 static void load_body(kt_code_tree *tree, int b) {
     static const char *const part[6] = {"inertia_xx", "inertia_yy", "inertia_zz",
                                         "inertia_xy", "inertia_xz", "inertia_yz"};

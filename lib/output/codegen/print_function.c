@@ -209,7 +209,7 @@ static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
     fputs(" */\n", p->file);
 }
 
-/* The body of a guard in iteration i of a loop. Its pattern is that of the second one. */
+/* The body of a guard in iteration i of a loop. The pattern of the body is that of the second one. */
 static void print_body_of_loop(const kt_code_printer *p, const kt_code_function *f, const kt_code_guard *guard) {
     const kt_code_loop_plan *l = &p->roll.plan[p->roll.loop[guard->pivot]];
     const kt_op before = kt_code_roll_node(&p->roll, l, 0, kt_code_roll_local(&p->roll, guard->pivot));

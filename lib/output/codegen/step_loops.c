@@ -10,8 +10,8 @@
  *
  * Newton's iteration ends if phi is at most ROUNDING of its scale, or if it is at most CLOSED and no longer halves. A
  * lane that is closed stays as it is until all lanes are. The iteration takes at most 10 steps, of which one suffices
- * after a usual step. It calls two functions, and both compute phi: one at the position before a step, and one behind
- * it, where the velocities are projected.
+ * after a usual step. The iteration calls two functions, and both compute phi: one at the position before a step, and
+ * one behind it, where the velocities are projected.
  */
 #include "codegen/loops.h"
 #include "codegen/print_function.h"

@@ -86,8 +86,8 @@ typedef struct shown {
     bool shines, lets_shine;
 } shown;
 
-/* Half of the least extent in the plane of a diagram, for a solid whose axes are in this plane or normal to it. It does
- * not change, not even by rounding, as the solid turns in the plane. */
+/* Half of the least extent in the plane of a diagram, for a solid whose axes are in this plane or normal to it. Half of
+ * the extent does not change, not even by rounding, as the solid turns in the plane. */
 static double half_width(const kt_solid *solid) {
     const kt_mat3 r = solid->pose.rotation;
     const kt_vec3 h = solid->half;
@@ -186,8 +186,8 @@ typedef struct cuts {
     double at[CUTS_MAX];
 } cuts;
 
-/* The side of the piece at z along its middle: 1 in front of the other, -1 behind it. It is 0 if the two do not overlap
- * there. */
+/* The side of the piece at z along its middle: 1 in front of the other, -1 behind it. The side is 0 if the two do not
+ * overlap there. */
 static int side_at(const kt_piece *piece, const shown *other, double z) {
     const kt_outline_point at = kt_outline_point_of(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
     double back, front, back_other, front_other;
@@ -409,8 +409,8 @@ static int first_edge(const graph *g, int behind) {
     return low;
 }
 
-/* Opens a cycle. Returns its longest piece, to be halved. This requires that pieces may be cut, that the piece is
- * long enough, and that the lightest edge of the cycle weighs much. Otherwise drops that edge and returns -1. */
+/* Opens a cycle. Returns its longest piece, to be halved. The opening requires that pieces may be cut, that the piece
+ * is long enough, and that the lightest edge of the cycle weighs much. Otherwise drops that edge and returns -1. */
 static int open_cycle(graph *g, const kt_pieces *pieces, double tolerance, bool may_cut) {
     int longest;
     edge *e = &g->edges[find_cycle(g, pieces, tolerance, &longest)];

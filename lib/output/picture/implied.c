@@ -1,5 +1,5 @@
 /* The solids that a scene leaves out: thin rods between the joints of a body without a shape, and a ball at its centre
- * of mass. They come after the solids of the scene, and only where these leave a gap. */
+ * of mass. The rods and balls come after the solids of the scene, and only where these leave a gap. */
 #include "picture/maker.h"
 #include "picture/solid.h"
 

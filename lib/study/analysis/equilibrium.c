@@ -13,8 +13,8 @@
  * their positions.
  *
  * With mu = 0 for any H, and steps accepted if |g| falls, the same iteration finds equilibria nearby, stable or not.
- * It stalls where |g| has a minimum above zero, and at kinks, where a stop or a contact begins. Then other starts are
- * tried around the given one, farther and farther away, and at last the way downhill.
+ * The iteration stalls where |g| has a minimum above zero, and at kinks, where a stop or a contact begins. Then other
+ * starts are tried around the given one, farther and farther away, and at last the way downhill.
  *
  * A search has arrived where no force is left but rounding errors, and where it stalls, with some room (RESTING).
  *
@@ -183,8 +183,8 @@ static void add_up(const search *s, double mu, bool symmetric) {
         to[j * (n + 1)] += mu * s->l->inertia[j];
 }
 
-/* Computes the rounding error of forces. It follows from the weights, and from the force of the stiffest degree of
- * freedom displaced by a unit. For the rest criterion, the force by the rounding of its position counts, too. */
+/* Computes the rounding error of forces. The error follows from the weights, and from the force of the stiffest degree
+ * of freedom displaced by a unit. For the rest criterion, the force by the rounding of its position counts, too. */
 static void expect_force_rounding(search *s) {
     kt_linearization *l = s->l;
     double most = 0.0, resting = 0.0;

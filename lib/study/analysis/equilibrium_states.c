@@ -8,9 +8,9 @@
  *     [ E' D_q E   E' D_x ] [ y  ]   [ g ]
  *     [ F_q E      F_x    ] [ dx ] = [ f ],   D = -d(M a), F = -df          (kt_linearized_fill at a = 0)
  *
- * for a step (E y, dx). It is shortened until that of the same matrix from where it leads is shorter (P. Deuflhard,
- * Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state on which its own
- * rate does not depend. F_x is then singular, and the whole matrix is not.
+ * for a step (E y, dx). The step is shortened until that of the same matrix from where it leads is shorter (P.
+ * Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state on which
+ * its own rate does not depend. F_x is then singular, and the whole matrix is not.
  *
  * Newton's method fails if a valve or a controller at its limit has no slope, or if states that nothing holds make the
  * matrix singular. Then the motion itself is followed from rest by linearly implicit Euler steps of d seconds,
@@ -19,7 +19,7 @@
  *     [ (F_v / d + F_q) E                F_x + 1/d  ] [ dx ] = [ f + F_v v              ],   v+ = E y / d
  *
  * which become longer as they lead less far, and in the end are Newton's (pseudo-transient continuation: C. T. Kelley,
- * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). They damp oscillations, so that only motions which go away or
+ * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). Such steps damp oscillations, so that only motions which go away or
  * move on for ever find no rest.
  */
 #include "analysis/analysis.h"

@@ -1,8 +1,9 @@
 /* Floquet multipliers of a periodic motion.
  *
  * Small differences from a motion of period T follow dx(T) = Phi dx(0). Phi, the monodromy matrix, is the product of
- * the exact derivatives of the steps that make up the period (kt_step_derivatives). It therefore has the error of the
- * method and none of differences. Its eigenvalues mu are the multipliers: a difference grows from period to period by
+ * the exact derivatives of the steps that make up the period (kt_step_derivatives). The product therefore has the error
+ * of the method and none of differences. The eigenvalues of the matrix mu are the multipliers: a difference grows from
+ * period to period by
  * |mu|. The rate of growth is log |mu| / T. The frequency is arg mu / (2 pi T), up to a multiple of 1 / T, which
  * nothing distinguishes.
  *
@@ -216,7 +217,7 @@ static void return_multipliers(kt_floquet *f, int lost) {
 
 /* Estimates the errors of the multipliers. The nearest multiplier of half as many steps differs by 2^p - 1 times the
  * error, p the method's order. Rounding moves a multiplier by the rounding error of the matrix over the condition of
- * the multiplier. It moves a multiple one by the root of that error; the smaller estimate counts. */
+ * the multiplier. Rounding moves a multiple one by the root of that error; the smaller estimate counts. */
 static void estimate_multiplier_errors(kt_floquet *f) {
     double size = 0.0;
     const double power = ldexp(1.0, f->options.method->order) - 1.0;

@@ -19,8 +19,8 @@
  *     e_j = (free_position_j, 0) and (0, free_velocity_j).
  *
  * The probes yield G = (dq, dv, da, ..)_j; S selects the states from dq, dv. The projection changes the states
- * themselves a little. Therefore S G = W is only nearly the identity. Its lower left part is the change of velocities
- * that keeps them on the manifold as the position changes. The derivatives by the states are
+ * themselves a little. Therefore S G = W is only nearly the identity. The lower left part of S G is the change of
+ * velocities that keeps them on the manifold as the position changes. The derivatives by the states are
  *
  *     G W^-1,   state = S (dv + C dq, da) W^-1.
  */

@@ -6,9 +6,9 @@
  * Velocities are scaled by these times the previous rate. Both halves of the fastest mode then have the same weight.
  *
  * The direction is carried from state to state, and a small vector with a part in every mode is added each time. One
- * iteration per state therefore follows a mode that changes slowly. It also detects new stiffness, such as a foot that
- * has come to the ground. Only where a rate is new or has grown is the iteration repeated until it settles. Estimates
- * are usually too low.
+ * iteration per state therefore follows a mode that changes slowly. The iteration also detects new stiffness, such as a
+ * foot that has come to the ground. Only where a rate is new or has grown is the iteration repeated until it settles.
+ * Estimates are usually too low.
  *
  * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected. The equations
  * satisfy A a = b'' off the manifold, too, which only adds zero eigenvalues to J.
@@ -56,8 +56,8 @@ struct kt_mode_watch {
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
-/* Adds fractional parts of multiples of the golden ratio. They form a vector with a part in every mode, different at
- * each state and the same in every run. */
+/* Adds fractional parts of multiples of the golden ratio. The numbers form a vector with a part in every mode,
+ * different at each state and the same in every run. */
 static void mix_direction(kt_mode_watch *w) {
     const size_t n = 2 * w->nv;
     const double part = w->states == 0 ? 1.0 : MIXED / sqrt((double)n);

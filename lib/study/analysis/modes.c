@@ -16,10 +16,11 @@
  *     (2 |A|)^(1 - 1/n) |E|^(1/n)         (Linear Algebra and its Applications 47, 1982, 127-138).
  *
  * Rounding would give a cyclic coordinate, on which nothing depends, the square root of its size as an eigenvalue.
- * Therefore a column of A that does not exceed its errors anywhere is set to zero; so is a row. Its state then has the
- * eigenvalue zero. The others are the eigenvalues of the matrix without this state, in which more such columns and
- * rows may appear. A single entry is set to zero only if a second condition holds: it is below eps times the largest of
- * its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the lowest eigenvalues.
+ * Therefore a column of A that does not exceed its errors anywhere is set to zero; so is a row. The state of such a
+ * column then has the eigenvalue zero. The others are the eigenvalues of the matrix without this state, in which more
+ * such columns and rows may appear. A single entry is set to zero only if a second condition holds: it is below eps
+ * times the largest of its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the
+ * lowest eigenvalues.
  */
 #include "analysis/modes.h"
 #include "base/require.h"

@@ -1,6 +1,7 @@
 /* A probe: the numbers of a neighbouring state on the manifold that are differenced.
  *
- * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv). Its numbers are, in this order:
+ * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv). The numbers of a probe are, in this
+ * order:
  *
  *     q (-) q0, v - v0    the actual differences, nv each
  *     a                   the acceleration there, nv

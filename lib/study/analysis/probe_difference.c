@@ -11,9 +11,9 @@
  * soft in another needs different steps. The least of many estimates may be small by chance, in two ways. First, three
  * numbers of the tableau may agree although all are off. The next rows then differ from them by more than the errors of
  * both, and the error is raised to this difference. Second, the actual rounding error of f dominates the last and
- * shortest step. It depends on the conditioning of the loop equations. Therefore the error is at least the estimate at
- * that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are left out. Halving continues
- * until no number improves any more and all are accurate, or to 2^-30.
+ * shortest step. The rounding error depends on the conditioning of the loop equations. Therefore the error is at least
+ * the estimate at that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are left out.
+ * Halving continues until no number improves any more and all are accurate, or to 2^-30.
  *
  * Unlike finite differences with one step, this needs no estimate of the scale on which f changes. The first step must
  * only not be smaller than about 1e-3 times that scale: rounding dominates below.

@@ -2,7 +2,7 @@
  *
  * In a run of an explicit method with a fixed step h each step multiplies a mode by R(h lambda). R is the method's
  * stability polynomial [MSD 5.45]. The modes change along the motion; the fastest of all states bounds the step. Each
- * mode is treated as if it persisted for the whole run. It must not grow by more than KT_STABILITY_GROWTH times its
+ * mode is treated as if it persisted for the whole run. A mode must not grow by more than KT_STABILITY_GROWTH times its
  * true growth over the run (kt_stability_growth).
  */
 #include "analysis/analysis.h"

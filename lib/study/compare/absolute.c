@@ -287,8 +287,8 @@ static kt_status reject_loop(const kt_description *d, int i, const char *why, kt
                         "%s; run it with formulation: tree", why);
 }
 
-/* Rejects descriptions that the transformed model cannot follow. It has no variables of the tree's joints and markers,
- * which formulas read, and no sets of switched elements. */
+/* Rejects descriptions that the transformed model cannot follow. The transformed model has no variables of the tree's
+ * joints and markers, which formulas read, and no sets of switched elements. */
 static kt_status check_absolute(const kt_model *tree, const kt_description *d, kt_error *error) {
     static const char switched[] = "it is switched on and off while the mechanism moves";
     for (int i = 0; i < d->effect_count; i++)

@@ -1,11 +1,11 @@
 /* The settings of one method, from the coarsest that is usable to where further refinement gains nothing.
  *
  * Fixed steps are the duration over whole numbers n, n_max, 2 n_max, 4 n_max, ... The first step follows from the
- * number of steps that dop853 took for the reference. It is doubled while it is usable, or halved until it is. The
- * error shows whether accuracy or stability prevents the next larger step: at order p, a step twice as large has 2^p
- * times the error. If that would still be a small error and the run fails nevertheless, the step has left the method's
- * stability region. The limit is then found by bisection. An adaptive method shows the same limit by a number of steps
- * that does not fall when the tolerance is loosened.
+ * number of steps that dop853 took for the reference. The step is doubled while it is usable, or halved until it is.
+ * The error shows whether accuracy or stability prevents the next larger step: at order p, a step twice as large has
+ * 2^p times the error. If that would still be a small error and the run fails nevertheless, the step has left the
+ * method's stability region. The limit is then found by bisection. An adaptive method shows the same limit by a number
+ * of steps that does not fall when the tolerance is loosened.
  *
  * Goals lie between the rungs. After the ladder, settings are refined next to each goal: between the loosest setting
  * from which all tighter ones reach the goal, and the one before. Fixed steps and tolerances are thus compared at equal

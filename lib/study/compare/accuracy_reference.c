@@ -10,8 +10,8 @@
  *
  * is the growth factor of small errors up to t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding
  * is such an error, too. If K reaches 1e6, a result has lost six digits in addition to the method's error. A coarse
- * step then no longer distinguishes a good method from a bad one, and the study stops there. It also stops where the
- * two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
+ * step then no longer distinguishes a good method from a bad one, and the study stops there. The study also stops where
+ * the two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
  */
 #include "compare/accuracy.h"
 
@@ -259,9 +259,9 @@ static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states 
     return rows;
 }
 
-/* The longest step of the second solution: a hundredth of the shortest feature of the functions of time. It detects
- * features that the reference steps over. The step becomes longer if a tenth of the budget would not suffice. 0: no
- * limit. */
+/* The longest step of the second solution: a hundredth of the shortest feature of the functions of time. The second
+ * solution detects features that the reference steps over. The step becomes longer if a tenth of the budget would not
+ * suffice. 0: no limit. */
 static double choose_second_step(const kt_accuracy *study) {
     const double duration = study->results.duration, evaluations = 6.0;
     const double shortest = kt_simulation_shortest_feature(study->model, duration);

@@ -1,9 +1,9 @@
 /* One run of a study: its error, its counts, its time.
  *
- * The error comes from a run with records at the reference's times. It is therefore the error of the results that a
- * user receives, dense output included. Counts and time come from repeated runs without records, from the same start to
- * the same end. Other work on the machine only adds time: the least time is closest to the cost of the run itself. The
- * distance of the median from the least time shows how much the machine was disturbed.
+ * The error comes from a run with records at the reference's times. The error is therefore the error of the results
+ * that a user receives, dense output included. Counts and time come from repeated runs without records, from the same
+ * start to the same end. Other work on the machine only adds time: the least time is closest to the cost of the run
+ * itself. The distance of the median from the least time shows how much the machine was disturbed.
  */
 #include "compare/accuracy.h"
 
@@ -42,8 +42,8 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
 double kt_accuracy_most(const kt_accuracy *study) {
     double most = (double)study->options.run_evaluations;
     if (study->options.clock != NULL && study->evaluation > 0.0) {
-        /* The last run of a ladder takes about half of the ladder's time. It is run once for its error and a few times
-         * for its cost. */
+        /* The last run of a ladder takes about half of the ladder's time. The last run is run once for its error and a
+         * few times for its cost. */
         const double seconds = study->options.budget / (8.0 * study->results.curve_count);
         most = fmin(most, seconds / study->evaluation);
     }
@@ -172,7 +172,7 @@ void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point) {
     point->believed = point->error.judged > results->uncertainty.judged;
 }
 
-/* The timed run. It records nothing, unless the variant times the records that the scene requests. */
+/* The timed run. The timed run records nothing, unless the variant times the records that the scene requests. */
 static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
                          kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
     kt_accuracy_play play;

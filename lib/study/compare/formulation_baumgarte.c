@@ -1,11 +1,12 @@
 /* Baumgarte's stabilisation [MSD 8.37, 8.38].
  *
- * The equation phi'' = A a - b'' = 0 has solutions phi = c0 + c1 t. They drift away once rounding and integration
- * errors have produced a c0 and a c1. The stabilisation replaces the equation by
+ * The equation phi'' = A a - b'' = 0 has solutions phi = c0 + c1 t. Such solutions drift away once rounding and
+ * integration errors have produced a c0 and a c1. The stabilisation replaces the equation by
  *
  *     phi'' + 2 alpha phi' + beta^2 phi = 0,   phi' = A v - b':   A a = b'' - 2 alpha (A v - b') - beta^2 phi.
  *
- * Its solutions decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions (rolling) are
+ * The solutions of this equation decay as exp(-alpha t) (c0 + c1 t) for alpha = beta. Equations without positions
+ * (rolling) are
  *
  *     psi = A v - b' = 0,   psi' = A a - b''.
  *

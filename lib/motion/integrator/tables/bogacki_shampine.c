@@ -1,4 +1,4 @@
-/* The 3(2) pair of Bogacki and Shampine. Its dense output is the cubic of order 3. */
+/* The 3(2) pair of Bogacki and Shampine. The dense output of the pair is the cubic of order 3. */
 #include "integrator/integrator.h"
 
 static const double a[] = {

@@ -1,6 +1,6 @@
-/* The 8(5,3) method of Hairer's code DOP853, after Dormand and Prince. It has 12 stages of order 8. The error estimates
- * have the orders 5 and 3. The dense output of order 7 needs three further stages. k13 = f(t1, y1) is the first stage
- * of the next step.
+/* The 8(5,3) method of Hairer's code DOP853, after Dormand and Prince. The method has 12 stages of order 8. The error
+ * estimates have the orders 5 and 3. The dense output of order 7 needs three further stages. k13 = f(t1, y1) is the
+ * first stage of the next step.
  *
  * Source: HNW II.5, II.6 and II.10, and the code DOP853 in the appendix there. The digits are those that the code
  * prints; with them all order conditions hold to 5e-28.

@@ -12,8 +12,8 @@
  *
  * with 1 / gamma_0 the real eigenvalue of A^-1.
  *
- * Dense output: y' is the cubic through the four slopes. Its integral meets y1, and has order 4. Beyond the cubic of
- * the ends it needs the third divided difference of the slopes over 4:
+ * Dense output: y' is the cubic through the four slopes. The integral of this cubic meets y1, and has order 4. Beyond
+ * the cubic of the ends it needs the third divided difference of the slopes over 4:
  *
  *     d_i = 1 / (4 prod_{j != i} (c_i - c_j))
  *

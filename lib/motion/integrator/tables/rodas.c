@@ -1,5 +1,5 @@
 /* Rodas5P, G. Steinebach 2023: a Rosenbrock method of eight stages and order 5, A- and L-stable. The embedded method
- * has order 4. It solves stiff equations and differential-algebraic ones of index 1.
+ * has order 4. The method solves stiff equations and differential-algebraic ones of index 1.
  *
  * The table has alpha_ij, gamma_ij and b_i of (rosenbrock.c)
  *
@@ -10,9 +10,10 @@
  *
  *     a = alpha Gamma^-1,     C = 1 / gamma - Gamma^-1,     m = b Gamma^-1
  *
- * The published 16 digits meet the order conditions to 6e-15. Here they are moved by at most 3e-15. They then meet
- * these conditions, and those of the embedded method, to the 24 digits given. The middle and the end of the dense
- * output are the published ones (order 4, conditions met to 2e-9). They are moved by at most 1e-8, for the same reason.
+ * The published 16 digits meet the order conditions to 6e-15. Here they are moved by at most 3e-15. The moved digits
+ * then meet these conditions, and those of the embedded method, to the 24 digits given. The middle and the end of the
+ * dense output are the published ones (order 4, conditions met to 2e-9). The middle and the end are moved by at most
+ * 1e-8, for the same reason.
  *
  * Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
  * Differential Equations package, BIT Numerical Mathematics 63 (2023) 27.
