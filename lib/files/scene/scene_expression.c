@@ -198,7 +198,7 @@ static const char *fill_in(kt_reader *r, const char *text, const kt_expression *
     return kt_reader_text(r, &r->keep, filled, length);
 }
 
-/* Whether an expression is of the quantity that is expected; if not, it reports that. */
+/* Whether an expression is of the quantity that is expected. Otherwise the function reports the fault. */
 static bool is_expected(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_expression *expression,
                         bool angle) {
     if (angle || !kt_expression_is_angle(expression))

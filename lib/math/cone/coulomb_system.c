@@ -130,7 +130,7 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
     }
 }
 
-/* If W is not stored: most impulses are zero. */
+/* Sums along a row without stored W, because most impulses are zero. */
 static double sum_nonzero_along(const kt_coulomb *c, int row, const double *p) {
     double sum = 0.0;
     for (int j = 0; j < c->rows; j++)

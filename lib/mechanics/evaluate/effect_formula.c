@@ -1,4 +1,4 @@
-/* Values of the formulas of an effect. Its variables are read from the state and from the motion of links. Then the
+/* Values of the formulas of an effect. Their variables are read from the state and from the motion of links. Then the
  * formulas, or its law in C, are evaluated with them. */
 #include "evaluate/effect_formula.h"
 

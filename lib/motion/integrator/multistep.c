@@ -61,7 +61,8 @@ kt_multistep kt_multistep_of(const kt_method *m) {
 kt_status kt_multistep_check_sizes(const kt_method *m, kt_error *error) {
     const bool by_radius = m->slopes == NULL;
     if (m->steps < 1 || m->steps > KT_METHOD_STEPS_MAX || (by_radius && m->steps != 2))
-        return kt_table_reject(m, error, "a multistep method has 1 to 4 steps, one that is given by rho has two");
+        return kt_table_reject(m, error,
+                               "a multistep method has 1 to 4 steps, and a method that is given by rho has two");
     if (by_radius && !(m->rho >= 0.0 && m->rho <= 1.0))
         return kt_table_reject(m, error, "rho, the spectral radius at infinity, must be 0 to 1");
     if (!by_radius && m->predictor == NULL)

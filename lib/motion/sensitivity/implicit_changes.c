@@ -1,5 +1,5 @@
 /* Changes of the stages of an implicit method, by the implicit function theorem at the solved stages, and their
- * adjoint. Let c be the stages that are solved together. All sums but the first are over these stages only.
+ * adjoint. Let c be the stages that are solved together. All sums but the first are over the stages c only.
  *
  *     dP_i = dy + h sum_{j before c} a_ij dK_j
  *     dK_i - h F_i sum_j a_ij dK_j = F_i dP_i + f_p dp          dY_i = dP_i + h sum_j a_ij dK_j

@@ -140,8 +140,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
         status = check_time_stepping_options(model, settings, error);
     if (status == KT_OK && settings->options.transformation != NULL)
-        status = kt_auxiliary_states_reject(model, "transformation",
-                                            "no other formulation carries them; integrate in tree coordinates", error);
+        status = kt_auxiliary_states_reject(
+            model, "transformation", "other formulations have no such states; integrate in tree coordinates", error);
     if (status == KT_OK && settings->options.transformation != NULL)
         status = kt_masses_reject(model, "transformation",
                                   "no other formulation supports this; integrate in tree coordinates", error);

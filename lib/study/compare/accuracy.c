@@ -113,7 +113,7 @@ static kt_status check_accuracy_options(const kt_accuracy_options *options, doub
 /* All arrays of a study: type, name, count, meaning. */
 #define KT_ACCURACY_FIELDS(X)                                                                                          \
     X(kt_model *, models, variants, "compiled as a variant asks")                                                      \
-    X(kt_absolute *, absolutes, variants, "of these, where a variant asks for it")                                     \
+    X(kt_absolute *, absolutes, variants, "of the absolute variants that need one")                                    \
     X(double, reference.q, rows * object->nq, "records")                                                               \
     X(double, reference.v, rows * object->nv, "records")                                                               \
     X(double, reference.energy, rows, "records")                                                                       \
