@@ -34,10 +34,11 @@ static double stability_limit_of(const kt_method *method) {
                                                                                 : HUGE_VAL;
 }
 
-/* Returns |lambda| of the fastest mode at a record, 1/s; 0 if it is not found. */
+/* Returns |lambda| of the fastest mode at a record, 1/s; 0: not found. Nothing decays in a joint that sticks. */
 static double rate_at(const kt_outcome *outcome, const kt_record *record) {
     kt_mode_watch *watch = NULL;
-    if (kt_mode_watch_create(outcome->model, &watch, NULL) != KT_OK)
+    const kt_model *model = outcome->absolute == NULL ? kt_simulation_model(outcome->simulation) : outcome->model;
+    if (kt_mode_watch_create(model, &watch, NULL) != KT_OK)
         return 0.0;
     kt_mode_watch_add(watch, record->time, record->q, record->v);
     const double rate = kt_mode_watch_fastest(watch).rate;
