@@ -358,10 +358,16 @@ static void begin_anew(kt_simulation *simulation) {
     }
 }
 
+/* A start beyond a boundary is an error, as with events. Behind the first contact, steps themselves penetrate. */
 static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
-    (void)error;
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
     take_open_model(simulation);
-    return KT_OK;
+    if (simulation->memory.contacts.closed > 0)
+        return KT_OK;
+    const kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    return status == KT_OK ? kt_contacts_find_touching(simulation, t, error) : status;
 }
 
 static void follow_nothing(kt_simulation *simulation) { (void)simulation; }
