@@ -100,7 +100,8 @@ KT_TEST(block_on_an_incline_lies_or_slides) {
                 kt_check_equal_bits("creep", q, given, 7);
             else
                 kt_check_near("slides", q[0], 0.5 * a, 1e-15);
-            kt_check_equal_int("closings", (long long)kt_simulation_contacts(simulation).closings, 3);
+            /* At rest all feet share the load. Feet that slip have independent normal forces. */
+            kt_check_equal_int("closings", (long long)kt_simulation_contacts(simulation).closings, i == 0 ? feet : 3);
             kt_check_equal_int("undecided", (long long)kt_simulation_contacts(simulation).undecided, 0);
         }
 }

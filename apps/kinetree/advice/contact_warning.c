@@ -43,15 +43,17 @@ static void warn_of_undecided(kt_outcome *outcome) {
                 shared ? "next to sticking" : "in which most sticks");
 }
 
-/* Warns if friction of contacts allowed several sets of normal forces. */
+/* Warns if contacts at rest share a load in several ways, and records have their forces. */
 static void warn_of_wedge(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const kt_warning wedged =
         kt_warning_of("reactions_shared", (double)seen.shared, NULL,
                       "Take an elastic contact (stiffness) for one of them where its force matters");
-    if (seen.shared > 0)
+    const uint64_t record = kt_run_record(outcome->run, kt_simulation_model(outcome->simulation));
+    if (seen.shared > 0 && (record & (KT_RECORD_EFFECT | KT_RECORD_REACTION)) != 0)
         kt_warn(&outcome->warnings, &wedged,
-                "contacts that stick share a load in several ways: the least normal forces that press were taken");
+                "contacts at rest share a load in several ways, which a rigid body does not decide: the least forces "
+                "within all friction cones are recorded");
 }
 
 void kt_warn_of_contacts(kt_outcome *outcome) {

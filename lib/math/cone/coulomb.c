@@ -8,6 +8,7 @@
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"
+#include "cone/rest.h"
 #include "kinetree/algebra.h"
 
 #include <math.h>
@@ -226,27 +227,108 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
     return false;
 }
 
-/* Whether all contacts that press stick, also with the least forces that press, which are written. Their shares of the
- * load then have no influence on the motion. */
-static bool all_stick_by_least(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
-    for (int i = 0; i < c->n; i++)
-        if (c->item[i].type == KT_COULOMB_SLIPS
-                ? to->mode[i] != KT_COULOMB_OPEN
-                : c->item[i].type != KT_COULOMB_DRY && to->mode[i] < KT_COULOMB_OPEN && to->mode[i] != KT_COULOMB_STICK)
-            return false;
-    if (!kt_coulomb_fits(c, to))
-        return false;
-    kt_coulomb_copy(c, to, solver->next);
-    kt_coulomb_linear(c, solver->next);
-    bool holds = kt_coulomb_holds(c, solver->next);
-    if (!holds && solver->next->shares) {
-        kt_coulomb_raise(c, solver->next);
-        holds = kt_coulomb_holds(c, solver->next);
+/* ---- rest -------------------------------------------------------------------------------------------------------- */
+
+/* Rows of an item that sticks, or is closed, in these modes; 0: its force is known. */
+static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
+}
+
+/* Lists the items of the problem of rest, and their rows (c->nonzero). to: the known forces of dry friction that slips,
+ * and the rates due to these. */
+static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_rest *rest) {
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const int rows = rows_at_rest(c, to, i);
+        const bool is_dry = item->type == KT_COULOMB_DRY;
+        for (int r = 0; r < rows; r++)
+            c->nonzero[rest->rows + r] = r == 0 ? item->row : item->across + r - 1;
+        if (rows > 0)
+            (void)kt_rest_add(rest,
+                              rows == 3 ? KT_REST_CONE
+                              : is_dry  ? KT_REST_DRY
+                                        : KT_REST_NORMAL,
+                              item->friction, is_dry ? 0.0 : item->least, kt_coulomb_weight(c, i));
     }
-    if (holds)
-        kt_coulomb_copy(c, solver->next, to);
+    rest->columns = rest->rows;
+    for (int i = 0; i < rest->rows; i++) {
+        rest->p[i] = -c->b[c->nonzero[i]] - to->u[c->nonzero[i]];
+        for (int j = 0; j < rest->rows; j++)
+            rest->matrix[i * rest->rows + j] = kt_coulomb_entry(c, c->nonzero[i], c->nonzero[j]);
+    }
+}
+
+/* Writes the forces that dry friction has while it slips, and the rates due to these. Returns the number of the other
+ * rows; -1: contacts slip, or cannot stick. */
+static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
+    int rows = 0;
+    memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const bool is_dry = item->type == KT_COULOMB_DRY, sticks = to->mode[i] == KT_COULOMB_STICK;
+        const bool slips = item->type == KT_COULOMB_SLIPS || (item->type == KT_COULOMB_CONE && !(item->friction > 0.0));
+        if (to->mode[i] != KT_COULOMB_OPEN && (sticks ? slips : !is_dry))
+            return -1;
+        if (is_dry && !sticks)
+            to->p[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
+        rows += rows_at_rest(c, to, i);
+    }
+    kt_coulomb_find_rates(c, to->p, to->u);
+    return rows;
+}
+
+/* Whether the rates are those of the modes. */
+static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    const kt_coulomb_item *item = &c->item[i];
+    const double small = 1e-10 * c->size, u = to->u[item->row];
+    const double across = rows_at_rest(c, to, i) == 3 ? kt_hypot(to->u[item->across], to->u[item->across + 1]) : 0.0;
+    return to->mode[i] == KT_COULOMB_STICK       ? fabs(u) <= small && across <= small
+           : to->mode[i] == KT_COULOMB_SLIP_BACK ? u <= small
+                                                 : u >= -small;
+}
+
+/* Finds the least forces in the cones of all contacts that press, if these stick. Their shares of the load have no
+ * influence on the motion: they rest, or only dry friction of joints slips. Returns whether there are such forces. */
+static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
+    const int rows = kt_coulomb_fits(c, to) ? begin_rest(c, to) : -1;
+    if (rows < 0)
+        return false;
+    kt_rest *rest = kt_rest_init((size_t)rows, (size_t)rows, c->matrices);
+    list_resting(c, to, rest);
+    if (!kt_rest_begin_symmetric(rest))
+        return false;
+    kt_rest_find_margin(rest);
+    kt_rest_find_least(rest);
+    to->shares = rest->ways > 0;
+    for (int i = 0; i < rows; i++)
+        to->p[c->nonzero[i]] = kt_rest_force(rest, i);
+    const double weak = kt_rest_exact * rest->unit;
+    bool holds = rest->margin >= -kt_rest_exact;
+    kt_coulomb_find_rates(c, to->p, to->u);
+    for (int i = 0; i < c->rows; i++)
+        to->u[i] += c->b[i];
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        holds = holds && rates_agree(c, to, i);
+        if (item->type != KT_COULOMB_DRY && to->p[item->row] * sqrt(kt_coulomb_weight(c, i)) <= weak)
+            to->mode[i] = KT_COULOMB_OPEN;
+    }
     return holds;
 }
+
+/* Finds the least forces under which all items rest. Returns whether there are any. */
+static bool find_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
+    for (int i = 0; i < c->n; i++) {
+        const bool is_open = is_open_alone(&c->item[i]);
+        if (!is_open && (c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0)
+            return false;
+        to->mode[i] = is_open ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
+        memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
+    }
+    return stick_within_cones(c, to);
+}
+
+/* ---- independent rows ------------------------------------------------------------------------------------------- */
 
 /* Opens contacts until the normal rows of those that press are independent. An open contact holds nothing across its
  * normal. So contacts that no others hold, such as a driven wheel of a car, stay closed if all can stick. */
@@ -256,9 +338,13 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
         solver->rejected[i] = c->item[i].rejected;
     while (found && !kt_coulomb_is_unique(c, to)) {
         found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
-        if (!found && all_stick_by_least(c, solver, to)) {
-            found = true;
-            break;
+        if (!found) {
+            kt_coulomb_copy(c, to, solver->next);
+            if (stick_within_cones(c, solver->next)) {
+                kt_coulomb_copy(c, solver->next, to);
+                found = true;
+                break;
+            }
         }
         found = found || open_any(c, solver, false, to, steps);
     }
@@ -295,7 +381,7 @@ static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulo
         }
     if (first < 0)
         return;
-    if (may_stick && all_stick_by_least(c, solver, closed)) {
+    if (may_stick && stick_within_cones(c, closed)) {
         kt_coulomb_copy(c, closed, to);
         to->count = 1;
         return;
@@ -352,6 +438,10 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
                       uint64_t *steps) {
     kt_coulomb_solution *other = solver->other;
     solution->count = other->count = 0;
+    if (find_rest(c, solution)) {
+        solution->count = 1;
+        return true;
+    }
     stick_all(c, solution);
     gather(c, solution->p, solver->x);
     bool found = !any_is_rejected(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);

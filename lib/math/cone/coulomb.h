@@ -15,16 +15,9 @@
  *
  * It never opens then: while p = l it sticks or slips, too, and there are 6 modes of it.
  *
- * If normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
- * If a contact would then hold less, and all can stick, it stays closed, with the least normal forces that press.
- * Tangential forces may not be unique, as of a block on two feet. Then p is the least solution of all, each tangential
- * force in proportion to its normal one. So the feet of a block come to their limits together. Wedges share normal
- * forces, too: these are the least then. If this least solution exceeds the friction of a contact, although others have
- * some to spare, forces are shared so that the largest part |T| / (mu N) of friction in use becomes the least one. T
- * minimises the sum of T_i^2 / D_i. With D_i = N_i at first, D_i is divided by |T_i| / (mu N_i) until no contact
- * exceeds its friction. Dry friction takes part in the same way: its limit replaces mu N, and D is this limit at first.
- * The dual problem seeks the motion v with the least sum of mu N_i |v_i| for a given power of the other forces; this is
- * its iteration (E. Weiszfeld, Tohoku Math. J. 43, 1937). If all contacts slip, this motion begins.
+ * If all items can rest, they rest, with the least forces (rest.h). Otherwise, if normal rows of closed contacts depend
+ * on each other, contacts are opened until the remaining rows are independent. Tangential forces that are not unique
+ * are the least ones.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -37,7 +30,6 @@
 #define KT_LINEAR_COULOMB_H
 
 #include "base/arena.h"
-#include "cone/lemke.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -92,7 +84,7 @@ typedef double kt_coulomb_pair[2];
     X(double, u, rows, "rates, or accelerations")
 
 typedef struct kt_coulomb_solution {
-    bool shares;    /* normal forces are not unique: these are the least */
+    bool shares;    /* forces are not unique: these are the least */
     int count;      /* of solutions with different u */
     bool redundant; /* several solutions: their closed contacts together have dependent normal rows */
     int differs;    /* several solutions: the item whose normal impulses differ most */
@@ -105,9 +97,6 @@ typedef struct kt_coulomb_solution {
 #define KT_COULOMB_SYSTEM_FIELDS(X)                                                                                    \
     X(int, item, rows, "of each unknown")                                                                              \
     X(int, equation, rows, "its row")                                                                                  \
-    X(bool, is_normal, rows, "whether it is a normal impulse")                                                         \
-    X(bool, is_tangential, rows, "whether it is a tangential one that sticks")                                         \
-    X(double, least, rows, "of the item's normal impulse")                                                             \
     X(int, across, rows, "the first tangential row of a normal impulse that slips; -1")                                \
     X(kt_coulomb_pair, by, rows, "impulses in these rows")                                                             \
     X(double, fixed, rows, "impulses that are known")                                                                  \
@@ -115,30 +104,16 @@ typedef struct kt_coulomb_solution {
     X(double, dp, rows, "change of p with a direction")                                                                \
     X(int, order, rows, "of the columns")
 
-/* Room for the complementarity problem of normal forces (coulomb_shares.c), for `most` of them. */
-#define KT_COULOMB_LOADS_FIELDS(X)                                                                                     \
-    X(int, row, most, "their unknowns")                                                                                \
-    X(double, q, most, "by how much they exceed their bounds")                                                         \
-    X(double, raise, most, "multipliers of the bounds")                                                                \
-    X(double, M, most *most, "the projector onto null vectors, in their rows")                                         \
-    X(double, lemke, kt_lemke_count(most), "of the solver")
-
-typedef struct kt_coulomb_loads {
-    int n;
-    KT_ARENA_DECLARE(KT_COULOMB_LOADS_FIELDS)
-} kt_coulomb_loads;
-
 /* With room for `most` items, and for `unknowns`. */
 #define KT_COULOMB_SYSTEM_MATRICES(X)                                                                                  \
     X(double, A, unknowns *(unknowns + 1 + most), "equations, and their right-hand sides behind them")                 \
     X(double, x, (1 + most) * unknowns, "unknowns, then dx/de of each direction")
 
 typedef struct kt_coulomb_system {
-    int most, width; /* unknowns that have room; numbers of a row of A */
-    int n, columns;  /* unknowns; right-hand sides: of x, and of its derivatives by the directions */
-    bool shares;     /* normal forces are not unique */
-    bool raises;     /* they are raised to their bounds (kt_coulomb_least_load) */
-    kt_coulomb_loads loads;
+    int most, width;  /* unknowns that have room; numbers of a row of A */
+    int n, columns;   /* unknowns; right-hand sides: of x, and of its derivatives by the directions */
+    bool shares;      /* x is not unique: it is the least */
+    bool is_weighted; /* in the weights of the items */
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_FIELDS)
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_MATRICES)
 } kt_coulomb_system;
@@ -165,6 +140,7 @@ typedef struct kt_coulomb {
     double (*entry)(const void *user, int line, int column);
     const void *user;
     kt_coulomb_system *system, *turns; /* scratch: of a combination, and of its directions */
+    void *matrices;                    /* scratch, like all matrices: also of a problem of rest (rest.h) */
     KT_ARENA_DECLARE(KT_COULOMB_FIELDS)
 } kt_coulomb;
 
@@ -195,6 +171,8 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 
 /* ---- one combination of modes (coulomb_system.c) ----------------------------------------------------------------- */
 
+/* The weight of an item's forces in least sums: the mean of the diagonal of its block of W (rest.h). */
+double kt_coulomb_weight(const kt_coulomb *c, int i);
 /* Whether the item slips in an unknown direction. */
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
 /* Whether the closed items have room in matrices: what follows, but for the rate and the check, requires it. */
@@ -213,9 +191,6 @@ int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
-/* Likewise. If normal forces are not unique, those that would pull, or would be too small for friction that sticks, are
- * raised to their bounds if possible (kt_coulomb_least_load). */
-void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Whether forces and rates agree with the modes. */
 bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Iterates by Newton's method for the directions of one combination of modes, from those in `to`. Its steps are halved
@@ -228,31 +203,10 @@ bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);
 /* One step of this iteration, without a check. */
 void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 
-/* Shares change at most so often. A tangential force that takes the part |T| / (mu N) of its friction then has its unit
- * sqrt(D) multiplied by the following factor. */
-enum { KT_COULOMB_SHARINGS = 64 };
-static inline double kt_coulomb_unit_factor(double part) { return 1.0 / sqrt(fmin(fmax(part, 1e-6), 1e6)); }
-/* A unit within a range about the root of a scale: the normal force, or the limit of dry friction. Next to dry friction
- * the range is small: otherwise the direction of friction with one share vanishes next to that of idle contacts. */
-#define KT_COULOMB_RANGE_OF_DRY 30.0
-static inline double kt_coulomb_unit_within(double unit, double scale, double range) {
-    return fmin(fmax(unit, sqrt(scale) / range), sqrt(scale) * range);
-}
-
-/* The bound of a normal force that is shared in several ways: it holds a tangential force. A small part of it, and of
- * the mean normal force, is left in reserve, so that rounding does not decide when the contact parts or slips. */
-static inline double kt_coulomb_least_load(double force, double friction, double mean) {
-    static const double reserve = 1e-6;
-    return (force > 0.0 ? (1.0 + reserve) * force / friction : 0.0) + reserve * fmax(mean, 0.0);
-}
-
 /* Row k of a matrix with so many columns. */
 static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) {
     return matrix + (ptrdiff_t)k * columns;
 }
-
-/* Reduces x of a system, whose A is solved, to the least solution (coulomb_shares.c). */
-void kt_coulomb_reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank);
 
 /* ---- a solution (coulomb.c) -------------------------------------------------------------------------------------- */
 

@@ -1,9 +1,11 @@
 /* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses, and
- * Newton's iteration for the directions of slip. The least solution of these equations is in coulomb_shares.c. */
+ * Newton's iteration for the directions of slip. */
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"
+#include "cone/rest.h"
 #include "kinetree/algebra.h"
+#include "linear/cholesky.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,7 +14,6 @@ enum { ITERATIONS = 40 };
 
 KT_ARENA_LAYOUT(lay_out_system, kt_coulomb_system, KT_COULOMB_SYSTEM_FIELDS, size_t rows)
 KT_ARENA_ARRAYS(lay_out_matrices, kt_coulomb_system, KT_COULOMB_SYSTEM_MATRICES, size_t unknowns, size_t most)
-KT_ARENA_ARRAYS(lay_out_loads, kt_coulomb_loads, KT_COULOMB_LOADS_FIELDS, size_t most)
 KT_ARENA_LAYOUT(lay_out_solution, kt_coulomb_solution, KT_COULOMB_SOLUTION_FIELDS, size_t items, size_t rows)
 KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, size_t rows)
 
@@ -31,10 +32,10 @@ static kt_coulomb_system *init_system(size_t rows, size_t unknowns, size_t direc
 static size_t unknowns_of_items(size_t rows, size_t most) { return rows < 3 * most ? rows : 3 * most; }
 
 size_t kt_coulomb_matrices_size(size_t rows, size_t most) {
-    const size_t system =
-        lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most) + lay_out_loads(NULL, NULL, most);
-    const size_t cone = kt_cone_matrices_size((int)most);
-    return system > cone ? system : cone;
+    const size_t system = lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most);
+    const size_t unknowns = unknowns_of_items(rows, most), rest = kt_rest_size(unknowns, unknowns);
+    const size_t cone = kt_cone_matrices_size((int)most), most_of_two = rest > cone ? rest : cone;
+    return system > most_of_two ? system : most_of_two;
 }
 
 size_t kt_coulomb_size(size_t items, size_t rows) {
@@ -49,10 +50,10 @@ kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory
     c->most = (int)most;
     c->size = 0.0;
     c->W = NULL;
+    c->matrices = matrices;
     c->system = init_system(rows, unknowns_of_items(rows, most), most, behind);
     c->turns = init_system(items, most, 0, behind + lay_out_system(NULL, rows));
-    const size_t used = lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
-    (void)lay_out_loads(&c->system->loads, (char *)matrices + used, most);
+    (void)lay_out_matrices(c->system, matrices, unknowns_of_items(rows, most), most);
     c->turns->A = c->system->A;
     c->turns->x = c->turn;
     return c;
@@ -81,12 +82,9 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 
 /* ---- unknowns ---------------------------------------------------------------------------------------------------- */
 
-static void add_unknown(kt_coulomb_system *s, int item, int row, int normal) {
+static void add_unknown(kt_coulomb_system *s, int item, int row) {
     s->item[s->n] = item;
     s->equation[s->n] = row;
-    s->is_normal[s->n] = row == normal;
-    s->is_tangential[s->n] = false;
-    s->least[s->n] = normal < 0 ? 0.0 : s->fixed[normal];
     s->across[s->n++] = -1;
 }
 
@@ -95,15 +93,25 @@ bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i)
     return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
 }
 
+double kt_coulomb_weight(const kt_coulomb *c, int i) {
+    const kt_coulomb_item *item = &c->item[i];
+    const int rows = item->type == KT_COULOMB_CONE ? 3 : 1;
+    double trace = kt_coulomb_entry(c, item->row, item->row);
+    for (int k = 1; k < rows; k++)
+        trace += kt_coulomb_entry(c, item->across + k - 1, item->across + k - 1);
+    return trace > 0.0 ? trace / rows : 1.0;
+}
+
 static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
     s->n = s->columns = 0;
     s->shares = false;
+    s->is_weighted = true;
     memset(s->fixed, 0, (size_t)c->rows * sizeof *s->fixed);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         if (item->type == KT_COULOMB_DRY) {
             if (to->mode[i] == KT_COULOMB_STICK)
-                add_unknown(s, i, item->row, -1);
+                add_unknown(s, i, item->row);
             else
                 s->fixed[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
             continue;
@@ -113,7 +121,7 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
             continue;
         const bool is_active = kt_coulomb_is_active(to->mode[i]);
         if (is_active)
-            add_unknown(s, i, item->row, item->row);
+            add_unknown(s, i, item->row);
         if (item->type == KT_COULOMB_SLIPS || kt_coulomb_slips(c, to, i)) {
             if (is_active)
                 s->across[s->n - 1] = item->across;
@@ -123,9 +131,8 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
                 s->fixed[item->across + k] = -item->friction * item->least * to->e[i][k];
             }
         } else if (item->type == KT_COULOMB_CONE) {
-            add_unknown(s, i, item->across, item->row);
-            add_unknown(s, i, item->across + 1, item->row);
-            s->is_tangential[s->n - 2] = s->is_tangential[s->n - 1] = true;
+            add_unknown(s, i, item->across);
+            add_unknown(s, i, item->across + 1);
         }
     }
 }
@@ -236,6 +243,58 @@ static void swap_pivot(kt_coulomb_system *s, int r) {
     s->order[column] = other;
 }
 
+/* The k-th null vector of A, behind `rank` pivots, replaces row k of A. The part along the null vectors before it is
+ * removed, and its length becomes 1. */
+static void find_null_vector(kt_coulomb_system *s, int rank, int k) {
+    double *z = s->dp, *to = kt_coulomb_matrix_row(s->A, k, s->width);
+    memset(z, 0, (size_t)s->n * sizeof *z);
+    z[s->order[k]] = 1.0;
+    for (int i = 0; i < rank; i++)
+        z[s->order[i]] = -kt_coulomb_matrix_row(s->A, i, s->width)[k];
+    for (int i = 0; i < s->n; i++)
+        z[i] /= s->unit[i];
+    for (int pass = 0; pass < 2; pass++)
+        for (int j = rank; j < k; j++) {
+            const double *other = kt_coulomb_matrix_row(s->A, j, s->width), dot = kt_dense_dot(z, other, s->n);
+            for (int i = 0; i < s->n; i++)
+                z[i] -= dot * other[i];
+        }
+    const double norm = sqrt(kt_dense_dot(z, z, s->n));
+    for (int i = 0; i < s->n; i++)
+        to[i] = z[i] / norm;
+}
+
+/* The units of the unknowns: the weights of the items. In the second pass, tangential forces have the root of the
+ * normal force as unit: they are in proportion to it, so that feet that slip reach their limits together. */
+static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
+    double normal = 0.0;
+    for (int k = 0; k < s->n; k++) {
+        const kt_coulomb_item *item = &c->item[s->item[k]];
+        const bool is_normal = s->equation[k] == item->row;
+        normal = is_normal ? item->least + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : item->least;
+        s->unit[k] = s->is_weighted ? 1.0 / sqrt(kt_coulomb_weight(c, s->item[k])) : 1.0;
+        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal) : 1.0;
+    }
+}
+
+/* Reduces all columns of x to the least solution in these units. */
+static void reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank) {
+    s->shares = true;
+    for (int pass = 0; pass < (s->is_weighted ? 2 : 1); pass++) {
+        set_units(c, s, pass > 0);
+        for (int k = rank; k < s->n; k++)
+            find_null_vector(s, rank, k);
+        for (int j = 0; j < (s->n - rank) * s->columns; j++) {
+            const double *z = kt_coulomb_matrix_row(s->A, rank + j / s->columns, s->width);
+            double *x = kt_coulomb_matrix_row(s->x, j % s->columns, s->most), dot = 0.0;
+            for (int i = 0; i < s->n; i++)
+                dot += z[i] * x[i] / s->unit[i];
+            for (int i = 0; i < s->n; i++)
+                x[i] -= dot * z[i] * s->unit[i];
+        }
+    }
+}
+
 /* Solves for x by elimination with complete pivoting. */
 static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     const int width = s->n + s->columns;
@@ -264,7 +323,7 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
         for (int i = 0; i < rank; i++)
             kt_coulomb_matrix_row(s->x, m, s->most)[s->order[i]] = kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
     if (rank < s->n)
-        kt_coulomb_reduce_to_least(c, s, rank);
+        reduce_to_least(c, s, rank);
 }
 
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
@@ -328,10 +387,9 @@ bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return true;
 }
 
-static void solve_linear(const kt_coulomb *c, bool raises, kt_coulomb_solution *to) {
+void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_coulomb_system *s = c->system;
     begin_system(c, to, s);
-    s->raises = raises;
     fill_system(c, to, s);
     solve_system(c, s);
     to->shares = s->shares;
@@ -342,10 +400,6 @@ static void solve_linear(const kt_coulomb *c, bool raises, kt_coulomb_solution *
     for (int j = 0; j < c->rows; j++)
         to->u[j] += c->b[j];
 }
-
-void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, false, to); }
-
-void kt_coulomb_raise(const kt_coulomb *c, kt_coulomb_solution *to) { solve_linear(c, true, to); }
 
 /* dp/de of the m-th direction, through x and by itself. */
 static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int m) {
@@ -364,12 +418,10 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
     kt_coulomb_system *t = c->turns;
     t->n = 0;
     t->columns = 1;
-    t->shares = t->raises = false;
+    t->shares = t->is_weighted = false;
     *residual = 0.0;
     for (int i = 0; i < c->n; i++)
         if (kt_coulomb_slips(c, to, i)) {
-            t->is_normal[t->n] = t->is_tangential[t->n] = false;
-            t->least[t->n] = 0.0;
             t->item[t->n++] = i;
         }
     for (int m = 0; m < t->n; m++) {

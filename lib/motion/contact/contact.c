@@ -3,6 +3,7 @@
 
 #include "base/copy.h"
 #include "base/where.h"
+#include "cone/rest.h"
 #include "control/mass_inverse.h"
 #include "model/switching.h"
 
@@ -26,6 +27,21 @@ static bool has_no_closed_contact(const kt_model *model) {
 }
 
 static size_t least_of(size_t a, size_t b) { return a < b ? a : b; }
+static size_t most_of(size_t a, size_t b) { return a > b ? a : b; }
+
+/* Enlarges the memory in which a group's load is shared (rows.c): rows of other loops, and of closed contacts. */
+static void measure_shares(const kt_model *model, kt_contact_sizes *s) {
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        size_t others = 0;
+        for (int i = 0; i < group->loop_count; i++) {
+            const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+            others += is_watched(loop) ? 0 : (size_t)loop->row_count;
+        }
+        const size_t rows = least_of((size_t)group->row_count, others + 3 * s->most);
+        s->shares = most_of(s->shares, kt_rest_size(rows, (size_t)group->v_count));
+    }
+}
 
 /* Sizes of the models in which contacts may be closed, and of the solvers. */
 static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
@@ -37,7 +53,9 @@ static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
     s->matrices = (s->lemke * s->lemke + kt_lemke_count(s->lemke)) * sizeof(double);
     if (rubs || s->most_items > s->most) {
         const size_t matrices = kt_coulomb_matrices_size(s->most_rows, s->most);
-        s->matrices = matrices > s->matrices ? matrices : s->matrices;
+        for (uint64_t k = 0; rubs && k < kt_variants_count(model->variants); k++)
+            measure_shares(kt_variants_model(model->variants, k), s);
+        s->matrices = most_of(s->matrices, most_of(matrices, s->shares));
         s->problem = kt_coulomb_size(s->most_items, s->most_rows);
         s->solution = kt_coulomb_solution_size(s->most_items, s->most_rows);
         s->solver = kt_coulomb_solver_size(s->most_items, s->most_rows, s->most);

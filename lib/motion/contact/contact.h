@@ -42,9 +42,7 @@ typedef struct kt_contact {
     X(double, rate, s->rows, "b' of all equations")                                                                    \
     X(double, drift, s->rows, "b'' of all equations")                                                                  \
     X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
-    X(double, direction, s->rows, "scratch: a unit vector of equations")                                               \
-    X(double, reaction, s->rows, "the least multipliers")                                                              \
-    X(double, least, s->rows, "scratch: these, group by group")                                                        \
+    X(double, reaction, s->rows, "multipliers of contacts that share their load")                                      \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
     X(kt_contact_island, island, s->islands, "of the model in which all contacts are closed")                          \
@@ -53,6 +51,8 @@ typedef struct kt_contact {
     X(double, rates, s->list, "of these")                                                                              \
     X(double, matrix_of_rows, s->W, "W of each island: J M^-1 J' of the rows that touch")                              \
     X(double, response, s->most_rows * s->nv, "M^-1 J': column k is the sum of rows k of all islands")                 \
+    X(double, reserve, s->n, "of items that bound the margin of rest: their equal reserves; NAN: they do not")         \
+    X(double, rest_rate, s->n, "rates up to which friction of joints is at rest")                                      \
     X(double, gap, s->n, "of all contacts")                                                                            \
     X(double, w, s->most_rows, "accelerations of rows under the reactions; of contacts alone")                         \
     X(double, L, s->factor, "scratch: Cholesky factor of independent rows, and of a row")                              \
@@ -97,7 +97,7 @@ typedef struct kt_contact_sizes {
     size_t whole;                           /* W of an island is stored if at most so many rows touch */
     size_t lemke;                           /* unknowns of a linear complementarity problem */
     size_t problem, solution, solver;       /* bytes; 0: no contact has friction, and all have room */
-    size_t matrices;                        /* bytes */
+    size_t shares, matrices;                /* bytes */
 } kt_contact_sizes;
 
 /* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
@@ -344,11 +344,11 @@ void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model);
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
 
-/* Computes the least multipliers that give the same forces as those in c->row, to c->reaction. They are measured in one
- * unit to find normal forces, and then in roots of the normal forces to find tangential ones (cone/coulomb.h). Those
- * of contacts that share their load are raised if they would pull, or be too small for friction that sticks
- * (cone/coulomb_shares.c). Friction of joints that exceeds its limit is shared in other ways, too. */
-KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error);
+/* Writes multipliers that give the same forces as those in c->row to c->reaction. If contacts at rest share a load in
+ * several ways (cone/rest.h), these have the largest margin, whose sign tells events whether rest exists, or are the
+ * least ones. */
+KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least,
+                                                kt_error *error);
 
 /* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. A row without a lever that
  * closes by less than kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or its

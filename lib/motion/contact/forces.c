@@ -10,6 +10,7 @@
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
 
+#include <float.h>
 #include <math.h>
 
 /* The largest relative inward acceleration of a leaving contact: the event is exact to rounding of the time. */
@@ -33,7 +34,7 @@ static void list_reactions(kt_simulation *simulation, const double *W, const dou
         (void)kt_contact_rate(c, W, i, &size);
         if (is_side && u[i] > fmax(kt_contact_rest(simulation, W, i), kt_contact_rounding * size))
             continue;
-        if (!is_side && fabs(c->v[contact->v]) > kt_contact_resting)
+        if (!is_side && fabs(c->v[contact->v]) > c->rest_rate[c->list[i]])
             continue;
         if (is_side && contact->leaves)
             continue;
@@ -99,7 +100,28 @@ static bool find_penetrating(kt_simulation *simulation, const double *W, const r
     return penetrating;
 }
 
-kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+/* Raises the rates of rest of friction: an event that ends slip is found up to some roundings of the time, within which
+ * forces change the rate. Returns whether friction slips forwards from now on that slipped backwards. */
+static bool raise_rates_of_rest(kt_simulation *simulation, double t) {
+    static const double roundings = 64.0 * DBL_EPSILON;
+    struct kt_contacts *c = simulation->contacts;
+    bool changes = false;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        for (int i = c->meeting; i < c->resting; i++) {
+            const kt_contact *item = &c->item[c->list[i]];
+            double size, *resting = &c->rest_rate[c->list[i]];
+            (void)kt_contact_acceleration(c, c->W, i, &size);
+            size = fmax(size, kt_contacts_own(c, c->W, i) * kt_contact_limit(simulation->model, item));
+            *resting = fmax(*resting, roundings * fabs(t) * size);
+            changes = changes || (item->next == KT_CONTACT_BACK && c->v[item->v] >= -*resting);
+        }
+    }
+    return changes;
+}
+
+/* Computes the accelerations with all contacts open, and the equations. */
+static kt_status find_open_accelerations(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contacts_let_slip(c);
     const kt_model *slipping = kt_contacts_model(simulation, true);
@@ -111,12 +133,25 @@ kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const doubl
         status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
     if (status == KT_OK)
         status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
-    /* Friction of a joint that loops hold at rest has no equation. It is against the motion that begins. */
+    return status;
+}
+
+kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->n; k++)
+        c->rest_rate[k] = kt_contact_resting;
+    kt_status status = find_open_accelerations(simulation, t, y, error);
+    if (status == KT_OK && raise_rates_of_rest(simulation, t))
+        status = find_open_accelerations(simulation, t, y, error);
+    /* Friction of a joint that loops hold at rest has no equation. It is against the motion that begins. If none
+     * begins, any force up to the limit is possible, and the least one, none, acts. */
     for (int k = c->sides; status == KT_OK && k < c->n; k++) {
         double size;
         const double a = c->item[k].spared ? kt_contacts_residual(c, k, 0, c->a, c->drift, &size) : 0.0;
-        if (a < 0.0 && a < -kt_contact_rounding * size && fabs(c->v[c->item[k].v]) <= kt_contact_resting)
-            c->item[k].next = KT_CONTACT_BACK;
+        if (c->item[k].spared && fabs(c->v[c->item[k].v]) <= c->rest_rate[k])
+            c->item[k].next = fabs(a) <= kt_contact_rounding * size ? KT_CONTACT_RELEASED
+                              : a < 0.0                             ? KT_CONTACT_BACK
+                                                                    : KT_CONTACT_OFF;
     }
     return status;
 }
@@ -177,6 +212,8 @@ static kt_status solve_all_forces(kt_simulation *simulation, double t, bool agai
                                   kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
+    for (int k = 0; k < c->n; k++)
+        simulation->contact_state[k].shared = false;
     for (int i = 0; status == KT_OK && i < c->islands; i++) {
         if (!kt_contacts_select(c, i))
             continue;

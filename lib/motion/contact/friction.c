@@ -21,8 +21,6 @@ static const double rounding = 1e-11;
 static const double holding = 1e3, about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
 static const double small = 1e-9;
-/* The part of its friction that a contact holds in reserve in other shares. */
-static const double in_reserve = 1e-3;
 
 static double entry_of_W(const void *user, int line, int column) { return kt_contacts_product(user, line, column); }
 
@@ -252,7 +250,7 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
     kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->resting; i++) {
         (void)kt_contact_rate(c, W, i, &size);
-        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= kt_contact_resting)
+        if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
             add_dry(p, simulation, i, leaving);
         else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
             add_coulomb_contact(p, simulation, i, u, leaving);
@@ -294,11 +292,11 @@ static void begin_slip(kt_simulation *simulation, int i) {
 static void apply(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
-    const bool shared = kt_coulomb_fits(p, c->solution) && !kt_coulomb_is_unique(p, c->solution);
     for (int i = 0; i < p->n; i++) {
         kt_contact *contact = &c->item[c->list[c->posed[i]]];
         const kt_coulomb_mode mode = c->solution->mode[i];
         const kt_coulomb_type type = p->item[i].type;
+        simulation->contact_state[contact->index].shared = c->solution->shares;
         if (type == KT_COULOMB_DRY) {
             contact->next = mode == KT_COULOMB_STICK       ? KT_CONTACT_ON
                             : mode == KT_COULOMB_SLIP_BACK ? KT_CONTACT_BACK
@@ -308,7 +306,6 @@ static void apply(kt_simulation *simulation) {
         if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
             continue;
         contact->next = KT_CONTACT_ON;
-        simulation->contact_state[contact->index].shared = shared;
         if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0))
             c->item[contact->of].next = KT_CONTACT_ON;
         else if (type != KT_COULOMB_FRICTIONLESS)
@@ -392,66 +389,6 @@ static bool solve_attempt(kt_simulation *simulation, const double *W, const doub
     return found || solve_problem(simulation, W, u, leaving, strict);
 }
 
-/* ---- other shares ------------------------------------------------------------------------------------------------ */
-
-/* Forces of several corners at rest may be shared in several ways. The shares that are watched (rows.c) may reach the
- * limit of one corner, while all corners stay at rest in other shares. This corner then begins to slip in a direction
- * in which it cannot move. Its friction turns as soon as it moves along another one. Slip ends, stick ends at once, and
- * so on. So a corner that begins to slip without any acceleration is solved once more, with less friction. If friction
- * holds it all the same, it stays at rest, and its reserve is not watched for a short time. Slip that does begin has no
- * acceleration either, if the force grows steadily to the limit. With less friction, it has one, and all corners of the
- * body that must move slip in this solution. It is taken: predictions hold them until their friction is exceeded. */
-
-/* The friction of item i, if it has reached its limit at this instant; else NULL. */
-static const kt_contact *leaving_friction(const kt_simulation *simulation, int i) {
-    const struct kt_contacts *c = simulation->contacts;
-    const kt_contact *contact = &c->item[c->list[c->posed[i]]];
-    const bool may_rest =
-        c->problem->item[i].type == KT_COULOMB_CONE && simulation->model->loop[contact->loop].rest_velocity > 0.0;
-    return may_rest && c->item[contact->of].leaves ? &c->item[contact->of] : NULL;
-}
-
-/* Whether item i begins to slip in the solution, without acceleration. */
-static bool begins_at_rest(const kt_simulation *simulation, int i) {
-    const struct kt_contacts *c = simulation->contacts;
-    const kt_coulomb *p = c->problem;
-    const kt_coulomb_mode mode = c->solution->mode[i];
-    const double *a = c->solution->u + p->item[i].across;
-    return leaving_friction(simulation, i) != NULL && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK) &&
-           kt_hypot(a[0], a[1]) <= rounding * p->size;
-}
-
-/* Solves once more for contacts that begin to slip without acceleration. If all of them stick with less friction, they
- * are held. */
-static void find_other_shares(kt_simulation *simulation, const double *W, const double *u) {
-    struct kt_contacts *c = simulation->contacts;
-    bool any = false;
-    for (int i = 0; i < c->problem->n; i++) {
-        kt_coulomb_item *item = &c->problem->item[i];
-        if (!begins_at_rest(simulation, i))
-            continue;
-        item->friction *= 1.0 - in_reserve;
-        item->rejected &= ~(1U << KT_COULOMB_STICK);
-        any = true;
-    }
-    if (!any)
-        return;
-    const bool found = kt_coulomb_solve(c->problem, c->solver, true, c->solution, &simulation->memory.contacts.pivots);
-    bool all = found;
-    for (int i = 0; all && i < c->problem->n; i++)
-        all = leaving_friction(simulation, i) == NULL || (c->problem->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 ||
-              c->solution->mode[i] == KT_COULOMB_STICK;
-    if (!found)
-        (void)solve_problem(simulation, W, u, true, false);
-    if (!all)
-        return;
-    for (int i = 0; i < c->problem->n; i++) {
-        const kt_contact *friction = leaving_friction(simulation, i);
-        if (friction != NULL && c->solution->mode[i] == KT_COULOMB_STICK)
-            kt_contact_hold_friction(simulation, friction->index);
-    }
-}
-
 /* Counts a solution that is one of several motions. */
 static void count_undecided(kt_simulation *simulation, double t) {
     const struct kt_contacts *c = simulation->contacts;
@@ -492,14 +429,12 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
             continue;
         c->present = false;
         found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
-        if (found && attempt == 0 && leaving && !c->stops && !c->releases && !c->holds)
-            find_other_shares(simulation, W, u);
     }
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
     if (c->solution->count > 1)
         count_undecided(simulation, t);
-    counts->shared += c->solution->shares;
+    counts->shared += c->solution->shares && !kt_coulomb_is_unique(c->problem, c->solution);
     apply(simulation);
     for (int i = 0; i < c->meeting; i++)
         c->w[i] = HUGE_VAL;

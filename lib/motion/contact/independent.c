@@ -47,7 +47,7 @@ static uint64_t find_held_in_island(const kt_simulation *simulation) {
             n = add_independent(c, W, n, i);
     for (int i = c->meeting; i < c->resting; i++) {
         const kt_contact *item = &c->item[c->list[i]];
-        if (!kt_contact_is_closed(simulation->model, item) && fabs(c->v[item->v]) <= kt_contact_resting &&
+        if (!kt_contact_is_closed(simulation->model, item) && fabs(c->v[item->v]) <= c->rest_rate[c->list[i]] &&
             !is_independent(c, W, i, orthogonalise_row(c, W, n, i)))
             held |= item->bit;
     }
@@ -103,10 +103,22 @@ static double opening_reaction_of(kt_simulation *simulation, const double *W, in
     return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
 }
 
+/* The weights of the forces of contacts and dry friction that touch (cone/rest.h). */
+static void store_metrics(kt_simulation *simulation, const double *W) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int i = 0; i < c->resting; i++)
+        simulation->contact_state[c->list[i]].metric = kt_contacts_own(c, W, i);
+    for (int i = c->resting; i < c->touching; i += 2) {
+        double *metric = &simulation->contact_state[c->item[c->list[i]].of].metric;
+        *metric = (*metric + kt_contacts_own(c, W, i) + kt_contacts_own(c, W, i + 1)) / 3.0;
+    }
+}
+
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w) {
     struct kt_contacts *c = simulation->contacts;
     bool any = false;
     int n = 0;
+    store_metrics(simulation, W);
     for (int i = 0; i < c->meeting; i++) {
         simulation->contact_state[c->list[i]].opens_at = opening_reaction_of(simulation, W, i);
         any = any || (c->item[c->list[i]].grazes && c->item[c->list[i]].next == KT_CONTACT_OFF);

@@ -15,6 +15,7 @@
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
+#include "kinetree/algebra.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
@@ -202,23 +203,45 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                : status;
 }
 
-/* Returns the reserve of a closed contact until it opens, or of joint friction until its limit. *size: the scale of
- * the reserve. */
+/* The largest force of an island in the weights of its contacts (cone/rest.h). Rounding of each force is relative to
+ * it: a foot may carry nothing. */
+static double load_of_island(const kt_simulation *simulation, int island) {
+    const struct kt_contacts *c = simulation->contacts;
+    double load = 0.0;
+    for (int k = 0; k < c->n; k++)
+        if (c->item[k].island == island && kt_contact_is_closed(simulation->model, &c->item[k]) &&
+            !kt_contact_rubs(c, k))
+            load = fmax(load, fabs(simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])]) *
+                                  sqrt(simulation->contact_state[k].metric));
+    return load;
+}
+
+/* Returns the reserve of a closed contact until it opens, or of friction that sticks until its limit. *size: the scale
+ * of the reserve. */
 static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
     const kt_contact *contact = &c->item[k];
-    const double reaction = contact->sign * simulation->multiplier[kt_contact_row(simulation->model, contact)];
-    const double limit = k < c->sides ? 0.0 : kt_contact_limit(simulation->model, contact);
-    *size = fmax(fmax(fabs(reaction), limit), simulation->event_memory[k].size);
-    return k < c->sides ? reaction - simulation->contact_state[k].opens_at : limit - fabs(reaction);
+    const bool rubs = kt_contact_rubs(c, k);
+    const int at = rubs ? contact->of : k;
+    const double *force = simulation->multiplier + kt_contact_row(model, contact);
+    const double normal = c->item[at].sign * simulation->multiplier[kt_contact_row(model, &c->item[at])];
+    const double metric = simulation->contact_state[at].metric, opens_at = simulation->contact_state[at].opens_at;
+    const double limit = rubs           ? kt_contact_coefficient(model, contact) * (normal - opens_at)
+                         : k < c->sides ? 0.0
+                                        : kt_contact_limit(model, contact);
+    *size = fmax(fmax(fabs(normal), limit), simulation->event_memory[at].size);
+    *size = fmax(*size, metric > 0.0 ? load_of_island(simulation, contact->island) / sqrt(metric) : 0.0);
+    return rubs ? limit - kt_hypot(force[0], force[1]) : k < c->sides ? normal - opens_at : limit - fabs(normal);
 }
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->n; k++) {
         double size;
-        if (!kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_rubs(c, k) ||
-            t < simulation->contact_state[k].held || !(reserve_of(simulation, k, &size) < -wrong * size))
+        if (!kt_contact_is_closed(simulation->model, &c->item[k]) || t < simulation->contact_state[k].held ||
+            (kt_contact_rubs(c, k) && !kt_contact_is_closed(simulation->model, &c->item[c->item[k].of])) ||
+            !(reserve_of(simulation, k, &size) < -wrong * size))
             continue;
         return kt_error_set(
             error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,

@@ -1,6 +1,7 @@
 /* Rows of hard contacts: their equations, and the parameters of their effects. Used in all files
  * of this folder. */
 #include "base/copy.h"
+#include "cone/rest.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
@@ -248,7 +249,7 @@ void kt_contacts_let_slip(struct kt_contacts *c) {
             continue;
         if (kt_contact_is_released(item))
             item->next = KT_CONTACT_RELEASED;
-        else if (c->v[item->v] < -kt_contact_resting)
+        else if (c->v[item->v] < -c->rest_rate[k])
             item->next = KT_CONTACT_BACK;
     }
 }
@@ -270,100 +271,13 @@ uint64_t kt_contacts_set(const kt_simulation *simulation) {
 
 /* ---- reactions that are not unique ------------------------------------------------------------------------------- */
 
-/* The units in which multipliers are measured, as in cone/coulomb.h. */
-static void set_units(const struct kt_contacts *c, const kt_model *model, double *unit) {
-    for (size_t i = 0; i < model->n.row; i++)
-        unit[i] = 1.0;
-    for (int k = c->sides; k < c->n; k++) {
-        if (!kt_contact_rubs(c, k) || !kt_contact_is_closed(model, &c->item[k]) ||
-            !kt_contact_is_closed(model, &c->item[c->item[k].of]))
-            continue;
-        const kt_contact *contact = &c->item[c->item[k].of];
-        const double least = -contact->simulation->contact_state[contact->index].opens_at;
-        const double normal = fmax(c->reaction[kt_contact_row(model, contact)], least);
-        for (int component = 0; component < 2 && normal > 0.0; component++)
-            unit[kt_contact_row(model, &c->item[k]) + component] = sqrt(normal);
-    }
-}
-
-/* Exchanges the longest column of J (rows x columns, by rows) from column k on with column k. Scaled to length 1 it is
- * c->direction, which is removed from the columns behind it. Returns the square of its length. */
-static double take_longest(struct kt_contacts *c, double *J, size_t rows, size_t columns, size_t k, double least) {
-    double *u = c->direction, most = 0.0;
-    size_t pivot = k;
-    for (size_t j = k; j < columns; j++) {
-        double square = 0.0;
-        for (size_t i = 0; i < rows; i++)
-            square += J[i * columns + j] * J[i * columns + j];
-        pivot = square > most ? j : pivot;
-        most = fmax(most, square);
-    }
-    for (size_t i = 0; most > least && i < rows; i++) {
-        u[i] = J[i * columns + pivot] / sqrt(most);
-        J[i * columns + pivot] = J[i * columns + k];
-        J[i * columns + k] = u[i];
-    }
-    for (size_t j = k + 1; most > least && j < columns; j++) {
-        double dot = 0.0;
-        for (size_t i = 0; i < rows; i++)
-            dot += u[i] * J[i * columns + j];
-        for (size_t i = 0; i < rows; i++)
-            J[i * columns + j] -= dot * u[i];
-    }
-    return most;
-}
-
-/* Writes the part of the multipliers c->drift of a group that is in the range of its J to c->least. The equations are
- * those from group->row on. The first columns of J become an orthonormal basis of this range. Returns their number. */
-static size_t find_least_of_group(struct kt_contacts *c, const kt_group *group) {
-    const size_t rows = (size_t)group->row_count, columns = (size_t)group->v_count;
-    double *J = c->jacobian + group->entry, *least = c->least + group->row, longest = 0.0;
-    size_t k = 0;
-    kt_clear(least, rows * sizeof *least);
-    for (; k < columns && k < rows; k++) {
-        const double square = take_longest(c, J, rows, columns, k, 1e-18 * longest);
-        longest = k == 0 ? square : longest;
-        if (!(square > 1e-18 * longest))
-            break;
-        const double dot = kt_dense_dot(c->direction, c->drift + group->row, (int)rows);
-        for (size_t i = 0; i < rows; i++)
-            least[i] += dot * c->direction[i];
-    }
-    return k;
-}
-
-/* Measures J and multipliers of a group in `unit`: both become scaled, the latter in c->drift. */
-static void scale_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, const double *unit) {
-    const int columns = group->v_count;
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const double *of = unit + loop->equation, *multiplier = c->row + loop->equation;
-        double *J = c->jacobian + kt_loop_entry(group, loop, 0), *scaled = c->drift + group->row + loop->row;
-        for (int r = 0; r < loop->row_count; r++, J += columns) {
-            scaled[r] = multiplier[r] / of[r];
-            for (int j = 0; j < columns; j++)
-                J[j] *= of[r];
-        }
-    }
-}
-
-/* Takes the least multipliers of a group, which are measured in `unit`. */
-static void take_least(struct kt_contacts *c, const kt_model *model, const kt_group *group, const double *unit) {
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const double *least = c->least + group->row + loop->row;
-        for (int r = 0; r < loop->row_count; r++)
-            c->reaction[loop->equation + r] = unit[loop->equation + r] * least[r];
-    }
-}
-
 bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact) {
     return kt_contact_is_closed(model, contact) && contact->simulation->contact_state[contact->index].shared;
 }
 
 bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
     bool any = false;
-    for (int k = 0; k < c->sides; k++)
+    for (int k = 0; k < c->n; k++)
         any = any || kt_contact_shares_load(model, &c->item[k]);
     return any;
 }
@@ -376,166 +290,144 @@ bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, 
     return any;
 }
 
-/* The rows of contacts of a group that share their load. */
-typedef struct loads {
-    int n;
-    const int *item; /* contacts */
-} loads;
-
-static size_t load_row(const kt_model *model, const kt_contact *contact) {
-    return (size_t)model->loop[contact->loop].row;
+/* Adds a row of a loop to the problem of rest, with its multiplier and its row of J. sign: of the force. */
+static void add_rest_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop, int component,
+                         double sign, kt_rest *rest, int row) {
+    const double *J = c->jacobian + kt_loop_entry(group, loop, component);
+    rest->p[row] = sign * c->row[loop->equation + component];
+    for (int j = 0; j < group->v_count; j++)
+        rest->matrix[row * rest->columns + j] = sign * J[j];
 }
 
-/* Lists loads of a group, and by how much each exceeds its bound, as in cone/coulomb_shares.c. Returns whether one is
- * below. */
-static bool list_loads_below(struct kt_contacts *c, const kt_model *model, const kt_group *group, loads *to) {
-    double sum = 0.0;
-    bool any = false;
-    *to = (loads){.item = c->active};
-    for (int i = 0; i < c->sides; i++) {
-        const kt_contact *contact = &c->item[i];
-        if (!kt_contact_shares_load(model, contact) || &model->group[model->loop[contact->loop].group] != group)
+/* Whether the contact's friction sticks. */
+static bool contact_sticks(const struct kt_contacts *c, const kt_model *model, const kt_contact *contact) {
+    return contact->of >= 0 && kt_contact_is_closed(model, &c->item[contact->of]);
+}
+
+/* Whether the force of item k is an unknown of its own in the problem of rest. Friction of a contact belongs to its
+ * contact. The normal force of a contact that slips determines its friction, and stays as it is. */
+static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *model, int k) {
+    const kt_contact *contact = &c->item[k];
+    const bool slips = k < c->sides && contact->of >= 0 && !contact_sticks(c, model, contact);
+    return kt_contact_is_closed(model, contact) && !kt_contact_rubs(c, k) && !slips;
+}
+
+/* Adds contacts and dry friction of a group. */
+static void add_rest_items(const struct kt_contacts *c, const kt_model *model, const kt_group *group, kt_rest *rest) {
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        const kt_loop_record *loop = &model->loop[contact->loop];
+        if (!is_unknown_at_rest(c, model, k) || &model->group[loop->group] != group)
             continue;
-        sum += contact->sign * c->reaction[kt_contact_row(model, contact)];
-        c->active[to->n++] = i;
+        const kt_contact_memory *memory = &contact->simulation->contact_state[k];
+        const bool sticks = k < c->sides && contact_sticks(c, model, contact);
+        const int row = rest->rows;
+        (void)kt_rest_add(rest,
+                          sticks         ? KT_REST_CONE
+                          : k < c->sides ? KT_REST_NORMAL
+                                         : KT_REST_DRY,
+                          sticks         ? kt_contact_coefficient(model, &c->item[contact->of])
+                          : k < c->sides ? 0.0
+                                         : kt_contact_limit(model, contact),
+                          memory->opens_at, memory->metric);
+        add_rest_row(c, group, loop, 0, contact->sign, rest, row);
+        for (int i = 0; sticks && i < 2; i++)
+            add_rest_row(c, group, &model->loop[c->item[contact->of].loop], i, 1.0, rest, row + 1 + i);
     }
-    for (int i = 0; i < to->n; i++) {
-        const kt_contact *contact = &c->item[c->active[i]], *friction = &c->item[contact->of];
-        const bool sticks = contact->of >= 0 && kt_contact_is_closed(model, friction);
-        const double *across = sticks ? c->reaction + kt_contact_row(model, friction) : NULL;
-        c->q[i] = contact->sign * c->reaction[kt_contact_row(model, contact)] -
-                  kt_coulomb_least_load(sticks ? kt_hypot(across[0], across[1]) : 0.0,
-                                        sticks ? kt_contact_coefficient(model, friction) : 1.0, sum / to->n);
-        any = any || c->q[i] < 0.0;
-    }
-    return any;
 }
 
-/* P = 1 - Q Q' in rows i and j of a group, of `columns`, of which the first `rank` are Q. */
-static double projector_entry(const double *Q, size_t columns, size_t rank, size_t i, size_t j) {
-    return (i == j ? 1.0 : 0.0) - kt_dense_dot(Q + i * columns, Q + j * columns, (int)rank);
+/* Whether the loop is no contact and no dry friction. */
+static bool is_loop_at_rest(const kt_loop_record *loop) {
+    return !kt_loop_is_off(loop) && loop->side == KT_SIDE_NONE && loop->friction == 0;
 }
 
-/* Raises loads of a group to their bounds by the least change of c->least, as in cone/coulomb_shares.c. */
-static void raise_loads_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, size_t rank) {
-    const double *Q = c->jacobian + group->entry;
-    const size_t columns = (size_t)group->v_count;
-    uint64_t pivots = 0;
-    loads to;
-    if (!list_loads_below(c, model, group, &to))
-        return;
-    for (int i = 0; i < to.n; i++)
-        for (int j = 0; j < to.n; j++) {
-            const kt_contact *one = &c->item[to.item[i]], *other = &c->item[to.item[j]];
-            c->M[i * to.n + j] = one->sign * other->sign *
-                                 projector_entry(Q, columns, rank, load_row(model, one), load_row(model, other));
+/* Adds the other loops of a group, whose forces have no limit. Their weight is so small that it has no influence on the
+ * forces of contacts. */
+static void add_rest_loops(const struct kt_contacts *c, const kt_model *model, const kt_group *group, kt_rest *rest) {
+    static const double weight = 1e-8;
+    double least = HUGE_VAL;
+    for (int k = 0; k < rest->n; k++)
+        least = fmin(least, rest->item[k].metric);
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++) {
+            const int row = rest->rows;
+            (void)kt_rest_add(rest, KT_REST_FREE, 0.0, 0.0, weight * least);
+            add_rest_row(c, group, loop, r, 1.0, rest, row);
         }
-    if (!kt_lemke_solve(to.n, c->M, c->q, c->lemke, c->z, &pivots))
-        return;
-    for (int i = 0; i < to.n; i++) {
-        const kt_contact *contact = &c->item[to.item[i]];
-        for (size_t r = 0; c->z[i] > 0.0 && r < (size_t)group->row_count; r++)
-            c->least[(size_t)group->row + r] +=
-                contact->sign * c->z[i] * projector_entry(Q, columns, rank, r, load_row(model, contact));
     }
 }
 
-/* Writes the least multipliers, measured in `unit`, among those with equal forces. They are the part of the multipliers
- * in the range of J, whose columns become an orthonormal basis of that range. Groups have no coordinate in common.
- * raise: those of contacts that share their load are at least their bounds, if possible. */
-static kt_status find_least(struct kt_contacts *c, const kt_instant *at, const double *unit, bool raise,
-                            kt_error *error) {
+/* Writes forces of the problem of rest back, in the order in which they were added. */
+static void take_forces_of_rest(struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                                const kt_rest *rest) {
+    int row = 0;
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
+            continue;
+        c->reaction[kt_contact_row(model, contact)] = contact->sign * kt_rest_force(rest, row++);
+        for (int i = 0; k < c->sides && contact_sticks(c, model, contact) && i < 2; i++)
+            c->reaction[kt_contact_row(model, &c->item[contact->of]) + i] = kt_rest_force(rest, row++);
+    }
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++)
+            c->reaction[loop->equation + r] = kt_rest_force(rest, row++);
+    }
+}
+
+/* Items that bound the margin have its sign, so that all of them are due at one instant. */
+static void take_reserves(struct kt_contacts *c, const kt_model *model, const kt_group *group, const kt_rest *rest) {
+    int item = 0;
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *contact = &c->item[k];
+        if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
+            continue;
+        const int at = k < c->sides && contact_sticks(c, model, contact) ? contact->of : k;
+        if (kt_rest_bounds_margin(rest, item))
+            c->reserve[at] = rest->margin * rest->unit / rest->scale[rest->item[item].row] *
+                             (at == contact->of ? kt_contact_coefficient(model, &c->item[at]) : 1.0);
+        item++;
+    }
+}
+
+/* Shares the load of a group. Groups have no coordinate in common. */
+static void share_load_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, bool least) {
+    int items = 0, rows = 0;
+    for (int k = 0; k < c->n; k++)
+        items += is_unknown_at_rest(c, model, k) && &model->group[model->loop[c->item[k].loop].group] == group;
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        rows += is_loop_at_rest(loop) ? loop->row_count : 0;
+    }
+    rows = rows + 3 * items < group->row_count ? rows + 3 * items : group->row_count;
+    if (items == 0 || items > c->most || c->problem == NULL)
+        return;
+    kt_rest *rest = kt_rest_init((size_t)rows, (size_t)group->v_count, c->matrices);
+    add_rest_items(c, model, group, rest);
+    add_rest_loops(c, model, group, rest);
+    kt_rest_begin(rest);
+    kt_rest_find_margin(rest);
+    if (least)
+        kt_rest_find_least(rest);
+    else
+        take_reserves(c, model, group, rest);
+    take_forces_of_rest(c, model, group, rest);
+}
+
+kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least, kt_error *error) {
     const kt_model *model = at->model;
     const kt_dynamic_state state = {.t = at->t, .q = at->q, .v = at->v};
+    kt_copy(c->reaction, c->row, model->n.row * sizeof *c->row);
+    for (int k = 0; k < c->n; k++)
+        c->reserve[k] = (double)NAN;
+    if (!kt_contacts_share_any(c, model) && !kt_contacts_exceed_any(c, model, c->row))
+        return KT_OK;
     const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
-    for (size_t g = 0; status == KT_OK && g < model->n.group; g++) {
-        scale_group(c, model, &model->group[g], unit);
-        const size_t rank = find_least_of_group(c, &model->group[g]);
-        take_least(c, model, &model->group[g], unit);
-        if (!raise)
-            continue;
-        raise_loads_of_group(c, model, &model->group[g], rank);
-        take_least(c, model, &model->group[g], unit);
-    }
-    return status;
-}
-
-/* The part of its limit that friction k uses; -1: it does not stick, or its contact does not press. */
-static double part_in_use(const struct kt_contacts *c, const kt_model *model, int k) {
-    if (!kt_contact_is_closed(model, &c->item[k]))
-        return -1.0;
-    const bool rubs = kt_contact_rubs(c, k);
-    const double *force = c->reaction + kt_contact_row(model, &c->item[k]);
-    const double most =
-        rubs ? kt_contact_coefficient(model, &c->item[k]) * c->reaction[kt_contact_row(model, &c->item[c->item[k].of])]
-             : kt_contact_limit(model, &c->item[k]);
-    return most > 0.0 ? (rubs ? kt_hypot(force[0], force[1]) : fabs(*force)) / most : -1.0;
-}
-
-/* Changes the units of friction to those of other shares, as in cone/coulomb.h. Returns the largest part of
- * friction in use. A load far beyond all friction would shrink all units together, until its directions seem
- * dependent, and vanish. Parts then count relative to the largest one. Forces may have only one share: that of a
- * driven wheel, if loads are shared, too, or that of dry friction. Their units would grow or shrink without end, and
- * stay within a range. */
-static double change_units(const struct kt_contacts *c, const kt_model *model, double *unit, bool first) {
-    static const double far = 1.5;
-    double largest = 0.0, range = kt_contacts_share_any(c, model) ? 1e3 : HUGE_VAL;
-    for (int k = c->sides; k < c->n; k++) {
-        const double part = part_in_use(c, model, k);
-        largest = fmax(largest, part);
-        range = !kt_contact_rubs(c, k) && part >= 0.0 ? KT_COULOMB_RANGE_OF_DRY : range;
-    }
-    const double whole = largest > far ? largest : 1.0;
-    for (int k = c->sides; k < c->n; k++) {
-        const double part = part_in_use(c, model, k);
-        if (part < 0.0)
-            continue;
-        const int row = kt_contact_row(model, &c->item[k]);
-        const bool rubs = kt_contact_rubs(c, k);
-        const double scale =
-            rubs ? c->reaction[kt_contact_row(model, &c->item[c->item[k].of])] : kt_contact_limit(model, &c->item[k]);
-        const double from = first && !rubs ? sqrt(scale) : unit[row];
-        unit[row] = kt_coulomb_unit_within(from * kt_coulomb_unit_factor(part / whole), scale, range);
-        if (rubs)
-            unit[row + 1] = unit[row];
-    }
-    return largest;
-}
-
-/* The least multipliers: first in one unit, which yields normal forces, then in roots of the normal forces. If they
- * exceed friction, they are shared in other ways, unless the largest part does not change. *most: this part. */
-static kt_status find_shares(struct kt_contacts *c, const kt_instant *at, bool raise, double *most, kt_error *error) {
-    for (size_t i = 0; i < at->model->n.row; i++)
-        c->rate[i] = 1.0;
-    kt_status status = find_least(c, at, c->rate, raise, error);
-    set_units(c, at->model, c->rate);
+    for (size_t g = 0; status == KT_OK && g < model->n.group; g++)
+        share_load_of_group(c, model, &model->group[g], least);
     if (status == KT_OK)
-        status = find_least(c, at, c->rate, raise, error);
-    double before = HUGE_VAL, part = change_units(c, at->model, c->rate, true);
-    for (int i = 0; status == KT_OK && i < KT_COULOMB_SHARINGS && part > 1.0 && fabs(before - part) > 1e-14; i++) {
-        before = part;
-        status = find_least(c, at, c->rate, raise, error);
-        part = change_units(c, at->model, c->rate, false);
-    }
-    *most = part;
-    return status;
-}
-
-/* Whether a contact that shares its load pulls. */
-static bool any_load_pulls(const struct kt_contacts *c, const kt_model *model) {
-    bool pulls = false;
-    for (int k = 0; k < c->sides; k++)
-        pulls = pulls || (kt_contact_shares_load(model, &c->item[k]) &&
-                          c->item[k].sign * c->reaction[kt_contact_row(model, &c->item[k])] < 0.0);
-    return pulls;
-}
-
-kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
-    double most = 0.0;
-    kt_status status = find_shares(c, at, false, &most, error);
-    if (status == KT_OK && kt_contacts_share_any(c, at->model) && (most > 1.0 || any_load_pulls(c, at->model)))
-        status = find_shares(c, at, true, &most, error);
-    if (status == KT_OK)
-        kt_contacts_share_load(c, at->model, c->reaction);
+        kt_contacts_share_load(c, model, c->reaction);
     return status;
 }

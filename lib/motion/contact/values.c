@@ -13,9 +13,13 @@ static double contact_direction_of(const kt_model *model, const kt_contact *cont
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
-/* The slip of a joint along its direction. For a joint that is held (find_held), it counts from the rate of rest. */
+/* The slip of a joint along its direction. For a joint that is held (find_held), it counts from the rate of rest. If no
+ * friction acts in it, it slips in either direction. */
 static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
     const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
+    const uint64_t both = contact->bit | contact->back;
+    if (is_held && (model->set & both) == both)
+        return 0.5 * kt_contact_resting - fabs(v[contact->v]);
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
 }
 
@@ -61,7 +65,7 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
     if (status == KT_OK && presses)
         kt_contacts_share_load(c, model, c->row);
     if (status == KT_OK && sticks)
-        status = kt_contacts_find_reactions(c, at, error);
+        status = kt_contacts_find_reactions(c, at, false, error);
     for (int k = 0; status == KT_OK && k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const bool closed = kt_contact_is_closed(model, contact);
@@ -78,6 +82,9 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
             c->value[k] =
                 closed ? kt_contact_limit(model, contact) - fabs(reaction) : slip_of_joint(model, contact, at->v);
     }
+    for (int k = 0; status == KT_OK && sticks && k < c->n; k++)
+        if (!isnan(c->reserve[k]) && !(at->t < c->item[k].simulation->contact_state[k].held))
+            c->value[k] = c->reserve[k];
     return status;
 }
 

@@ -117,7 +117,8 @@
     X(force, KT_BLOCK_ANY)                                                                                             \
     X(closed, KT_BLOCK_YES_NO)                                                                                         \
     X(counted, KT_BLOCK_YES_NO)                                                                                        \
-    X(shared, KT_BLOCK_YES_NO)
+    X(shared, KT_BLOCK_YES_NO)                                                                                         \
+    X(metric, KT_BLOCK_ANY)
 
 #define KT_EVENT_WORDS(X)                                                                                              \
     X(side, -1.0, 1.0)                                                                                                 \

@@ -199,7 +199,7 @@ static void watch_open_of_island(kt_simulation *simulation) {
             continue;
         if (i < c->meeting)
             simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_margin(simulation, i);
-        if (i < c->meeting || fabs(c->v[c->item[k].v]) <= kt_contact_resting)
+        if (i < c->meeting || fabs(c->v[c->item[k].v]) <= c->rest_rate[k])
             simulation->event_memory[k].side = -1;
     }
 }

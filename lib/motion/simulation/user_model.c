@@ -83,7 +83,7 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
         return KT_OK;
     const size_t bytes = simulation->model->n.row * sizeof *c->row;
     memcpy(c->row, simulation->multiplier, bytes);
-    kt_status status = kt_contacts_find_reactions(c, &instant, error);
+    kt_status status = kt_contacts_find_reactions(c, &instant, true, error);
     if (status != KT_OK)
         return status;
     memcpy(simulation->multiplier, c->reaction, bytes);

@@ -94,7 +94,8 @@ typedef struct kt_contact_memory {
                               friction in joints, the dry and the viscous force */
     int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* likewise, as the counts of contacts have it */
-    int64_t shared;        /* it sticks, and its normal force is not unique: the least one counts */
+    int64_t shared;        /* it rests, and forces of its island are not unique (cone/rest.h) */
+    double metric;         /* the mean of the diagonal of its block of W */
 } kt_contact_memory;
 
 /* The memory of an event. */

@@ -1,0 +1,93 @@
+/* Rest: forces of contacts and dry friction under which nothing moves.
+ *
+ *     minimise |p|^2 / 2    subject to    A p = c,    p in K
+ *
+ * A p = c is Newton's law of a mechanism at rest, such as W p + b = 0. K is the product of the cones |p_t| <= mu (p_n -
+ * l) of contacts, the half-lines p_n >= l of contacts without friction, and the intervals |p| <= S of dry friction. The
+ * norm is that of the diagonal blocks of W: item i has the weight w_i, the mean of the diagonal of its block. Several
+ * contacts may share a load in many ways; this minimum is unique. It depends on no order and no unit. At rest, De
+ * Saxce's form of Coulomb's law is this problem: the slip is zero, so that the bipotential has no coupling of normal
+ * and tangential rows (doi:10.1016/S0895-7177(98)00119-8; doi:10.1002/zamm.201000073).
+ *
+ * All forces with A p = c are p = p0 + Z x. The least one, p0, is in the range of A', and Z is an orthonormal basis of
+ * the other directions. Rest exists if the largest margin is not negative:
+ *
+ *     maximise t    subject to    p0 + Z x - t e in K,    t <= cap
+ *
+ * Here e is the axis of each cone, with the length 1 in the scaled norm. (x, t) always has interior points, so a
+ * barrier method finds both maxima without a first phase, and A p = c holds to rounding in each of its points. The
+ * margin is a continuous function of the load, and changes its sign where rest ends. Therefore it is the reserve that
+ * events watch. All forces are measured in the largest force of p0. */
+#ifndef KT_CONE_REST_H
+#define KT_CONE_REST_H
+
+#include "base/arena.h"
+
+#include <stdbool.h>
+
+typedef enum kt_rest_type {
+    KT_REST_NORMAL, /* one row, p >= l */
+    KT_REST_CONE,   /* a normal row, then two tangential ones */
+    KT_REST_DRY,    /* one row, |p| <= S */
+    KT_REST_FREE,   /* one row of a loop, without a limit */
+} kt_rest_type;
+
+typedef struct kt_rest_item {
+    kt_rest_type type;
+    int row;
+    double friction; /* mu; of dry friction S */
+    double least;    /* l */
+    double metric;   /* w */
+} kt_rest_item;
+
+/* Matrices are stored by rows. Vectors of the basis, and of `fixed_basis`, are stored one after the other. */
+#define KT_REST_FIELDS(X)                                                                                              \
+    X(kt_rest_item, item, rows, "items")                                                                               \
+    X(double, p, rows, "forces")                                                                                       \
+    X(double, scale, rows, "of each force: the root of its item's weight")                                             \
+    X(double, matrix, rows *columns, "A', a row for each force")                                                       \
+    X(double, work, rows *columns, "scratch: its columns that remain")                                                 \
+    X(double, basis, rows *rows, "orthonormal: first of the range of A', then Z")                                      \
+    X(double, hessian, (rows + 1) * (rows + 1), "scratch, of x and t; its lower triangle by columns")                  \
+    X(double, step, rows + 1, "scratch: Newton's step of x and t")                                                     \
+    X(double, local, 4 * (rows + 1), "scratch: of each unknown, its part in an item")                                  \
+    X(double, next, rows, "scratch: forces after the step")                                                            \
+    X(double, change, rows, "scratch: by which forces change")
+
+typedef struct kt_rest {
+    int n, rows, columns; /* items; forces; equations */
+    int rank, ways;       /* dimensions of the range, and of Z */
+    double unit;          /* the largest force of p0, in the scaled norm */
+    double margin;        /* the largest t, relative to `unit` */
+    KT_ARENA_DECLARE(KT_REST_FIELDS)
+} kt_rest;
+
+/* The margin up to which t is maximised: forces with more reserve than that are not changed. */
+static const double kt_rest_cap = 0.05;
+/* The margin is exact up to this part of `unit`. Rest exists if the margin is no further below zero. */
+static const double kt_rest_exact = 1e-9;
+
+/* Bytes of a problem of so many forces and equations, and the problem, without items, in memory of that size. */
+size_t kt_rest_size(size_t rows, size_t columns);
+kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory);
+/* Adds an item, whose rows follow those before. */
+kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric);
+
+/* Finds p0 from forces p that satisfy A p = c. */
+void kt_rest_begin(kt_rest *rest);
+/* Finds p0 for A = W, which is symmetric, and c = -b, which p has at first. The caller checks the residual: no forces
+ * may satisfy A p = c. Returns false if W is not positive semidefinite. */
+bool kt_rest_begin_symmetric(kt_rest *rest);
+/* Finds the largest margin, and forces p with this margin. */
+void kt_rest_find_margin(kt_rest *rest);
+/* Finds the least p in K, behind kt_rest_find_margin. If the margin is not positive, p stays as it is. */
+void kt_rest_find_least(kt_rest *rest);
+
+/* Whether an item bounds the margin: others of these end at the same load. */
+bool kt_rest_bounds_margin(const kt_rest *rest, int item);
+/* A force of the problem. */
+static inline double kt_rest_force(const kt_rest *rest, int row) {
+    return rest->p[row] * (rest->unit > 0.0 ? rest->unit : 1.0) / rest->scale[row];
+}
+
+#endif
