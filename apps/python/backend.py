@@ -19,6 +19,7 @@ import zipfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 OPTIONS = ["-Ddefault_library=static", "-Dpython=enabled", "-Dscene=enabled", "-Dcommand=enabled", "-Dtests=disabled", "-Dembed=disabled",
            "-Dhdf5=disabled", "-Dassimp=disabled", "-Ddebug=false"]
+MODULE = "apps/python/kinetree/_kinetree.abi3.so"
 TAG = f"cp39-abi3-{re.sub(r'[^a-z0-9_]', '_', sysconfig.get_platform().lower())}"
 
 
@@ -26,12 +27,34 @@ def version():
     return re.search(r"^  version: '(.*?)'", (ROOT / "meson.build").read_text(), flags=re.M)[1]
 
 
+def address():
+    """The address of the project in CITATION.cff; None: it has none yet."""
+    found = re.search(r"^(?:repository-code|url): *['\"]?(\S+?)['\"]?$", (ROOT / "CITATION.cff").read_text(), flags=re.M)
+    return found and found[1].rstrip("/")
+
+
+def description():
+    """The README for an index of packages, which has no other files: links are absolute, or words if the project has no address."""
+    text, base = (ROOT / "README.md").read_text(), address()
+    relative = r"\]\((?!https?:|#)([^)]*)\)"
+    if base:
+        return re.sub(relative, rf"]({base}/blob/main/\1)", re.sub(rf"(!\[[^]]*){relative}", rf"\1]({base}/raw/main/\2)", text))
+    return re.sub(rf"\[([^][]*){relative}", r"\1", re.sub(rf"^.*!\[[^]]*{relative}.*\n|^.*<img .*\n", "", text, flags=re.M))
+
+
 def metadata():
+    urls = f"Project-URL: Source, {address()}\nProject-URL: Changes, {address()}/blob/main/CHANGELOG.md\n" if address() else ""
     return f"""Metadata-Version: 2.1
 Name: kinetree
 Version: {version()}
 Summary: Mechanisms in minimal coordinates: pendulums, chains, linkages, robots, rotors
 License: Apache-2.0
+License-File: LICENSE
+{urls}Classifier: License :: OSI Approved :: Apache Software License
+Classifier: Programming Language :: Python :: 3
+Classifier: Programming Language :: C
+Classifier: Topic :: Scientific/Engineering :: Physics
+Classifier: Typing :: Typed
 Requires-Python: >=3.9
 Requires-Dist: cffi >= 1.15
 Requires-Dist: numpy >= 1.21
@@ -41,12 +64,12 @@ Provides-Extra: frame
 Requires-Dist: pandas ; extra == 'frame'
 Description-Content-Type: text/markdown
 
-{(ROOT / "README.md").read_text()}"""
+{description()}"""
 
 
 def described():
     """The files of dist-info, but for the list of all files."""
-    return {"METADATA": metadata(), "WHEEL": f"Wheel-Version: 1.0\nGenerator: kinetree\nRoot-Is-Purelib: false\nTag: {TAG}\n"}
+    return {"METADATA": metadata(), "licenses/LICENSE": (ROOT / "LICENSE").read_text(), "WHEEL": f"Wheel-Version: 1.0\nGenerator: kinetree\nRoot-Is-Purelib: false\nTag: {TAG}\n"}
 
 
 class Wheel:
@@ -92,23 +115,63 @@ def compiled(build, settings):
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     info = f"kinetree-{version()}.dist-info"
     (pathlib.Path(metadata_directory) / info).mkdir()
+    (pathlib.Path(metadata_directory) / info / "licenses").mkdir()
     for name, content in described().items():
         (pathlib.Path(metadata_directory) / info / name).write_text(content)
     return info
 
 
+def add_command(wheel, build):
+    """The command and its scenes, which go beside those of other programs of the environment."""
+    data = f"kinetree-{version()}.data"
+    wheel.add(f"{data}/scripts/kinetree", (build / "apps/kinetree/kinetree").read_bytes(), executable=True)
+    for path in sorted((ROOT / "apps/scenes").rglob("*")):
+        if path.is_file() and path.name != "meson.build":
+            wheel.add(f"{data}/data/share/kinetree/scenes/{path.relative_to(ROOT / 'apps/scenes').as_posix()}", path.read_bytes())
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as temporary:
         build = compiled(temporary, config_settings)
-        wheel, data = Wheel(wheel_directory), f"kinetree-{version()}.data"
-        sources = ROOT / "apps/python/kinetree"
-        for path in sorted([*sources.glob("*.py"), sources / "py.typed", build / "apps/python/kinetree/_kinetree.abi3.so"], key=lambda each: each.name):
+        wheel, sources = Wheel(wheel_directory), ROOT / "apps/python/kinetree"
+        files = [*sources.glob("*.py"), *sources.glob("*.pyi"), sources / "py.typed", build / MODULE]
+        for path in sorted(files, key=lambda each: each.name):
             wheel.add(f"kinetree/{path.name}", path.read_bytes(), executable=path.suffix == ".so")
-        wheel.add(f"{data}/scripts/kinetree", (build / "apps/kinetree/kinetree").read_bytes(), executable=True)
-        for path in sorted((ROOT / "apps/scenes").rglob("*")):
-            if path.is_file() and path.name != "meson.build":
-                wheel.add(f"{data}/data/share/kinetree/scenes/{path.relative_to(ROOT / 'apps/scenes').as_posix()}", path.read_bytes())
+        add_command(wheel, build)
         return wheel.close()
+
+
+# `pip install -e .`: the sources of the package stay where they are, and the extension module is in the environment.
+FINDER = '''"""Finds the extension module of an editable Kinetree, whose sources are in a checkout."""
+import importlib.abc
+import importlib.util
+import pathlib
+import sys
+
+
+class Finder(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name == "kinetree._kinetree":
+            return importlib.util.spec_from_file_location(name, pathlib.Path(__file__).with_name("_kinetree_editable.abi3.so"))
+        return None
+
+
+sys.meta_path.insert(0, Finder())
+'''
+
+
+def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
+    with tempfile.TemporaryDirectory() as temporary:
+        build = compiled(temporary, config_settings)
+        wheel = Wheel(wheel_directory)
+        wheel.add("kinetree_editable.pth", f"{ROOT / 'apps/python'}\nimport _kinetree_editable_finder\n".encode())
+        wheel.add("_kinetree_editable_finder.py", FINDER.encode())
+        wheel.add("_kinetree_editable.abi3.so", (build / MODULE).read_bytes(), executable=True)
+        add_command(wheel, build)
+        return wheel.close()
+
+
+prepare_metadata_for_build_editable = prepare_metadata_for_build_wheel
 
 
 def build_sdist(sdist_directory, config_settings=None):

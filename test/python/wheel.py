@@ -6,6 +6,7 @@ then the same, and ccache has the objects, which take nine tenths of the time.
 import json
 import os
 import pathlib
+import re
 import shlex
 import shutil
 import subprocess
@@ -44,6 +45,19 @@ def settings(build):
     return shlex.join(f"-D{name}={','.join(value) if isinstance(value, list) else str(value).lower()}" for name, value in options.items())
 
 
+def broken(folder):
+    """What the metadata of the installed package lack."""
+    [info] = folder.glob("venv/lib/python*/site-packages/kinetree-*.dist-info")
+    text = (info / "METADATA").read_text()
+    return [*([] if "License-File: LICENSE" in text and (info / "licenses/LICENSE").exists() else ["no licence"]),
+            *re.findall(r"\]\((?!https?:|#)[^)]*\)|<img [^>]*src=\"(?!http)[^>]*", text)]
+
+
+def left(folder):
+    """The files that an uninstallation leaves. pip leaves folders that are empty."""
+    return [str(path) for path in (folder / "venv").rglob("*") if "kinetree" in str(path.relative_to(folder)) and path.is_file() and path.suffix != ".pyc"]
+
+
 def main():
     root, build = sys.argv[1:]
     with tempfile.TemporaryDirectory(prefix="wheel-", dir=pathlib.Path(build).parent) as name:
@@ -68,6 +82,17 @@ def main():
             claim("the_installed_package_passes_its_tests", problems or ([] if " passed" in said and " failed" not in said else [said]))
             _, listed = words("ls", *folder.glob("venv/lib/python*/site-packages/kinetree"))
             claim("the_module_has_the_stable_interface", [] if "_kinetree.abi3.so" in listed else [listed])
+            claim("the_metadata_have_a_licence_and_no_broken_link", broken(folder))
+            problems, said = words(python, "-m", "pip", "uninstall", "-y", "kinetree", env=environment)
+            claim("no_file_of_the_package_is_left_after_it", problems + left(folder))
+            problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps",
+                                f"--config-settings=setup-args={settings(build)}", "-e", root, env=environment)
+            claim("pip_installs_the_package_in_place", problems)
+            problems, said = words(python, "-c", "import kinetree as kt\nprint(kt.__file__)\n" + PROGRAM, cwd=folder, env=clean)
+            claim("a_package_in_place_has_the_sources_of_the_checkout",
+                  problems or ([] if said.startswith(str(pathlib.Path(root).resolve() / "apps/python/kinetree")) and said.strip().endswith("True") else [said]))
+            problems, said = words(python, "-m", "pip", "uninstall", "-y", "kinetree", env=environment)
+            claim("no_file_of_a_package_in_place_is_left_after_it", problems + left(folder))
     finish()
 
 
