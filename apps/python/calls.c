@@ -1,5 +1,9 @@
 /* Calls of Python that do several things at once: a call of Python for each would take longer than the dynamics. Those
  * that move a simulation also let its watch take states (advice/driven.h). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 static bool kt_python_lock(kt_python_guard *guard) {
     return !atomic_flag_test_and_set_explicit(&guard->is_held, memory_order_acquire);
 }
@@ -53,6 +57,33 @@ static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     return status;
 }
 
+static void kt_python_records_free(kt_python_records *records) { free(records->rows); }
+
+static bool kt_python_make_room(kt_python_records *records) {
+    if (records->count < records->room)
+        return true;
+    const size_t room = records->room > 0 ? 2 * records->room : 256;
+    double *rows = realloc(records->rows, room * records->width * sizeof *rows);
+    records->is_short = rows == NULL;
+    if (rows != NULL)
+        records->rows = rows, records->room = room;
+    return rows != NULL;
+}
+
+/* Adds a record of the present state if its interval has passed. */
+static void kt_python_take_record(kt_python_loop *loop) {
+    kt_python_records *records = loop->records;
+    const double t = kt_simulation_time(loop->simulation);
+    if (!records || records->is_short || t < records->next - 1e-9 * records->interval || !kt_python_make_room(records))
+        return;
+    double *row = records->rows + records->count++ * records->width;
+    const size_t states = records->width - 1 - loop->nv;
+    row[0] = t;
+    memcpy(row + 1, kt_simulation_positions(loop->simulation), states * sizeof *row);
+    memcpy(row + 1 + states, loop->applied, loop->nv * sizeof *row);
+    records->next = records->interval > 0.0 ? (floor(t / records->interval + 1e-9) + 1.0) * records->interval : t;
+}
+
 /* A call that moves the simulation: kt_simulation_tick, kt_simulation_step or kt_simulation_advance. The watch takes
  * states before and after. */
 static int kt_python_move(kt_python_loop *loop, kt_status (*move)(kt_simulation *, double, kt_error *), double by,
@@ -62,7 +93,11 @@ static int kt_python_move(kt_python_loop *loop, kt_status (*move)(kt_simulation 
         kt_driven_begin(loop->watch);
         status = move(loop->simulation, by, error);
     }
-    return status != KT_OK ? (int)status : kt_driven_take(loop->watch) ? KT_PYTHON_WARNED : KT_OK;
+    if (status != KT_OK)
+        return (int)status;
+    if (loop->records)
+        kt_python_take_record(loop);
+    return kt_driven_take(loop->watch) ? KT_PYTHON_WARNED : KT_OK;
 }
 
 static int kt_python_guarded(kt_python_guard *guard, kt_python_loop *loop,

@@ -21,6 +21,7 @@ extern "Python" {
     int kt_python_recorder(const kt_record *record, void *user);
     int kt_python_event_value(const kt_instant *at, double *value, kt_error *error, void *user);
     int kt_python_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
+    int kt_python_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
     int kt_python_control_law(void *user, double t, const double *q, const double *v, double *tau);
     int kt_python_joint_force(void *user, double t, double q, double v, double *force, kt_effect_balance *balance);
     int kt_python_wrench(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches, kt_effect_balance *balance);
@@ -51,11 +52,19 @@ typedef struct kt_python_data {
     bool *has_a;             /* whether a call has computed `a` */
 } kt_python_data;
 
+typedef struct kt_python_records {
+    double *rows;          /* count rows of `width` numbers: time, q, v, x, tau */
+    size_t count, room, width;
+    double interval, next; /* s; the time of the next record */
+    bool is_short;         /* memory did not suffice */
+} kt_python_records;
+
 typedef struct kt_python_loop {
     kt_simulation *simulation;
     double *torque, *applied; /* nv: to be set before the next step; as the simulation has them */
     size_t nv;
     kt_driven *watch;
+    kt_python_records *records; /* NULL: none */
 } kt_python_loop;
 
 typedef int kt_python_law(void *user, double t, const double *q, const double *v, double *tau);
@@ -87,6 +96,8 @@ void kt_driven_text_free(char *text);
 CALLS = """
 int kt_python_forward(const kt_python_data *at, double t, const double *q, const double *v, const double *tau, double *a);
 int kt_python_inverse(const kt_python_data *at, const double *q, const double *v, const double *a, double *tau);
+void kt_python_take_record(kt_python_loop *loop);
+void kt_python_records_free(kt_python_records *records);
 kt_status kt_python_apply(kt_python_loop *loop, kt_error *error);
 int kt_python_step(kt_python_guard *guard, kt_python_loop *loop, double limit, kt_error *error);
 int kt_python_advance(kt_python_guard *guard, kt_python_loop *loop, double end, kt_error *error);

@@ -155,3 +155,34 @@ def test_each_state_of_a_batch_may_have_parameters_of_its_own(held):
             batch.set_model(0, wrong)
     with pytest.raises(kt.ArgumentError, match="state: expected an integer from 0 to 9"):
         batch.set_model(10, own)
+
+
+def test_gradients_of_a_rollout_are_those_of_differences(scenes, held):
+    model = kt.load(scenes / "arm7.yaml").model
+    data, draw, h = model.data(), np.random.default_rng(3), 1e-6
+    inputs, q, v = draw.standard_normal((20, model.nv)), 0.3 * draw.standard_normal(model.nq), draw.standard_normal(model.nv)
+    weight = draw.standard_normal(2 * model.nv)
+
+    def cost(step, t, q, v, tau):
+        state = np.concatenate([q, v])
+        return 0.5 * state @ state + weight @ state + 0.1 * tau @ tau, state + weight, 0.2 * tau
+
+    def value(inputs, q, v):
+        return data.rollout_gradient(1e-3, inputs, cost, q=q, v=v).value
+
+    found = data.rollout_gradient(1e-3, inputs, cost, q=q, v=v)
+    along = draw.standard_normal(inputs.shape)
+    slope = (value(inputs + h * along, q, v) - value(inputs - h * along, q, v)) / (2 * h)
+    held(abs(slope - np.sum(found.by_inputs * along)) / abs(slope), 1e-6, "by the inputs, relative")
+    xi, dv = draw.standard_normal(model.nv), draw.standard_normal(model.nv)
+    slope = (value(inputs, model.add(q, h * xi), v + h * dv) - value(inputs, model.add(q, -h * xi), v - h * dv)) / (2 * h)
+    held(abs(slope - found.by_start @ np.concatenate([xi, dv])) / abs(slope), 1e-6, "by the start, relative")
+    again = data.rollout_gradient(1e-3, inputs, cost, q=q, v=v, checkpoints=3)
+    held(abs(again.value - found.value) + np.abs(again.by_inputs - found.by_inputs).max(), 0.0, "with three checkpoints")
+    with pytest.raises(ZeroDivisionError):
+        data.rollout_gradient(1e-3, inputs, lambda *_: 1 / 0)
+    with pytest.raises(kt.ArgumentError, match="the gradient by tau: expected"):
+        data.rollout_gradient(1e-3, inputs, lambda *_: (0.0, np.zeros(14), np.zeros(3)))
+    for wrong, name in ((dict(inputs=np.zeros((0, 7))), "method"), (dict(inputs=np.zeros(7)), "inputs"), (dict(inputs=inputs, method="ab4"), "method")):
+        with pytest.raises(kt.ArgumentError, match=f"^{name}: "):
+            data.rollout_gradient(1e-3, cost=cost, **wrong)

@@ -19,9 +19,11 @@ from .batch import Batch
 from .callbacks import Compiled, End, JointForce, PointForce
 from .data import Data
 from .laws import Feedback, Instant
+from .gradients import Gradient
 from .identification import BaseParameters
 from .mechanism import Body, mechanism, prismatic, revolute, rod
 from .model import Model, ModelCopy, integrators
+from .recording import Recording
 from .records import Run, Table
 from .results import Picture
 from .scene import Scene, load
@@ -34,6 +36,6 @@ else:
 
 __version__ = _text(lib.kt_version())
 
-__all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Instant",
-           "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
+__all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Gradient", "Instant",
+           "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Recording", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
            "command", "effect", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

@@ -13,28 +13,28 @@ class _Joint:
     def fixed(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., at: Numbers = ..., rotation: Any = ...) -> Json:
         """no motion: the body is one rigid part with its parent"""
     def revolute(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., at: Numbers = ..., rotation: Any = ...,
-        position: Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        position: Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """rotation about an axis"""
     def prismatic(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., at: Numbers = ..., rotation: Any = ...,
-        position: Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        position: Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """translation along an axis"""
     def screw(self, *, pitch: Number, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., at: Numbers = ..., rotation: Any =
-        ..., position: Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        ..., position: Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """rotation about an axis, and translation along it in proportion"""
     def cylindrical(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., at: Numbers = ..., rotation: Any = ...,
-        position: Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        position: Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """rotation about an axis and translation along it"""
     def planar(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., at: Numbers = ..., rotation: Any = ..., position:
-        Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """translations in a plane and a rotation about its normal"""
     def universal(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., axis: Axis = ..., axis2: Axis = ..., at: Numbers = ...,
-        rotation: Any = ..., position: Numbers = ..., velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+        rotation: Any = ..., position: Union[Numbers, Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """rotation about an axis, then about a second one: Cardan joint"""
-    def spherical(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., at: Numbers = ..., rotation: Any = ..., position: Numbers = ...,
-        velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+    def spherical(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., at: Numbers = ..., rotation: Any = ..., position: Union[Numbers,
+        Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """every rotation about the origin of the joint frame"""
-    def free(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., at: Numbers = ..., rotation: Any = ..., position: Numbers = ...,
-        velocity: Numbers = ..., armature: Numbers = ...) -> Json:
+    def free(self, *, name: str = ..., guess: Numbers = ..., limits: Json = ..., at: Numbers = ..., rotation: Any = ..., position: Union[Numbers,
+        Json] = ..., velocity: Union[Numbers, Json] = ..., armature: Numbers = ...) -> Json:
         """all six degrees of freedom"""
     def __dir__(self) -> List[str]: ...
 

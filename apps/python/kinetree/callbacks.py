@@ -78,6 +78,12 @@ def kt_python_control_law(user: Any, t: float, q: Any, v: Any, tau: Any) -> int:
     return int(ffi.from_handle(user).turn(t))
 
 
+@_extern(error=-1, onerror=_keep_raised)
+def kt_python_cost(at: Any, value: Any, by_state: Any, by_tau: Any, user: Any) -> int:
+    ffi.from_handle(user).evaluate(at, value, by_state, by_tau)
+    return 0
+
+
 class Compiled:
     """The address of a compiled function, for `JointForce`, `PointForce`, `Simulation.control` and `Simulation.on`.
 

@@ -244,7 +244,9 @@ class Constraints:
         at = problem.closed(doubles(self.q if q is None else q, self._nq, "q").copy())
         if at is None:
             raise ConstraintError(lib.KT_ERROR_CONSTRAINT, "q", "the loops cannot be closed at the start; give positions nearer to a closed state")
-        return problem.solve(at, finite(tolerance, "tolerance", 0.0), iterations)
+        if isinstance(iterations, bool) or not isinstance(iterations, (int, np.integer)) or not 0 <= iterations <= 1000000:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "iterations", f"expected an integer from 0 to 1000000, got {iterations!r}")
+        return problem.solve(at, finite(tolerance, "tolerance", 0.0), int(iterations))
 
 
 class _Reach:

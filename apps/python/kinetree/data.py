@@ -9,6 +9,7 @@ from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, StepError, Vec
                     lib, method_of, output, outputs, pointer)
 from ._kinetree import Evaluator, quicken
 from .constraints import Constraints
+from .gradients import Gradients
 from .identification import Identification
 from .laws import copied
 from .model import Model, Point, State, vector, vector3
@@ -16,7 +17,7 @@ from .model import Model, Point, State, vector, vector3
 _forward, _inverse = lib.kt_python_forward, lib.kt_python_inverse
 
 
-class Data(Evaluator, Constraints, Identification, Fixed):  # type: ignore[misc]
+class Data(Evaluator, Constraints, Gradients, Identification, Fixed):  # type: ignore[misc]
     """A workspace, and the evaluations at a state (t, q, v).
 
     All calls release the interpreter lock. Two threads must not share a `Data`; a second thread gets `Busy`.

@@ -16,18 +16,12 @@ from .data import Data
 from .laws import Event, Feedback, Instant, Law, Recorder, copied
 from .model import Model, ModelCopy
 from .present import Present, Stepped
+from .recording import Recording, sensor_bits
 from .watch import Watch, issue
 
 _ROOM = 16  # events that a program may add
 _tick, _time = lib.kt_python_tick, lib.kt_simulation_time
 _DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
-
-
-def _sensor_bits(sensors: Sequence[str]) -> int:
-    names = {name: getattr(lib, f"KT_RECORD_{name.upper()}") for name in ("acceleration", "energy", "reaction")}
-    if isinstance(sensors, str) or not all(isinstance(each, str) and each in names for each in sensors):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "sensors", f"expected a list of {', '.join(names)}; got {sensors!r}")
-    return sum({names[each] for each in sensors})
 
 
 class Simulation(Checkpoint, Fixed):
@@ -71,7 +65,7 @@ class Simulation(Checkpoint, Fixed):
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
         options.events = lib.kt_scene_event_room(scene) + _ROOM
         options.contact = scene.contact
-        self._sensed = lib.kt_run_record(run, model._pointer) | _sensor_bits(sensors)
+        self._sensed = lib.kt_run_record(run, model._pointer) | sensor_bits(sensors)
         options.record = self._sensed | (0 if model.effects else lib.KT_RECORD_ENERGY)  # for the watch
         size = lib.kt_simulation_size(model._pointer, run, options)
         self._memory = Memory(max(size, 1))
@@ -88,6 +82,7 @@ class Simulation(Checkpoint, Fixed):
         self._data: Optional[Data] = None
         self._data_key: Any = None
         self._acting: Optional[int] = None
+        self._recording: Optional[Recording] = None
         self._start: Optional[bytes] = self.save()
         if isinstance(model, ModelCopy):
             model._serve(self._guard)
@@ -381,6 +376,27 @@ class Simulation(Checkpoint, Fixed):
         else:
             self._check(status)
 
+    def record(self, interval: Optional[float] = None) -> Recording:
+        """Record this motion from now on: the present state, and the states after later turns, ticks, steps and advances.
+
+        Parameters
+        ----------
+        interval : float, optional
+            Time between records, s. Default: each turn.
+
+        Returns
+        -------
+        Recording
+            Its `run()` has the columns. A later call of `record` begins another recording and ends this one.
+        """
+        self._recording = Recording(self, interval)
+        with self._guard:
+            self._loop.records = self._recording._records
+            self._recording._records.next = self.time
+            self._apply()
+            lib.kt_python_take_record(self._loop)
+        return self._recording
+
     def run(self) -> Dict[str, Vector]:
         """Run to the duration.
 
@@ -547,6 +563,14 @@ class Simulation(Checkpoint, Fixed):
         found = lib.kt_simulation_stopped(self._simulation)
         return None if found == ffi.NULL else text(found.name)
 
+    @property
+    def events(self) -> List[str]:
+        """The names of all events: of hard contacts, of the scene, and of `on`."""
+        names: List[str] = []
+        while (found := lib.kt_simulation_event_name(self._simulation, len(names))) != ffi.NULL:
+            names.append(text(found))
+        return names
+
     def event_count(self, name: str) -> int:
         """How often an event has happened.
 
@@ -555,10 +579,7 @@ class Simulation(Checkpoint, Fixed):
         name : str
             The name in `on`, or in the scene.
         """
-        wanted = name_of(name, "name")
-        names: List[str] = []
-        while (found := lib.kt_simulation_event_name(self._simulation, len(names))) != ffi.NULL:
-            names.append(text(found))
+        wanted, names = name_of(name, "name"), self.events
         if name not in names:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"there is no event {name!r}{hint(name, names)}")
         return int(lib.kt_simulation_event_count(self._simulation, wanted))

@@ -22,8 +22,8 @@ Axis = Union[str, Sequence[float], NDArray[Any]]
 End = Union[str, Json]
 '''
 KINDS = {"NUMBER": "Number", "SIX": "Numbers", "VECTOR": "Numbers", "AXIS": "Axis", "FLAG": "Union[bool, str]", "FRAME": "str", "END": "End",
-         "ENDS": "Sequence[End]", "BODY": "str", "POINT": "Union[str, Numbers]", "JOINT": "str", "DISTANCE": "Number", "POSITION": "Numbers",
-         "VELOCITY": "Numbers", "ARMATURE": "Numbers", "FORMULA": "Number", "FORMULAS": "Union[Number, Sequence[Number]]",
+         "ENDS": "Sequence[End]", "BODY": "str", "POINT": "Union[str, Numbers]", "JOINT": "str", "DISTANCE": "Number", "POSITION": "Union[Numbers, Json]",
+         "VELOCITY": "Union[Numbers, Json]", "ARMATURE": "Numbers", "FORMULA": "Number", "FORMULAS": "Union[Number, Sequence[Number]]",
          "FUNCTION": "Union[Number, Json]"}
 COMMON = {"joint": {"name": "str", "guess": "Numbers", "limits": "Json"}, "loop": {"name": "str", "switched": "bool"},
           "effect": {"name": "str", "switched": "bool"}, "shape": {}}
