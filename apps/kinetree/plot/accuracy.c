@@ -336,8 +336,9 @@ static void describe_findings(const kt_findings *findings, char *text, size_t si
         (void)snprintf(length, sizeof length, ", lengths over %.3g m", results->length);
     (void)snprintf(
         text, size,
-        "%g s; the largest error of all%s %d records%s; filled marks: adaptive steps, dashed lines: implicit",
-        results->duration, is_column ? "" : " joints at", results->records, length);
+        "%g s; the largest error of all%s %d records%s%s; filled marks: adaptive steps, dashed lines: implicit",
+        results->duration, is_column ? "" : " joints at", results->records,
+        results->instant_count > 0 ? " away from events" : "", length);
 }
 
 static int draw_diagram(const kt_findings *findings, const kt_diagram *d, const char *path, bool is_dark) {
