@@ -3,12 +3,16 @@
  *
  *     header, numbers: time, time of the start, given parameters, their flags, tunable parameters of the compilation
  *     and of the present, torques, y, events, signals. The checkpoint of the simulation follows.
+ *
+ * The sum detects accidents, and anybody can compute it. Therefore each word has a range, which is checked before the
+ * instance changes. kt_simulation_restore checks the words of the checkpoint.
  */
 #include "instance.h"
 
 #include "base/sum.h"
 #include "simulation/simulation.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,6 +51,8 @@ static uint64_t sum_of_block(const void *block, size_t size) {
     return kt_sum_add(sum, bytes + sizeof(kt_fmu_header), size - sizeof(kt_fmu_header));
 }
 
+void kt_fmu_seal(void *block, size_t size) { ((kt_fmu_header *)block)->sum = sum_of_block(block, size); }
+
 static void save_block(const kt_fmu *fmu, void *block) {
     kt_fmu_header *header = block;
     make_header(fmu, header);
@@ -70,7 +76,7 @@ static void save_block(const kt_fmu *fmu, void *block) {
         *to++ = fmu->events[k].count;
     }
     kt_simulation_save(fmu->simulation, kt_fmu_save_signals(fmu, to));
-    header->sum = sum_of_block(block, header->size);
+    kt_fmu_seal(block, header->size);
 }
 
 /* Returns whether a block is a state of this FMU and kind of instance. */
@@ -79,8 +85,42 @@ static bool block_fits(const kt_fmu *fmu, const kt_fmu_header *header, size_t si
     make_header(fmu, &own);
     return size == own.size && memcmp(header->mark, own.mark, sizeof own.mark) == 0 &&
            memcmp(header->token, own.token, sizeof own.token) == 0 && header->size == own.size &&
-           header->kind == own.kind && header->phase <= (uint64_t)KT_FMU_TERMINATED &&
-           header->sum == sum_of_block(header, size);
+           header->kind == own.kind && header->sum == sum_of_block(header, size);
+}
+
+/* Returns whether the importer can be in this phase with an instance of this kind. */
+static bool phase_fits(const kt_fmu *fmu, uint64_t phase) {
+    const bool has_events = fmu->is_exchange || fmu->has_event_mode;
+    return phase != (uint64_t)(fmu->is_exchange ? KT_FMU_STEP : KT_FMU_CONTINUOUS) &&
+           (phase != (uint64_t)KT_FMU_EVENT || has_events) && phase <= (uint64_t)KT_FMU_TERMINATED;
+}
+
+static bool numbers_are_flags(const double *from, int count) {
+    for (int i = 0; i < count; i++)
+        if (from[i] != 0.0 && from[i] != 1.0)
+            return false;
+    return true;
+}
+
+/* Returns whether the side is a sign and the count a whole number; both become integers. The value may be any. */
+static bool event_fits(const double *event) {
+    static const double most = 9007199254740992.0; /* 2^53 */
+    return (event[0] == 0.0 || fabs(event[0]) == 1.0) && event[2] >= 0.0 && event[2] <= most &&
+           event[2] == floor(event[2]);
+}
+
+/* Returns whether all words before the checkpoint are in their ranges. */
+static bool words_fit(const kt_fmu *fmu, const kt_fmu_header *header) {
+    const double *numbers = (const double *)(header + 1);
+    const size_t signals = kt_fmu_signal_numbers(fmu), events = 3 * (size_t)fmu->event_count,
+                 count = block_number_count(fmu), first_event = count - signals - events;
+    bool fits = phase_fits(fmu, header->phase) && header->is_over <= 1;
+    for (size_t i = 0; i < count; i++)
+        fits = fits && (isfinite(numbers[i]) || (i >= first_event && i < first_event + events));
+    for (int k = 0; k < fmu->event_count; k++)
+        fits = fits && event_fits(numbers + first_event + 3 * (size_t)k);
+    return fits && numbers_are_flags(numbers + 2 + fmu->parameter_count, fmu->parameter_count) &&
+           numbers_are_flags(numbers + count - 1, 1);
 }
 
 /* Takes over the parameters of a compilation. Returns whether any of them changed. */
@@ -101,6 +141,8 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
     const kt_fmu_header *header = block;
     if (size < sizeof *header || !block_fits(fmu, header, size))
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state is not one of this FMU, or it is damaged");
+    if (!words_fit(fmu, header))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state has a number that is out of its range");
     const double *from = (const double *)(header + 1), *compiled = from + 2 + 2 * fmu->parameter_count;
     const double *tuned = compiled + fmu->tunables.count, *torque = tuned + fmu->tunables.count;
     kt_status status = KT_OK;
@@ -118,6 +160,8 @@ static kt_status restore_block(kt_fmu *fmu, const void *block, size_t size, kt_e
         status = kt_fmu_restore_signals(fmu, signals, error);
     if (status == KT_OK)
         status = kt_simulation_restore(fmu->simulation, signals + kt_fmu_signal_numbers(fmu), error);
+    if (status == KT_OK && !fmu->is_exchange && kt_simulation_time(fmu->simulation) != from[0])
+        status = kt_error_set(error, KT_ERROR_ARGUMENT, NULL, "the state has another time than its simulation");
     if (status != KT_OK)
         return status;
     memcpy(fmu->torque, torque, (size_t)fmu->nv * sizeof *torque);
@@ -206,6 +250,8 @@ KT_FMI(kt_fmi_status fmi3SerializeFMUState(void *instance, void *state, unsigned
 
 KT_FMI(kt_fmi_status fmi3DeserializeFMUState(void *instance, const unsigned char *bytes, size_t size, void **state)) {
     KT_FMU_TAKE(instance);
+    KT_FMU_REQUIRE(bytes != NULL && state != NULL && size <= SIZE_MAX - sizeof(kt_fmu_kept),
+                   "a serialized state and a place for the state are required");
     kt_fmu_kept *kept = take_kept((kt_fmu_kept **)state, size);
     KT_FMU_REQUIRE(kept != NULL, "there is not enough memory for a state");
     memcpy(kept->block, bytes, size);

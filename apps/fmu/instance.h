@@ -233,6 +233,9 @@ size_t kt_fmu_signal_numbers(const kt_fmu *fmu);
 double *kt_fmu_save_signals(const kt_fmu *fmu, double *to);
 kt_status kt_fmu_restore_signals(kt_fmu *fmu, const double *from, kt_error *error);
 
+/* Writes the sum of a block (block.c). */
+void kt_fmu_seal(void *block, size_t size);
+
 /* Sends a message to the importer. Both return a status of FMI. */
 KT_PRINTF(2, 3) kt_fmi_status kt_fmu_report(kt_fmu *fmu, const char *format, ...);
 kt_fmi_status kt_fmu_report_status(kt_fmu *fmu, kt_status status, const kt_error *error);

@@ -85,33 +85,6 @@ static void stop(setup *s) {
     s->watch = NULL;
 }
 
-static void change_word(kt_bytes *bytes, char *block, size_t words) {
-    static const double reals[] = {0.0, -1.0, 1.0, 2.0, 1e300, -1e300, 1e-300, 0.5};
-    static const int64_t integers[] = {0,         1,         -1,         2,         3,         INT64_MAX,
-                                       INT64_MIN, INT32_MAX, 4294967297, 1LL << 52, 1LL << 40, 256};
-    const size_t word = (kt_bytes_next(bytes) + 256U * kt_bytes_next(bytes)) % words;
-    const unsigned kind = kt_bytes_next(bytes);
-    char *at = block + 8 * word;
-    int64_t integer = integers[kind % 12];
-    double real = kind % 10 == 8 ? (double)NAN : kind % 10 == 9 ? HUGE_VAL : reals[kind % 8];
-    uint64_t bits;
-    switch (kind / 64) {
-    case 0:
-        memcpy(at, &integer, sizeof integer);
-        break;
-    case 1:
-        memcpy(at, &real, sizeof real);
-        break;
-    case 2:
-        at[kind % 8] = (char)kt_bytes_next(bytes);
-        break;
-    default:
-        memcpy(&bits, at, sizeof bits);
-        bits ^= UINT64_C(1) << kind % 64;
-        memcpy(at, &bits, sizeof bits);
-    }
-}
-
 static int record(const kt_record *r, void *user) {
     (void)r;
     return ++*(int *)user > 20;
@@ -147,7 +120,7 @@ static void check_changed(kt_bytes *bytes, setup *s, char *changed, char *again,
     kt_simulation_save(s->simulation, before);
     memcpy(changed, before, size);
     while (bytes->at < bytes->end)
-        change_word(bytes, changed, size / 8);
+        kt_bytes_change_word(bytes, changed, size / 8);
     const bool is_same = memcmp(changed, before, size) == 0;
     if (is_sealed)
         kt_checkpoint_seal(s->simulation, changed);

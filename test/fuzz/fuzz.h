@@ -41,6 +41,9 @@ double kt_bytes_number(kt_bytes *bytes, kt_wildness wild);
 double kt_bytes_positive(kt_bytes *bytes, kt_wildness wild); /* > 0, unless wild */
 kt_vec3 kt_bytes_vector(kt_bytes *bytes, kt_wildness wild);
 
+/* Changes a word of a block: the number of the word in two bytes, and a value. */
+void kt_bytes_change_word(kt_bytes *bytes, char *block, size_t words);
+
 /* ---- mechanisms from bytes --------------------------------------------------------------------------------------- */
 
 enum { KT_FUZZ_BODIES = 6, KT_FUZZ_LOOPS = 4, KT_FUZZ_EFFECTS = 5, KT_FUZZ_MARKERS = 2, KT_FUZZ_NUMBERS = 8 };
