@@ -2,9 +2,10 @@
 
     files.py COMMAND TARGET SECONDS FOLDER_OF_SEEDS FOLDER_OF_FINDINGS
 
-TARGET is a key of TARGETS. SECONDS may be the word suite: KT_FUZZ_SECONDS, or 15. Seeds are files of the repository, and results that the command makes of them at first. Each
-input must end the command with one of its exit statuses, within PATIENCE s, and without a report of a sanitizer. Exit
-status 0: nothing was found. Inputs that are found, with their command lines, are in the folder of findings.
+TARGET is a key of TARGETS. SECONDS may be the word suite: KT_FUZZ_SECONDS, or 15. Seeds are files of the repository, and
+results that the command makes of them at first. Each command line must be right with one of these. Each changed input must
+end the command with one of its exit statuses, within PATIENCE s, and without a report of a sanitizer. Exit status 0:
+nothing was found. Inputs that are found, with their command lines, are in the folder of findings.
 """
 import os
 import random
@@ -26,17 +27,19 @@ BYTES = [b"\0", b"\r", b"\n", b"\r\n", b",", b'"', b";", b"\xff", b"\x1b[2J", b"
 
 # For each target: the name of the changed file, and the command lines. {} is that file, {scene} a right scene.
 EACH = ["check {}", "info {}", "evaluate {}", "run {} --duration 0.01", "draw {} --out o.svg", "view {} --duration 0.01 --out o.html",
-        "modes {}", "equilibrium {}", "stability {} --duration 0.01", "export {} --mjcf o.xml", "export {} --urdf o.urdf", "import {} --out o.yaml",
-        "accuracy {} --budget 0.1", "sweep {} --vary gravity[2]=-9:-10:2 --duration 0.01"]
+        "modes {}", "equilibrium {}", "stability {} --duration 0.01", "export {} --mjcf --out o.xml", "export {} --urdf --out o.urdf",
+        "accuracy {} --budget 0.1"]
+SCENE_ALONE = ["sweep {} --vary gravity[2]=-9:-10:2 --set simulate.duration=0.01 --out o.csv"]
+ROBOT_ALONE = ["import {} --out o.yaml"]
 TARGETS = {
     "csv": ("t.csv", ["plot {} --out o.svg", "run {scene} --from {} --duration 0.01", "accuracy {scene} --reference {} --budget 0.1",
-                      "sweep {scene} --from {} --duration 0.01"]),
+                      "sweep {scene} --from {} --set simulate.duration=0.01 --out o.csv"]),
     "hdf5": ("t.h5", ["plot {} --out o.svg", "run {scene} --from {} --duration 0.01"]),
     "merge": ("t.csv", ["sweep --merge {} s2.csv --out o.csv", "sweep --merge s1.csv {} --out o.csv"]),
     "resume": ("t.ck", ["run {scene} --duration 3 --step 0.001 --integrator rk4 --out r.csv --resume {}"]),
-    "command": ("t.yaml", EACH),
-    "command-mjcf": ("t.xml", EACH),
-    "command-urdf": ("t.urdf", EACH),
+    "command": ("t.yaml", EACH + SCENE_ALONE),
+    "command-mjcf": ("t.xml", EACH + ROBOT_ALONE),
+    "command-urdf": ("t.urdf", EACH + ROBOT_ALONE),
 }
 
 
@@ -60,9 +63,23 @@ def results(command, target, work):
     if target in lines:
         run([command, *lines[target].split()], work, 60)
     for k in (1, 2) if target == "merge" else ():
-        run([command, *f"sweep seed.yaml --vary gravity[2]=-9:-10:4 --duration 0.01 --shard {k}/2 --out s{k}.csv".split()], work, 60)
-    names = {"csv": ["a.csv"], "hdf5": ["a.h5"], "resume": ["a.ck"], "merge": ["s1.csv", "s2.csv"]}.get(target, [])
+        run([command, *f"sweep seed.yaml --vary gravity[2]=-9:-10:4 --set simulate.duration=0.01 --shard {k}/2 --out s{k}.csv".split()], work, 60)
+    (work / "values.csv").write_text("gravity[2]\n-9\n-10\n")
+    names = {"csv": ["a.csv", "values.csv"], "hdf5": ["a.h5"], "resume": ["a.ck"], "merge": ["s1.csv", "s2.csv"]}.get(target, [])
     return [(work / name).read_bytes()[:SIZE if target != "hdf5" else None] for name in names if (work / name).exists()]
+
+
+def misused(command, lines, name, seeds, work):
+    """The first command line that is wrong with every right file: it would end before it reads any file."""
+    for line in lines:
+        passes = False
+        for data in seeds:
+            (work / name).write_bytes(data)
+            ended = run([command, *line.format(name, scene=SCENE).split()], work, 600)
+            passes = passes or ended.returncode != 1 or b"--help" not in ended.stderr
+        if not passes:
+            return line
+    return None
 
 
 def mutate(draw, data, others):
@@ -110,12 +127,17 @@ def main(command, target, seconds, seeds, findings):
         work = Path(folder)
         scenes = Path(__file__).resolve().parents[2] / "apps/scenes"
         shutil.copy(scenes / SCENE, work)
-        kept = [path.read_bytes() for path in sorted(Path(seeds).glob(f"{target}-*"))] + results(command, target, work)
+        right = results(command, target, work)
+        kept = [path.read_bytes() for path in sorted(Path(seeds).glob(f"{target}-*"))] + right
         if target == "command":
             kept += [path.read_bytes() for path in sorted(scenes.glob("*.yaml"), key=lambda path: path.stat().st_size)[:12]]
         if not kept:
             print(f"no seeds for '{target}': the command does not write such files here")
             return 0
+        wrong = misused(command, lines, name, right or kept, work)
+        if wrong:
+            print(f"this is no command line: {wrong}")
+            return 1
         end, count, first = time.monotonic() + seconds, 0, True
         while first or time.monotonic() < end:
             batch = kept if first else [mutate(draw, draw.choice(kept), kept)]
