@@ -1,10 +1,12 @@
 /* Files from strangers: tables that are damaged, are no files, or have other content than their names promise. Each
  * ends with a message. The inputs in test/command/strangers are seeds of fuzzing, too.
  */
+#include "base/sum.h"
 #include "sanitized.h"
 #include "shell.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #if KT_ADDRESS_SANITIZER
@@ -216,4 +218,51 @@ KT_TEST(link_at_a_name_of_the_program_is_not_followed) {
         kt_check_equal_int(commands[i], ran.code, 4);
         kt_check_text("the file behind the link", kt_read_file("other.txt"), "precious\n");
     }
+}
+
+/* The reader of numbers skipped empty lines in search of a number, from each of them anew. */
+KT_TEST(table_of_empty_lines_is_read_once) {
+    prepare();
+    kt_expect(2, "there are no lines of numbers in it",
+              "head -c 20000000 /dev/zero | tr '\\0' '\\n' >lines.csv; " BOUNDED
+              "$K accuracy s.yaml --reference lines.csv");
+}
+
+/* Writes a checkpoint with another word, and its sum made anew. */
+static void write_changed(const char *from, const char *to, long at, int32_t word) {
+    char *bytes = calloc(1, 1 << 20);
+    FILE *file = fopen(from, "rb");
+    const size_t size = bytes != NULL && file != NULL ? fread(bytes, 1, 1 << 20, file) : 0;
+    if (file != NULL)
+        (void)fclose(file);
+    file = fopen(to, "wb");
+    if (kt_check_true("there is a checkpoint", size > (size_t)at + 16 && file != NULL)) {
+        memcpy(bytes + at, &word, sizeof word);
+        const uint64_t sum = kt_sum_add(KT_SUM_START, bytes, size - sizeof sum);
+        memcpy(bytes + size - sizeof sum, &sum, sizeof sum);
+        kt_check_true("it is written", fwrite(bytes, 1, size, file) == size);
+    }
+    if (file != NULL)
+        (void)fclose(file);
+    free(bytes);
+}
+
+/* The results of a run so far begin behind the head: counts and indices of distances, angles and records. */
+KT_TEST(checkpoint_with_another_index_is_rejected) {
+    enum { HEAD = 200, LAST = 8800 };
+    int rejected = 0, crashed = 0;
+    kt_expect(0, NULL,
+              "$K run %s/four-bar.yaml --quiet --duration 0.01 --step 1e-3 --out r.csv --checkpoint a.ck "
+              "--checkpoint-interval 1e-9",
+              KT_SCENES);
+    for (long at = HEAD; at < LAST; at += at < 440 || at > 8560 ? (KT_ADDRESS_SANITIZER ? 24 : 4) : 512) {
+        write_changed("a.ck", "b.ck", at, 2147483640);
+        const kt_ran ran = kt_shell("$K run %s/four-bar.yaml --quiet --duration 0.01 --step 1e-3 --out r.csv --resume "
+                                    "b.ck",
+                                    KT_SCENES);
+        crashed += ran.code > 4;
+        rejected += strstr(ran.err, "a count, an index or a flag of it is none of this run") != NULL;
+    }
+    kt_check_equal_int("crashes", crashed, 0);
+    kt_check_true("indices and counts are compared", rejected >= (KT_ADDRESS_SANITIZER ? 3 : 12));
 }

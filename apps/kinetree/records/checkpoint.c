@@ -1,6 +1,7 @@
 /* Checkpoints of a run. A checkpoint has a header, the progress of the run, the states of the simulation and of the
  * watch on modes, and the extremes of all columns. The warnings and marks so far follow as JSON. A checksum over the
- * whole content ends the file.
+ * whole content ends the file. It detects accidents, and anybody can compute it. Therefore counts, indices and flags
+ * are checked: those that follow from the scene must be those of this run.
  *
  * A checkpoint belongs to one scene, one set of options and one beginning of a file of records. The fingerprints are
  * computed from the library's version and the scene as it would be written now. One fingerprint is without, the other
@@ -19,6 +20,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,6 +44,8 @@ typedef struct kt_checkpoint_head {
 static const char checkpoint_kind[16] = "kinetree run 15";
 
 enum { WORDS_MOST = 1 << 24 }; /* bytes; a run has some dozens of warnings */
+
+static const int64_t COUNT_MOST = INT64_C(1) << 53; /* records */
 
 static bool say_no_memory(void) {
     kt_say("there is not enough memory for checkpoints");
@@ -377,13 +381,49 @@ static void read_checkpoint_parts(FILE *file, const kt_checkpoint *checkpoint, s
         reject_checkpoint(content, "its sum is wrong: it has been damaged");
 }
 
+static bool flags_fit(const bool *flags, int count) {
+    const unsigned char *bytes = (const unsigned char *)flags;
+    for (int i = 0; i < count; i++)
+        if (bytes[i] > 1)
+            return false;
+    return true;
+}
+
+static bool compressions_fit(const kt_compressions *c, const kt_compressions *own) {
+    return c->count == own->count && c->left == own->left && memcmp(c->loop, own->loop, sizeof c->loop) == 0 &&
+           memcmp(c->of_model, own->of_model, sizeof c->of_model) == 0;
+}
+
+static bool half_turns_fit(const kt_half_turns *t, const kt_half_turns *own) {
+    return t->count == own->count && memcmp(t->effect, own->effect, sizeof t->effect) == 0 &&
+           flags_fit(t->reported, KT_HALF_TURNS_MOST);
+}
+
+static bool energy_fits(const kt_energy_watch *e, const kt_energy_watch *own) {
+    return e->energetics == own->energetics && (e->has_balance == 0 || e->has_balance == 1) &&
+           (e->has_estimate == 0 || e->has_estimate == 1) && e->records >= 0 && e->records <= COUNT_MOST;
+}
+
+/* Returns whether the results of a checkpoint can be those of a run that has begun as this one. */
+static bool results_fit(const kt_progress_so_far *so_far, const kt_so_far *own) {
+    const kt_so_far *run = &so_far->run;
+    const kt_stability_watch *s = &run->stability;
+    return run->records >= 0 && run->records <= COUNT_MOST && so_far->records.bytes >= 0 && run->cpu_seconds >= 0.0 &&
+           isfinite(run->cpu_seconds) && energy_fits(&run->energy, &own->energy) && s->estimates >= 0 &&
+           s->estimates <= WORDS_MOST && s->compared >= 0 && s->compared <= WORDS_MOST && s->bounded >= 0 &&
+           s->bounded <= s->compared && compressions_fit(&run->compressions, &own->compressions) &&
+           half_turns_fit(&run->half_turns, &own->half_turns);
+}
+
 /* Restores the run from the content; sets content->wrong if the simulation rejects the content. */
 static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *content, kt_outcome *outcome) {
     const kt_progress_so_far *so_far = &content->so_far;
     kt_error error = {0};
     json_t *reported = json_loads(content->words, 0, NULL);
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
-        reject_checkpoint(content, "there is not enough memory for its warnings and marks");
+        reject_checkpoint(content, "its warnings and marks cannot be read");
+    } else if (!results_fit(so_far, &outcome->so_far)) {
+        reject_checkpoint(content, "a count, an index or a flag of it is none of this run: it has been changed");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
         reject_checkpoint(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
                                    : outcome->is_native
