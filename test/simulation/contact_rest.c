@@ -209,7 +209,7 @@ KT_TEST(limit_of_bounces_is_that_of_a_tick) {
 }
 
 /* A call takes no more steps than its options allow, accepted and rejected together. It fails with the name of the
- * contact, and the next call goes on. */
+ * contact, and the next call goes on. If a call may take one step, its first step takes all its tries: calls arrive. */
 static void limit_calls(const kt_model *model, const char *method, double step, uint64_t most) {
     kt_run run = kt_run_default();
     kt_simulation_options options = kt_simulation_options_default();
@@ -230,9 +230,10 @@ static void limit_calls(const kt_model *model, const char *method, double step, 
         others += status != KT_OK && (status != KT_ERROR_STEP || strstr(error.message, "steps_per_call") == NULL);
         tick += status == KT_OK;
     }
-    kt_check_below("steps of a call", (double)worst, (double)most + 0.5);
+    kt_check_below("steps of a call", (double)worst, most > 1 ? (double)most + 0.5 : 24.0);
     kt_check_above("calls that fail", used_up, 0.0);
-    kt_check_equal_int("of them name the contact", named, used_up);
+    if (most > 1)
+        kt_check_equal_int("of them name the contact", named, used_up);
     kt_check_equal_int("other failures", others, 0);
     kt_check_near("reached, s", kt_simulation_time(simulation), 0.4, 1e-15);
 }
@@ -248,7 +249,8 @@ KT_TEST(steps_of_a_call_have_the_limit_of_the_options) {
     r.description.gravity = kt_vec3_make(-g, 0.0, 0.0);
     kt_model *model = kt_scene_compile(&r.description);
     for (int i = 0; i < 4; i++)
-        limit_calls(model, methods[i], i % 3 == 0 ? 1e-3 : 0.0, 24);
+        for (uint64_t most = 1; most <= 24; most += 23)
+            limit_calls(model, methods[i], i % 3 == 0 ? 1e-3 : 0.0, most);
 }
 
 /* Three sliders whose coordinates add up to a gap. The first one moves towards the stop from q, the second one cancels

@@ -253,6 +253,7 @@ static void find_grid(kt_integrator *it) {
 
 void kt_integrator_limit_call(kt_integrator *it, uint64_t tries) {
     it->tries_in_call = tries;
+    it->call_began = it->memory.t;
     it->tries_end = tries > 0 ? it->memory.counts.steps + it->memory.counts.rejected + tries : 0;
     it->used_up = false;
 }

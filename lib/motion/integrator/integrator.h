@@ -167,6 +167,7 @@ struct kt_integrator {
     double quadrature_error; /* see kt_integrator_quadrature_error */
     uint64_t tries_end; /* the number of steps and rejected steps beyond which the present call has no more; 0: none */
     uint64_t tries_in_call; /* how many the call may take */
+    double call_began;      /* the time at which the call began */
     bool used_up;           /* the call needed more of them */
     bool may_end_early;     /* events may end the motion before t_limit */
     size_t blamed;          /* component that caused the last step to fail; n: none */

@@ -137,9 +137,11 @@ static void commit_try(kt_integrator *it, const kt_plan_of_try *p, bool changed,
         it->family->accept(it);
 }
 
-/* Whether the present call may take another try (kt_integrator_limit_call). */
+/* Whether the present call may take another try (kt_integrator_limit_call). Its first step may take all its tries:
+ * otherwise an event that needs more of them would fail in every call. */
 static kt_status count_try(kt_integrator *it, kt_error *error) {
-    if (it->tries_end == 0 || it->memory.counts.steps + it->memory.counts.rejected < it->tries_end)
+    const uint64_t tries = it->memory.counts.steps + it->memory.counts.rejected;
+    if (it->tries_end == 0 || tries < it->tries_end || it->memory.t == it->call_began)
         return KT_OK;
     it->used_up = true;
     return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
