@@ -312,7 +312,7 @@ typedef enum kt_accuracy_unit {
 } kt_accuracy_unit;
 
 /* The largest number of instants of events that a study compares. */
-enum { KT_ACCURACY_INSTANTS_MAX = 2000 };
+enum { KT_ACCURACY_INSTANTS_MAX = 2000 /* instants of events */ };
 
 /* The instant of an event: of one that the scene lists, or of a hard contact, stop, slack rope or sticking friction
  * (kt_simulation_event_name). Contacts have an instant if one of them closes, opens, sticks, slips or bounces. */

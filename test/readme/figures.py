@@ -25,8 +25,8 @@ def text_of(page):
     return (ROOT / "include/pages" / page).read_text()
 
 
-def kinetree(*words, text=None):
-    run = subprocess.run([COMMAND, *map(str, words)], input=text, capture_output=True, text=True)
+def kinetree(*words, text=None, folder=None):
+    run = subprocess.run([COMMAND, *map(str, words)], input=text, cwd=folder, capture_output=True, text=True)
     return run.stdout + run.stderr if run.returncode == 0 else f"status {run.returncode}: {run.stderr}"
 
 
@@ -225,7 +225,8 @@ def methods():
     found = kinetree("integrators").split("\n\n")[0].count("\n")
     note(f"{found} methods")
     claim("README.md: how many methods there are", [] if shown and found == int(shown[1]) else [str(found)])
-    said = kinetree("accuracy", SCENES / "four-bar.yaml", "--formulations", "--budget", 1, "--duration", 0.1, "--out", "/dev/null")
+    with tempfile.TemporaryDirectory() as folder:  # of the picture
+        said = kinetree("accuracy", SCENES / "four-bar.yaml", "--formulations", "--budget", 1, "--duration", 0.1, "--out", "/dev/null", folder=folder)
     names = set(re.findall(r"; ([a-zA-Z ]+)$", said.split("a simulated second costs")[0], flags=re.M))
     note(f"formulations: {', '.join(sorted(names))}")
     claim("README.md: how many formulations there are", [] if shown and len(names) == {"six": 6, "seven": 7, "eight": 8}.get(shown[2]) else [said])

@@ -414,7 +414,7 @@ static int read_axis_table(kt_sweep_plan *plan, const char *path) {
     for (int i = 0; code < 0 && i < plan->count; i++)
         code = check_axis_units(path, &plan->axes[i]) >= 0 ? KT_EXIT_SCENE : -1;
     if (code < 0 && plan->points == 0)
-        return say_table(path, number, "there are no rows; the first line has the names, each other a run");
+        return say_table(path, number, "there are no rows; the first line has the names, and each other line is a run");
     return code;
 }
 
