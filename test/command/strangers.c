@@ -228,6 +228,27 @@ KT_TEST(table_of_empty_lines_is_read_once) {
               "$K accuracy s.yaml --reference lines.csv");
 }
 
+/* A chain whose last bodies are welded to poses out of reach: no change closes the loops, and each trial is a failing
+ * assembly of 36 equations. Without a limit, the search took minutes. */
+KT_TEST(search_for_changes_ends_at_a_limit_of_work) {
+    enum { BODIES = 20, WELDS = 6 };
+    char text[8192] = "<mujoco><worldbody>";
+    size_t used = strlen(text);
+    for (int i = 0; i < BODIES; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "<body name='b%d' pos='0 0 .1'><joint axis='%d %d %d'/><geom size='.1'/>", i,
+                                 i % 3 == 0, i % 3 == 1, i % 3 == 2);
+    for (int i = 0; i < BODIES; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "</body>");
+    used += (size_t)snprintf(text + used, sizeof text - used, "</worldbody><equality>");
+    for (int i = 0; i < WELDS; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "<weld body1='b%d' relpose='%d 0 0 1 0 0 0'/>",
+                                 BODIES - 1 - i, 99 + i);
+    (void)snprintf(text + used, sizeof text - used, "</equality></mujoco>");
+    kt_write_file("welds.xml", text);
+    kt_expect(3, "the search for changes ended at its limit of work, after ", BOUNDED "$K check welds.xml");
+}
+
 /* Writes a checkpoint with another word, and its sum made anew. */
 static void write_changed(const char *from, const char *to, long at, int32_t word) {
     char *bytes = calloc(1, 1 << 20);

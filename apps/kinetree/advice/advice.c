@@ -24,31 +24,10 @@ static const double degree = 3.14159265358979323846 / 180.0;
 static const kt_loop_type lesser[] = {KT_LOOP_INLINE, KT_LOOP_UNIVERSAL, KT_LOOP_SPHERICAL, KT_LOOP_CYLINDRICAL,
                                       KT_LOOP_PLANAR};
 
-/* The result of closing the loops: the degrees of freedom left, and whether equations disagree. */
-typedef struct mobility {
-    bool closes, disagrees;
-    int left;
-} mobility;
-
-static mobility mobility_of(const kt_scene *scene, const kt_description *description) {
-    const kt_model_options options = kt_compile_options(scene);
-    kt_model *model = NULL;
-    mobility found = {.closes = kt_closes_described(scene, description)};
-    if (!found.closes || kt_model_compile(description, &options, &model, NULL) != KT_OK)
-        return (mobility){.closes = false};
-    found.left = kt_model_mobility(model).minimal;
-    for (int i = 0; i < kt_loop_count(model); i++) {
-        const kt_loop_disagreement d = kt_loop_disagreement_of(model, i);
-        found.disagrees |= d.length > 0.0 || d.angle > 0.0;
-    }
-    kt_model_free(model);
-    return found;
-}
-
 /* Returns another type for a loop; NULL: none was found. With it, the mechanism closes, moves as before, and has no
  * equations that disagree. left: the degrees of freedom of the mechanism; -1: undetermined. */
-static const char *find_lesser(const kt_scene *scene, int loop, int left) {
-    kt_description d = scene->description;
+static const char *find_lesser(kt_trials *trials, int loop, int left) {
+    kt_description d = trials->scene->description;
     kt_loop *loops = malloc((size_t)d.loop_count * sizeof *loops);
     const char *found = NULL;
     if (loops == NULL)
@@ -60,10 +39,11 @@ static const char *find_lesser(const kt_scene *scene, int loop, int left) {
         if (loops[loop].type < KT_LOOP_REVOLUTE || loops[loop].type > KT_LOOP_WELD || lesser[k] == loops[loop].type)
             break;
         loops[loop].type = lesser[k];
-        const mobility with = mobility_of(scene, &d);
-        if (with.closes && !with.disagrees && (left < 0 || with.left == left))
+        int with;
+        bool disagrees;
+        if (kt_closes_to(trials, &d, &with, &disagrees) && !disagrees && (left < 0 || with == left))
             found = kt_loop_type_name(lesser[k]);
-        loops[loop] = scene->description.loops[loop];
+        loops[loop] = trials->scene->description.loops[loop];
     }
     free(loops);
     return found;
@@ -71,6 +51,7 @@ static const char *find_lesser(const kt_scene *scene, int loop, int left) {
 
 int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
     const int loops = kt_loop_count(model);
+    kt_trials trials = {.scene = scene, .usual = kt_trial_work(model)};
     int count = 0;
     for (int i = 0; i < loops; i++) {
         const kt_loop_disagreement d = kt_loop_disagreement_of(model, i);
@@ -85,12 +66,13 @@ int kt_say_disagreement(const kt_scene *scene, const kt_model *model) {
             continue;
         kt_print("  loop '%s' (%s) by up to %.2g m, %.2g deg", kt_loop_name(model, i),
                  kt_loop_type_name(kt_loop_type_of(model, i)), d.length, d.angle / degree);
-        const char *type = count <= TRIED_MAX ? find_lesser(scene, i, kt_model_mobility(model).minimal) : NULL;
+        const char *type = count <= TRIED_MAX ? find_lesser(&trials, i, kt_model_mobility(model).minimal) : NULL;
         if (type != NULL)
             kt_print("; 'type: %s' leaves the same motion and has no such equations", type);
         fputs(count == 1 && type == NULL ? "; give more digits, fewer equations, or a bushing in its place\n" : "\n",
               stderr);
     }
+    kt_say_trials_ended(&trials);
     return count;
 }
 
@@ -169,26 +151,26 @@ static int list_lengths(const kt_description *d, int loop, length *list) {
 }
 
 /* Tests the assembly with the origin of a joint at `to`. */
-static bool closes_with_joint_at(const kt_scene *scene, int child, kt_vec3 to) {
-    kt_joint joint = scene->description.bodies[child].joint;
+static bool closes_with_joint_at(kt_trials *trials, int child, kt_vec3 to) {
+    kt_joint joint = trials->scene->description.bodies[child].joint;
     joint.at = to;
-    return kt_closes_with_joint(scene, child, &joint);
+    return kt_closes_with_joint(trials, child, &joint);
 }
 
 /* Tests the assembly with an end of a loop at `to`. The end gets its own position, because other loops may use its
  * marker. */
-static bool closes_with_end_at(const kt_scene *scene, int loop, int end, kt_vec3 to) {
-    kt_loop changed = scene->description.loops[loop];
+static bool closes_with_end_at(kt_trials *trials, int loop, int end, kt_vec3 to) {
+    kt_loop changed = trials->scene->description.loops[loop];
     changed.between[end].marker = NULL;
     changed.between[end].at = to;
-    return kt_closes_with_loop(scene, loop, &changed);
+    return kt_closes_with_loop(trials, loop, &changed);
 }
 
 /* Tests the assembly with a length that is longer by `change` m. */
-static bool closes_longer(const kt_scene *scene, const length *l, double change) {
+static bool closes_longer(kt_trials *trials, const length *l, double change) {
     const kt_vec3 span = kt_vec3_sub(l->to, l->from);
     const kt_vec3 to = kt_vec3_add(l->from, kt_vec3_scale(1.0 + change / kt_vec3_norm(span), span));
-    return l->child >= 0 ? closes_with_joint_at(scene, l->child, to) : closes_with_end_at(scene, l->loop, l->end, to);
+    return l->child >= 0 ? closes_with_joint_at(trials, l->child, to) : closes_with_end_at(trials, l->loop, l->end, to);
 }
 
 /* The first change that is tried, over the gap. At the gap itself, the bars are in line and locked. */
@@ -196,13 +178,13 @@ static const double beyond_gap = 1.001;
 
 /* Returns the first change of a length, in the order of increasing magnitude, for which the loops close; 0: none of
  * those tried. */
-static double find_length_change(const kt_scene *scene, const length *l, double gap) {
+static double find_length_change(kt_trials *trials, const length *l, double gap) {
     const double part[] = {beyond_gap, 1.3, 2.0};
     const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++)
         for (int sign = 1; sign >= -1; sign -= 2) {
             const double change = sign * part[k] * gap;
-            if (whole + change > 1e-3 * whole && closes_longer(scene, l, change))
+            if (whole + change > 1e-3 * whole && closes_longer(trials, l, change))
                 return change;
         }
     return 0.0;
@@ -221,8 +203,8 @@ static int digits_of(double one, double other) {
 
 /* Suggests the length of a loop that was probably given in millimetres: divided by 1000, it closes the loop. Returns
  * the number of suggestions. */
-static int advise_on_millimetres(const kt_scene *scene, int loop) {
-    const kt_description *d = &scene->description;
+static int advise_on_millimetres(kt_trials *trials, int loop) {
+    const kt_description *d = &trials->scene->description;
     length list[LENGTHS_MAX];
     const int count = list_lengths(d, loop, list);
     double sum = 0.0;
@@ -232,7 +214,7 @@ static int advise_on_millimetres(const kt_scene *scene, int loop) {
     for (int i = 0; i < count && found == 0; i++) {
         const length *l = &list[i];
         const double whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
-        if (whole < MILLIMETRES * (sum - whole) || !closes_longer(scene, l, -0.999 * whole))
+        if (whole < MILLIMETRES * (sum - whole) || !closes_longer(trials, l, -0.999 * whole))
             continue;
         if (l->body < 0)
             kt_print("  millimetres? They close if the joint of '%s' on the world is %.6g m, not %.6g m, from the "
@@ -331,11 +313,11 @@ static bool find_reached(const kt_model *model, reached *r) {
     return true;
 }
 
-static int advise_on_hold(const kt_scene *scene) {
-    const kt_description *d = &scene->description;
+static int advise_on_hold(kt_trials *trials) {
+    const kt_description *d = &trials->scene->description;
     int found = 0;
     for (int i = 0; i < d->hold_count && i < TRIED_MAX; i++)
-        if (kt_closes_holding(scene, i, NULL)) {
+        if (kt_closes_holding(trials, i, NULL)) {
             kt_print("  they close if '%s' is not in 'initial: hold'\n", d->hold[i]);
             found++;
         }
@@ -347,14 +329,14 @@ static const struct {
     kt_vec3 axis;
 } axes[] = {{"x", {1.0, 0.0, 0.0}}, {"y", {0.0, 1.0, 0.0}}, {"z", {0.0, 0.0, 1.0}}};
 
-static int advise_on_axis(const kt_scene *scene, int loop) {
-    const kt_loop *given = &scene->description.loops[loop];
+static int advise_on_axis(kt_trials *trials, int loop) {
+    const kt_loop *given = &trials->scene->description.loops[loop];
     int found = 0;
     for (int k = 0; k < 3 && kt_descriptor_key(kt_loop_descriptor(given->type), "axis"); k++) {
         const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(given->axis), axes[k].axis);
         kt_loop changed = *given;
         changed.axis = axes[k].axis;
-        if (kt_vec3_norm(across) > 1e-6 && kt_closes_with_loop(scene, loop, &changed)) {
+        if (kt_vec3_norm(across) > 1e-6 && kt_closes_with_loop(trials, loop, &changed)) {
             kt_print("  they close with 'axis: %s' in loop '%s'\n", axes[k].name, given->name);
             found++;
         }
@@ -367,8 +349,8 @@ static bool joint_has_axis(kt_joint_type type) {
 }
 
 /* Tries other axes for the joints on the paths of a loop. Returns the number of suggestions. */
-static int advise_on_joints(const kt_scene *scene, int loop) {
-    const kt_description *d = &scene->description;
+static int advise_on_joints(kt_trials *trials, int loop) {
+    const kt_description *d = &trials->scene->description;
     int path[DEPTH_MAX], found = 0, tried = 0;
     for (int end = 0; end < 2; end++) {
         const int count = follow_path(d, &d->loops[loop].between[end], path);
@@ -381,7 +363,7 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
                 const kt_vec3 across = kt_vec3_cross(kt_vec3_normalize(body->joint.axis), axes[k].axis);
                 kt_joint changed = body->joint;
                 changed.axis = axes[k].axis;
-                if (kt_vec3_norm(across) <= 1e-6 || !kt_closes_with_joint(scene, path[i], &changed))
+                if (kt_vec3_norm(across) <= 1e-6 || !kt_closes_with_joint(trials, path[i], &changed))
                     continue;
                 kt_print("  they close with 'axis: %s' in the joint of '%s'\n", axes[k].name, body->name);
                 found++;
@@ -392,14 +374,14 @@ static int advise_on_joints(const kt_scene *scene, int loop) {
 }
 
 /* Tries other lengths in a loop whose ends are `gap` m apart. Returns the number of suggestions. */
-static int advise_on_lengths(const kt_scene *scene, int loop, double gap) {
-    const kt_description *d = &scene->description;
+static int advise_on_lengths(kt_trials *trials, int loop, double gap) {
+    const kt_description *d = &trials->scene->description;
     length list[LENGTHS_MAX];
     const int count = gap > 0.0 ? list_lengths(d, loop, list) : 0;
     int found = 0;
     for (int i = 0; i < count; i++) {
         const length *l = &list[i];
-        const double change = find_length_change(scene, l, gap), whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
+        const double change = find_length_change(trials, l, gap), whole = kt_vec3_norm(kt_vec3_sub(l->to, l->from));
         const char *point = l->child >= 0 ? d->bodies[l->child].name : d->loops[loop].name;
         if (change == 0.0)
             continue;
@@ -427,8 +409,8 @@ static kt_vec3 without_rounding(kt_vec3 a) {
 }
 
 /* Tries each end of a loop at the position of the other end. Returns the number of suggestions. */
-static int advise_on_places(const kt_scene *scene, const reached *r, int loop, double gap) {
-    const kt_description *d = &scene->description;
+static int advise_on_places(kt_trials *trials, const reached *r, int loop, double gap) {
+    const kt_description *d = &trials->scene->description;
     const kt_end *ends = d->loops[loop].between;
     int found = 0;
     for (int k = 0; k < 2 && gap > 0.0; k++) {
@@ -436,7 +418,7 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
         const int other = kt_advised_body(d, ends[1 - k].body) >= 0 ? kt_body_find(r->model, ends[1 - k].body) : 0;
         const kt_vec3 there = kt_point_position(r->model, r->data, other, point_of_end(d, &ends[1 - k]));
         const kt_vec3 to = kt_pose_apply(kt_pose_invert(kt_body_pose(r->model, r->data, body)), there);
-        if (!closes_with_end_at(scene, loop, k, to))
+        if (!closes_with_end_at(trials, loop, k, to))
             continue;
         const kt_vec3 direction = without_rounding(kt_vec3_sub(to, point_of_end(d, &ends[k])));
         kt_print("  they close if the end of loop '%s' on '%s' is moved by [%.3g, %.3g, %.3g] m in that frame\n",
@@ -451,47 +433,47 @@ static int advise_on_places(const kt_scene *scene, const reached *r, int loop, d
 
 /* Suggests another type for a loop whose equations repeat others and nearly agree with them. Returns the number of
  * suggestions. */
-static int advise_on_types(const kt_scene *scene, const int *open, int count) {
+static int advise_on_types(kt_trials *trials, const int *open, int count) {
     for (int i = 0; i < count; i++) {
-        const char *type = find_lesser(scene, open[i], -1);
+        const char *type = find_lesser(trials, open[i], -1);
         if (type == NULL)
             continue;
         fprintf(
             stderr,
             "  they close with 'type: %s' in loop '%s', which has fewer equations, or with a bushing in its place\n",
-            type, scene->description.loops[open[i]].name);
+            type, trials->scene->description.loops[open[i]].name);
         return 1;
     }
     return 0;
 }
 
-static void advise_changes(const kt_scene *scene, const reached *r, const int *open, const double *gap, int count) {
-    const kt_description *d = &scene->description;
-    const int held = advise_on_hold(scene);
-    int found = kt_say_double_motions("  ", scene);
-    const int types = r->most < NEARLY ? advise_on_types(scene, open, count) : 0;
+static void advise_changes(kt_trials *trials, const reached *r, const int *open, const double *gap, int count) {
+    const kt_description *d = &trials->scene->description;
+    const int held = advise_on_hold(trials);
+    int found = kt_say_double_motions("  ", trials->scene);
+    const int types = r->most < NEARLY ? advise_on_types(trials, open, count) : 0;
     if (r->most <= d->tolerance)
         fputs(
             "  gaps as small as these are accepted of rounded data, but not where bars are in line, where what repeats "
             "looks like what is out of reach: begin at a position next to this one\n",
             stderr);
     for (int i = 0; i < count && found == 0; i++)
-        found += advise_on_millimetres(scene, open[i]);
+        found += advise_on_millimetres(trials, open[i]);
     for (int i = 0; i < count; i++)
-        found += advise_on_axis(scene, open[i]);
+        found += advise_on_axis(trials, open[i]);
     for (int i = 0; i < count && found == 0; i++)
-        found += advise_on_joints(scene, open[i]);
+        found += advise_on_joints(trials, open[i]);
     found += held;
     for (int i = 0; i < count && found == 0; i++)
-        found += advise_on_lengths(scene, open[i], gap[i]);
+        found += advise_on_lengths(trials, open[i], gap[i]);
     for (int i = 0; i < count && found == 0; i++)
-        found += advise_on_places(scene, r, open[i], gap[i]);
+        found += advise_on_places(trials, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
-        if (kt_closes_without(scene, open[i])) {
+        if (kt_closes_without(trials, open[i])) {
             kt_print("  the others close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
-    if (found + types == 0)
+    if (found + types == 0 && !trials->ended)
         fputs(
             "  none of these changes closes them: another axis in one of the loops or their joints, one joint less in "
             "'hold', one length changed by the gap or by twice the gap, one end moved to the other: check the lengths, "
@@ -501,6 +483,7 @@ static void advise_changes(const kt_scene *scene, const reached *r, const int *o
 
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     reached r;
+    kt_trials trials = {.scene = scene, .usual = kt_trial_work(model)};
     int open[TRIED_MAX], count = 0;
     double gap[TRIED_MAX];
     const int loops = find_reached(model, &r) && !r.is_closed ? kt_loop_count(model) : 0;
@@ -515,10 +498,11 @@ void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
         open[count++] = i;
     }
     if (loops > 0 && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX)
-        advise_changes(scene, &r, open, gap, count);
+        advise_changes(&trials, &r, open, gap, count);
     if (r.is_closed && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX) {
-        (void)advise_on_hold(scene);
-        kt_say_contradicting_velocities(scene);
+        (void)advise_on_hold(&trials);
+        kt_say_contradicting_velocities(&trials);
     }
+    kt_say_trials_ended(&trials);
     free_reached(&r);
 }

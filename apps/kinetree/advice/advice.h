@@ -12,18 +12,38 @@ int kt_advised_body(const kt_description *d, const char *name);
 /* Whether only fixed joints are between a body and the world. */
 bool kt_body_stands_still(const kt_description *d, const char *name);
 
+/* Assemblies of a scene with one change each. All of a search share one limit of work, which depends on sizes and on no
+ * clock: a failing assembly takes a thousand times as long as a successful one. */
+typedef struct kt_trials {
+    const kt_scene *scene;
+    double usual; /* the work of a trial of the scene itself: of one that does not compile */
+    double work;  /* of the trials so far */
+    int count;    /* how many were tried */
+    bool ended;   /* a change was not tried, because the limit was reached */
+} kt_trials;
+
+/* Returns the work of a trial of a model, by its sizes. */
+double kt_trial_work(const kt_model *model);
+
+/* Prints that the search ended at its limit, if it did. */
+void kt_say_trials_ended(const kt_trials *trials);
+
 /* Returns whether the scene's loops close with another list of held joints. Joint number `out` of `initial: hold` is
  * released (-1: none is). The joint with the name `in` is held in addition (NULL: none is). */
-bool kt_closes_holding(const kt_scene *scene, int out, const char *in);
+bool kt_closes_holding(kt_trials *trials, int out, const char *in);
 
 /* Returns whether the scene's loops close without one of them. */
-bool kt_closes_without(const kt_scene *scene, int loop);
+bool kt_closes_without(kt_trials *trials, int loop);
 
-/* Return whether a description closes, compiled with the options of the scene's run. It is a given one, or that of the
- * scene with one change: of a loop (NULL: without it), or of the joint of a body. */
-bool kt_closes_described(const kt_scene *scene, const kt_description *description);
-bool kt_closes_with_loop(const kt_scene *scene, int loop, const kt_loop *changed);
-bool kt_closes_with_joint(const kt_scene *scene, int body, const kt_joint *changed);
+/* Return whether a description closes, compiled with the options of the scene's run; false at the limit. It is a given
+ * one, or that of the scene with one change: of a loop (NULL: without it), or of the joint of a body. */
+bool kt_closes_described(kt_trials *trials, const kt_description *description);
+bool kt_closes_with_loop(kt_trials *trials, int loop, const kt_loop *changed);
+bool kt_closes_with_joint(kt_trials *trials, int body, const kt_joint *changed);
+
+/* As kt_closes_described. If it closes, *left becomes the degrees of freedom, and *disagrees whether equations of loops
+ * disagree. */
+bool kt_closes_to(kt_trials *trials, const kt_description *description, int *left, bool *disagrees);
 
 /* Prints the pairs of loops that prescribe the motion of one joint, each line after `before`. Returns the number of
  * pairs. */
@@ -31,7 +51,7 @@ int kt_say_double_motions(const char *before, const kt_scene *scene);
 
 /* Called if the positions close and the velocities contradict each other: prints the loops without which the others
  * agree. */
-void kt_say_contradicting_velocities(const kt_scene *scene);
+void kt_say_contradicting_velocities(kt_trials *trials);
 
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);

@@ -20,21 +20,21 @@ int kt_say_double_motions(const char *before, const kt_scene *scene) {
 }
 
 /* Prints the loops without which the others agree. Motions of joints are tried first. */
-static void advise_on_contradicting_loops(const kt_scene *scene) {
-    const kt_description *d = &scene->description;
+static void advise_on_contradicting_loops(kt_trials *trials) {
+    const kt_description *d = &trials->scene->description;
     int tried = 0;
     for (int others = 0; others < 2; others++)
         for (int i = 0; i < d->loop_count && d->loop_count > 1; i++)
             if ((d->loops[i].type != KT_LOOP_MOTION) == (others == 1) && tried++ < TRIALS &&
-                kt_closes_without(scene, i))
+                kt_closes_without(trials, i))
                 kt_print("  the others agree without loop '%s'\n", d->loops[i].name);
 }
 
-void kt_say_contradicting_velocities(const kt_scene *scene) {
+void kt_say_contradicting_velocities(kt_trials *trials) {
     fputs(
         "  the positions close, but loops and held joints prescribe velocities that contradict each other at t = 0 s; "
         "make the rates of drives and the velocities of held joints agree\n",
         stderr);
-    (void)kt_say_double_motions("  ", scene);
-    advise_on_contradicting_loops(scene);
+    (void)kt_say_double_motions("  ", trials->scene);
+    advise_on_contradicting_loops(trials);
 }

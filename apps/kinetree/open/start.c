@@ -77,7 +77,7 @@ static kt_initial_change *list_initial_changes(const kt_model *model, const doub
 }
 
 /* Prints the changed joints that `hold` could fix. */
-static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_initial_change *changes, int count) {
+static void say_holdable(kt_trials *trials, const kt_model *model, const kt_initial_change *changes, int count) {
     const char *before = "; 'initial: {hold: [JOINT]}' would keep ";
     int last = 0, tried = 0;
     for (int i = 0; i < count && tried < TRIED_MAX && kt_model_nv(model) <= KT_ADVICE_COORDINATES_MAX; i++) {
@@ -85,7 +85,7 @@ static void say_holdable(const kt_scene *scene, const kt_model *model, const kt_
             continue;
         last = changes[i].body;
         tried++;
-        if (!kt_closes_holding(scene, -1, kt_joint_name(model, last)))
+        if (!kt_closes_holding(trials, -1, kt_joint_name(model, last)))
             continue;
         kt_print("%s%s", before, kt_joint_name(model, last));
         before = " or ";
@@ -131,13 +131,14 @@ static const char *cause_of_changes(const kt_model *model, bool is_struck) {
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
                        bool is_struck) {
     int count;
+    kt_trials trials = {.scene = scene, .usual = kt_trial_work(model)};
     kt_initial_change *changes = list_initial_changes(model, q, v, &count);
     double *given = count > 0 ? kt_given_state(model) : NULL;
     if (given != NULL)
         kt_print("%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
                  path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
     if (given != NULL && kt_loop_count(model) > 0 && !is_struck)
-        say_holdable(scene, model, changes, count);
+        say_holdable(&trials, model, changes, count);
     if (given != NULL)
         kt_print(":\n");
     for (int i = 0; given != NULL && i < count && i < LISTED_MAX; i++) {
@@ -149,6 +150,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
     }
     if (given != NULL && count > LISTED_MAX)
         kt_print("  and %d more\n", count - LISTED_MAX);
+    kt_say_trials_ended(&trials);
     free(given);
     free(changes);
     say_half_held(path, scene, model, q);
