@@ -86,6 +86,7 @@ const kt_usage kt_usage_accuracy = {
         "An error is the largest one over all joints and records, of positions or of the choice of --of.\n"
         "Angles are compared on the circle, and quaternions using the rotation between them, in rad.\n"
         "Lengths are divided by the length scale of the scene; without angles they are in metres.\n"
+        "Errors are those outside of short windows about events. A second table has the errors of their instants.\n"
         "The picture has the best method of each family, at most eight. Slopes show orders, and rings show the "
         "recommended points.\n"
         "Bars reach from the least to the median of measured times.\n"
