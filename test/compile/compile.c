@@ -83,7 +83,7 @@ static void rejected(kt_tree *tree, const char *what, const char *name) {
     kt_check_text("where", error.where, where);
     kt_check_contains("what is wrong", error.message,
                       "moves nothing that has inertia along one of its degrees of freedom");
-    kt_check_contains("how to mend it", error.message, "mass and inertia there, or make the joint fixed");
+    kt_check_contains("how to mend it", error.message, "or make the joint fixed");
     kt_check_true("no model", model == NULL);
 }
 

@@ -272,6 +272,11 @@ def main():
     claim("quickstart answers to options and builds nothing then",
           [done.stdout + done.stderr for word, done in asked.items()
            if "[BUILD-DIRECTORY]" not in done.stdout or (done.returncode == 0) != (word == "--help")])
+    inputs = subprocess.run(["ninja", "-C", build, "-t", "query", "command"], capture_output=True, text=True).stdout.split()
+    claim("quickstart builds all files that the command copies",
+          [name for name in ("kinetree-fmu.so", "kinetree-fmu.c") if command and (pathlib.Path(build) / "apps/fmu").is_dir() and
+           not any(path.endswith(f"apps/fmu/{name}") for path in inputs)] +
+          ([] if '"$build" command' in (root / "apps/quickstart").read_text() else ["it builds another target"]))
     claim("benchmarks that pages name are there", benchmarks(root, pages))
     claim("names and files of the sources that pages tell of are there", list(sources_named(root, pages)))
     table = (root / "include/pages/c-interface.md").read_text()

@@ -18,6 +18,10 @@ int kt_angles_say(const kt_scene *scene);
  * Numbers are not checked if an event sets parameters of the scene. Returns the number of warnings. */
 int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene);
 
+/* Warns of slender rods on spherical and free joints whose turn about their own axis nothing resists. Returns the
+ * number of warnings. */
+int kt_slender_warn(kt_warnings *warnings, const kt_scene *scene);
+
 /* Warns of own columns (`output.columns`) whose formula is the name of a column alone, and whose unit measures the same
  * quantity with another factor: `{value: position.arm, unit: deg}`. The unit is a label, and numbers are not converted.
  * Other formulas may convert. Returns the number of warnings. */

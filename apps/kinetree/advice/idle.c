@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Counts to the number of bodies, and so ends in a ring. */
 bool kt_body_stands_still(const kt_description *d, const char *name) {
@@ -96,6 +97,63 @@ int kt_idle_warn(kt_warnings *warnings, const kt_scene *scene) {
                     ends > 1 ? "both its ends are" : "its end is");
         else
             kt_warn(warnings, &warning, "%s (%s) exerts no force: all of its numbers are 0", name, type);
+        count++;
+    }
+    return count;
+}
+
+/* ---- slender rods ------------------------------------------------------------------------------------------------ */
+
+/* Returns whether a point of the body's frame is on the axis of its rod. */
+static bool is_on_axis(const kt_shape *rod, kt_vec3 at) {
+    const kt_vec3 along = kt_vec3_normalize(kt_vec3_sub(rod->to, rod->from)), from = kt_vec3_sub(at, rod->from);
+    return kt_vec3_norm(kt_vec3_cross(along, from)) <= 1e-9 * (kt_vec3_norm(from) + kt_vec3_norm(rod->to));
+}
+
+static kt_vec3 end_on_body(const kt_body *body, const kt_end *end) {
+    for (int i = 0; end->marker != NULL && i < body->marker_count; i++)
+        if (strcmp(body->markers[i].name, end->marker) == 0)
+            return body->markers[i].at;
+    return end->at;
+}
+
+/* Returns whether a loop may hold the turn of a body about the axis of its rod. */
+static bool loop_holds_turn(const kt_loop *loop, const kt_body *body) {
+    for (int k = 0; k < 2; k++)
+        if (loop->between[k].body != NULL && strcmp(loop->between[k].body, body->name) == 0 &&
+            ((loop->type != KT_LOOP_SPHERICAL && loop->type != KT_LOOP_DISTANCE) ||
+             !is_on_axis(&body->shape, end_on_body(body, &loop->between[k]))))
+            return true;
+    return false;
+}
+
+/* Returns whether nothing resists or holds the turn of a body about the axis of its rod. */
+static bool turns_without_inertia(const kt_description *d, const kt_body *body) {
+    kt_vec3 com;
+    kt_sym3 inertia;
+    bool turns = (body->joint.type == KT_JOINT_SPHERICAL || body->joint.type == KT_JOINT_FREE) &&
+                 body->shape.type == KT_SHAPE_ROD && body->mass > 0.0 && body->shape.radius == 0.0 &&
+                 body->inertia_of_shape && body->joint.armature[0] == 0.0 &&
+                 is_on_axis(&body->shape, kt_vec3_make(0.0, 0.0, 0.0)) &&
+                 kt_body_inertia(body, &com, &inertia, NULL) == KT_OK;
+    for (int i = 0; turns && i < d->body_count; i++)
+        turns = d->bodies[i].parent == NULL || strcmp(d->bodies[i].parent, body->name) != 0;
+    for (int i = 0; turns && i < d->loop_count; i++)
+        turns = !loop_holds_turn(&d->loops[i], body);
+    return turns;
+}
+
+int kt_slender_warn(kt_warnings *warnings, const kt_scene *scene) {
+    const kt_description *d = &scene->description;
+    int count = 0;
+    for (int i = 0; i < d->body_count; i++) {
+        if (!turns_without_inertia(d, &d->bodies[i]))
+            continue;
+        const kt_warning warning = kt_warning_of("slender_rod", 0.0, "kg m^2", "Give its shape a `radius`");
+        kt_warn(warnings, &warning,
+                "body '%s' is a rod without a radius on a %s joint: nothing resists its turn about its own axis, so "
+                "that the motion is undetermined",
+                d->bodies[i].name, kt_joint_type_name(d->bodies[i].joint.type));
         count++;
     }
     return count;

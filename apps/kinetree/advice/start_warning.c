@@ -70,6 +70,21 @@ static void list_notes(kt_outcome *outcome) {
                         outcome->scene->notes[i].what);
 }
 
+/* Warns if velocities at the start point into closed contacts or stops, so that the run begins with impacts.
+ * Coordinates that the scene does not give may have changed, too. */
+static void warn_of_impacts_at_start(kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_warning warning = kt_warning_at("start_impact", 0.0, seen.dissipated, "J",
+                                             "Give velocities that keep closed contacts closed, or start away from "
+                                             "them");
+    if (seen.impacts > 0)
+        kt_warn(&outcome->warnings, &warning,
+                "the start is inconsistent: velocities point into closed contacts, and %llu impact%s at t = 0 "
+                "dissipate%s %.3g J",
+                (unsigned long long)seen.impacts, kt_plural((long long)seen.impacts), seen.impacts == 1 ? "s" : "",
+                seen.dissipated);
+}
+
 void kt_report_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
@@ -78,9 +93,11 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     warn_of_many_records(outcome);
     warn_of_jumps(outcome);
     warn_of_until(outcome);
+    warn_of_impacts_at_start(outcome);
     warn_of_gravity(outcome);
     (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
     (void)kt_idle_warn(&outcome->warnings, outcome->scene);
+    (void)kt_slender_warn(&outcome->warnings, outcome->scene);
     (void)kt_column_units_warn(&outcome->warnings, outcome->scene, outcome->model);
     (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
     outcome->moved = kt_start_moved(outcome->model, q, v);

@@ -263,6 +263,7 @@ static int check_start(check *c) {
     c->warnings += kt_angles_warn(&warnings, c->scene, false);
     check_meshes(c);
     c->warnings += kt_idle_warn(&warnings, c->scene);
+    c->warnings += kt_slender_warn(&warnings, c->scene);
     c->warnings += kt_column_units_warn(&warnings, c->scene, c->model);
     c->warnings += kt_penetration_warn(&warnings, c->scene, c->model, c->q);
     kt_warnings_free(&warnings);

@@ -72,8 +72,9 @@ static int read_installed(const char *name, kt_bytes *content) {
         return read_content(path, content);
     return kt_reject(
         KT_EXIT_INTEGRATION,
-        "export: %s, a part of FMUs, is neither in %s next to the program nor in %s; install Kinetree as a whole", name,
-        KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
+        "export: %s, a part of FMUs, is neither in %s next to the program nor in %s; run 'ninja command' in the build "
+        "directory, or install Kinetree as a whole",
+        name, KT_FMU_FROM_PROGRAM, KT_FMU_INSTALLED);
 }
 
 /* ---- the archive ------------------------------------------------------------------------------------------------- */

@@ -128,6 +128,7 @@ typedef struct kt_so_far {
     kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
     kt_stability_watch stability; /* watches adaptive explicit steps */
     kt_growth growth;             /* watches speeds and auxiliary states */
+    uint64_t jumped;              /* events of the scene, as bits, that have happened at a jump of atan2 */
     kt_moved moved;               /* coordinates, at the ends of steps */
 } kt_so_far;
 
@@ -284,6 +285,9 @@ void kt_report_start(kt_outcome *outcome, bool quiet);
  * frames. motion: NULL if there is no view. */
 struct kt_motion;
 void kt_warn_of_frames(kt_outcome *outcome, const struct kt_motion *motion);
+
+/* Warns, once for each event, if an event has happened at a jump of atan2 in its formula. */
+void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record);
 
 /* Reports the value beyond all reason, and adds a warning to the list. */
 void kt_say_excess(kt_outcome *outcome);

@@ -150,7 +150,7 @@ static void check_unused_expressions(kt_reader *r) {
     const kt_symbols symbols = {.find = find_anywhere, .list = list_column_symbol, .user = r};
     const kt_node *key;
     const char *text;
-    for (int k = 0; r->scene->names_are_known && (key = kt_expression_unused(r, k)) != NULL; k++) {
+    for (int k = 0; kt_names_are_known(r) && (key = kt_expression_unused(r, k)) != NULL; k++) {
         const kt_scope here = {.outer = &outer, .key = key->of.text};
         kt_node inner = *key->next;
         if (kt_node_is_faulty(&inner))

@@ -371,7 +371,7 @@ static bool index_bodies(kt_reader *r, const kt_item_read *all) {
         return kt_reader_out_of_memory(r);
     for (int i = 0; i < all->count; i++)
         if (kt_find_body(r, bodies[i].name) != i) /* one of the two may have another name */
-            r->scene->names_are_known = false;
+            r->scene->names_are_doubled = true;
     return true;
 }
 

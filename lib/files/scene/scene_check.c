@@ -6,6 +6,7 @@
  */
 #include "scene/scene_part.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct kt_checking {
@@ -97,7 +98,23 @@ typedef struct referred {
     bool is_named;     /* else there is no name */
     int body;          /* -1: there is none of this name */
     bool lacks_marker; /* the body has no marker of this name */
+    bool is_misspelt;  /* there is none, and the name resembles another one */
 } referred;
+
+/* Whether a name that no body has resembles the name of a body that is no second one. It is then misspelt. Otherwise
+ * one of two bodies of one name may have been meant to have it. */
+static bool is_misspelt(const kt_reader *r, const char *name) {
+    const kt_description *d = r->scene->description;
+    kt_nearest nearest = kt_nearest_make(name, NULL);
+    const char *doubled = NULL;
+    for (int others = 0; others < 2; others++) {
+        for (int i = 0; i < d->body_count; i++)
+            if (d->bodies[i].name != NULL && (kt_find_body(r, d->bodies[i].name) == i) == (others == 1))
+                (void)kt_nearest_try(&nearest, d->bodies[i].name);
+        doubled = others == 0 ? nearest.best : doubled;
+    }
+    return nearest.best != NULL && nearest.best != doubled;
+}
 
 static referred find_referred(const kt_reader *r, const kt_place *place, const kt_key *key, const kt_node *node) {
     char name[LONGEST_NAME + 1];
@@ -116,6 +133,7 @@ static referred find_referred(const kt_reader *r, const kt_place *place, const k
     const bool has_marker = !is_joint && body >= 0 && text->of.text[length] == '.';
     return (referred){.is_named = true,
                       .body = body,
+                      .is_misspelt = body < 0 && r->scene->names_are_doubled && is_misspelt(r, name),
                       .lacks_marker = has_marker && kt_find_marker(r, body, text->of.text + length + 1) < 0};
 }
 
@@ -124,7 +142,9 @@ static bool refers_to_hidden(const kt_reader *r, const kt_place *place, const kt
     if (!is_reference(place, key))
         return false;
     const referred to = find_referred(r, place, key, node);
-    return to.body < 0 ? !r->scene->names_are_known : kt_body_is_hidden(r, to.body);
+    if (to.body >= 0)
+        return kt_body_is_hidden(r, to.body);
+    return !r->scene->names_are_known || (r->scene->names_are_doubled && !to.is_misspelt);
 }
 
 /* Whether an item has faults of form; these do not change while the description is checked. Cost: O(item) for the first
@@ -239,8 +259,32 @@ static bool is_tree_known(const kt_reader *r) {
     for (const kt_node *node = r->root->of.first; node != NULL; node = node->next)
         if (node->faulty)
             return false;
-    return r->scene->names_are_known && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
+    return kt_names_are_known(r) && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
            !kt_node_is_faulty(kt_node_find(r->root, "loops"));
+}
+
+/* Whether a node is a list of three zeros. */
+static bool is_zero_vector(const kt_node *node) {
+    if (node == NULL || node->kind != KT_NODE_LIST || node->count != 3)
+        return false;
+    for (const kt_node *item = node->of.first; item != NULL; item = item->next) {
+        char *end = NULL;
+        if (item->kind != KT_NODE_TEXT || strtod(item->of.text, &end) != 0.0 || end == item->of.text || *end != '\0')
+            return false;
+    }
+    return true;
+}
+
+/* The keys of a joint of unknown type are not read. No type has an axis of zeros. */
+static void check_axes_of_unknown_types(kt_reader *r, const kt_description *d) {
+    for (int i = 0; i < d->body_count; i++) {
+        const kt_node *joint = kt_node_find(r->scene->body_nodes[i], "joint");
+        const kt_node *axis = joint != NULL && joint->kind == KT_NODE_MAP ? kt_node_find(joint, "axis") : NULL;
+        if (is_zero_vector(axis) && !has_type(joint))
+            (void)kt_fault_put(r, KT_ERROR_MODEL, axis->line, axis->column,
+                               "body %s: joint.axis is zero; give it a direction, such as [0, 0, 1]",
+                               kt_name_quote(d->bodies[i].name).text);
+    }
 }
 
 /* Faults that only the whole mechanism shows are reported by its compilation. If other faults prevent the compilation,
@@ -249,6 +293,7 @@ static bool is_tree_known(const kt_reader *r) {
 void kt_check_description(kt_reader *r, const kt_description *description) {
     kt_checking c = {.reader = r, .description = description};
     kt_error error;
+    check_axes_of_unknown_types(r, description);
     if (kt_description_check(description, take_description_fault, &c, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(r);
     else if (r->fault_count > 0 && r->fault_count < KT_FAULT_COUNT_MAX && is_tree_known(r)) {

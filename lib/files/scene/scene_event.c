@@ -81,7 +81,7 @@ static int find_effect(const kt_description *d, const char *name) {
 /* The name of a loop or of an effect. */
 static bool check_switched(kt_reader *r, const kt_scope *scope, kt_node *node, const char *name) {
     const kt_description *d = r->scene->description;
-    if (!r->scene->names_are_known || kt_node_has_stray(r->root) || kt_node_is_faulty(kt_node_find(r->root, "loops")) ||
+    if (!kt_names_are_known(r) || kt_node_has_stray(r->root) || kt_node_is_faulty(kt_node_find(r->root, "loops")) ||
         kt_node_is_faulty(kt_node_find(r->root, "effects")))
         return true; /* names of some loops or effects could not be read */
     for (int i = 0; i < d->loop_count + d->effect_count; i++) {
@@ -154,7 +154,7 @@ static bool read_set(kt_reader *r, const kt_scope *scope, kt_node *map, kt_scene
         if (key->kind != KT_NODE_TEXT)
             return kt_fault_expected(r, scope, key, "the name of a parameter or a state");
         const kt_scope here = {.outer = scope, .key = key->of.text};
-        if (!r->scene->names_are_known || r->scene->parameters_are_hidden || r->scene->hides_parameters)
+        if (!kt_names_are_known(r) || r->scene->parameters_are_hidden || r->scene->hides_parameters)
             return true;
         const bool is_settable = kt_variable_find(r->scene->description, key->of.text, &variable) &&
                                  (variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY);

@@ -126,7 +126,7 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
 
 /* NULL: a fault of the names has been reported. */
 static kt_body *mesh_body_of(kt_reader *r, kt_scene *scene, const char *name) {
-    const int index = r->scene->names_are_known ? kt_find_body(r, name) : -1;
+    const int index = kt_names_are_known(r) ? kt_find_body(r, name) : -1;
     return index >= 0 ? (kt_body *)&scene->description.bodies[index] : NULL;
 }
 
@@ -136,7 +136,7 @@ static void read_mesh_item(kt_reader *r, const kt_scope *scope, const kt_item_re
     *mesh = standard_mesh();
     if (!kt_table_read(r, scope, node, &table, mesh))
         return;
-    if (r->scene->names_are_known && mesh->body != NULL && kt_find_body(r, mesh->body) < 0) {
+    if (kt_names_are_known(r) && mesh->body != NULL && kt_find_body(r, mesh->body) < 0) {
         (void)kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "body"), "body %s does not exist",
                           kt_name_quote(mesh->body).text);
         return;

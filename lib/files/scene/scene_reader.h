@@ -18,13 +18,14 @@ typedef struct kt_scene_reading {
     const kt_description *description; /* as far as it is read */
     struct kt_scene_part *parts;       /* shapes of the body that is being read; NULL: none */
     kt_node **part_nodes;
-    kt_names names;       /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
-    bool names_are_known; /* the name of every body could be read */
-    bool hides_bodies;    /* markers or the joint of some body could not */
-    int quantity;         /* kt_quantity of the values of the function that is being read */
-    const char *unit;     /* SI unit of these values, up to a '|' or its end; NULL: any */
-    int function_depth;   /* sums and products that the function is within */
-    int joint_quantity;   /* kt_quantity of the position of the joint that the item acts in */
+    kt_names names;         /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
+    bool names_are_known;   /* the name of every body could be read */
+    bool names_are_doubled; /* two bodies have one name */
+    bool hides_bodies;      /* markers or the joint of some body could not */
+    int quantity;           /* kt_quantity of the values of the function that is being read */
+    const char *unit;       /* SI unit of these values, up to a '|' or its end; NULL: any */
+    int function_depth;     /* sums and products that the function is within */
+    int joint_quantity;     /* kt_quantity of the position of the joint that the item acts in */
 
     kt_named_number *parameters; /* of the file; see scene_parameter.c */
     double *parameter_values;    /* theirs, NaN if there is none: the values of expressions' symbols */
@@ -44,10 +45,15 @@ typedef struct kt_scene_reading {
         **state_nodes; /* as the arrays of the description */
 } kt_scene_reading;
 
+/* Whether the name of every body could be read, and no two are equal. */
+static inline bool kt_names_are_known(const kt_reader *r) {
+    return r->scene->names_are_known && !r->scene->names_are_doubled;
+}
+
 /* Whether all names for formulas have been read. Else the names in formulas are not checked, since faults have been
  * reported. */
 static inline bool kt_variables_are_known(const kt_reader *r) {
-    return r->scene->names_are_known && !r->scene->hides_bodies;
+    return kt_names_are_known(r) && !r->scene->hides_bodies;
 }
 
 #endif

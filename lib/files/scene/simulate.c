@@ -304,7 +304,7 @@ static bool read_traced_marker(kt_reader *r, const kt_scope *scope, kt_node *nod
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "expected BODY.MARKER, found %s; name a marker of a body",
                            kt_name_quote(node->of.text).text);
     int body = kt_find_body(r, end.body);
-    if (body < 0 && !r->scene->names_are_known)
+    if (body < 0 && !kt_names_are_known(r))
         return false;
     if (body < 0 || kt_find_marker(r, body, end.marker) < 0)
         return body >= 0 && kt_body_is_hidden(r, body) ? false : report_marker(r, scope, node, &end, body);

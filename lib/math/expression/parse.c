@@ -203,11 +203,34 @@ static void try_symbols(const kt_parser *p, kt_nearest *nearest) {
     nearest->best = best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
 }
 
+/* Reports a quantity that follows from all forces, where no known name is one of its kind: a force that read it would
+ * read itself. Returns false if there was nothing to report. */
+static bool reject_response(kt_parser *p, const char *spot, const char *name) {
+    static const char *const kinds[] = {"reaction.", "acceleration.", "bearing."};
+    const char *known;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        const size_t length = strlen(kinds[i]);
+        bool exists = strncmp(name, kinds[i], length) != 0 || p->symbols == NULL || p->symbols->list == NULL;
+        for (int k = 0; !exists && (known = p->symbols->list(p->symbols->user, k)) != NULL; k++)
+            exists = strncmp(known, kinds[i], length) == 0;
+        if (!exists) {
+            (void)reject_formula(p, spot,
+                                 "there is no name %s: %.*ss follow from all forces, so that formulas of forces and "
+                                 "loops cannot read them. They exist in events (`when`) and columns only",
+                                 kt_name_quote(name).text, (int)length - 1, kinds[i]);
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Reports an undefined name, with the nearest defined one. */
 static bool reject_undefined(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
         return reject_formula(p, spot, "a name has more than %d characters", KT_EXPRESSION_NAME_MAX);
+    if (!is_function && reject_response(p, spot, name))
+        return false;
     if (!is_function && p->symbols != NULL && p->symbols->list != NULL)
         try_symbols(p, &nearest);
     if (!is_function)

@@ -236,10 +236,7 @@ static kt_status reject_open_loops(const kt_model *model, kt_data *data, double 
                                    true, error);
     }
     if (closure == KT_CLOSURE_SINGULAR)
-        return kt_error_set(
-            error, KT_ERROR_SINGULAR, kt_where_format("t = %.9g s", t).text,
-            "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave: give the "
-            "bodies that move there mass or inertia");
+        return kt_inertia_reject_motion(model, kt_where_format("t = %.9g s", t).text, error);
     return kt_input_reject_not_finite(model, t, input, error);
 }
 

@@ -134,11 +134,20 @@ static void report_inertia(reporter *t, const kt_body *body, int index) {
     kt_error error;
     char where[KT_WHERE_SIZE];
     (void)snprintf(where, sizeof where, "body '%s'", body->name);
-    (void)kt_error_set(
-        &error, KT_ERROR_MODEL, where,
-        "its %s joint moves nothing that has inertia along one of its degrees of freedom: give '%s', or a body "
-        "that it carries, mass and inertia there, or make the joint fixed",
-        kt_joint_type_name(body->joint.type), body->name);
+    const bool is_slender = body->shape.type == KT_SHAPE_ROD && body->shape.radius == 0.0;
+    if (is_slender && body->mass > 0.0)
+        (void)kt_error_set(
+            &error, KT_ERROR_MODEL, where,
+            "its %s joint moves nothing that has inertia along one of its degrees of freedom: a rod without a radius "
+            "does not resist a turn about its own axis. Give its shape a 'radius', or '%s' an inertia about that axis, "
+            "or make the joint fixed",
+            kt_joint_type_name(body->joint.type), body->name);
+    else
+        (void)kt_error_set(
+            &error, KT_ERROR_MODEL, where,
+            "its %s joint moves nothing that has inertia along one of its degrees of freedom: give '%s', or a body "
+            "that it carries, mass and inertia there, or make the joint fixed",
+            kt_joint_type_name(body->joint.type), body->name);
     report_fault(t, KT_ITEM_BODY, index, "joint", &error);
 }
 

@@ -99,3 +99,32 @@ kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *err
                                 (unsigned long)(i / n), x[i], KT_COLUMN_MOST);
     return KT_OK;
 }
+
+/* Returns the first body on a spherical or free joint that nothing resists turning about an axis: a rod without a
+ * radius. NULL: there is none. */
+static const char *find_slender_body(const kt_model *model) {
+    for (size_t i = 1; i < model->n.body; i++) {
+        const kt_body_record *body = &model->body[i];
+        const kt_const_sym3 j = body->inertia;
+        const double trace = j.xx + j.yy + j.zz;
+        const double det = j.xx * (j.yy * j.zz - j.yz * j.yz) - j.xy * (j.xy * j.zz - j.yz * j.xz) +
+                           j.xz * (j.xy * j.yz - j.yy * j.xz);
+        if ((body->type == KT_JOINT_SPHERICAL || body->type == KT_JOINT_FREE) && trace > 0.0 &&
+            det <= 1e-12 * trace * trace * trace)
+            return model->text + body->name;
+    }
+    return NULL;
+}
+
+kt_status kt_inertia_reject_motion(const kt_model *model, const char *where, kt_error *error) {
+    const char *slender = find_slender_body(model);
+    if (slender == NULL)
+        return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                            "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
+                            "leave: give the bodies that move there mass or inertia");
+    return kt_error_set(error, KT_ERROR_SINGULAR, where,
+                        "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
+                        "leave: nothing resists a turn of '%.100s' about its own axis. Give its shape a 'radius', or "
+                        "the body an inertia about that axis",
+                        slender);
+}

@@ -152,6 +152,9 @@ kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error 
 /* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that one
  * is too large. */
 kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
+/* Sets the error that no inertia is along a degree of freedom that loops leave, with its remedy. The remedy names a
+ * slender rod that may turn about its own axis. */
+kt_status kt_inertia_reject_motion(const kt_model *model, const char *where, kt_error *error);
 
 /* Returns a number that distinguishes states of a model; two states share it with a probability of 1 in 2^64. v may be
  * NULL (zero). Cost: O(nq). */

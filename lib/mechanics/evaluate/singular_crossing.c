@@ -488,13 +488,11 @@ static kt_status reject_singular_position(const kt_model *model, size_t link, do
     const kt_status status = kt_input_check(model, input, error);
     if (status != KT_OK)
         return status;
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR,
+    return kt_inertia_reject_motion(
+        model,
         kt_where_format("joint '%.100s', t = %.9g s", model->text + model->body[model->link[link].body].joint_name, t)
             .text,
-        "the mechanism has no positive inertia along one of the degrees of freedom that its loops "
-        "leave: give the bodies that "
-        "move there mass or inertia");
+        error);
 }
 
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,

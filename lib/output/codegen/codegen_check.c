@@ -1,6 +1,7 @@
 /* What a call of kt_codegen_write cannot generate. */
 #include "codegen/functions.h"
 
+#include "base/where.h"
 #include "codegen/loops.h"
 #include "kinetree/codegen.h"
 #include "kinetree/descriptor.h"
@@ -27,6 +28,13 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
     const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
                             KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS,
                    projected = KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES;
+    for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
+        const char *fault = kt_code_switched_fault(model, i), *name = kt_loop_name(model, i);
+        if (fault != NULL)
+            return kt_error_set(error, KT_ERROR_MODEL,
+                                kt_where_format("effect '%.*s'", (int)strcspn(name, "."), name).text,
+                                "code for it cannot be generated: %s; or use the library for this mechanism", fault);
+    }
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_loop_fault(model, i);
         if (fault != NULL)

@@ -28,10 +28,10 @@
 
 /* ---- which loops ------------------------------------------------------------------------------------------------- */
 
-/* Why a loop of an effect has no code; NULL: it is no loop of an effect. */
-static const char *fault_of_switch(const kt_loop_record *r) {
+const char *kt_code_switched_fault(const kt_model *model, int loop) {
+    const kt_loop_record *r = &model->loop[loop];
     if (r->friction > 0)
-        return "friction switches it on and off; friction without 'stick' can be generated";
+        return "its friction sticks and slips; friction without 'stick' can be generated";
     if (r->side != KT_SIDE_NONE || r->rubs > 0)
         return "it acts on one side only; contacts and stops with a stiffness can be generated";
     return NULL;
@@ -39,8 +39,6 @@ static const char *fault_of_switch(const kt_loop_record *r) {
 
 const char *kt_code_loop_fault(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
-    if (fault_of_switch(r) != NULL)
-        return fault_of_switch(r);
     if (r->group < 0 || model->variants != NULL)
         return "parts of the mechanism are switched on and off";
     if (r->type == KT_LOOP_CURVE && (r->form == KT_TRACK_HELIX || r->form == KT_TRACK_SPLINE))

@@ -18,6 +18,11 @@ typedef struct kt_code_loop_rows {
     kt_op *size;     /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
 } kt_code_loop_rows;
 
+/* Why the effect whose constraint a loop is cannot be generated: friction that sticks, a hard stop or a hard contact.
+ * NULL: it is no loop of an effect. The effect changes the equations of all loops, so that it is the cause of their
+ * faults. */
+const char *kt_code_switched_fault(const kt_model *model, int loop);
+
 /* Why the equations of a loop cannot be generated; NULL: they can. */
 const char *kt_code_loop_fault(const kt_model *model, int loop);
 
