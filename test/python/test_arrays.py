@@ -253,8 +253,3 @@ def test_a_plot_has_the_panels_and_colours_of_the_command(scenes, tmp_path):
     print("       colours of curves and keys:", len(curves), "of", len(theirs))
     assert quiet in theirs and faint in theirs
     assert curves == [*ours[:3], *ours[:3], *ours[3:], *ours[3:]]  # of each panel the curves, then the legend
-
-
-def test_a_notebook_shows_the_view(scenes):
-    page = kt.load(scenes / "double-pendulum.yaml", set={"simulate.duration": 0.1})._repr_html_()
-    assert page.startswith("<iframe srcdoc=") and "&lt;" not in page[:20] and "<html" in page.replace("&quot;", '"')
