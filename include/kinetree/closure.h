@@ -42,6 +42,11 @@ typedef struct kt_initial_change {
 KT_API int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes,
                               int most);
 
+/* Reports velocities that an assembly has chosen: the description does not give them, and neither its velocities nor
+ * the loops determine them. A group of loops with more degrees of freedom than given velocities has such velocities, if
+ * they are not zero. Arguments and results are those of kt_initial_changes; `change` is the velocity. */
+KT_API int kt_initial_choices(const kt_model *model, const double *v, kt_initial_change *changes, int most);
+
 #ifdef __cplusplus
 }
 #endif

@@ -274,9 +274,11 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
  * Given coordinates of held joints (the description's `hold`) do not change. If a held joint has no given position,
  * none of its positions changes. If the description gives no velocity, the velocities of held joints count as given,
  * but kt_initial_changes does not report them. In each group of loops the coordinates that the description does not
- * give (kt_joint_given) move first. Given coordinates move only if their group cannot be closed otherwise. All
- * coordinates of the group except the held ones then move. The function kt_initial_changes reports which given initial
- * values have changed.
+ * give (kt_joint_given) move first. Given coordinates move only if their group cannot be closed otherwise. Given
+ * values of the group then change by the smallest amount, since coordinates that are not given move 30 times as easily.
+ * All move alike if a group has fronts, or if the smallest amount leads to a singular position, such as a stretched
+ * chain. The function kt_initial_changes reports which given initial values have changed, and kt_initial_choices which
+ * velocities are neither given nor determined.
  *
  * If the steps do not reach the nearest state, the state is closed, but another one may be nearer. The counter
  * kt_data_iterations reports this (capped).

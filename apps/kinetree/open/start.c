@@ -128,6 +128,24 @@ static const char *cause_of_changes(const kt_model *model, bool is_struck) {
                : "the balance of forces on joints that move no mass";
 }
 
+/* Reports velocities that assembly has chosen, since neither the scene nor its loops determine them. */
+static void say_chosen(const char *path, const kt_model *model, const double *v) {
+    kt_initial_change chosen[LISTED_MAX];
+    const int count = kt_initial_choices(model, v, chosen, LISTED_MAX);
+    for (int i = 0; i < count && i < LISTED_MAX; i++) {
+        const kt_coordinates at = kt_body_coordinates(model, chosen[i].body);
+        const part_name part = name_joint_part(at.type, chosen[i].part);
+        if (i == 0)
+            kt_print("%s%s: neither the scene nor its loops determine these velocities, and assembly chose the least "
+                     "ones; give them, or those of other joints:\n",
+                     path != NULL ? path : "kinetree", path != NULL ? ": warning" : "");
+        kt_print("  %s: %s %s\n", kt_joint_name(model, chosen[i].body), part.name,
+                 show_value(model, chosen[i].body, &part, v).text);
+    }
+    if (count > LISTED_MAX)
+        kt_print("  and %d more\n", count - LISTED_MAX);
+}
+
 int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *model, const double *q, const double *v,
                        bool is_struck) {
     int count;
@@ -154,6 +172,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
     free(given);
     free(changes);
     say_half_held(path, scene, model, q);
+    say_chosen(path, model, v);
     return count;
 }
 

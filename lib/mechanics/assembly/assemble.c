@@ -10,9 +10,12 @@
  * The velocity equations are linear: dv is the least solution of A dv = b' - A v.
  *
  * The fixed coordinates are those to be held. As long as each group closes without moving them, they also include those
- * whose value the description gives. In a group that does not close in this way the given ones are released, and then
- * all of its coordinates have equal weights. Moving the given ones least would lead to the boundary of the reachable
- * positions, which is a singular position.
+ * whose value the description gives. In a group that does not close in this way the given ones are released. A change
+ * of 1 is then d_k = weight_k y_k, and |y|^2 is minimised: a coordinate that is not given moves NOT_GIVEN times as
+ * easily as a given one, so that its start value does not decide. Steps are computed for y, with A weight for A.
+ *
+ * Moving the given ones least may lead to the boundary of the reachable positions, such as a stretched chain. This is a
+ * singular position. If the result is near one, all coordinates of the groups get equal weights.
  */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/open_loops.h"
@@ -25,6 +28,10 @@
 #include <string.h>
 
 enum { SHORTER_MOST = 12 };
+
+/* The square of this ratio is the share of start values in the sum that is minimised. The closed state is off the one
+ * with the least change of given values by about this share of the change. */
+#define NOT_GIVEN 30.0
 
 /* The velocities that move only if their group cannot be closed otherwise. */
 enum { VELOCITY_GIVEN = KT_VELOCITY_GIVEN | KT_VELOCITY_KEPT };
@@ -90,41 +97,80 @@ static void release_coordinates(const kt_model *model, const kt_group *group, un
         fixed[model->group_v[group->v + i]] = held_of(model, given)[model->group_v[group->v + i]];
 }
 
-/* Closes positions without moving given ones. Groups that stay open are reset to their start, and their given positions
- * are released. */
-static void close_around_given(const kt_model *model, kt_data *data, double t, const double *given, double *q,
-                               bool *fixed) {
+/* Gives the coordinates of a group weights, those that are not given larger ones. Groups with fronts keep equal
+ * weights: their equations are not at hand as a matrix. */
+static bool set_group_weights(const kt_model *model, const kt_group *group, unsigned given, double *weight) {
+    const kt_rows rows = given == KT_POSITION_GIVEN ? KT_ROWS_CLOSED : KT_ROWS_ALL;
+    if (kt_group_has_fronts(group) || group->rank[rows] >= group->v_count) /* nothing to choose */
+        return false;
+    for (int i = 0; i < group->v_count; i++) {
+        const int32_t v = model->group_v[group->v + i];
+        weight[v] = model->unit[group->v + i] * (model->given[v] & given ? 1.0 : NOT_GIVEN);
+    }
+    return true;
+}
+
+/* Closes positions without moving given ones. In groups that stay open the given positions are released, and
+ * coordinates get weights. Returns whether any have. */
+static bool close_around_given(const kt_model *model, kt_data *data, double t, const double *given, double *q,
+                               bool *fixed, double *weight) {
+    bool weighted = false;
+    for (size_t k = 0; k < model->n.v; k++)
+        weight[k] = 1.0;
     if (!fix_given(model, KT_POSITION_GIVEN, fixed))
-        return;
+        return false;
     (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     for (size_t g = 0; g < model->n.group; g++) {
         if (kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP))
             continue;
         kt_take_group(model, &model->group[g], given, q);
         release_coordinates(model, &model->group[g], KT_POSITION_GIVEN, fixed);
+        weighted |= set_group_weights(model, &model->group[g], KT_POSITION_GIVEN, weight);
     }
+    return weighted;
 }
 
 /* ---- positions --------------------------------------------------------------------------------------------------- */
 
-/* The state of an assembly that starts at `given` and has reached q; d = q - given. */
+/* Multiplies the weights into the columns of A. */
+static void apply_weights(const kt_model *model, kt_data *data, const double *weight) {
+    for (size_t g = 0; g < model->n.group && weight; g++) {
+        const kt_group *group = &model->group[g];
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        for (int i = 0; i < w.m && !kt_group_has_fronts(group); i++)
+            for (int r = 0; r < w.k; r++)
+                w.a[(size_t)r * (size_t)w.m + (size_t)i] *= weight[model->group_v[group->v + i]];
+    }
+}
+
+/* The state of an assembly that starts at `given` and has reached q; d = q - given, over the weights. */
 typedef struct approach {
     const kt_model *model;
     kt_data *data;
     double t;
     const double *given;
     const bool *fixed;
-    double *q, *d, *step; /* step: that of the linearised problem */
+    double *q, *d, *step; /* step: that of the linearised problem, over the weights */
+    const double *weight; /* NULL: all are 1 */
 } approach;
+
+/* (q - given) over the weights. */
+static void weighted_change(const approach *a, const double *q, double *d) {
+    kt_position_subtract(a->model, q, a->given, d);
+    for (size_t k = 0; k < a->model->n.v && a->weight; k++)
+        d[k] /= a->weight[k];
+}
 
 /* Computes the step from q towards the nearest state; returns false if it cannot be computed. */
 static bool find_assembly_step(const approach *a) {
     const kt_reduction_kernels *kernels = a->model->group_kernels;
     kt_violation violation;
-    if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation) ||
-        !kernels->prepare(a->model, a->data, KT_ROWS_CLOSED, false))
+    if (!kernels->residuals(a->model, a->data, a->t, a->q, NULL, a->fixed, &violation))
         return false;
-    kt_position_subtract(a->model, a->q, a->given, a->d);
+    apply_weights(a->model, a->data, a->weight);
+    if (!kernels->prepare(a->model, a->data, KT_ROWS_CLOSED, false))
+        return false;
+    weighted_change(a, a->q, a->d);
     kt_aim_nearest(a->model, a->data, a->d);
     if (!kernels->least_step(a->model, a->data, KT_METRIC_IDENTITY, a->model->zero, a->step))
         return false;
@@ -142,12 +188,12 @@ static bool line_search(const approach *a, double part) {
     const bool close = square(a->step, nv) < 1e-10 * from;
     for (int i = 0; i < SHORTER_MOST; i++) {
         for (size_t k = 0; k < nv; k++)
-            part_of_step[k] = ldexp(part, -i) * a->step[k];
+            part_of_step[k] = ldexp(part, -i) * a->step[k] * (a->weight ? a->weight[k] : 1.0);
         kt_position_move(a->model, a->fixed, a->q, part_of_step, near);
         const double gap = kt_assemble_levenberg_marquardt(a->model, a->data, a->t, a->fixed, KT_SEARCH_GIVEN, near);
         if (!kt_loops_are_closed(a->model, near, gap, KT_CLOSED_ASSEMBLED))
             continue;
-        kt_position_subtract(a->model, near, a->given, part_of_step);
+        weighted_change(a, near, part_of_step);
         if (!close && !(square(part_of_step, nv) < from))
             continue;
         memcpy(a->q, near, a->model->n.q * sizeof *near);
@@ -159,9 +205,12 @@ static bool line_search(const approach *a, double part) {
 /* The largest entry of the step, relative to its unit; of all coordinates, or of those with a nonlinear equation. */
 static double assembly_step_length(const approach *a, bool of_nonlinear) {
     double most = 0.0;
-    for (size_t i = 0; i < a->model->n.group_v; i++)
-        if (fabs(a->step[a->model->group_v[i]]) > most * a->model->unit[i] && !(of_nonlinear && a->model->is_linear[i]))
-            most = fabs(a->step[a->model->group_v[i]]) / a->model->unit[i];
+    for (size_t i = 0; i < a->model->n.group_v; i++) {
+        const int32_t v = a->model->group_v[i];
+        const double change = fabs(a->step[v]) * (a->weight ? a->weight[v] : 1.0);
+        if (change > most * a->model->unit[i] && !(of_nonlinear && a->model->is_linear[i]))
+            most = change / a->model->unit[i];
+    }
     return most;
 }
 
@@ -192,21 +241,72 @@ static void nearest_on_manifold(const approach *a, double *before) {
     }
 }
 
+/* The directions of the equations, at the closed state, along which coordinates that are not given can move: how many,
+ * and the size of the smallest, over all groups with weights. */
+typedef struct free_directions {
+    int rank;
+    double least;
+} free_directions;
+
+static free_directions find_free_directions(const approach *a) {
+    const kt_model *model = a->model;
+    const kt_reduction_kernels *kernels = model->group_kernels;
+    free_directions found = {0, HUGE_VAL};
+    kt_violation violation;
+    if (!kernels->residuals(model, a->data, a->t, a->q, NULL, a->fixed, &violation))
+        return found;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group_work w = kt_group_matrices(model, a->data, g, KT_ROWS_ALL);
+        const int32_t *v = model->group_v + model->group[g].v;
+        for (int i = 0; i < w.m && !kt_group_has_fronts(&model->group[g]); i++)
+            for (int r = 0; r < w.k && (model->given[v[i]] & KT_POSITION_GIVEN); r++)
+                w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
+    }
+    if (!kernels->prepare(model, a->data, KT_ROWS_CLOSED, false))
+        return found;
+    for (size_t g = 0; g < model->n.group; g++) {
+        const kt_group *group = &model->group[g];
+        bool weighted = false;
+        for (int i = 0; i < group->v_count; i++)
+            weighted |= a->weight[model->group_v[group->v + i]] > model->unit[group->v + i];
+        if (!weighted)
+            continue;
+        found.rank += a->data->rank[g];
+        found.least = fmin(found.least, a->data->last[g]);
+    }
+    return found;
+}
+
+/* Whether a direction has been lost between two states, or nearly so. */
+static bool loses_direction(free_directions from, free_directions to) {
+    static const double part = 0.1;
+    return to.rank < from.rank || to.least < part * from.least;
+}
+
 static kt_status assemble_positions(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                     kt_error *error) {
     bool *fixed = data->fixed;
-    const approach a = {.model = model,
-                        .data = data,
-                        .t = t,
-                        .given = given,
-                        .fixed = fixed,
-                        .q = q,
-                        .d = kt_scratch_part(model, data, 0),
-                        .step = kt_scratch_part(model, data, 1)};
-    close_around_given(model, data, t, given, q, fixed);
+    double *weight = kt_scratch_part(model, data, 3);
+    approach a = {.model = model,
+                  .data = data,
+                  .t = t,
+                  .given = given,
+                  .fixed = fixed,
+                  .q = q,
+                  .d = kt_scratch_part(model, data, 0),
+                  .step = kt_scratch_part(model, data, 1)};
+    if (close_around_given(model, data, t, given, q, fixed, weight))
+        a.weight = weight;
     double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED)) {
+        const free_directions before = a.weight ? find_free_directions(&a) : (free_directions){0, 0.0};
         nearest_on_manifold(&a, kt_scratch_part(model, data, 2));
+        if (a.weight && loses_direction(before, find_free_directions(&a))) {
+            a.weight = NULL;
+            memcpy(q, given, model->n.q * sizeof *q);
+            gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
+            nearest_on_manifold(&a, kt_scratch_part(model, data, 2));
+        }
         gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
         /* A larger gap that is nearly closed comes from given values with fewer digits, and is closed by changing
          * these, too, in their last digits. */
@@ -228,24 +328,36 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
 
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
 
+/* The velocities v at q, whose changes are least over the weights (NULL: all are 1). */
+typedef struct velocity_aim {
+    const kt_model *model;
+    kt_data *data;
+    double t;
+    const double *q;
+    double *v;
+    const double *weight;
+} velocity_aim;
+
 /* Changes v by the least step that satisfies the velocity equations; fixed coordinates (NULL: none) do not change.
  * *violation is the remaining violation. *speed is the largest term of the equations, of which the violation may be a
  * rounding error. Returns false if a number is not finite. */
-static bool close_initial_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
-                                     const bool *fixed, kt_violation *violation, double *speed) {
+static bool close_initial_velocities(const velocity_aim *x, const bool *fixed, kt_violation *violation, double *speed) {
+    const kt_model *model = x->model;
+    kt_data *data = x->data;
     const kt_reduction_kernels *kernels = model->group_kernels;
     *speed = 0.0;
     for (int i = 0;; i++) { /* one step suffices in exact arithmetic */
-        if (!kernels->residuals(model, data, t, q, v, fixed, violation))
+        if (!kernels->residuals(model, data, x->t, x->q, x->v, fixed, violation))
             return false;
         *speed = fmax(violation->speed, *speed);
         if (i == 2 || violation->slip <= KT_CLOSED * violation->speed)
             return true;
+        apply_weights(model, data, x->weight);
         if (!kernels->prepare(model, data, KT_ROWS_ALL, false) ||
             !kernels->least_step(model, data, KT_METRIC_IDENTITY, model->zero, data->delta))
             return true;
         for (size_t k = 0; k < model->n.v; k++)
-            v[k] += fixed && fixed[k] ? 0.0 : data->delta[k];
+            x->v[k] += fixed && fixed[k] ? 0.0 : data->delta[k] * (x->weight ? x->weight[k] : 1.0);
     }
 }
 
@@ -258,23 +370,29 @@ static bool group_fits_velocities(const kt_model *model, kt_data *data, size_t g
            kt_group_velocities_fit(model, data, g, t, q, v, KT_CLOSED_STEP);
 }
 
-/* The counterpart of close_around_given for velocities. */
-static bool move_around_given(const kt_model *model, kt_data *data, double t, const double *q, double *v, bool *fixed) {
-    double *given = data->moved_v, speed;
+/* The counterpart of close_around_given for velocities. Sets aim->weight to `weight` if any coordinates get weights. */
+static bool move_around_given(velocity_aim *aim, bool *fixed, double *weight) {
+    const kt_model *model = aim->model;
+    kt_data *data = aim->data;
+    double *given = data->moved_v, *v = aim->v, speed;
     kt_violation violation;
+    for (size_t k = 0; k < model->n.v; k++)
+        weight[k] = 1.0;
     if (!fix_given(model, VELOCITY_GIVEN, fixed))
         return true;
     memcpy(given, v, model->n.v * sizeof *v);
-    if (!close_initial_velocities(model, data, t, q, v, fixed, &violation, &speed) ||
-        !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
+    if (!close_initial_velocities(aim, fixed, &violation, &speed) ||
+        !model->group_kernels->residuals(model, data, aim->t, aim->q, v, NULL, &violation))
         return false;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        if (group_fits_velocities(model, data, g, t, q, v))
+        if (group_fits_velocities(model, data, g, aim->t, aim->q, v))
             continue;
         for (int i = 0; i < group->v_count; i++)
             v[model->group_v[group->v + i]] = given[model->group_v[group->v + i]];
         release_coordinates(model, group, VELOCITY_GIVEN, fixed);
+        if (set_group_weights(model, group, VELOCITY_GIVEN, weight))
+            aim->weight = weight;
     }
     return true;
 }
@@ -283,10 +401,11 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
                                      kt_error *error) {
     kt_violation violation;
     double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
-    bool finite = move_around_given(model, data, t, q, v, data->fixed) &&
-                  close_initial_velocities(model, data, t, q, v, data->fixed, &violation, &speed);
+    velocity_aim aim = {.model = model, .data = data, .t = t, .q = q, .v = v};
+    bool finite = move_around_given(&aim, data->fixed, kt_scratch_part(model, data, 3)) &&
+                  close_initial_velocities(&aim, data->fixed, &violation, &speed);
     if (finite && violation.slip > KT_ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
-        finite = close_initial_velocities(model, data, t, q, v, model->held_velocity, &violation, &speed);
+        finite = close_initial_velocities(&aim, model->held_velocity, &violation, &speed);
     if (!finite)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the initial velocities are too large");
     if (violation.slip <= KT_CLOSED_ASSEMBLED * speed)
@@ -295,8 +414,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     if (kernels->residuals(model, data, t, q, v, NULL, &violation) &&
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* the violation is small relative to the speeds of fixed coordinates, too */
-    if (violation.slip <= model->tolerance * speed &&
-        close_initial_velocities(model, data, t, q, v, NULL, &violation, &speed) &&
+    if (violation.slip <= model->tolerance * speed && close_initial_velocities(&aim, NULL, &violation, &speed) &&
         kt_velocities_fit(model, data, t, q, v, KT_CLOSED_ASSEMBLED))
         return KT_OK; /* those that are held are rounded */
     (void)kernels->residuals(model, data, t, q, v, data->fixed, &violation);

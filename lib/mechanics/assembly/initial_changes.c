@@ -58,6 +58,37 @@ static void note_link(const kt_model *model, const kt_link *link, const double *
     }
 }
 
+/* Whether given velocities and loops leave velocities of a group undetermined. */
+static bool has_choice(const kt_model *model, const kt_group *group) {
+    int given = 0;
+    for (int i = 0; i < group->v_count; i++)
+        given += (model->given[model->group_v[group->v + i]] & KT_VELOCITY_GIVEN) != 0;
+    return given > 0 && group->v_count - group->rank[KT_ROWS_ALL] > given;
+}
+
+int kt_initial_choices(const kt_model *model, const double *v, kt_initial_change *changes, int most) {
+    if (!model || !v || most < 0 || (!changes && most > 0))
+        return 0;
+    const double speed = fastest(model, v);
+    int count = 0;
+    for (int body = 1; body < (int)model->n.body; body++) {
+        kt_initial_change part = {.body = body, .part = KT_GIVEN_VELOCITY};
+        for (int32_t i = model->body[body].link; i > 0 && model->link[i].body == body; i = model->link[i].parent) {
+            const kt_link *link = &model->link[i];
+            const bool chosen = link->group >= 0 && has_choice(model, &model->group[link->group]);
+            for (int k = 0; k < kt_link_dofs(link) && chosen; k++)
+                if (!(model->given[link->v + k] & KT_VELOCITY_GIVEN))
+                    note(&part, v[link->v + k], coordinate_unit_of(model, link, k) * speed);
+        }
+        if (!(part.relative > KT_INITIAL_CHANGE_LEAST))
+            continue;
+        if (count < most)
+            changes[count] = part;
+        count++;
+    }
+    return count;
+}
+
 int kt_initial_changes(const kt_model *model, const double *q, const double *v, kt_initial_change *changes, int most) {
     if (!model || !q || !v || most < 0 || (!changes && most > 0))
         return 0;
