@@ -77,7 +77,7 @@ enum {
 #undef KT_CODEGEN_BIT
         KT_CODEGEN_STEPS = KT_CODEGEN_HEUN | KT_CODEGEN_RK4 | KT_CODEGEN_SEMI_IMPLICIT, /* the steps */
     KT_CODEGEN_STEP_DERIVATIVES = 7 << KT_CODEGEN_HEUN_DERIVATIVES_INDEX,               /* their A and B */
-    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1                                        /* all functions */
+    KT_CODEGEN_ALL = (1 << KT_CODEGEN_COUNT) - 1 /* all functions that the model has (kt_codegen_write) */
 };
 
 /* Returns the name of a function with the index 0 <= k < KT_CODEGEN_COUNT; NULL for other numbers. */
@@ -116,6 +116,9 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * A step also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from
  * the beginning to the end. With A and B, the next state changes by A (dq, dv) + B dtau. They are for models without
  * quaternions and auxiliary states, and also write NAME_forward_derivatives and NAME_effect_derivatives.
+ *
+ * With KT_CODEGEN_ALL, functions are left out for which the model has nothing: loops and project without equations,
+ * states without auxiliary states, markers and Jacobians without markers, A and B with quaternions or auxiliary states.
  *
  * Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs.
  * Each function returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no

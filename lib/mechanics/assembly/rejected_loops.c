@@ -20,6 +20,8 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     int code = 0, loop = -1;
     if (status == KT_OK || !has_custom_loops(model))
         return status;
+    if (kt_stop_report(model, data, t, KT_OK, error) != KT_OK)
+        return KT_ERROR_CALLBACK;
     for (int at_rest = v == NULL; at_rest < 2 && loop < 0; at_rest++) { /* positions are closed at rest */
         const double *rates = at_rest ? model->zero : v;
         kt_error ignored;

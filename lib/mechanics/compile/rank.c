@@ -9,6 +9,7 @@
  */
 #include "base/aligned.h"
 #include "compile/rank_samples.h"
+#include "constraint/rejecting_loop.h"
 #include "kinetree/loop.h"
 
 #include <stdio.h>
@@ -176,7 +177,7 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         kt_rank_sample_bounds(model, data, &found);
         kt_rank_sample_groups(model, data, model->q0, false, &found);
         finish_ranks(model, data, &found);
-        status = choose_among_delayed(model, &found, error);
+        status = kt_stop_report(model, data, 0.0, choose_among_delayed(model, &found, error), error);
     }
     kt_data_free(data);
     kt_aligned_release(memory);

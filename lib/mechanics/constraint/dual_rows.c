@@ -11,6 +11,7 @@
  * give the change of the velocities that a change of the positions requires.
  */
 #include "constraint/formula_row.h"
+#include "constraint/rejecting_loop.h"
 #include "constraint/support.h"
 
 /* Evaluates the rows as dual numbers along degree of freedom k; returns their number. */
@@ -19,7 +20,10 @@ static int evaluate_rows(const kt_support *w, const kt_loop_record *loop, int32_
     const kt_support_dof *by = &w->x->dof[k];
     for (int i = 0; i < 2; i++)
         end[i] = kt_support_end_dual(&w->end[i], by->end == i ? &by->motion : NULL, along);
-    return kt_loop_kinds_dual[loop->kind]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
+    const int count = kt_loop_kinds_dual[loop->kind]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
+    if (loop->equations != NULL)
+        kt_stop_note(w->x->model, w->x->data, loop, kt_value(rows[0].rate));
+    return count;
 }
 
 /* The wrenches that the multipliers lambda exert on the ends. */

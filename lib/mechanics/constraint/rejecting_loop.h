@@ -3,6 +3,7 @@
 #define KT_CONSTRAINT_REJECTING_LOOP_H
 
 #include "base/isa.h"
+#include "kinetree/loop.h"
 #include "model/model.h"
 
 /* The first loop whose callback returns another number than 0, and that number, or whose equations are not finite, and
@@ -11,5 +12,18 @@
     int kt_loop_rejecting_##isa(const kt_model *model, const kt_data *data, double t, const double *v, int *code);
 KT_EACH_ISA(KT_REJECTING_DECLARE)
 #undef KT_REJECTING_DECLARE
+
+#ifndef KT_LANES
+/* A callback that stops (a negative number) ends the call, even if it would not stop when it is called again. The rates
+ * of its equations carry the number (loop/custom.h), which functions that evaluate loops note in the data. Calls that
+ * may fail end with kt_stop_report, which forgets it. */
+void kt_stop_note(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate);
+kt_status kt_stop_report_noted(const kt_model *model, const kt_data *data, double t, kt_status status, kt_error *error);
+static inline kt_status kt_stop_report(const kt_model *model, const kt_data *data, double t, kt_status status,
+                                       kt_error *error) {
+    return model->custom ? kt_stop_report_noted(model, data, t, status, error) : status;
+}
+
+#endif
 
 #endif

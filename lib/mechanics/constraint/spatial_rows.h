@@ -9,6 +9,7 @@
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
 
 #include "constraint/group.h"
+#include "constraint/rejecting_loop.h"
 #include "dynamics/sweep.h"
 #include "loop/by_lane.h"
 
@@ -172,6 +173,10 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     for (int k = 0; k < 2; k++)
         arm[k] = kt_end_follow(model, data, loop, k, moving, v, &end[k]);
     const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
+#ifndef KT_LANES
+    if (loop->equations != NULL)
+        kt_stop_note(model, data, loop, rows[0].rate);
+#endif
     const kt_real3 d = kt_sub3(end[1].point, end[0].point);
     for (int r = 0; r < count; r++)
         if (slot[r] >= 0)

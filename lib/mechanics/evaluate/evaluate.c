@@ -2,6 +2,7 @@
 #include "evaluate/evaluate.h"
 
 #include "base/copy.h"
+#include "constraint/rejecting_loop.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/algebra.h"
 
@@ -23,10 +24,12 @@ KT_INLINE kt_status accelerate_trusted(const kt_model *model, kt_data *data, con
     if (given != KT_OK)
         return given;
     if (!model->n.effect)
-        return model->forward(model, data, at, a, error);
+        return kt_stop_report(model, data, at->t, model->forward(model, data, at, a, error), error);
     kt_dynamic_state loaded = *at;
-    const kt_status status = kt_effects_apply(model, data, &loaded, error);
-    return status == KT_OK ? model->forward(model, data, &loaded, a, error) : status;
+    kt_status status = kt_effects_apply(model, data, &loaded, error);
+    if (status == KT_OK)
+        status = model->forward(model, data, &loaded, a, error);
+    return kt_stop_report(model, data, at->t, status, error);
 }
 
 kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,

@@ -4,6 +4,7 @@
 #include "assembly/project.h"
 #include "assembly/rejected_loops.h"
 #include "base/copy.h"
+#include "constraint/rejecting_loop.h"
 #include "evaluate/evaluate.h"
 
 #include "dynamics/dynamics.h"
@@ -43,7 +44,8 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
         return kt_input_reject_not_finite(model, t, &input, error);
     if (model->n.group) {
-        const kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
+        const kt_status projected = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
+        const kt_status status = kt_stop_report(model, data, t, projected, error);
         if (status != KT_OK)
             return status;
     }
@@ -86,7 +88,7 @@ kt_status kt_loop_residual(const kt_model *model, kt_data *data, double t, const
     kt_violation violation = kt_violation_none;
     const kt_input input = {.q = q, .v = v};
     if (model->n.group && !model->group_kernels->residuals(model, data, t, q, v, NULL, &violation))
-        return kt_input_reject_not_finite(model, t, &input, error);
+        return kt_stop_report(model, data, t, kt_input_reject_not_finite(model, t, &input, error), error);
     *residual = (kt_residual){.position = violation.position, .velocity = violation.velocity};
     return KT_OK;
 }
@@ -105,6 +107,8 @@ kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, doub
     memcpy(given, new_q, model->n.q * sizeof *q);
     if (model->n.group)
         status = kt_loops_assemble(model, data, t, given, new_q, new_v, error);
+    if (kt_stop_report(model, data, t, KT_OK, error) != KT_OK)
+        return KT_ERROR_CALLBACK;
     if (status != KT_OK)
         return kt_loops_explain(model, data, t, given, v, status, error);
     kt_copy(q, new_q, model->n.q * sizeof *q);

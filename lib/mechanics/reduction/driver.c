@@ -82,6 +82,8 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
     for (int k = 0; k < 2; k++)
         kt_end_follow(model, data, of, k, v != NULL, v, &end[k]);
     (void)kt_loop_evaluate(of, model->number, end, t, rows);
+    if (of->equations != NULL)
+        kt_stop_note(model, data, of, rows[0].rate);
     const kt_real3 d = end[1].point - end[0].point, w = end[1].omega - end[0].omega;
     const kt_real3 u = end[1].velocity - end[0].velocity - kt_cross3(end[0].omega, d);
     return (kt_relation_row){.residual = rows[0].holonomic ? rows[0].residual : 0.0,

@@ -38,10 +38,15 @@ typedef struct direction {
     double time;
 } direction;
 
-static bool call(const kt_loop_record *loop, double t, const kt_loop_motion *motion, kt_loop_equation *out) {
+/* Calls the caller's function. *code becomes the first number other than 0 that it has returned, or the first negative
+ * one. */
+static bool call(const kt_loop_record *loop, double t, const kt_loop_motion *motion, kt_loop_equation *out, int *code) {
     for (int r = 0; r < loop->row_count; r++)
         out[r] = (kt_loop_equation){.residual = 0.0};
-    return loop->equations(loop->user, t, motion, out) == 0;
+    const int returned = loop->equations(loop->user, t, motion, out);
+    if (*code == 0 || (*code > 0 && returned < 0))
+        *code = returned;
+    return returned == 0;
 }
 
 static kt_loop_motion moved(const kt_loop_motion *m, const direction *by, double s) {
@@ -60,7 +65,7 @@ static double arm_of(const kt_loop_motion *m) { return 1.0 + kt_vec3_norm(m->pos
 
 /* First differences of the residuals along a direction, of order four. */
 static bool differences(const kt_loop_record *loop, double t, const kt_loop_motion *m, const direction *by, double step,
-                        double out[KT_LOOP_ROW_MAX]) {
+                        double out[KT_LOOP_ROW_MAX], int *code) {
     static const double weight[2] = {2.0 / 3.0, -1.0 / 12.0};
     bool fine = true;
     for (int r = 0; r < loop->row_count; r++)
@@ -71,7 +76,7 @@ static bool differences(const kt_loop_record *loop, double t, const kt_loop_moti
         equations rows;
         if (i == 0)
             continue;
-        fine &= call(loop, t + s * by->time, &there, rows);
+        fine &= call(loop, t + s * by->time, &there, rows, code);
         for (int r = 0; r < loop->row_count; r++)
             out[r] += (i < 0 ? -weight[-i - 1] : weight[i - 1]) * rows[r].residual / step;
     }
@@ -80,14 +85,15 @@ static bool differences(const kt_loop_record *loop, double t, const kt_loop_moti
 
 static double *component_at(kt_vec3 *v, int k) { return k == 0 ? &v->x : k == 1 ? &v->y : &v->z; }
 
-static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
+static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows,
+                            int *code) {
     double slope[KT_LOOP_ROW_MAX];
     bool fine = true;
     for (int k = 0; k < 7; k++) {
         direction by = {.time = k == 6 ? 1.0 : 0.0};
         if (k < 6)
             *component_at(k < 3 ? &by.angle : &by.d, k % 3) = 1.0;
-        fine &= differences(loop, t, m, &by, k < 3 || k == 6 ? STEP : STEP * arm_of(m), slope);
+        fine &= differences(loop, t, m, &by, k < 3 || k == 6 ? STEP : STEP * arm_of(m), slope, code);
         for (int r = 0; r < loop->row_count; r++)
             *(k == 6 ? &rows[r].rate : component_at(k < 3 ? &rows[r].moment : &rows[r].force, k % 3)) = slope[r];
     }
@@ -105,7 +111,8 @@ static double row_power_of(const kt_loop_equation *row, const kt_loop_motion *m)
 }
 
 /* From the rows, which are given. */
-static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
+static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows,
+                             int *code) {
     static const double weight[2] = {2.0 / 3.0, -1.0 / 12.0};
     double step;
     const direction by = onwards(m, STEP, &step);
@@ -115,7 +122,7 @@ static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop
         equations near;
         if (i == 0)
             continue;
-        fine &= call(loop, t + i * step, &there, near);
+        fine &= call(loop, t + i * step, &there, near, code);
         for (int r = 0; r < loop->row_count; r++)
             rows[r].drift += (i < 0 ? -weight[-i - 1] : weight[i - 1]) * row_power_of(&near[r], m) / step;
     }
@@ -124,7 +131,7 @@ static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop
 
 /* From the residuals alone. */
 static bool difference_drift_twice(const kt_loop_record *loop, double t, const kt_loop_motion *m,
-                                   kt_loop_equation *rows) {
+                                   kt_loop_equation *rows, int *code) {
     static const double weight[4] = {-49.0 / 18.0, 1.5, -0.15, 1.0 / 90.0};
     double step;
     const direction by = onwards(m, STEP_TWICE, &step);
@@ -132,16 +139,17 @@ static bool difference_drift_twice(const kt_loop_record *loop, double t, const k
     for (int i = -3; i <= 3; i++) {
         const kt_loop_motion there = moved(m, &by, i * step);
         equations near;
-        fine &= call(loop, t + i * step, &there, near);
+        fine &= call(loop, t + i * step, &there, near, code);
         for (int r = 0; r < loop->row_count; r++)
             rows[r].drift += weight[i < 0 ? -i : i] * near[r].residual / (step * step);
     }
     return fine;
 }
 
-/* All equations; not a number if the callback rejects the state. */
+/* All equations; not a number if the callback rejects the state. The rates then carry the number that it returned. */
 static void find_equations(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
-    bool fine = call(loop, t, m, rows);
+    int code = 0;
+    bool fine = call(loop, t, m, rows, &code);
     for (int r = 0; r < loop->row_count; r++) {
         if (loop->given == KT_LOOP_GIVES_RESIDUAL)
             rows[r].moment = rows[r].force = kt_vec3_make(0.0, 0.0, 0.0);
@@ -149,11 +157,13 @@ static void find_equations(const kt_loop_record *loop, double t, const kt_loop_m
             rows[r].drift = 0.0;
     }
     if (fine && loop->given == KT_LOOP_GIVES_RESIDUAL)
-        fine = difference_rows(loop, t, m, rows) && difference_drift_twice(loop, t, m, rows);
+        fine = difference_rows(loop, t, m, rows, &code) && difference_drift_twice(loop, t, m, rows, &code);
     if (fine && loop->given == KT_LOOP_GIVES_ROWS)
-        fine = difference_drift(loop, t, m, rows);
-    for (int r = 0; r < loop->row_count && !fine; r++)
-        rows[r].residual = rows[r].rate = rows[r].drift = rows[r].force.x = (double)NAN;
+        fine = difference_drift(loop, t, m, rows, &code);
+    for (int r = 0; r < loop->row_count && !fine; r++) {
+        rows[r].residual = rows[r].drift = rows[r].force.x = (double)NAN;
+        rows[r].rate = kt_custom_stop(code);
+    }
 }
 
 /* ---- rows -------------------------------------------------------------------------------------------------------- */
@@ -196,7 +206,10 @@ static void add_derivatives(const kt_loop_record *loop, double t, const kt_loop_
         equations near;
         if (i == 0)
             continue;
+        int code;
         find_equations(loop, t, &there, near);
+        if (kt_custom_stopped(near[0].rate, &code))
+            parts[0].rate = kt_dual_make(near[0].rate, 0.0);
         for (int r = 0; r < loop->row_count; r++) {
             add_vector(factor, near[r].moment, &parts[r].moment);
             add_vector(factor, near[r].force, &parts[r].force);

@@ -5,6 +5,28 @@
 #include "kinetree/loop.h"
 #include "loop/relative_motion.h"
 
+#include <math.h>
+#include <string.h>
+
+/* Numbers that are not finite and carry what a callback has returned: the lower half of a NaN has the code, above a
+ * mark. Copies keep these bits. */
+#define KT_CUSTOM_MARK 0x7ff84b54U
+static inline double kt_custom_stop(int code) {
+    const uint64_t bits = (uint64_t)KT_CUSTOM_MARK << 32 | (uint32_t)code;
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+/* Whether a callback has returned a negative number, and which. */
+static inline bool kt_custom_stopped(double rate, int *code) {
+    uint64_t bits;
+    if (!isnan(rate))
+        return false;
+    memcpy(&bits, &rate, sizeof bits);
+    *code = (int)(int32_t)(uint32_t)bits;
+    return bits >> 32 == KT_CUSTOM_MARK && *code < 0;
+}
+
 KT_INLINE kt_vec3 kt_value_of(kt_vector a) {
     return kt_vec3_make(kt_value(kt_component(a, 0)), kt_value(kt_component(a, 1)), kt_value(kt_component(a, 2)));
 }

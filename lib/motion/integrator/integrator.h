@@ -170,6 +170,7 @@ struct kt_integrator {
     double call_began;      /* the time at which the call began */
     bool used_up;           /* the call needed more of them */
     bool may_end_early;     /* events may end the motion before t_limit */
+    double until;           /* the end of the motion, if steps are limited to an earlier time; else 0 */
     size_t blamed;          /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };

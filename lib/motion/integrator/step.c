@@ -230,7 +230,7 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
  * need more than 1 / KT_PROGRESS tries counts as stuck at once. A run that would need a tenth of that counts as stuck
  * if it does not get faster. */
 static double time_scale(const kt_integrator *it, double t_limit) {
-    return fmax(fabs(it->memory.t), isfinite(t_limit) ? fabs(t_limit) : 0.0);
+    return fmax(fmax(fabs(it->memory.t), fabs(it->until)), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
 
 /* The time with which progress is compared. An event may end the motion long before t_limit. */
@@ -262,7 +262,7 @@ static bool ends_too_late(const kt_integrator *it) {
 static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const kt_try *r, kt_error *error) {
     char rest[80] = "";
     const bool late = ends_too_late(it);
-    const double advanced = it->memory.advanced, left = fabs(t_limit - it->memory.t);
+    const double advanced = it->memory.advanced, left = fmax(fabs(t_limit - it->memory.t), it->until - it->memory.t);
     if (advanced > 0.0 && isfinite(left))
         snprintf(rest, sizeof rest, ", and %.2g more would be needed", left / advanced * KT_PROGRESS_TRIES);
     it->memory.advanced = 0.0;

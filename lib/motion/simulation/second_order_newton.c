@@ -40,6 +40,7 @@
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
+#include "constraint/rejecting_loop.h"
 #include "derivative/loop_response.h"
 #include "derivative/stiffness.h"
 #include "evaluate/evaluate.h"
@@ -323,7 +324,8 @@ static kt_status differentiate_motion(kt_simulation *s, double t, const double *
 static int newton_jacobian(double t, const double *y, const double *dydt, void *user) {
     kt_simulation *s = user;
     kt_error error = {0};
-    const kt_status status = differentiate_motion(s, t, y, dydt + s->size.nq, &error);
+    kt_status status = differentiate_motion(s, t, y, dydt + s->size.nq, &error);
+    status = kt_stop_report(s->model, s->data, t, status, &error);
     if (status != KT_OK && !kt_simulation_is_recoverable(status))
         s->cause = error;
     if (status != KT_OK)

@@ -105,6 +105,8 @@ kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, k
     kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
     if (status == KT_OK && simulation->breakpoints.any) {
         status = kt_simulation_pass_breakpoint(simulation, from);
+        simulation->integrator->until =
+            isfinite(*t_limit) ? *t_limit : 0.0; /* progress is judged by the whole motion */
         kt_simulation_clip_step(simulation, t_limit);
     }
     return status;
@@ -367,6 +369,23 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
 }
 
 /* Writes the final state of a jump to y, with closed loops. */
+/* From 2 pi / eps on, a double has no digit left for the angle within a turn. */
+static kt_status reject_far_angles(const kt_model *model, const double *q, kt_error *error) {
+    static const double most = 6.283185307179586 / DBL_EPSILON;
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
+        for (int k = motion.lengths; k < motion.plain; k++)
+            if (!(fabs(q[link->q + k]) <= most))
+                return kt_error_set(
+                    error, KT_ERROR_ARGUMENT,
+                    kt_where_format("joint '%.100s'", model->text + model->body[link->body].joint_name).text,
+                    "an angle of %.3g rad has no digits within a turn; give the angle less its whole turns",
+                    q[link->q + k]);
+    }
+    return KT_OK;
+}
+
 static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
@@ -377,6 +396,8 @@ static kt_status close_jump_state(kt_simulation *simulation, const double *q, co
     memmove(to + nq, v ? v : simulation->state + nq, nv * sizeof(double));
     const kt_input input = {.q = to, .v = to + nq};
     kt_status status = kt_input_check(simulation->user_model, &input, error);
+    if (status == KT_OK)
+        status = reject_far_angles(simulation->user_model, to, error);
     if (status != KT_OK)
         return status;
     if (simulation->transformation == NULL)

@@ -486,6 +486,8 @@ static kt_status make_graphs(const kt_model *model, unsigned functions, bool con
     if (functions == 0 || (functions & ~(unsigned)KT_CODEGEN_ALL) != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "functions", "functions is %#x; give a sum of KT_CODEGEN_ bits",
                             functions);
+    if (functions == KT_CODEGEN_ALL)
+        functions = kt_code_available(model);
     if (functions & KT_CODEGEN_STEP_DERIVATIVES)
         functions |= KT_CODEGEN_FORWARD_DERIVATIVES | (model->n.effect > 0 ? KT_CODEGEN_EFFECT_DERIVATIVES : 0u);
     if (functions & (KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES)) /* they call these */

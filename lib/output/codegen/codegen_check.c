@@ -59,6 +59,20 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
     return KT_OK;
 }
 
+/* Not whether the model is one that cannot be generated: kt_code_check reports that. */
+unsigned kt_code_available(const kt_model *model) {
+    unsigned functions = KT_CODEGEN_ALL;
+    if (kt_code_count_loop_rows(model) == 0)
+        functions &= ~(unsigned)(KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT);
+    if (model->n.x == 0)
+        functions &= ~(unsigned)KT_CODEGEN_STATES;
+    if (model->n.x > 0 || model->n.q > model->n.v)
+        functions &= ~(unsigned)KT_CODEGEN_STEP_DERIVATIVES;
+    if (model->n.marker == 0)
+        functions &= ~(unsigned)(KT_CODEGEN_MARKERS | KT_CODEGEN_JACOBIANS);
+    return functions;
+}
+
 kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned forces = KT_CODEGEN_EFFECTS | KT_CODEGEN_EFFECT_DERIVATIVES | KT_CODEGEN_ACCELERATION;
     const kt_status status = check_loops(model, functions, error);

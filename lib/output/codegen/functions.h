@@ -24,4 +24,7 @@ bool kt_code_is_identifier(const char *name);
 /* Reports what cannot be generated of the functions. */
 kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error);
 
+/* The functions of KT_CODEGEN_ALL that have something to compute: loops need equations, states auxiliary states. */
+unsigned kt_code_available(const kt_model *model);
+
 #endif
