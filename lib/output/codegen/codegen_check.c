@@ -24,15 +24,28 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
     return effect->name > 0 ? model->text + effect->name : descriptor != NULL ? descriptor->name : "effect";
 }
 
+/* Whether the first `length` characters are the name of an effect. A slack rope is a loop of its own. */
+static bool is_name_of_effect(const kt_model *model, const char *name, int length) {
+    bool found = false;
+    for (size_t i = 0; i < model->n.effect && !found; i++) {
+        const char *effect = name_of_effect(model, &model->effect[i]);
+        found = strncmp(effect, name, (size_t)length) == 0 && effect[length] == '\0';
+    }
+    return found;
+}
+
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
                             KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS,
                    projected = KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES;
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
         const char *fault = kt_code_switched_fault(model, i), *name = kt_loop_name(model, i);
+        const int length = (int)strcspn(name, ".");
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL,
-                                kt_where_format("effect '%.*s'", (int)strcspn(name, "."), name).text,
+                                (is_name_of_effect(model, name, length) ? kt_where_format("effect '%.*s'", length, name)
+                                                                        : kt_where_format("%s", name))
+                                    .text,
                                 "code for it cannot be generated: %s; or use the library for this mechanism", fault);
     }
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
