@@ -52,7 +52,7 @@ kt_status fragment_{line}(const kt_model *model, kt_data *data, kt_simulation *s
 
 def blocks(text):
     """(line, language, body) of each fenced block."""
-    for found in re.finditer(r"^```(\w*)[^\n]*\n(.*?)^```\s*$", text, flags=re.S | re.M):
+    for found in re.finditer(r"^```([\w{}]*)[^\n]*\n(.*?)^```\s*$", text, flags=re.S | re.M):
         yield text.count("\n", 0, found.start()) + 1, found[1], found[2]
 
 
@@ -210,6 +210,8 @@ class Page:
 
     def take(self, found):
         for line, language, body in found:
+            if language.startswith("{"):  # words of the site, such as {admonition}
+                continue
             handler = {"c": self.c, "text": self.text, "yaml": self.scene, "xml": self.scene, "sh": self.sh, "python": self.python}.get(language)
             if handler:
                 handler(line, body)

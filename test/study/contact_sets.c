@@ -274,7 +274,8 @@ static void begin(mechanism *m, int kind, kt_model **model, state *s) {
 
 /* The words name one of the remedies. */
 static bool names_remedy(const kt_error *error) {
-    static const char *const words[] = {"kt_simulation", "kt_ensemble_run", "take a simulation", "switched", "loop"};
+    static const char *const words[] = {"kt_simulation", "kt_ensemble_run", "take a simulation", "switched",
+                                        "loop",          "use the library"};
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
         if (strstr(error->message, words[i]) != NULL)
             return true;

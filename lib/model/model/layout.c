@@ -46,42 +46,6 @@ static uint64_t hash_of_slips(const kt_model *model) {
     return hash;
 }
 
-static uint64_t hash_numbers(uint64_t hash, const double *x, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &x[i], sizeof bits);
-        hash = (hash ^ bits) * 1099511628211U;
-        hash ^= hash >> 29; /* a product moves bits to higher places only */
-    }
-    return hash;
-}
-
-/* The numbers of a record precede all other members (record.h). */
-#define KT_HASH_RECORD(hash, record, first_other)                                                                      \
-    hash_numbers(hash, (const double *)(const void *)&(record),                                                        \
-                 offsetof(__typeof__(record), first_other) / sizeof(double))
-
-/* Data of a model with other lengths, axes or masses fit by their sizes. Their poses and inertias would mix with the
- * numbers of this model. Loops and effects are not included: a set of those that are on has models of its own, and data
- * pass between these. */
-void kt_model_identify(kt_model *model) {
-    uint64_t hash = 14695981039346656037U;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const uint64_t parts[] = {(uint64_t)link->parent, link->motion, link->axis};
-        hash = KT_HASH_RECORD(hash, *link, parent);
-        for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
-            hash = (hash ^ parts[k]) * 1099511628211U;
-        if (link->rest != 0)
-            hash = hash_numbers(hash, (const double *)(const void *)kt_link_rest_of(link),
-                                sizeof(kt_link_rest) / sizeof(double));
-    }
-    for (size_t i = 1; i < model->n.body; i++)
-        hash = KT_HASH_RECORD(hash, model->body[i], link);
-    hash = hash_numbers(hash, model->armature, model->n.v);
-    model->identity = hash_numbers(hash, (const double *)(const void *)&model->gravity, 3);
-}
-
 void kt_model_seal(kt_model *model) {
     model->custom = false;
     for (size_t i = 0; i < model->n.loop; i++)
@@ -137,7 +101,6 @@ void kt_data_rebind(const kt_model *model, kt_data *data) {
     data->bytes = before.bytes;
     data->followed = before.followed;
     data->shape = model->shape;
-    data->identity = model->identity;
     kt_copy(data->x, model->v0 + model->n.v, model->n.x * sizeof *data->x);
     data->iterations = before.iterations;
     data->unconverged = before.unconverged;
@@ -162,7 +125,6 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
     (*data)->shape = model->shape;
-    (*data)->identity = model->identity;
     forget_kinematics(model, *data);
     kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
     (*data)->bytes = size;

@@ -194,7 +194,6 @@ struct kt_model {
     struct kt_variants *variants; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
     uint64_t set;                 /* of those that are on in this one */
     uint64_t shape;               /* of the data that belong to it: a hash of their lengths */
-    uint64_t identity;            /* of the tree as compiled: a hash of its constants, which copies share */
     bool custom;                  /* it has loops of the caller's */
     uint64_t slips;               /* which loops slip, their places, and the order of effects: a hash; 0: none */
     uint64_t revision;            /* how often parameters have been set */
@@ -224,9 +223,6 @@ size_t kt_model_layout(void *memory, const kt_counts *n);
 
 /* Notes which data serve the model, whose counts and loops are final. */
 void kt_model_seal(kt_model *model);
-
-/* Sets the identity of a model that has just been compiled. */
-void kt_model_identify(kt_model *model);
 
 /* A characteristic length of the mechanism, m: the longest distance from joint to joint or from joint to centre of
  * mass; 1 if there is none. O(links). */
@@ -464,7 +460,6 @@ struct kt_data {
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
     uint64_t shape;    /* of its model */
-    uint64_t identity; /* likewise */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
     bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
@@ -506,7 +501,7 @@ KT_CHECKED kt_status kt_data_init_followed(const kt_model *model, void *memory, 
 void kt_other_data_report(kt_error *error, const char *call);
 
 static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_model *model, const kt_data *data) {
-    const bool other = data->shape != model->shape || data->identity != model->identity;
+    const bool other = data->shape != model->shape;
     if (other)
         kt_other_data_report(error, call);
     return other;
@@ -514,7 +509,7 @@ static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_
 
 /* Whether data serve a model; false where one of them is NULL. For calls that cannot fail. */
 static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {
-    return model && data && model->shape == data->shape && model->identity == data->identity;
+    return model && data && model->shape == data->shape;
 }
 
 #endif
