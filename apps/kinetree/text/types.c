@@ -290,7 +290,8 @@ static void print_type_section(const family *f, int type) {
 void kt_types_print_page(void) {
     printf("# Joints, loops, effects, functions and shapes\n\n"
            "This page lists every type that a scene can have, with its keys, its formula and a scene that runs.\n"
-           "`kinetree help --types` makes the page. It takes all of it from the descriptors (`descriptor.h`), which "
+           "`kinetree help --types` makes the page. The command takes all of it from the descriptors (`descriptor.h`), "
+           "which "
            "also define\n"
            "how scenes are read, checked and written. `kinetree help NAME` shows one type.\n"
            "[Scene files](scene-files.md) explains how to compose a scene.\n\n");
