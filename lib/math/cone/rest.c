@@ -347,8 +347,8 @@ static bool take_newton_step(kt_rest *rest, const target *of, double *t, double 
     for (int j = 0; j < rest->ways; j++)
         for (int i = 0; i < rest->rows; i++)
             rest->change[i] += rest->step[j] * rest->basis[(rest->rank + j) * rest->rows + i];
-    double part = 1.0;
-    for (int k = 0; k < HALVINGS; k++, part *= 0.5) {
+    for (int k = 0; k < HALVINGS; k++) {
+        const double part = ldexp(1.0, -k);
         const double next = *t + (of->moves ? part * rest->step[rest->ways] : 0.0);
         for (int i = 0; i < rest->rows; i++)
             rest->next[i] = rest->p[i] + part * rest->change[i];
@@ -364,12 +364,14 @@ static bool take_newton_step(kt_rest *rest, const target *of, double *t, double 
 /* Minimises f, from a point inside. Returns the last tau. */
 static double follow_path(kt_rest *rest, bool moves, double *t) {
     target of = {.tau = 1.0, .moves = moves};
-    for (int stage = 0; stage < STAGES; stage++, of.tau *= growth)
+    for (int stage = 0; stage < STAGES; stage++) {
         for (int k = 0; k < NEWTON; k++) {
             const double square = find_newton_step(rest, &of, *t);
             if (!(square > 1e-8) || !take_newton_step(rest, &of, t, square))
                 break;
         }
+        of.tau *= growth;
+    }
     return of.tau / growth;
 }
 
