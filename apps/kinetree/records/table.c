@@ -182,7 +182,8 @@ int kt_table_read_file(const char *path, kt_table *table) {
 }
 
 int kt_table_parse(const char *path, char *text, kt_table *table) {
-    *table = (kt_table){.text = text};
+    *table = (kt_table){.text = NULL};
+    table->text = text;
     const char *lines = split_header(table);
     if (table->columns > KT_TABLE_COLUMNS_MOST) {
         kt_table_free(table);

@@ -304,7 +304,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
         if (a.weight && loses_direction(before, find_free_directions(&a))) {
             a.weight = NULL;
             memcpy(q, given, model->n.q * sizeof *q);
-            gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
+            (void)kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
             nearest_on_manifold(&a, kt_scratch_part(model, data, 2));
         }
         gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_GIVEN, q);
