@@ -176,6 +176,7 @@ kt_status kt_checkpoint_check_words(const kt_simulation *of, const kt_checkpoint
         const kt_struct_words of_part = {#part, (number), sizeof(type), words, sizeof words / sizeof *words};          \
         status = check_structs(from->part, &of_part, error);                                                           \
     }
+    /* cppcheck-suppress nullPointer ; operands of sizeof are not evaluated */
     KT_CHECKPOINT_STRUCTS(KT_CHECK_STRUCTS)
 #undef KT_CHECK_STRUCTS
     return status;
