@@ -124,7 +124,7 @@ def main():
     rejected("one_format_at_a_time", 1, "one of them", "--c", "--urdf", arm, "--out", "arm.c")
     rejected("functions_belong_to_c", 1, "option of --c", "--mjcf", arm, "--functions", "mass")
     rejected("fold_belongs_to_c", 1, "option of --c", "--mjcf", arm, "--fold")
-    for scene, reason in {"bouncing-ball": "floor: code for it cannot be generated: it acts on one side only; contacts and stops with a stiffness",
+    for scene, reason in {"bouncing-ball": "effect 'floor': code for it cannot be generated: it acts on one side only; contacts and stops with a stiffness",
                           "clutch": "effect 'plates': code for it cannot be generated: its friction sticks and slips; friction without 'stick'"}.items():
         rejected(f"hard_effects_are_rejected_with_an_alternative_{scene.replace('-', '_')}", 2, reason, "--c", SCENES / f"{scene}.yaml", "--out", "arm.c")
     rejected("wires_along_a_helix_are_rejected", 2, "wire: code for this loop cannot be generated (the nearest point of a helix or a spline follows from an iteration; a line or a circle can", "--c", SCENES / "spiral-wire.yaml", "--out", "arm.c", "--functions", "forward")

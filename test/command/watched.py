@@ -115,6 +115,14 @@ def still(rng, kind):
     elif kind == "hinge":
         body["joint"] = {"type": "revolute", "axis": "z"}
         body["com"] = [rng.uniform(-1, 1), 0.3, 0]
+    elif kind in ("large hinge", "small hinge"):
+        size = 1e6 if kind == "large hinge" else 1e-4
+        angle = rng.uniform(0.1, 1.4) # gravity acts along the axis, but for rounding
+        s, c, across = math.sin(angle), math.cos(angle), size * rng.uniform(-1, 1)
+        body["joint"] = {"type": "revolute", "axis": [s, 0, c]}
+        scene["gravity"] = [-9.81 * s, 0, -9.81 * c]
+        body["com"] = [-c * across, 0.3 * size, s * across]
+        body["shape"]["size"] = [0.1 * size] * 3
     elif kind == "held":
         body["joint"] = {"type": "prismatic", "axis": "z", "position": -9.81 / spring["stiffness"]}
     elif kind == "ground":
@@ -128,7 +136,7 @@ def still(rng, kind):
 
 
 def check_still(folder, rng):
-    problems, kinds = [], {"across": True, "forgotten": True, "beam": True, "hinge": True, "held": False, "ground": False, "brake": False}
+    problems, kinds = [], {"across": True, "forgotten": True, "beam": True, "hinge": True, "large hinge": True, "small hinge": True, "held": False, "ground": False, "brake": False}
     for kind, wanted in kinds.items():
         for _ in range(2):
             summary, words = run(folder, still(rng, kind))

@@ -10,6 +10,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 
 /* Motions up to this share of the size of the mechanism are rounding. */
 #define ROUNDING (64.0 * DBL_EPSILON)
@@ -29,22 +30,25 @@ bool kt_is_held(const kt_outcome *outcome) {
     return moved->steps > 0 && moved->position <= creep && moved->velocity <= CREEP_SPEED * absolute;
 }
 
-static double length_of(kt_vec3 a) { return kt_vec3_norm(a); }
+/* What gravity does to the coordinates. With M_ii the inertia that coordinate i moves, and the Cauchy-Schwarz
+ * inequality over the bodies, the joint force of gravity is at most
+ *     |Q_i| = |sum m_b g'J_bi| <= g sqrt(m M_ii),   m = sum m_b,
+ * in all units, and it accelerates the coordinate by at most g sqrt(m / M_ii). Forces far below their bound are
+ * rounding. */
+typedef struct kt_felt_gravity {
+    bool acts;   /* by more than rounding on a coordinate */
+    double most; /* the largest bound of an acceleration: m/s2, rad/s2 */
+} kt_felt_gravity;
 
-/* Returns a length of the mechanism, m: the largest distance of a joint or a centre of mass from its frame, or the
- * largest radius of gyration. */
-static double mechanism_length_of(const kt_description *d) {
-    double most = 0.0;
-    for (int i = 0; i < d->body_count; i++) {
-        const kt_body *body = &d->bodies[i];
-        kt_vec3 com = {0.0, 0.0, 0.0};
-        kt_sym3 inertia = body->inertia;
-        if (kt_body_inertia(body, &com, &inertia, NULL) != KT_OK)
-            com = body->com;
-        const double gyration = body->mass > 0.0 ? sqrt((inertia.xx + inertia.yy + inertia.zz) / body->mass) : 0.0;
-        most = fmax(fmax(most, length_of(body->joint.at)), fmax(length_of(com), gyration));
-    }
-    return most;
+/* Coordinates whose bound of the acceleration is computed, at most. */
+#define PROBES 500
+
+/* Returns M_ii, which is twice the kinetic energy of a unit velocity. v: room for nv zeros. */
+static double inertia_of_coordinate(const kt_model *model, kt_data *data, const double *q, double *v, int i) {
+    v[i] = 1.0;
+    const kt_status status = kt_kinematics_update(model, data, q, v, NULL, NULL);
+    v[i] = 0.0;
+    return status == KT_OK ? 2.0 * kt_kinetic_energy(model, data) : (double)NAN;
 }
 
 static double total_mass_of(const kt_model *model) {
@@ -54,28 +58,34 @@ static double total_mass_of(const kt_model *model) {
     return mass;
 }
 
-/* Returns whether a weight acts on a coordinate in the present state, by more than rounding. */
-static bool weight_acts(const kt_outcome *outcome) {
+static kt_felt_gravity feel_gravity(const kt_outcome *outcome) {
     const kt_simulation *simulation = outcome->simulation;
     const kt_model *model = outcome->model;
-    const double weight = kt_vec3_norm(outcome->scene->description.gravity) * total_mass_of(model);
-    const double lever = fmin(1.0, mechanism_length_of(&outcome->scene->description));
-    kt_gravity *gravity = weight > 0.0 ? kt_gravity_create(model) : NULL;
-    bool acts = false;
-    if (gravity == NULL)
-        return false;
-    const double *forces =
-        kt_gravity_evaluate(gravity, model, kt_simulation_time(simulation), kt_simulation_positions(simulation));
-    for (int i = 0; i < kt_model_nv(model); i++)
-        acts = acts || !(fabs(forces[i]) <= ROUNDING * weight * lever);
+    const double *q = kt_simulation_positions(simulation);
+    const double g = kt_vec3_norm(outcome->scene->description.gravity), mass = total_mass_of(model);
+    const int nv = kt_model_nv(model), stride = 1 + nv / PROBES;
+    double *v = calloc((size_t)nv + 1, sizeof *v);
+    kt_gravity *gravity = kt_gravity_create(model);
+    kt_data *data = NULL;
+    kt_felt_gravity felt = {0};
+    if (v != NULL && gravity != NULL && kt_data_create(model, &data, NULL) == KT_OK) {
+        const double *forces = kt_gravity_evaluate(gravity, model, kt_simulation_time(simulation), q);
+        for (int i = 0; i < nv; i += stride)
+            felt.most = fmax(felt.most, g * sqrt(mass / inertia_of_coordinate(model, data, q, v, i)));
+        for (int i = 0; i < nv && !felt.acts; i++)
+            felt.acts = forces[i] != 0.0 &&
+                        !(fabs(forces[i]) <= ROUNDING * g * sqrt(mass * inertia_of_coordinate(model, data, q, v, i)));
+    }
+    kt_data_free(data);
     kt_gravity_free(gravity);
-    return acts;
+    free(v);
+    return felt;
 }
 
-static void warn_of_still_scene(kt_outcome *outcome) {
+static void warn_of_still_scene(kt_outcome *outcome, const kt_felt_gravity *felt) {
     const kt_description *d = &outcome->scene->description;
     const bool has_gravity = kt_vec3_norm(d->gravity) > 0.0, has_effects = d->effect_count > 0;
-    if (has_effects && weight_acts(outcome))
+    if (has_effects && felt->acts)
         return;
     const kt_warning warning =
         kt_warning_of("rest", (double)NAN, NULL,
@@ -109,12 +119,14 @@ static void warn_of_small_motion(kt_outcome *outcome) {
 
 void kt_warn_of_rest(kt_outcome *outcome) {
     const kt_moved *moved = &outcome->so_far.moved;
-    const kt_description *d = &outcome->scene->description;
-    const double rounding = ROUNDING * fmax(moved->size, mechanism_length_of(d));
+    const double t = kt_simulation_time(outcome->simulation);
     if (moved->steps == 0 || outcome->failed.code != KT_OK || kt_model_mobility(outcome->model).minimal == 0)
         return;
-    if (moved->position > rounding)
+    if (moved->position >= RESOLVED * outcome->run->absolute)
+        return;
+    const kt_felt_gravity felt = feel_gravity(outcome);
+    if (moved->position > ROUNDING * (moved->size + 0.5 * felt.most * t * t))
         warn_of_small_motion(outcome);
-    else if (!(moved->velocity > rounding) && moved->state == 0.0 && !kt_is_driven(d))
-        warn_of_still_scene(outcome);
+    else if (moved->state == 0.0 && !kt_is_driven(&outcome->scene->description))
+        warn_of_still_scene(outcome, &felt);
 }

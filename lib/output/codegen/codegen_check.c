@@ -24,14 +24,15 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
     return effect->name > 0 ? model->text + effect->name : descriptor != NULL ? descriptor->name : "effect";
 }
 
-/* Whether the first `length` characters are the name of an effect. A slack rope is a loop of its own. */
-static bool is_name_of_effect(const kt_model *model, const char *name, int length) {
-    bool found = false;
-    for (size_t i = 0; i < model->n.effect && !found; i++) {
-        const char *effect = name_of_effect(model, &model->effect[i]);
-        found = strncmp(effect, name, (size_t)length) == 0 && effect[length] == '\0';
+/* Returns the effect whose contact or sticking friction is this loop, or NULL: a slack rope is a loop of its own.
+ * Effects that are switched off stand behind those that act. */
+static const kt_effect_record *find_hard_effect(const kt_model *model, int loop) {
+    for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        if (loop >= effect->loop && loop < effect->loop + effect->loops)
+            return effect;
     }
-    return found;
+    return NULL;
 }
 
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
@@ -39,13 +40,12 @@ static kt_status check_loops(const kt_model *model, unsigned functions, kt_error
                             KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS,
                    projected = KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS | KT_CODEGEN_STEP_DERIVATIVES;
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
-        const char *fault = kt_code_switched_fault(model, i), *name = kt_loop_name(model, i);
-        const int length = (int)strcspn(name, ".");
+        const char *fault = kt_code_switched_fault(model, i);
+        const kt_effect_record *effect = fault == NULL ? NULL : find_hard_effect(model, i);
         if (fault != NULL)
             return kt_error_set(error, KT_ERROR_MODEL,
-                                (is_name_of_effect(model, name, length) ? kt_where_format("effect '%.*s'", length, name)
-                                                                        : kt_where_format("%s", name))
-                                    .text,
+                                effect != NULL ? kt_where_format("effect '%s'", name_of_effect(model, effect)).text
+                                               : kt_loop_name(model, i),
                                 "code for it cannot be generated: %s; or use the library for this mechanism", fault);
     }
     for (int i = 0; i < (int)model->n.loop && (functions & closed); i++) {
