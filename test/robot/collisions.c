@@ -27,9 +27,18 @@ static int count_contacts(const kt_scene *scene) {
 /* ---- which shapes touch ------------------------------------------------------------------------------------------ */
 
 #define INERTIAL "<inertial><mass value='2'/><inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial>"
-#define URDF(geometry, rest)                                                                                           \
-    "<robot name='r'><link name='a'>" INERTIAL "<collision name='c'><origin xyz='0 0 .1'/><geometry>" geometry         \
-    "</geometry></collision></link>" rest "</robot>"
+#define URDF_OF(link, geometry, collision, rest)                                                                       \
+    "<robot name='r'><link name='a'>" INERTIAL link "<collision name='c'><origin xyz='0 0 .1'/><geometry>" geometry    \
+    "</geometry>" collision "</collision></link>" rest "</robot>"
+#define URDF(geometry, rest) URDF_OF("", geometry, "", rest)
+#define BALL "<sphere radius='.1'/>"
+#define GAZEBO(mu, mu2)                                                                                                \
+    "<gazebo reference='a'><collision><surface><friction><ode><mu>" mu "</mu><mu2>" mu2                                \
+    "</mu2></ode></friction></surface></collision></gazebo>"
+#define DRAKE(slip, rest)                                                                                              \
+    "<drake:proximity_properties><drake:mu_dynamic value='" slip "'/><drake:mu_static value='" rest                    \
+    "'/></drake:proximity_properties>"
+#define SDF_DRAKE "<drake:proximity_properties><drake:mu_dynamic>0.25</drake:mu_dynamic></drake:proximity_properties>"
 #define BOX "<box size='.2 .4 .6'/>"
 #define SDF_LINK(geometry, surface)                                                                                    \
     "<link name='l'><collision name='c'><geometry>" geometry "</geometry>" surface "</collision></link>"
@@ -51,6 +60,14 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
         {URDF(BOX, ""), &on_ground, 8, 1.0},
         {URDF("<sphere radius='.1'/>", "<gazebo reference='a'><mu1>0.4</mu1></gazebo>"), &on_ground, 1, 0.4},
         {URDF("<sphere radius='.1'/>", "<gazebo reference='b'><mu1>0.4</mu1></gazebo>"), &on_ground, 1, 1.0},
+        {URDF(BALL, GAZEBO("0.2", "0.2")), &on_ground, 1, 0.2},
+        {URDF(BALL, GAZEBO("0.2", "0.2") "<gazebo reference='a'><mu1>0.4</mu1></gazebo>"), &on_ground, 1, 0.4},
+        {URDF_OF("<contact><lateral_friction value='0.1'/><stiffness value='3'/></contact>", BALL, "", ""), &on_ground,
+         1, 0.1},
+        {URDF_OF("", BALL, DRAKE("0.15", "0.25"), ""), &on_ground, 1, 0.15},
+        {URDF_OF("<contact><lateral_friction value='0.1'/></contact>", BALL, DRAKE("0.15", "0.15"), ""), &on_ground, 1,
+         0.15},
+        {SDF_WORLD(SDF_LINK(SPHERE, SDF_DRAKE), "0 0 1", SURFACE("", "0.3")), &on_plane, 1, 0.25},
         {URDF("<cylinder radius='.1' length='1'/>", ""), &on_ground, 32, 1.0},
         {URDF("<mesh filename='none.stl'/>", ""), &on_ground, 0, 0.0},
         {URDF(BOX, ""), &on_plane, 0, 0.0}, /* no plane, and it does not move */
@@ -71,6 +88,34 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
         for (int k = 0; k < scene->description.effect_count; k++)
             if (scene->description.effects[k].type == KT_EFFECT_CONTACT)
                 kt_check_near("friction", scene->description.effects[k].friction, table[i].friction, 0.0);
+    }
+}
+
+/* Frictions that a contact cannot have, or that disagree, are warnings; equal ones are not. */
+KT_TEST(frictions_that_a_contact_cannot_have_are_warnings) {
+    static const char by_direction[] = "mu2 differs from mu1", at_rest[] = "mu_static differs",
+                      disputed[] = "different frictions";
+    static const struct {
+        const char *text;
+        const char *note;
+    } table[] = {
+        {URDF(BALL, GAZEBO("0.2", "0.2")), NULL},
+        {URDF(BALL, GAZEBO("0.2", "0.3")), by_direction},
+        {URDF(BALL, "<gazebo reference='a'><mu2>0.5</mu2></gazebo>"), by_direction},
+        {URDF_OF("", BALL, DRAKE("0.1", "0.1"), ""), NULL},
+        {URDF_OF("", BALL, DRAKE("0.1", "0.2"), ""), at_rest},
+        {URDF_OF("<contact><lateral_friction value='0.1'/></contact>", BALL, "", GAZEBO("0.1", "0.1")), NULL},
+        {URDF_OF("<contact><lateral_friction value='0.1'/></contact>", BALL, "", GAZEBO("0.2", "0.2")), disputed},
+        {SDF_WORLD(SDF_LINK(SPHERE, "<surface><friction><ode><mu>1</mu><mu2>2</mu2></ode></friction></surface>"),
+                   "0 0 1", ""),
+         by_direction},
+    };
+    static const char *const notes[] = {by_direction, at_rest, disputed};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const kt_scene *scene = test_robot(table[i].text, &on_ground);
+        for (size_t k = 0; k < sizeof notes / sizeof *notes; k++)
+            kt_check_equal_int(table[i].text, has_ranked_note(scene, KT_NOTE_RANK_MOTION, notes[k]),
+                               table[i].note == notes[k]);
     }
 }
 

@@ -58,7 +58,7 @@ def messages(folder, prefix):
         shared = path.name in ("robot_inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
         if not (path.name == f"{prefix}.c" or path.name.startswith(f"{prefix}_") or shared):
             continue
-        for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|contact_tally), [\w.]+, (\w+),\s*((?:\s*{TEXT})+)\)",
+        for rank, text in re.findall(rf"KT_NOTE\(kt_(?:{prefix}|contact_tally|collisions), [\w.]+, (\w+),\s*((?:\s*{TEXT})+)\)",
                                      code):
             {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
         for rank, text in re.findall(rf"kt_note_put\([^;]*?KT_NOTE_RANK_(\w+),[^;\"]*((?:\s*{TEXT})+)", code):

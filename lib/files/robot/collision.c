@@ -35,6 +35,26 @@ void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o
         *kept = *item;
 }
 
+/* ---- friction ---------------------------------------------------------------------------------------------------- */
+
+static double proximity_number(const kt_element *properties, const char *child) {
+    const kt_element *e = kt_xml_child(properties, child);
+    const char *text = e != NULL ? kt_element_value(e) : NULL;
+    double value;
+    return text != NULL && kt_parse_numbers(text, 1, &value) == 1 ? value : -1.0;
+}
+
+double kt_friction_of_drake(kt_collisions *c, const kt_element *collision) {
+    const kt_element *properties = kt_xml_child(collision, "drake:proximity_properties");
+    if (properties == NULL)
+        return -1.0;
+    const double slip = proximity_number(properties, "drake:mu_dynamic");
+    const double rest = proximity_number(properties, "drake:mu_static");
+    if (slip >= 0.0 && rest >= 0.0 && slip != rest)
+        kt_left_count(&c->standing, collision);
+    return slip >= 0.0 ? slip : rest;
+}
+
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
 static void find_moving(touching *t) {
@@ -174,6 +194,18 @@ void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
 
+static const kt_note friction_notes[] = {
+    KT_NOTE(kt_collisions, directional, MOTION,
+            "collision shapes whose mu2 differs from mu1; a contact has the friction mu1 in all directions:"),
+    KT_NOTE(kt_collisions, standing, MOTION,
+            "collision shapes whose mu_static differs from mu_dynamic; a contact has the friction mu_dynamic at rest, "
+            "too:"),
+    KT_NOTE(
+        kt_collisions, disputed, MOTION,
+        "collision shapes to which several simulators give different frictions; that of Drake counts before that of "
+        "Gazebo, and that of PyBullet last:"),
+};
+
 static const kt_note near_notes[] = {
     KT_NOTE(kt_contact_tally, lost, MOTION,
             "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass:"),
@@ -194,6 +226,7 @@ void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot
     kt_note_put(notes, KT_NOTE_RANK_START, &c->touched.made,
                 "collision shapes that touch planes (%d), and nothing else: %d", c->touched.planes.count,
                 c->touched.made.count);
+    KT_NOTES_PUT(notes, c, friction_notes);
     KT_NOTES_PUT(notes, &c->touched, near_notes);
     if (falls && c->touched.planes.count == 0)
         kt_note_groundless(notes, root);

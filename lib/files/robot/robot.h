@@ -53,6 +53,11 @@ typedef struct kt_known_list {
     "drake:joint drake:mimic drake:linear_bushing_rpy drake:linear_spring_damper drake:ball_constraint "               \
     "drake:distance_constraint drake:tendon_constraint drake:weld_constraint "
 
+/* Drake's numbers of compliance, of which contacts have MuJoCo's. */
+#define KT_COMPLIANCE_OF_DRAKE                                                                                         \
+    "drake:hydroelastic_modulus drake:rigid_hydroelastic drake:compliant_hydroelastic drake:mesh_resolution_hint "     \
+    "drake:hunt_crossley_dissipation drake:relaxation_time drake:point_contact_stiffness drake:soft_hydroelastic "
+
 /* Names that are left out. Harmless and moving ones are of the format; only the moving ones change the motion. Unknown
  * ones are not of the format, such as misspelt ones. */
 typedef struct kt_strange {
@@ -140,6 +145,12 @@ const char *kt_namer_make(kt_namer *namer, const char *wanted);
 static inline const char *kt_element_name(const kt_element *e, const char *standard) {
     const char *name = kt_xml_attribute(e, "name");
     return name != NULL && *name != '\0' ? name : standard;
+}
+
+/* The attribute `value`, or else the text, as in Gazebo. NULL: the element has neither. */
+static inline const char *kt_element_value(const kt_element *e) {
+    const char *value = kt_xml_attribute(e, "value");
+    return value != NULL ? value : e->text;
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */

@@ -133,8 +133,15 @@ typedef struct kt_collisions {
     kt_list items; /* kt_collision */
     kt_left all;
     kt_contact_tally touched;
-    bool moves_freely; /* a body has a free joint */
+    bool moves_freely;                       /* a body has a free joint */
+    kt_left directional, disputed, standing; /* frictions that differ: by direction, of simulators, at rest */
 } kt_collisions;
+
+/* The friction of a collision of which the file gives none. */
+static const double KT_FRICTION_STANDARD = 1.0;
+
+/* The friction of Drake's proximity properties of a collision, of slip before that of rest; below zero: none. */
+double kt_friction_of_drake(kt_collisions *c, const kt_element *collision);
 
 /* Counts a collision, and keeps it if the options ask for contacts. */
 void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o, const kt_collision *item);

@@ -15,6 +15,7 @@
 static const kt_known known[] = {
     {" sdf ", " version "},
     {" world link collision visual ", " name "},
+    {" drake:proximity_properties drake:mu_static drake:mu_dynamic ", " "},
     {" model ", " name canonical_link placement_frame "},
     {" include ", " merge "},
     {" joint ", " name type "},
@@ -37,9 +38,10 @@ static const kt_known_list all_known = {
     .apart = " surface ",
     .closed = " geometry ",
     .read = " self_collide material transparency cast_shadows state density viscosity ",
-    .harmless = " surface sensor light scene physics gui audio spherical_coordinates magnetic_field atmosphere wind "
-                "laser_retro max_contacts meta battery projector particle_emitter road grid audio_sink audio_source "
-                "visibility_flags enable_metrics actor stiffness dissipation allow_auto_disable ",
+    .harmless =
+        " surface sensor light scene physics gui audio spherical_coordinates magnetic_field atmosphere wind "
+        "laser_retro max_contacts meta battery projector particle_emitter road grid audio_sink audio_source "
+        "visibility_flags enable_metrics actor stiffness dissipation allow_auto_disable " KT_COMPLIANCE_OF_DRAKE,
     .moving = " plugin velocity_decay fluid_added_mass enable_wind population experimental:params " KT_MOVING_OF_DRAKE
               "drake:rotor_inertia "};
 

@@ -174,11 +174,16 @@ static void set_geometry(kt_sdf *m, const kt_element *geometry, kt_collision *it
 static void add_sdf_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry"), *surface = kt_xml_child(e, "surface");
     const kt_element *friction = surface != NULL ? kt_xml_child(surface, "friction") : NULL;
-    kt_collision item = {.element = e, .body = link->index, .friction = 1.0};
+    const kt_element *ode = friction != NULL ? kt_xml_child(friction, "ode") : NULL;
+    kt_collision item = {.element = e, .body = link->index, .friction = KT_FRICTION_STANDARD};
     if (m->source->options->contacts && geometry != NULL) {
         item.mask = collision_mask_of(m, surface != NULL ? kt_xml_child(surface, "contact") : NULL);
         item.pose = kt_sdf_pose_within(m, e, link->frame);
-        item.friction = kt_sdf_number(m, friction != NULL ? kt_xml_child(friction, "ode") : NULL, "mu", 1.0);
+        const double mu = kt_sdf_number(m, ode, "mu", KT_FRICTION_STANDARD), mu2 = kt_sdf_number(m, ode, "mu2", mu);
+        const double drake = kt_friction_of_drake(&m->collisions, e);
+        item.friction = drake >= 0.0 ? drake : mu;
+        if (drake < 0.0 && mu2 != mu)
+            kt_left_count(&m->collisions.directional, e);
         set_geometry(m, geometry, &item);
     }
     kt_collisions_add(&m->collisions, m->r, m->source->options, &item);

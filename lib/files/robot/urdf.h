@@ -28,11 +28,11 @@ typedef struct kt_urdf_joint {
 
 typedef struct kt_urdf_link {
     const kt_element *element;
-    const char *body;            /* its name in the scene; NULL: it is the world */
-    int carrier;                 /* the joint that has it as child; -1: none */
-    int index;                   /* of its body in the scene; -1: none */
-    double friction;             /* by <gazebo> */
-    bool has_friction, is_light; /* the friction is that of `mu1`; without weight */
+    const char *body; /* its name in the scene; NULL: it is the world */
+    int carrier;      /* the joint that has it as child; -1: none */
+    int index;        /* of its body in the scene; -1: none */
+    double mu[3];     /* of `mu`, `mu1` and `mu2` of <gazebo>; below zero: not given */
+    bool is_light;    /* without weight */
 } kt_urdf_link;
 
 enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
@@ -71,12 +71,6 @@ bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int co
 void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
 kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
 
-/* As in Gazebo, the attribute `value` counts before the text. NULL: the element has neither. */
-static inline const char *kt_urdf_value(const kt_element *e) {
-    const char *value = kt_xml_attribute(e, "value");
-    return value != NULL ? value : e->text;
-}
-
 /* The place and the rotation of an element's `origin`. */
 void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy);
 
@@ -101,6 +95,9 @@ void kt_urdf_names(kt_urdf *u, int root);
 
 /* Reads what <gazebo> gives to links and joints, and gravity, before bodies are made. */
 void kt_urdf_read_extensions(kt_urdf *u);
+
+/* The friction of a collision of a link, by Drake, Gazebo or PyBullet; 1 if none of them gives it. */
+double kt_urdf_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision);
 
 /* Adds springs of joints, and forces against the weight of links, after the masses are known. */
 void kt_urdf_extend(kt_urdf *u);

@@ -103,9 +103,10 @@ static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_el
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     kt_vec3 rpy;
-    kt_collision item = {.element = e, .body = u->draft.bodies.count - 1, .friction = 1.0, .mask = ~0U};
+    kt_collision item = {
+        .element = e, .body = u->draft.bodies.count - 1, .friction = KT_FRICTION_STANDARD, .mask = ~0U};
     if (u->source->options->contacts) {
-        item.friction = link->friction;
+        item.friction = kt_urdf_friction(u, link, e);
         kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
         item.pose.rotation = kt_matrix_from_rpy(rpy);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);

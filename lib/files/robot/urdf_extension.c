@@ -18,7 +18,7 @@ static void read_urdf_gravity(kt_urdf *u) {
 /* ---- Gazebo ------------------------------------------------------------------------------------------------------ */
 
 static const char *extension_text(const kt_element *e) {
-    const char *value = kt_urdf_value(e);
+    const char *value = kt_element_value(e);
     return value != NULL ? value : "";
 }
 
@@ -44,17 +44,28 @@ static bool is_extension_of(const kt_element *e, const char *words) {
     return *word != '\0' && kt_words_have(words, word);
 }
 
-/* A friction below zero is ignored. As in Gazebo, `mu1` counts before `mu`, any `turnGravityOff` but a word for "no"
- * takes the weight away, and any `gravity` but such a word leaves it. */
+/* A friction below zero is ignored. `collision` of <gazebo> stands in each collision of the link, as in Gazebo. */
+static void read_gazebo_friction(kt_urdf *u, const kt_element *e, kt_urdf_link *link) {
+    static const char *const names[] = {"mu", "mu1", "mu2"};
+    static const char *const path[] = {"collision", "surface", "friction", "ode"};
+    const kt_element *within = e;
+    for (size_t i = 0; within != NULL && i < sizeof path / sizeof *path; i++)
+        within = kt_xml_child(within, path[i]);
+    for (int k = 0; k < 3; k++) {
+        double mu = -1.0;
+        if (within != NULL)
+            read_extension(u, within, names[k], &mu);
+        read_extension(u, e, names[k], &mu);
+        link->mu[k] = mu >= 0.0 ? mu : link->mu[k];
+    }
+}
+
+/* As in Gazebo, any `turnGravityOff` but a word for "no" takes the weight away, and any `gravity` but such a word
+ * leaves it. */
 static void extend_link(kt_urdf *u, const kt_element *e, kt_urdf_link *link) {
     static const char no[] = " false no 0 ";
     const kt_element *off = kt_xml_child(e, "turnGravityOff"), *on = kt_xml_child(e, "gravity");
-    double mu = -1.0, mu1 = -1.0;
-    read_extension(u, e, "mu", &mu);
-    read_extension(u, e, "mu1", &mu1);
-    if (mu1 >= 0.0 || (mu >= 0.0 && !link->has_friction))
-        link->friction = mu1 >= 0.0 ? mu1 : mu;
-    link->has_friction = link->has_friction || mu1 >= 0.0;
+    read_gazebo_friction(u, e, link);
     link->is_light = (off != NULL && !is_extension_of(off, no)) || (on != NULL && is_extension_of(on, no)) ||
                      (link->is_light && off == NULL && on == NULL);
 }
@@ -88,6 +99,41 @@ void kt_urdf_read_extensions(kt_urdf *u) {
     }
     read_urdf_gravity(u);
 }
+
+/* ---- friction ---------------------------------------------------------------------------------------------------- */
+
+/* `lateral_friction` in <contact> of a link, by PyBullet. */
+static double pybullet_friction(kt_urdf *u, const kt_urdf_link *link) {
+    const kt_element *contact = kt_xml_child(link->element, "contact");
+    double mu = -1.0;
+    if (contact != NULL)
+        read_extension(u, contact, "lateral_friction", &mu);
+    return mu;
+}
+
+/* As in Gazebo, `mu1` counts before `mu`. It is the friction along one direction, and `mu2` that across it. */
+static double gazebo_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision) {
+    const double mu = link->mu[1] >= 0.0 ? link->mu[1] : link->mu[0];
+    if (link->mu[2] >= 0.0 && link->mu[2] != (mu >= 0.0 ? mu : KT_FRICTION_STANDARD))
+        kt_left_count(&u->collisions.directional, collision);
+    return mu >= 0.0 || link->mu[2] < 0.0 ? mu : KT_FRICTION_STANDARD;
+}
+
+double kt_urdf_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision) {
+    const double given[] = {kt_friction_of_drake(&u->collisions, collision), gazebo_friction(u, link, collision),
+                            pybullet_friction(u, link)};
+    double mu = -1.0;
+    bool differ = false;
+    for (size_t i = 0; i < sizeof given / sizeof *given; i++) {
+        differ = differ || (mu >= 0.0 && given[i] >= 0.0 && given[i] != mu);
+        mu = mu >= 0.0 ? mu : given[i];
+    }
+    if (differ)
+        kt_left_count(&u->collisions.disputed, collision);
+    return mu >= 0.0 ? mu : KT_FRICTION_STANDARD;
+}
+
+/* ---- springs and weights ----------------------------------------------------------------------------------------- */
 
 void kt_urdf_extend(kt_urdf *u) {
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++) {

@@ -8,7 +8,7 @@
 
 /* Reads a number from an attribute `value`, or from the text. Returns whether there is one; another text is counted. */
 static bool read_value(kt_urdf *u, const kt_element *e, double *value) {
-    const char *text = e != NULL ? kt_urdf_value(e) : NULL;
+    const char *text = e != NULL ? kt_element_value(e) : NULL;
     double read;
     if (text == NULL)
         return false;

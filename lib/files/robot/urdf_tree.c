@@ -13,12 +13,15 @@ static const kt_urdf_kind kinds[] = {
 /* The attributes of elements. Elements that are missing here are not read. */
 static const kt_known known[] = {
     {" link visual collision material ", " name "},
+    {" contact surface friction ode drake:proximity_properties ", " "},
     {" joint ", " name type "},
     {" origin ", " xyz rpy "},
     {" axis ", " xyz "},
     {" parent child ", " link "},
     {" inertial geometry mujoco compiler ", " "},
-    {" mass mu mu1 static kinematic enable_wind gravity turnGravityOff springStiffness springReference ", " value "},
+    {" mass mu mu1 mu2 lateral_friction drake:mu_static drake:mu_dynamic static kinematic enable_wind gravity "
+     "turnGravityOff springStiffness springReference ",
+     " value "},
     {" inertia ", " ixx ixy ixz iyy iyz izz "},
     {" limit ", " lower upper effort velocity "},
     {" dynamics ", " damping friction "},
@@ -39,13 +42,15 @@ static const kt_known_list all_known = {
     .closed = " material ",
     .read = " transmission ",
     .harmless = " safety_controller calibration color texture sensor type version verbose "
-                "contact link_state joint_state mu2 fdir1 kp kd minDepth maxVel maxContacts "
+                "link_state joint_state fdir1 kp kd minDepth maxVel maxContacts "
                 "selfCollide laserRetro provideFeedback implicitSpringDamper stopCfm stopErp "
                 "fudgeFactor cfmDamping disableFixedJointLumping preserveFixedJoint angle "
                 "eulerseq meshdir texturedir assetdir strippath discardvisual fusestatic "
                 "balanceinertia autolimits convexhull usethread timestep integrator solver "
-                "iterations tolerance cone impratio jacobian size ",
-    .moving = " plugin dampingFactor velocity_decay boundmass boundinertia "
+                "iterations tolerance cone impratio jacobian size contact_cfm contact_erp stiffness "
+                "damping friction_anchor inertia_scaling " KT_COMPLIANCE_OF_DRAKE,
+    .moving = " plugin rolling_friction spinning_friction torsional bullet slip1 slip2 restitution bounce "
+              "dampingFactor velocity_decay boundmass boundinertia "
               "settotalmass inertiafromgeom density viscosity wind flag "
               "loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};
 
@@ -246,7 +251,7 @@ static void declare_world(kt_urdf *u) {
             return;
         e->parent = (kt_element *)u->joints[i].element->parent;
         (void)kt_names_add(&u->names, LINKS, "world", u->link_count);
-        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .friction = 1.0};
+        u->links[u->link_count++] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .mu = {-1.0, -1.0, -1.0}};
         kt_left_count(&u->undeclared, parent);
     }
 }
@@ -267,7 +272,8 @@ bool kt_urdf_collect(kt_urdf *u) {
     u->link_count = u->joint_count = 0;
     for (const kt_element *e = u->robot->first; e != NULL; e = e->next) {
         if (strcmp(e->name, "link") == 0) {
-            u->links[u->link_count] = (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .friction = 1.0};
+            u->links[u->link_count] =
+                (kt_urdf_link){.element = e, .carrier = -1, .index = -1, .mu = {-1.0, -1.0, -1.0}};
             add_urdf_name(u, LINKS, e, u->link_count++);
         } else if (strcmp(e->name, "joint") == 0) {
             u->joints[u->joint_count] = (kt_urdf_joint){.element = e, .master = -1};
