@@ -40,6 +40,7 @@ HIDDEN = '''
 
 EXPORTED = '#define KT_API __attribute__((visibility("default")))\n'
 LAPACK = 'lapacke.h'
+UNDEFINED = {'complex.h': '#undef complex\n#undef I\n'}  # macros whose names other sources use
 SYSTEM = re.compile(r'^#include <(\w+\.h)>\n', re.M)
 
 TOP = '''/* Kinetree {version}, the core in one file. Do not edit: apps/amalgamate writes it.
@@ -418,7 +419,7 @@ def write_dual(amalgam, parts):
 
 def system_headers(body):
     """The standard headers of a text, and the text without them."""
-    above = ''.join(f'#include <{name}>\n' for name in sorted(set(SYSTEM.findall(body)) - {LAPACK}))
+    above = ''.join(f'#include <{name}>\n' + UNDEFINED.get(name, '') for name in sorted(set(SYSTEM.findall(body)) - {LAPACK}))
     return above, SYSTEM.sub('', body)
 
 

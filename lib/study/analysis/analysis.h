@@ -165,8 +165,8 @@ static inline void kt_add_columns(const double *matrix, size_t rows, size_t n, d
 
 /* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps `first`, first /
  * 2, ... */
-kt_status kt_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
-                        kt_error *error);
+kt_status kt_probe_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
+                              kt_error *error);
 
 /* ---- exact.c ----------------------------------------------------------------------------------------------------- */
 

@@ -48,16 +48,16 @@ kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, 
     kt_copy_or_clear(l->direction + nv, dv, nv * sizeof *dv);
     kt_clear(l->direction + 2 * nv, l->size.x * sizeof *l->direction);
     const double largest = fmax(kt_largest_in_units(l, l->direction), kt_largest_in_units(l, l->direction + nv));
-    return kt_difference(l, FIRST * scale / largest, l->derivative + column * l->size.f,
-                         l->derivative_error + column * l->size.f, error);
+    return kt_probe_difference(l, FIRST * scale / largest, l->derivative + column * l->size.f,
+                               l->derivative_error + column * l->size.f, error);
 }
 
 /* Likewise by auxiliary state k. */
 static kt_status differentiate_state(kt_linearization *l, size_t k, size_t column, kt_error *error) {
     memset(l->direction, 0, (2 * l->size.v + l->size.x) * sizeof *l->direction);
     l->direction[2 * l->size.v + k] = 1.0;
-    return kt_difference(l, FIRST * fmax(1.0, fabs(l->x0[k])), l->derivative + column * l->size.f,
-                         l->derivative_error + column * l->size.f, error);
+    return kt_probe_difference(l, FIRST * fmax(1.0, fabs(l->x0[k])), l->derivative + column * l->size.f,
+                               l->derivative_error + column * l->size.f, error);
 }
 
 /* The number of states that are positions or velocities. */

@@ -125,8 +125,8 @@ static bool add_difference_step(extrapolation *x, double h, double *worst) {
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): written by way of the extrapolation */
-kt_status kt_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
-                        kt_error *error) {
+kt_status kt_probe_difference(kt_linearization *l, double first, double *derivative, double *derivative_error,
+                              kt_error *error) {
     extrapolation x = {.l = l,
                        .last = l->tableau,
                        .now = l->tableau + KT_TABLEAU_DEPTH * l->size.f,
