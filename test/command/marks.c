@@ -2,6 +2,7 @@
 #include "records/marks.h"
 
 #include "check.h"
+#include <jansson.h>
 
 /* A record of a contact's event, after `transitions` impacts. */
 static void add(kt_marks *marks, const char *name, double time, uint64_t transitions) {

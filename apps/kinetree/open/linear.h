@@ -4,7 +4,6 @@
 #define KT_COMMAND_SCENE_LINEAR_H
 
 #include "text/arguments.h"
-#include "text/json.h"
 
 #include "kinetree/analysis.h"
 #include "kinetree/scene.h"

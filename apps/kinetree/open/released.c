@@ -1,7 +1,5 @@
-/* Lists the released loops and effects, and lets a scene begin with them released. */
+/* Lists the released loops and effects. */
 #include "open/released.h"
-
-#include "text/json.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +17,7 @@ static int find_side(const kt_model *model, const char *name) {
     return -1;
 }
 
-static bool is_released(const kt_simulation *simulation, const char *name) {
+bool kt_is_released(const kt_simulation *simulation, const char *name) {
     const kt_model *model = kt_simulation_model(simulation);
     const int side = find_side(model, name), effect = kt_effect_find(model, name);
     const int hard = kt_loop_switch(model, side >= 0 ? side : kt_effect_stick(model, effect));
@@ -30,8 +28,7 @@ static bool is_released(const kt_simulation *simulation, const char *name) {
     return at >= 0 && (kt_switch_set(model) & kt_switch_bits(model, at)) == 0;
 }
 
-/* Returns the name of the k-th loop or effect, loops first; NULL: it has none, or is not switched. */
-static const char *switched_name_of(const kt_description *d, int k) {
+const char *kt_switched_name(const kt_description *d, int k) {
     const kt_switching switching = k < d->loop_count ? d->loops[k].switching : d->effects[k - d->loop_count].switching;
     const char *name = k < d->loop_count ? d->loops[k].name : d->effects[k - d->loop_count].name;
     return switching != KT_ALWAYS_ON ? name : NULL;
@@ -42,9 +39,9 @@ uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation)
     uint64_t set = 0;
     int bit = 0;
     for (int k = 0; k < d->loop_count + d->effect_count && bit < 64; k++) {
-        const char *name = switched_name_of(d, k);
+        const char *name = kt_switched_name(d, k);
         if (name != NULL)
-            set |= (uint64_t)is_released(simulation, name) << bit++;
+            set |= (uint64_t)kt_is_released(simulation, name) << bit++;
     }
     return set;
 }
@@ -53,42 +50,11 @@ bool kt_released_holds(const kt_scene *scene, uint64_t set, const char *name) {
     const kt_description *d = &scene->description;
     int bit = 0;
     for (int k = 0; k < d->loop_count + d->effect_count && bit < 64 && name != NULL; k++) {
-        const char *other = switched_name_of(d, k);
+        const char *other = kt_switched_name(d, k);
         if (other != NULL && (set >> bit++ & 1) != 0 && strcmp(other, name) == 0)
             return true;
     }
     return false;
-}
-
-json_t *kt_released_list(const kt_scene *scene, const kt_simulation *simulation) {
-    const kt_description *d = &scene->description;
-    json_t *list = json_array();
-    for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = switched_name_of(d, k);
-        if (name != NULL && is_released(simulation, name))
-            json_array_append_new(list, kt_json_text(name));
-    }
-    return list;
-}
-
-static bool list_has_name(const json_t *list, const char *name) {
-    for (size_t i = 0; i < json_array_size(list); i++) {
-        const char *one = json_string_value(json_array_get(list, i));
-        if (one != NULL && strcmp(one, name) == 0)
-            return true;
-    }
-    return false;
-}
-
-void kt_released_apply(kt_scene *scene, const json_t *list) {
-    const kt_description *d = &scene->description;
-    for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = switched_name_of(d, k);
-        kt_switching *to = k < d->loop_count ? &((kt_loop *)(uintptr_t)d->loops)[k].switching
-                                             : &((kt_effect *)(uintptr_t)d->effects)[k - d->loop_count].switching;
-        if (name != NULL)
-            *to = list_has_name(list, name) ? KT_SWITCHED_OFF : KT_SWITCHED_ON;
-    }
 }
 
 void kt_released_names(const kt_scene *scene, char *text, size_t size) {
@@ -96,7 +62,7 @@ void kt_released_names(const kt_scene *scene, char *text, size_t size) {
     size_t used = 0;
     text[0] = '\0';
     for (int k = 0; k < d->loop_count + d->effect_count; k++) {
-        const char *name = switched_name_of(d, k);
+        const char *name = kt_switched_name(d, k);
         if (name != NULL && used < size)
             used += (size_t)snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", name);
     }

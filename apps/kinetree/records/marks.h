@@ -5,7 +5,7 @@
 
 #include "kinetree/simulation.h"
 
-#include <jansson.h>
+struct json_t; /* of jansson */
 
 /* Pictures show at most this number of events: the first ones. */
 enum { KT_MARKS_MAX = 500 };
@@ -30,7 +30,7 @@ typedef struct kt_marks {
     bool is_cut; /* there were more */
     kt_contact_mark contact;
     kt_mark mark[KT_MARKS_MAX];
-    json_t *read; /* owns the names of those that were read; NULL: none were */
+    struct json_t *read; /* owns the names of those that were read; NULL: none were */
 } kt_marks;
 
 /* Adds the event of a record, if the record has one. An event has a row before and a row behind it, so that the event
@@ -47,14 +47,14 @@ void kt_marks_add_contact(kt_marks *marks, const kt_record *record, const kt_con
 void kt_marks_sync_contacts(kt_marks *marks, const kt_record *record, const kt_contact_counts *seen);
 
 /* Returns a new object with "marks", a list of {time, name}, and "marks_cut". */
-json_t *kt_marks_describe(const kt_marks *marks);
+struct json_t *kt_marks_describe(const kt_marks *marks);
 
 /* Returns a new object with all members of `marks`, for checkpoints. */
-json_t *kt_marks_save(const kt_marks *marks);
+struct json_t *kt_marks_save(const kt_marks *marks);
 
 /* Reads the marks of an object of kt_marks_describe or kt_marks_save, which may have other members. Returns false if
  * the object has no valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
-bool kt_marks_read(kt_marks *marks, json_t *object);
+bool kt_marks_read(kt_marks *marks, struct json_t *object);
 void kt_marks_free(kt_marks *marks);
 
 /* Returns the note for a subtitle: "", or the number of marked events if there were more. */

@@ -328,18 +328,6 @@ static void say_mechanism_size(const kt_outcome *outcome) {
     kt_print(", %d degree%s of freedom", dof.minimal, kt_plural(dof.minimal));
 }
 
-kt_method_words kt_describe_method(const kt_run *run) {
-    kt_method_words words;
-    if (run->step > 0.0)
-        snprintf(words.text, sizeof words.text, "%s, step %g s", run->integrator, run->step);
-    else if (run->relative == run->absolute)
-        snprintf(words.text, sizeof words.text, "%s, tolerance %g", run->integrator, run->relative);
-    else
-        snprintf(words.text, sizeof words.text, "%s, tolerances %g relative, %g absolute", run->integrator,
-                 run->relative, run->absolute);
-    return words;
-}
-
 void kt_print_steps(const kt_run *run, FILE *to) {
     if (run->step > 0.0)
         fprintf(to, " with steps of %g s", run->step);

@@ -3,6 +3,7 @@
 #include "open/linear.h"
 #include "records/output.h"
 #include "text/arguments.h"
+#include "text/json.h"
 
 #include <math.h>
 #include <stdio.h>

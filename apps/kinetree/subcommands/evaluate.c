@@ -4,6 +4,7 @@
 #include "open/start.h"
 #include "records/output.h"
 #include "text/arguments.h"
+#include "text/json.h"
 #include "text/list.h"
 
 #include "base/pool.h"

@@ -4,6 +4,7 @@
 #include "plot/plot.h"
 #include "records/output.h"
 #include "text/arguments.h"
+#include "text/json.h"
 
 #include <math.h>
 #include <stdio.h>

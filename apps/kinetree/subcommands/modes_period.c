@@ -2,6 +2,7 @@
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/modes.h"
+#include "text/json.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -7,6 +7,7 @@
 #include "native/native.h"
 #include "open/play.h"
 #include "plot/run.h"
+#include "text/json.h"
 #include "view/view.h"
 
 #include <math.h>
@@ -103,7 +104,9 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
 
 static int write_view(const kt_outcome *outcome, const kt_motion *motion, const char *path) {
     const kt_method_words method = kt_describe_method(outcome->run);
-    json_t *notes = kt_warnings_describe(&outcome->warnings);
+    char *notes = kt_json_print(kt_warnings_describe(&outcome->warnings), JSON_COMPACT | JSON_REAL_PRECISION(9));
+    if (notes == NULL)
+        return KT_EXIT_INTEGRATION;
     const kt_view view = {.name = outcome->name,
                           .marks = &outcome->marks,
                           .method = method.text,
@@ -111,7 +114,7 @@ static int write_view(const kt_outcome *outcome, const kt_motion *motion, const 
                           .notes = notes,
                           .failed = outcome->failed.code != KT_OK ? &outcome->failed : NULL};
     const int code = kt_view_write(motion, &view, path);
-    json_decref(notes);
+    free(notes);
     return code;
 }
 
@@ -337,10 +340,6 @@ static int check_columns(const char *command, const kt_model *model, const kt_ru
     return -1;
 }
 
-/* Returns the interval between the records of a view, s. A view plays 60 records a second, but has neither very few nor
- * very many. */
-static double frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
-
 /* Chooses the options of the simulation, with the quantities that records have besides the written ones. */
 static kt_simulation_options choose_simulation_options(const kt_run_arguments *arguments, const kt_result_names *names,
                                                        const kt_outcome *outcome, const kt_run_manner *manner) {
@@ -475,7 +474,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     code = code < 0 && manner->is_careful && arguments->resume == NULL ? kt_run_spare_results(&names) : code;
     code = code < 0 ? check_columns(arguments->command, model, &run) : code;
     if (!manner->has_records && run.interval == 0.0)
-        run.interval = frame_interval(run.duration);
+        run.interval = kt_frame_interval(run.duration);
     if (code < 0) {
         kt_outcome outcome = {.scene = scene,
                               .model = model,

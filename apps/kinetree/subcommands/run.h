@@ -10,6 +10,7 @@
 #include "records/keep.h"
 #include "records/lines.h"
 #include "records/marks.h"
+#include "records/method_words.h"
 #include "records/output.h"
 #include "records/steps.h"
 
@@ -316,13 +317,6 @@ int kt_run_spare_results(const kt_result_names *names);
 
 /* Prints a short report on standard error. */
 void kt_report_outcome(const kt_outcome *outcome, const kt_result_names *names);
-
-/* "dopri5, tolerance 1e-9" */
-typedef struct kt_method_words {
-    char text[96];
-} kt_method_words;
-
-kt_method_words kt_describe_method(const kt_run *run);
 
 /* Prints the step or the tolerances: " with steps of 0.01 s", " at tolerance 1e-06". */
 void kt_print_steps(const kt_run *run, FILE *to);

@@ -1,11 +1,11 @@
 /* Writes JSON text value by value. */
 #include "text/json_writer.h"
 
-#include "text/json.h"
+#include "command.h"
+#include "document/document_text.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- the text ---------------------------------------------------------------------------------------------------- */
@@ -31,8 +31,9 @@ void kt_put_close(kt_json_writer *out, char bracket) { kt_bytes_add(out, &bracke
 
 /* ---- texts ------------------------------------------------------------------------------------------------------- */
 
-/* Writes JSON with "<" escaped. In JSON this character occurs only within texts. */
-static void put_json_escaped(kt_json_writer *out, const char *json) {
+/* "<" occurs within texts alone. */
+void kt_put_json(kt_json_writer *out, const char *key, const char *json) {
+    put_key(out, key);
     for (const char *less; (less = strchr(json, '<')) != NULL; json = less + 1) {
         kt_bytes_add(out, json, (size_t)(less - json));
         kt_bytes_add(out, "\\u003c", 6);
@@ -40,35 +41,32 @@ static void put_json_escaped(kt_json_writer *out, const char *json) {
     kt_bytes_add(out, json, strlen(json));
 }
 
-void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree) {
-    char *json = tree != NULL ? json_dumps(tree, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(9)) : NULL;
-    put_key(out, key);
-    if (json != NULL)
-        put_json_escaped(out, json);
-    out->is_short = out->is_short || json == NULL || kt_json_is_short();
-    free(json);
-}
-
-static bool is_plain_json(const char *text) {
-    for (; *text != '\0'; text++)
-        if (*text < ' ' || *text > '~' || *text == '"' || *text == '\\' || *text == '<') /* bytes beyond ASCII, too */
-            return false;
-    return true;
+/* Writes a character within a text; bytes beyond ASCII are parts of UTF-8. */
+static void put_character(kt_json_writer *out, char c) {
+    static const char controls[] = "\b\f\n\r\t", letters[] = "bfnrt";
+    const char *control = c != '\0' ? strchr(controls, c) : NULL;
+    if (control != NULL)
+        kt_bytes_print(out, "\\%c", letters[control - controls]);
+    else if ((unsigned char)c < ' ' || c == '<')
+        kt_bytes_print(out, "\\u%04x", (unsigned)c);
+    else if (c == '"' || c == '\\')
+        kt_bytes_print(out, "\\%c", c);
+    else
+        kt_bytes_add(out, &c, 1);
 }
 
 void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
+    size_t offset;
     if (text == NULL) {
         kt_put_null(out, key);
-    } else if (is_plain_json(text)) {
-        put_key(out, key);
-        kt_bytes_add(out, "\"", 1);
-        kt_bytes_add(out, text, strlen(text));
-        kt_bytes_add(out, "\"", 1);
-    } else {
-        json_t *exact = kt_json_text(text);
-        kt_put_tree(out, key, exact);
-        json_decref(exact);
+        return;
     }
+    const kt_shown shown = kt_utf8_is_valid(text, strlen(text), &offset) ? (kt_shown){""} : kt_show(text);
+    put_key(out, key);
+    kt_bytes_add(out, "\"", 1);
+    for (const char *c = shown.text[0] != '\0' ? shown.text : text; *c != '\0'; c++)
+        put_character(out, *c);
+    kt_bytes_add(out, "\"", 1);
 }
 
 /* ---- numbers ----------------------------------------------------------------------------------------------------- */
@@ -140,6 +138,15 @@ void kt_json_put_number(kt_json_writer *out, const char *key, double x) {
     }
     put_key(out, key);
     kt_bytes_add(out, text, length);
+}
+
+void kt_put_exact(kt_json_writer *out, const char *key, double x) {
+    if (!isfinite(x)) {
+        kt_put_null(out, key);
+        return;
+    }
+    put_key(out, key);
+    kt_bytes_print(out, "%.17g", x);
 }
 
 void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count) {

@@ -15,8 +15,6 @@
 #include "kinetree/algebra.h"
 #include "text/bytes.h"
 
-#include <jansson.h>
-
 typedef kt_bytes kt_json_writer;
 
 /* bracket: '{' or '['; '}' or ']'. */
@@ -29,10 +27,12 @@ void kt_put_boolean(kt_json_writer *out, const char *key, bool value);
 void kt_put_integer(kt_json_writer *out, const char *key, long long n);
 /* Writes nine significant digits, which distinguish all numbers of single precision; null if x is not finite. */
 void kt_json_put_number(kt_json_writer *out, const char *key, double x);
+/* Writes as many digits as read back the same bits; null if x is not finite. */
+void kt_put_exact(kt_json_writer *out, const char *key, double x);
 void kt_json_put_numbers(kt_json_writer *out, const char *key, const double *x, int count);
 void kt_json_put_vector(kt_json_writer *out, const char *key, kt_vec3 u);
 void kt_put_null(kt_json_writer *out, const char *key);
-/* A tree of jansson's, borrowed. */
-void kt_put_tree(kt_json_writer *out, const char *key, const json_t *tree);
+/* JSON that was written elsewhere. */
+void kt_put_json(kt_json_writer *out, const char *key, const char *json);
 
 #endif

@@ -20,6 +20,8 @@ static size_t frame_size(const kt_motion *motion, size_t forces) {
            (kt_motion_width(motion) + 3 * forces) * sizeof(float);
 }
 
+double kt_frame_interval(double duration) { return duration / fmin(fmax(60.0 * duration, 600.0), 6000.0); }
+
 kt_motion *kt_motion_start(const kt_scene *scene, kt_columns *columns, int64_t records, bool has_reactions) {
     kt_motion *motion = calloc(1, sizeof *motion);
     if (motion == NULL)

@@ -65,6 +65,10 @@ typedef struct kt_motion {
     int fastest_body; /* ... and the body that has it */
 } kt_motion;
 
+/* Returns the interval between the records of a view, s. A view plays 60 records a second, but has neither very few nor
+ * very many. */
+double kt_frame_interval(double duration);
+
 /* Creates a motion without frames. columns: the content of frames besides poses and forces; they must outlive the
  * motion. records: the number of records that will be taken. has_reactions: records have reactions, also if no column
  * has them.
@@ -79,6 +83,10 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
  * later than the last frame or if its poses cannot be computed. Returns 0, or -1 after printing that memory is
  * insufficient. */
 int kt_motion_take_state(kt_motion *motion, double time, const double *q, const double *v);
+
+/* Hands over the frames in the order of view/motion.js: `count` numbers of `size` bytes each, several times. */
+typedef void kt_frame_sink(void *user, const void *numbers, size_t count, size_t size);
+void kt_motion_write_frames(const kt_motion *motion, kt_frame_sink *put, void *user);
 
 /* The count of numbers in a row of values: the columns except time, and the drift. */
 size_t kt_motion_width(const kt_motion *motion);

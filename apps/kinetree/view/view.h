@@ -3,9 +3,8 @@
 #define KT_COMMAND_VIEW_VIEW_H
 
 #include "records/marks.h"
+#include "text/json_writer.h"
 #include "view/motion.h"
-
-#include <jansson.h>
 
 /* A mode, which a page animates. */
 typedef struct kt_view_mode {
@@ -22,12 +21,15 @@ typedef struct kt_view {
     const char *method;        /* "dopri5, tolerance 1e-9" */
     const kt_run *run;         /* its markers leave traces; NULL: none do */
     const kt_marks *marks;     /* of events, in the curves; NULL: none */
-    json_t *notes;             /* list of texts, borrowed; NULL: none */
+    const char *notes;         /* JSON of kt_warnings_describe; NULL: none */
     const kt_error *failed;    /* the reason of an early end; NULL: the run is complete */
     const kt_view_mode *modes; /* instead of a motion: the one frame is the state of linearisation; NULL: none */
     int mode_count;
     bool is_overlay; /* two frames, to be seen over each other */
 } kt_view;
+
+/* Adds the content of a page besides its frames, as JSON. */
+void kt_view_describe(kt_json_writer *out, const kt_motion *motion, const kt_view *view);
 
 /* Writes the page. Returns KT_EXIT_DONE, or an exit code after printing the error. */
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path);
