@@ -417,9 +417,10 @@ typedef struct kt_contact_counts {
     uint64_t openings;    /* a contact ceased to be a constraint */
     uint64_t sticks;      /* friction that sticks came to rest */
     uint64_t slips;       /* friction that sticks began to slip */
-    uint64_t rested;      /* chains of bounces, or of ends of slip, ended early: further instants lay within 1e-9 of an
-                             interval, slow slip turned, hovered or was wedged, slip reversed or stick ended 8 times, a
-                             contact opened three times at an instant, or other shares of forces held a corner */
+    uint64_t rested;      /* chains of impacts, or of ends of slip, ended in one instant: all further ones lay within
+                             1e-9 of the chain's time, slow slip turned, hovered or was wedged, slip reversed or stick
+                             ended 8 times, a contact opened three times at an instant, or other shares of forces held a
+                             corner */
     uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */
@@ -436,7 +437,9 @@ typedef struct kt_contact_counts {
     uint64_t redundant;           /* of `undecided`: contacts share a load in several ways, and friction depends on the
                                      shares; as on the corners of a face that slide in different directions */
     double undecided_time;        /* s, of the first instant that `undecided` counts; 0: none */
-    int undecided_loop;           /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
+    double dropped;     /* m/s or rad/s: 100,000 impacts at one instant did not lose this speed, which contacts
+                                     then removed; 0: none */
+    int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 
 /* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for

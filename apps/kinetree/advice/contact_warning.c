@@ -56,11 +56,24 @@ static void warn_of_wedge(kt_outcome *outcome) {
                 "within all friction cones are recorded");
 }
 
+/* Warns if impacts at one instant reached their limit. */
+static void warn_of_dropped_speed(kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_warning warning =
+        kt_warning_of("contact_dropped", seen.dropped, NULL, "Take a larger `rest_velocity`, or less restitution");
+    if (seen.dropped > 0.0)
+        kt_warn(&outcome->warnings, &warning,
+                "impacts accumulated at one instant, and 100,000 of them left %.3g m/s (or rad/s): the contacts then "
+                "stopped at once",
+                seen.dropped);
+}
+
 void kt_warn_of_contacts(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     kt_warn_of_count(outcome, seen.failures, &failed_problems);
     kt_warn_of_count(outcome, seen.reduced, &reduced_impacts);
     warn_of_undecided(outcome);
     warn_of_wedge(outcome);
+    warn_of_dropped_speed(outcome);
     kt_warn_of_count(outcome, seen.unconverged, &slow_slips);
 }

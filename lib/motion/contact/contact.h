@@ -23,6 +23,7 @@ typedef struct kt_contact {
     bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
     bool leaves;          /* its reaction, or its stick, has ended at this instant */
     bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
+    bool flies;           /* it does not touch while impacts accumulate (accumulate.c) */
     bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
     uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
     double sign;   /* of the residual if the contact is open; 1 for friction */
@@ -44,6 +45,7 @@ typedef struct kt_contact {
     X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
     X(double, reaction, s->rows, "multipliers of contacts that share their load")                                      \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
+    X(double, flight, s->nv, "accelerations between impacts that accumulate")                                          \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
     X(kt_contact_island, island, s->islands, "of the model in which all contacts are closed")                          \
     X(int, rows, s->list, "the items that touch, those of a contact's friction twice, island by island")               \
@@ -141,7 +143,8 @@ struct kt_contacts {
     kt_coulomb_solver *solver;
     double *M, *lemke;    /* in `matrices`: of a linear complementarity problem, and of its solver */
     bool rubs;            /* some contacts have friction */
-    bool rests;           /* bounces accumulate: contacts that touch come to rest */
+    double window;        /* s, in which impacts accumulate; 0: they do not */
+    bool rests;           /* impacts that accumulate have reached their limit: contacts that touch come to rest */
     bool jams;            /* friction wedges a contact that slips: an impulse stops it */
     bool releases, holds; /* likewise: it is released, or all that are held stick */
     bool present;         /* slow slip has its present directions in reactions, not predicted ones */
@@ -388,6 +391,13 @@ KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, 
  * in which contacts close. Then u becomes u+, and c->v the velocities after the impact. *lost grows by the dissipated
  * kinetic energy. */
 KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error);
+/* Finds the rates c->u of all rows that touch, in c->v. Returns the largest speed at which a gap closes. */
+double kt_contacts_find_rates(kt_simulation *simulation);
+/* Applies impacts that accumulate at the present instant, in the time c->window (accumulate.c). Then rows, W and rates
+ * are those of the contacts that touch behind them. Requires the equations, and accelerations between the impacts in
+ * c->flight. */
+KT_CHECKED kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_model *open, double t, double *lost,
+                                            kt_error *error);
 /* Solves contact forces of the selected island, from the accelerations without contacts in c->a. Sets its closed and
  * sticking contacts of the set that follows, and directions of slip. The others have been let slip. */
 KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,

@@ -92,6 +92,27 @@ static bool solve_impact(kt_simulation *simulation, const double *W, kt_impact_p
     return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
 }
 
+double kt_contacts_find_rates(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    double approach = 0.0, size;
+    for (int k = 0; k < c->islands; k++) {
+        (void)kt_contacts_select(c, k);
+        c->selected->approach = 0.0;
+        for (int i = 0; i < c->touching; i++) {
+            c->u[i] = kt_contact_rate(c, c->W, i, &size);
+            if (fabs(c->u[i]) <= kt_contact_rounding * size)
+                c->u[i] = 0.0;
+            c->selected->approach = i < c->meeting ? fmax(c->selected->approach, -c->u[i]) : c->selected->approach;
+        }
+        kt_contacts_find_grazing(simulation, c->u);
+        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
+             i++) /* after impulses, all reactions are possible */
+            c->item[c->list[i]].leaves = false;
+        approach = fmax(approach, c->selected->approach);
+    }
+    return approach;
+}
+
 /* Whether the contact of row i was closed before drives struck. */
 static bool is_struck(const kt_simulation *simulation, int i) {
     const struct kt_contacts *c = simulation->contacts;
@@ -114,7 +135,7 @@ static bool any_bounces(const kt_simulation *simulation) {
 
 /* Whether steps may not resolve a bounce. */
 static bool may_be_unresolved(const kt_simulation *simulation) {
-    return simulation->step == 0.0 || simulation->memory.event_many > EXACT;
+    return !(simulation->contacts->window > 0.0) && (simulation->step == 0.0 || simulation->memory.event_many > EXACT);
 }
 
 /* Whether contacts of Poisson's rule take part, with impulses p of compression if these are known. */

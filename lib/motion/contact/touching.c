@@ -18,7 +18,7 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
     for (int k = 0; k < c->sides; k++) {
         const kt_contact *item = &c->item[k];
         const bool touches = c->gap[k] <= most || item->meets || kt_contact_is_closed(simulation->model, item);
-        if (touches && !item->spared && !kt_contact_is_released(item))
+        if (touches && !item->spared && !item->flies && !kt_contact_is_released(item))
             (void)kt_contacts_add_row(c, k, 0);
     }
     for (int i = 0; i < c->islands; i++)

@@ -51,6 +51,7 @@
     X(powers.sum[1].turned, KT_BLOCK_ANY)                                                                              \
     X(event_last, KT_BLOCK_ANY)                                                                                        \
     X(event_interval, KT_BLOCK_ANY)                                                                                    \
+    X(event_chain, KT_BLOCK_ANY)                                                                                       \
     X(event_instants, KT_BLOCK_COUNT)                                                                                  \
     X(event_shrinking, KT_BLOCK_COUNT)                                                                                 \
     X(event_ratio, KT_BLOCK_ANY)                                                                                       \
@@ -83,6 +84,7 @@
     X(contacts.pivots, KT_BLOCK_COUNT)                                                                                 \
     X(contacts.jammed, KT_BLOCK_COUNT)                                                                                 \
     X(contacts.dissipated, KT_BLOCK_ANY)                                                                               \
+    X(contacts.dropped, KT_BLOCK_ANY)                                                                                  \
     X(contacts.closed, KT_BLOCK_COUNT)                                                                                 \
     X(contacts.failures, KT_BLOCK_COUNT)                                                                               \
     X(contacts.supplied, KT_BLOCK_ANY)                                                                                 \

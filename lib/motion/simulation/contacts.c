@@ -100,6 +100,7 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     }
     clear_due_contacts(c);
     c->rests = c->stops = c->holds = false;
+    c->window = 0.0;
     return status == KT_OK ? 0 : -1;
 }
 
@@ -228,28 +229,6 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     return status;
 }
 
-/* Finds the rates of all rows that touch. Returns the largest speed at which a gap closes. */
-static double find_rates(kt_simulation *simulation) {
-    struct kt_contacts *c = simulation->contacts;
-    double approach = 0.0, size;
-    for (int k = 0; k < c->islands; k++) {
-        (void)kt_contacts_select(c, k);
-        c->selected->approach = 0.0;
-        for (int i = 0; i < c->touching; i++) {
-            c->u[i] = kt_contact_rate(c, c->W, i, &size);
-            if (fabs(c->u[i]) <= kt_contact_rounding * size)
-                c->u[i] = 0.0;
-            c->selected->approach = i < c->meeting ? fmax(c->selected->approach, -c->u[i]) : c->selected->approach;
-        }
-        kt_contacts_find_grazing(simulation, c->u);
-        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
-             i++) /* after impulses, all reactions are possible */
-            c->item[c->list[i]].leaves = false;
-        approach = fmax(approach, c->selected->approach);
-    }
-    return approach;
-}
-
 /* Applies impulses, and finds the set that follows. *lost grows by the energy that impulses dissipate; *approach: the
  * speed before them. */
 static kt_status solve_contacts(kt_simulation *simulation, double t, double *lost, double *approach, kt_error *error) {
@@ -263,7 +242,9 @@ static kt_status solve_contacts(kt_simulation *simulation, double t, double *los
         status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
     if (status == KT_OK)
         status = kt_contacts_spare_held(simulation, open, t, error);
-    *approach = status == KT_OK ? find_rates(simulation) : 0.0;
+    if (status == KT_OK && c->window > 0.0)
+        status = kt_contacts_accumulate(simulation, open, t, lost, error);
+    *approach = status == KT_OK ? kt_contacts_find_rates(simulation) : 0.0;
     if (status == KT_OK && *approach > 0.0)
         status = kt_contacts_check_levers(simulation, open, t, error);
     if (status == KT_OK && *approach > 0.0)
@@ -288,6 +269,15 @@ static kt_status strike_open(kt_simulation *simulation, double t, kt_error *erro
     return status;
 }
 
+/* Finds the accelerations between impacts that accumulate: those of the present model. If there are none, since
+ * friction wedges a contact, the flights are straight. */
+static void find_flight(kt_simulation *simulation, double t, const double *y) {
+    double *a = simulation->contacts->flight;
+    kt_error made = {0};
+    if (kt_simulation_accelerate(simulation, t, y, simulation->tau, simulation->external, a, &made) != 0)
+        kt_clear(a, simulation->size.nv * sizeof *a);
+}
+
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_breakpoints(simulation);
@@ -298,6 +288,8 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_simulation_clear_jump(simulation);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
+    if (c->window > 0.0)
+        find_flight(simulation, t, y);
     kt_status status = c->strikes ? strike_open(simulation, t, error) : KT_OK;
     if (status == KT_OK)
         status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
@@ -413,15 +405,25 @@ static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-static bool rest(kt_simulation *simulation, size_t k) {
+static bool rest(kt_simulation *simulation, size_t k, double window) {
     struct kt_contacts *c = simulation->contacts;
     const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
     const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
     const bool may = simulation->model->loop[item->loop].rest_velocity > 0.0;
-    c->rests = may && ((int)k < c->sides || !is_open);
+    c->window = may && ((int)k < c->sides || !is_open) ? window : 0.0;
     c->stops = may && (kt_contact_rubs(c, (int)k) || !is_open);
-    simulation->memory.contacts.rested += c->rests || c->stops;
-    return c->rests || c->stops;
+    simulation->memory.contacts.rested += c->window > 0.0 || c->stops;
+    return c->window > 0.0 || c->stops;
+}
+
+static bool crowds(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *last = simulation->event_value + (KT_EVENT_VALUES - 2) * simulation->size.event;
+    bool any = false;
+    for (int k = 0; k < c->sides; k++)
+        any = any || (!kt_contact_is_closed(simulation->model, &c->item[k]) && !simulation->event_root[k].due &&
+                      simulation->event_memory[k].side > 0 && last[k] <= simulation->contact_margin);
+    return any;
 }
 
 static const kt_model *find_resting_model(kt_simulation *simulation) {
@@ -431,6 +433,7 @@ static const kt_model *find_resting_model(kt_simulation *simulation) {
 }
 
 static const kt_contact_calls calls = {.rest = rest,
+                                       .crowds = crowds,
                                        .ends = kt_contact_slip_ends,
                                        .kink = kt_contact_kink,
                                        .open = open_all,

@@ -1,6 +1,7 @@
 /* Chains of events: instants that follow each other without end, or too many of them, and events that come no nearer.
  */
 #include "base/where.h"
+#include "simulation/event_root.h"
 #include "simulation/simulation.h"
 
 #include <float.h>
@@ -10,18 +11,21 @@
  * (1 - r) after the last one. The ratio r is the largest ratio of SHRINKING successive intervals that shrink: two
  * events that are close by chance make one ratio small.
  *
- * A chain has no end if that limit is closer than `at_once` times the interval between records: only rounding remains
- * behind it. The chain has no end either if IN_A_ROW successive instants follow each other at intervals as short as
- * that. Besides, at most WITHIN instants may lie within one fixed step, or within one interval between records. This
- * bounds the cost of a step. Each call of kt_simulation_advance begins a new count, since a control loop has no
- * records.
+ * A chain has no end if the time up to that limit is less than the part `at_once` of the time since its intervals
+ * shrink, or if its last interval is below INSTANTS times the width of an instant. The chain has no end either if
+ * IN_A_ROW successive intervals are that short. A chain of contacts ends at the part `soon` if the gap of its next
+ * impact is below the rounding of gaps. Records have no part in this: they must not influence the motion. The remaining
+ * impacts of a chain of contacts are applied at once (contact/accumulate.c), up to MARGIN times that limit.
+ *
+ * Besides, at most WITHIN instants may lie within one fixed step, or within a thousandth of the run. This bounds the
+ * cost of a step. Each call of kt_simulation_advance begins a new count.
  *
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
  * MISSED successive steps may be cut short for such a root. Each of them is accepted. The step behind it is no longer,
  * since a longer one would show such a root again. If the slope at its beginning leads to the event, it ends next to
  * that time: it takes a little more than the remaining time. */
-static const double at_once = 1e-9;
-enum { SHRINKING = 8, IN_A_ROW = 64, WITHIN = 10000, MISSED = 100 };
+static const double at_once = 1e-9, soon = 1e-4;
+enum { SHRINKING = 8, IN_A_ROW = 64, INSTANTS = 16, MARGIN = 4, PARTS = 1000, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     return kt_error_set(
@@ -36,19 +40,19 @@ static kt_status reject_chain(const kt_simulation *simulation, size_t k, double 
 
 static kt_status reject_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
     return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
-                        "%d instants of events lie within %.3g s (a fixed step, or the interval between records), the "
+                        "%d instants of events lie within %.3g s (a fixed step, or a thousandth of the run), the "
                         "last one %.3g s behind the one before; %s",
                         (int)WITHIN, span, t - simulation->memory.event_last,
                         k < kt_simulation_contact_events(simulation)
                             ? "give its contact a larger rest_velocity, from which it rests, or a smaller restitution, "
-                              "or take a smaller step or interval"
-                            : "give it a limit, or take a smaller step or interval");
+                              "or take a smaller step"
+                            : "give it a limit, or take a smaller step");
 }
 
-/* Counts the instants within a fixed step, or within an interval between records. */
+/* Counts the instants within a fixed step, or within a part of the run. */
 static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
-    const double span = simulation->step > 0.0 ? simulation->step : simulation->interval;
+    const double span = simulation->step > 0.0 ? simulation->step : simulation->duration / PARTS;
     if (memory->event_many == 0 || !(t - memory->event_since <= span)) {
         memory->event_since = t;
         memory->event_many = 0;
@@ -58,27 +62,39 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
                : KT_OK;
 }
 
-/* Whether the accumulating events are bounces of a hard contact, which end now. */
-static bool comes_to_rest(kt_simulation *simulation, size_t k) {
+/* Whether the accumulating events are impacts of a hard contact, which are applied now up to the end of the window. */
+static bool comes_to_rest(kt_simulation *simulation, size_t k, double window) {
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
     return k < simulation->contact_count && simulation->contact_calls->rest != NULL &&
-           simulation->contact_calls->rest(simulation, k);
+           simulation->contact_calls->rest(simulation, k, window);
+}
+
+/* Whether the next impacts of a chain would count as touching now, within rounding of their gaps. */
+static bool is_crowded(const kt_simulation *simulation, size_t k) {
+    return k < simulation->contact_count && simulation->contact_calls->crowds != NULL &&
+           simulation->contact_calls->crowds(simulation);
 }
 
 /* Counts an instant of events. Returns an error if such instants have no end. */
 kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
     simulation->event_latest = k;
-    const double close = at_once * simulation->interval, d = t - memory->event_last, before = memory->event_interval;
+    const double d = t - memory->event_last, before = memory->event_interval;
+    const double instant = INSTANTS * kt_event_together(t);
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
+    memory->event_chain = shrinks && memory->event_shrinking > 0 ? memory->event_chain : memory->event_last - before;
     memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
     memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
     const double r = memory->event_ratio;
-    memory->event_row = follows && d <= close ? memory->event_row + 1 : 0;
-    const bool apart = d > 8.0 * DBL_EPSILON * fabs(t);
-    if ((memory->event_row >= IN_A_ROW ||
-         (apart && memory->event_shrinking >= SHRINKING && d * r <= close * (1.0 - r))) &&
-        !comes_to_rest(simulation, k))
+    memory->event_row = follows && d <= instant ? memory->event_row + 1 : 0;
+    const bool apart = d > 8.0 * DBL_EPSILON * fabs(t), is_row = memory->event_row >= IN_A_ROW;
+    const double left = d * r / (1.0 - r);
+    const bool is_close =
+        memory->event_shrinking >= SHRINKING && (d <= instant || left <= at_once * (t - memory->event_chain));
+    const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * (t - memory->event_chain) &&
+                         is_crowded(simulation, k);
+    if ((is_row || (apart && (is_close || is_near))) &&
+        !comes_to_rest(simulation, k, is_row ? IN_A_ROW * instant : MARGIN * left))
         return kt_simulation_explain_disc(simulation, reject_chain(simulation, k, t, error), error);
     const kt_status status = count_within(simulation, k, t, error);
     if (status != KT_OK)

@@ -54,6 +54,7 @@ typedef struct kt_simulation_memory {
     kt_power_points powers;
     double event_last;        /* s, the last instant of events */
     double event_interval;    /* s, from the instant before to the last one */
+    double event_chain;       /* s, the instant from which intervals shrink */
     uint64_t event_instants;  /* so far */
     uint64_t event_shrinking; /* the number of last instants whose intervals shrank */
     double event_ratio;       /* the largest ratio of these intervals to the intervals before them */
@@ -306,9 +307,11 @@ typedef struct kt_contact_calls {
     /* Checks the multipliers of a record; NULL: there is nothing to check. Errors: a closed contact pulls, or sticking
      * friction of a joint is beyond its limit. */
     kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
-    /* Lets contact k come to rest at this instant, at which it closes, since bounces accumulate. A contact without a
-     * rest velocity does not come to rest. Returns whether it does. NULL: none does. */
-    bool (*rest)(kt_simulation *simulation, size_t k);
+    /* At this instant, at which contact k closes, applies all impacts of a time that no step resolves, since they
+     * accumulate. A contact without a rest velocity has no last one. Returns whether it has. NULL: none has. */
+    bool (*rest)(kt_simulation *simulation, size_t k, double window);
+    /* Whether an open contact touches within rounding that is not due. NULL: none does. */
+    bool (*crowds)(const kt_simulation *simulation);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
     /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL:
