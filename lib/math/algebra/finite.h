@@ -1,4 +1,5 @@
-/* Whether numbers are finite. Inline, since mechanisms of one or two links are computed in the time of a few calls. */
+/* Whether numbers are finite. The functions are inline, since a mechanism of one or two links is evaluated in the time
+ * of a few calls. */
 #ifndef KT_ALGEBRA_FINITE_H
 #define KT_ALGEBRA_FINITE_H
 

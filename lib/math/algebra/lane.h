@@ -1,4 +1,5 @@
-/* Three-vectors in four lanes, for the recursions: one arithmetic instruction a vector on processors that have them.
+/* Three-vectors in four lanes, for the recursions: one arithmetic instruction for each vector, on processors with such
+ * instructions.
  *
  * Lane 3 of a vector is zero. The compiler's vector extension is lane-wise IEEE arithmetic at any width, so every
  * instruction set gives the same bits.
@@ -16,7 +17,8 @@ typedef double kt_v4 __attribute__((vector_size(32)));
 /* Two lanes, for vectors in a plane. */
 typedef double kt_v2 __attribute__((vector_size(16)));
 
-/* A build that counts branches gives its own: without copies, which would each have theirs (test/coverage). */
+/* A build that counts branches defines KT_INLINE without inlining, because each inlined copy would count its branches
+ * again (test/coverage). */
 #ifndef KT_INLINE
 #ifdef __OPTIMIZE_SIZE__ /* the compiler decides: forced, the recursions take twice the space */
 #define KT_INLINE static inline __attribute__((unused))

@@ -1,8 +1,8 @@
 /* LU factorisation with partial pivoting of small dense matrices, real and complex: P A = L U.
  *
- * Matrices are n x n, column-major; complex ones are two such arrays, of the real and the imaginary parts. The factors
- * overwrite the matrix, with the reciprocals of U's diagonal in its place; pivot (n) lists the row that was exchanged
- * with each. No allocation. Every sum has an order of its own, so that equal inputs give equal bits.
+ * Matrices are n x n, column-major; a complex matrix is two such arrays, with the real and the imaginary parts. The
+ * factors overwrite the matrix, with the reciprocals of U's diagonal in its place; pivot (n) lists the row that was
+ * exchanged with each. No allocation. The order of every sum is fixed, so that equal inputs give equal bits.
  *
  * Source: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 2013, algorithm 3.4.1. O(2 n^3 / 3).
  */

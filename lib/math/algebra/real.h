@@ -1,5 +1,5 @@
 /* Numbers and vectors of code that is compiled for values and, with KT_DUAL, for dual numbers. A dual number is a value
- * with its derivative along one direction of the state. The derivative is exact and needs no formula of its own.
+ * with its derivative along one direction of the state. The derivative is exact, and nobody has to derive its formula.
  *
  * Such a number is x + i h dx, a complex one with h = 2^-200: sums and products of these are
  *     (x + i h dx) + (y + i h dy) = x + y + i h (dx + dy),   (x + i h dx)(y + i h dy) = x y + i h (x dy + dx y) - h^2
@@ -7,13 +7,13 @@
  * functions by the chain rule. A vector has its value in lanes 0 to 3. The lanes from 4 on have h times its derivative.
  * Without KT_DUAL all of this is double and kt_v4, and costs nothing.
  *
- * Vectors are added and subtracted by operators, and else combined by these functions; numbers by operators, and
- * compared by kt_value.
+ * Operators add and subtract vectors; these functions do the rest. Operators combine numbers, and kt_value makes them
+ * comparable.
  *
- * With KT_LANES a number is one of each of several states (algebra/real3.h), which has no vectors here. Code that is
- * compiled for these, too, does not branch on conditions that may differ between states. KT_CHOOSE takes one of two
- * numbers; in lanes both are computed. The function kt_is_anywhere returns whether a condition holds for any state. A
- * kt_plain is a number without a derivative, such as the time or a sign.
+ * With KT_LANES a number has one value for each of several states (algebra/real3.h); this header has no vectors of such
+ * numbers. Code that is compiled for these, too, does not branch on conditions that may differ between states.
+ * KT_CHOOSE takes one of two numbers; in lanes both are computed. The function kt_is_anywhere returns whether a
+ * condition holds for any state. A kt_plain is a number without a derivative, such as the time or a sign.
  */
 #ifndef KT_ALGEBRA_REAL_H
 #define KT_ALGEBRA_REAL_H
@@ -28,8 +28,8 @@
 typedef double kt_plain;
 
 #define KT_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
-/* The larger of two numbers. If one is NaN, the result is the other one. In lanes, only a NaN in the second number is
- * replaced with the first one. */
+/* The larger of two numbers. If one number is NaN, the result is the other number. In lanes, only a NaN of the second
+ * number is replaced, with the first number. */
 KT_OPERATOR double kt_most1(double a, double b) { return fmax(a, b); }
 KT_OPERATOR bool kt_is_finite1(double x) { return isfinite(x); }
 KT_OPERATOR double kt_sqrt1(double x) { return sqrt(x); }
@@ -238,7 +238,7 @@ KT_INLINE kt_euler_parameters kt_euler_parameters_of(const kt_vector r[3]) {
 
 #endif
 
-/* The larger of two numbers; the second one where one is NaN. */
+/* The larger of two numbers; the second number if either is NaN. */
 KT_OPERATOR kt_real1 kt_larger(kt_real1 a, kt_real1 b) { return KT_CHOOSE(a > b, a, b); }
 
 #endif

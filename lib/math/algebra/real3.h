@@ -1,7 +1,7 @@
-/* Numbers and vectors of the recursions over the tree. These are compiled for one state, where a number is a double.
- * With KT_LANES they are compiled again, for KT_LANES states of one model at once. A number then has a lane for each
- * state, and a vector is its components. Each lane goes through the operations of the single number, one by one, so
- * that it has the bits of the single state.
+/* Numbers and vectors of the recursions over the tree. The recursions are compiled for one state, where a number is a
+ * double. With KT_LANES they are compiled again, for KT_LANES states of one model at once. A number then has a lane for
+ * each state, and a vector is its components. Each lane goes through the operations of the single number, one by one,
+ * so that a lane has the same bits as a calculation of one state.
  *
  *   kt_real1   A number, combined by operators, also with numbers of the model that all states share.
  *   kt_real2   A vector in a plane, combined by the functions whose names end in 2.
@@ -10,8 +10,8 @@
  *   kt_index1  the place of a number among others, of each state
  *   kt_const1, kt_const3 ...   numbers, vectors ... of links and bodies, in lanes those of each state's model
  *
- * Some conditions end a recursion for one state. They do not end a recursion for several states, which notes the states
- * for which the condition holds (kt_fails, kt_is_rejected).
+ * Some conditions end a recursion for one state. A recursion for several states goes on, and records the states for
+ * which the condition holds (kt_fails, kt_is_rejected).
  */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H
@@ -23,7 +23,7 @@
 /* A function that replaces an operator is never a call, even if the compiler optimises for size. */
 #define KT_OPERATOR static inline __attribute__((always_inline, unused))
 
-/* A component of a vector. It is read alone if the vector is in memory. */
+/* A component of a vector. If the vector is in memory, only this component is read. */
 #ifndef KT_LANES
 #define KT_PART2(a, k) ((a)[k])
 #define KT_PART3(a, k) ((a)[k])
@@ -217,10 +217,10 @@ KT_INLINE void kt_rotate_inertia3(const kt_real3 r[3], const kt_const_sym3 *j, k
                          kt_scale3(KT_PART3(r[2], k), z));
 }
 
-/* Symmetric matrices, by columns. Those of several states only have the elements on and below the diagonal. Those of
- * one state are symmetric to the last bit, so that both are equal. */
+/* Symmetric matrices, by columns. For several states, only the elements on and below the diagonal are stored. For one
+ * state, both triangles are stored with equal bits, so that both forms give equal results. */
 
-/* Elements below the diagonal above it, too. */
+/* Copies the elements below the diagonal to the upper triangle. */
 KT_OPERATOR void kt_symmetric3_mirror(kt_real3 a[3]) {
 #ifdef KT_LANES
     (void)a;

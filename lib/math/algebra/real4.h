@@ -140,7 +140,7 @@ static __attribute__((unused)) kt_condition kt_square4_solve(kt_real4 *a, int k,
 /* Computes vectors c with c_i' G c_j = (i == j) by the method of Gram and Schmidt, from the unit vectors `begin` to
  * `end`, after the vectors before them. The longest remainder comes first. A remainder counts as zero if it is shorter
  * than the share `small` of its unit vector, or than the share `tolerance` of the longest so far. *first is the squared
- * length of that one. Returns the length of the last remainder, or 0 if one is zero. */
+ * length of the longest remainder. Returns the length of the last remainder, or 0 if one is zero. */
 static __attribute__((unused)) kt_real1 kt_square4_orthonormalise(const kt_real4 *g, int begin, int end, double small,
                                                                   double tolerance, kt_real4 *c, kt_real1 *first) {
     const kt_real1 zero = kt_real1_splat(0.0);

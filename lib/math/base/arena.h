@@ -8,8 +8,8 @@
  *
  *     KT_ARENA_LAYOUT(lay_out, kt_thing, KT_THING_FIELDS, const kt_thing_sizes *s)
  *
- * defines lay_out(memory, s). It returns the bytes of struct and arrays. Unless memory is NULL, it also sets the
- * pointers of the object at `memory`. The counts in the list are expressions in the parameters of this function.
+ * defines lay_out(memory, s). The function returns the bytes of struct and arrays. Unless memory is NULL, it also sets
+ * the pointers of the object at `memory`. The counts in the list are expressions in the parameters of this function.
  */
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H
@@ -69,7 +69,7 @@ kt_status kt_arena_begin(const char *where, const char *query, void *memory, siz
                          kt_error *error);
 
 /* Allocates memory that an object will own, with the alignment that kt_arena_check requires. Returns NULL, with
- * KT_ERROR_MEMORY in *error, if there is none. `what` names the object in the message: "modes". */
+ * KT_ERROR_MEMORY in *error, if there is no memory. `what` names the object in the message: "modes". */
 void *kt_arena_allocate(size_t bytes, const char *what, kt_error *error);
 
 /* The end of a kt_*_create: `memory` is that of kt_arena_allocate, and `status` the result of initialising in it an

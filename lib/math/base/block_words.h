@@ -1,8 +1,8 @@
 /* Ranges of the words of a block that comes from outside, such as a checkpoint.
  *
- * A checksum detects accidents, but anybody can compute one. The program indexes arrays with some words, converts some
- * to integers, and takes some as flags. A list declares the range of each word, and one function checks all of them
- * before the program uses any. */
+ * A checksum detects accidents, but no attack, since anybody can compute a valid checksum. The program indexes arrays
+ * with some words, converts some to integers, and takes some as flags. A list declares the range of each word, and one
+ * function checks all words before the program uses any. */
 #ifndef KT_BASE_BLOCK_WORDS_H
 #define KT_BASE_BLOCK_WORDS_H
 
@@ -20,7 +20,7 @@ typedef enum kt_block_type {
     KT_BLOCK_REAL,
 } kt_block_type;
 
-/* A member of a struct, a number or an array of numbers. It passes if first <= value <= last. */
+/* A member of a struct, a number or an array of numbers. The value passes if first <= value <= last. */
 typedef struct kt_block_word {
     const char *name;
     size_t offset, size; /* bytes */
@@ -31,7 +31,7 @@ typedef struct kt_block_word {
 /* A range of real numbers that no decision depends on: any value passes, NaN included. */
 #define KT_BLOCK_ANY (double)NAN, (double)NAN
 #define KT_BLOCK_FINITE -1.7976931348623157e308, 1.7976931348623157e308
-/* A count can grow by 2^62 before it overflows, and a program counts no further than 2^53. */
+/* A count of at most 2^53 can grow by 2^62 without an overflow, and no program counts so far. */
 #define KT_BLOCK_COUNT 0.0, 9007199254740992.0
 #define KT_BLOCK_YES_NO 0.0, 1.0
 

@@ -4,19 +4,20 @@
 
 #include <stdbool.h>
 
-/* Returns the text behind a sign, or the text itself if it begins with none. */
+/* Returns the text behind a sign, or the text itself if it begins without a sign. */
 static inline const char *kt_decimal_skip_sign(const char *text) {
     return *text == '+' || *text == '-' ? text + 1 : text;
 }
 
-/* Returns the end of the number that the text begins with, or the text itself if it begins with none. The grammar is
- * that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
+/* Returns the end of the number that the text begins with, or the text itself if it does not begin with a number. The
+ * grammar is that of the core schema of YAML 1.2 (section 10.3.2), less its hexadecimal and octal forms:
  *
  *     [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )? */
 const char *kt_decimal_end(const char *text);
 
 /* Reads the number that the text begins with into *value, and sets *end to where it ends. Returns false, and leaves
- * both unset, if there is none or it exceeds the range of double. Rounded to nearest; no locale has an influence. */
+ * both unset, if there is no number or the number exceeds the range of double. Rounded to nearest; no locale has an
+ * influence. */
 bool kt_decimal_read(const char *text, double *value, const char **end);
 
 #endif

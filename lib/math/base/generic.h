@@ -1,4 +1,4 @@
-/* Generic numbers: a property that holds for them holds for almost all numbers. */
+/* Generic numbers: a property that holds for these numbers holds for almost all numbers. */
 #ifndef KT_BASE_GENERIC_H
 #define KT_BASE_GENERIC_H
 

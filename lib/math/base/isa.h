@@ -21,8 +21,8 @@
 #define KT_EACH_KERNEL KT_EACH_ISA
 #endif
 
-/* Calls name_ISA with arguments in parentheses; result: `x =`, `return`, or nothing. It also serves other expressions,
- * such as the address of a table. */
+/* Calls name_ISA with arguments in parentheses; result: `x =`, `return`, or nothing. The macro also serves other
+ * expressions, such as the address of a table. */
 #ifdef KT_ISAS
 #define KT_BY_ISA(isa, result, name, arguments)                                                                        \
     do {                                                                                                               \

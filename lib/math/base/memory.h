@@ -1,4 +1,4 @@
-/* The error of a call that needs more memory than there is. */
+/* The error of a call for which the memory does not suffice. */
 #ifndef KT_BASE_MEMORY_H
 #define KT_BASE_MEMORY_H
 

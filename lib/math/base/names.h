@@ -66,8 +66,8 @@ typedef struct kt_nearest {
     int64_t *effort;  /* remaining operations, or NULL: without limit */
 } kt_nearest;
 
-/* Begins a search. Each try reduces *effort by about the number of its operations; when it is used up, tries do
- * nothing. With one *effort for many searches, a caller bounds their total cost. */
+/* Begins a search. Each try reduces *effort by about the number of its operations; tries with no effort left do
+ * nothing. A caller that shares one *effort among many searches bounds the total cost. */
 kt_nearest kt_nearest_make(const char *wanted, int64_t *effort);
 
 /* Compares a candidate; NULL is none. Returns false when no further try can change the result. */

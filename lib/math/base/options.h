@@ -1,7 +1,7 @@
 /* Options of a program that may be compiled with the headers of an earlier version.
  *
  * An options struct begins with its size, and grows only at its end. Members beyond the size that the caller gives keep
- * their defaults. Size 0 is that of version 0.2, the first one with this member:
+ * their defaults. Size 0 means the size in version 0.2, the first version with this member:
  *
  *     kt_batch_options own = kt_batch_options_default();
  *     const kt_batch_options *o = KT_OPTIONS(kt_batch_options, method, &own, options, error);

@@ -2,7 +2,7 @@
 #ifndef KT_BASE_ORDER_H
 #define KT_BASE_ORDER_H
 
-/* Returns -1, 0 or 1 if a is less than b, equal to it, or greater. */
+/* Returns -1 if a < b, 0 if a == b, and 1 if a > b. */
 static inline int kt_order_numbers(double a, double b) { return (a > b) - (a < b); }
 
 /* The same for two doubles by their addresses. */

@@ -27,7 +27,8 @@ void *kt_pool_grow(kt_pool *pool, void *items, size_t count, size_t more, size_t
 /* Whether a number lies in memory that was taken from a pool. O(chunks). */
 bool kt_pool_has(const kt_pool *pool, const double *number);
 
-/* Puts the chunks of one pool before those of another (NULL: none), to be released together; returns the first. */
+/* Puts the chunks of one pool before the chunks of another (NULL: none), so that one call releases both; returns the
+ * first chunk. */
 kt_chunk *kt_pool_join(kt_chunk *chunks, kt_chunk *others);
 
 /* Releases everything that was taken from a pool, given its `chunks`. */

@@ -17,7 +17,7 @@ static inline uint64_t kt_sum_add(uint64_t sum, const void *bytes, size_t size) 
     return sum;
 }
 
-/* Adds 64-bit words, eight times as fast as their bytes. Each step is a bijection of the sum, so that one changed word
+/* Adds 64-bit words, eight times as fast as byte by byte. Each step is a bijection of the sum, so that one changed word
  * always changes the result. */
 static inline uint64_t kt_sum_add_words(uint64_t sum, const void *words, size_t count) {
     for (size_t i = 0; i < count; i++) {
@@ -29,7 +29,7 @@ static inline uint64_t kt_sum_add_words(uint64_t sum, const void *words, size_t 
     return sum;
 }
 
-/* The same for a text and the zero behind it; a text that is missing (NULL) adds nothing. */
+/* Adds a text and the zero behind the text; NULL adds nothing. */
 static inline uint64_t kt_sum_add_text(uint64_t sum, const char *text) {
     return text != NULL ? kt_sum_add(sum, text, strlen(text) + 1) : sum;
 }

@@ -10,7 +10,7 @@ static inline bool kt_text_begins(const char *text, const char *with) { return s
 static inline bool kt_is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 static inline bool kt_is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* Whether a path is relative and has no '..' in it, so that it stays within its folder. */
+/* Whether a path is relative and has no '..' in it, so that the path stays within its folder. */
 static inline bool kt_path_is_inner(const char *path) {
     if (path[0] == '/' || path[0] == '\0' || strchr(path, '\\') != NULL)
         return false;

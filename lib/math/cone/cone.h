@@ -4,20 +4,21 @@
  *     u = W p + b,    0 <= p_n - l  complementary to  u_n >= 0,    |p_t| <= mu p_n,    |u_t| p_t = -mu p_n u_t
  *
  * of impulses and rates, or of forces and accelerations; l >= 0 is a least normal impulse. An item with a limit S >= 0
- * is dry friction of a joint instead. It has its first row alone: |p| <= S, and |u| p = -S u unless u is zero.
+ * is dry friction of a joint instead of a contact. Such an item has only its first row: |p| <= S, and |u| p = -S u
+ * unless u is zero.
  *
  * The problem is solved when Alart and Curnier's function vanishes:
  *
  *     f_n = p_n - l - max(0, p_n - l - u_n)
  *     f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
  *
- * A cascade of solvers ends with the first that succeeds. It begins with two sweeps of block Gauss-Seidel with exact
+ * Solvers are tried in order until a solver succeeds. The order begins with two sweeps of block Gauss-Seidel with exact
  * local solutions, and semismooth Newton on f. Sweeps and Newton in turn follow. The next solver is an interior point
  * method for the cones (cone_interior.c) and Newton. The last ones are 600 sweeps and Newton, and proximal points.
  * Newton's method polishes each returned solution. Sums skip blocks of W that are zero.
  *
- * Matrices have room for `most` contacts. A problem of more contacts gives W by its blocks. It is solved on a working
- * set of contacts (cone_members.c).
+ * Matrices have room for `most` contacts. A problem with more contacts than the matrices hold gives W by blocks, and is
+ * solved on a working set of contacts (cone_members.c).
  *
  * A problem with friction may have several solutions, or none (Painleve 1895). The solution depends on the start p: a
  * warm start stays near the previous solution.

@@ -72,7 +72,7 @@ struct kt_cone {
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
 };
 
-/* A problem of the same cones: the scaled one, or that of a proximal point. */
+/* A problem of the same cones: the scaled problem, or the problem of a proximal point. */
 typedef struct kt_cone_linear {
     const double *W, *b;
 } kt_cone_linear;
@@ -88,9 +88,10 @@ bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most
 
 /* Solves A x = right (n x n), and overwrites A. x: right-hand side, then the solution.
  *
- * kt_cone_eliminate has partial pivoting. If a pivot is lost, it returns false, and the caller writes A and x again.
+ * kt_cone_eliminate has partial pivoting. If a pivot vanishes, the function returns false, and the caller writes A and
+ * x again.
  *
- * kt_cone_eliminate_completely has complete pivoting. Unknowns of lost pivots are 0. */
+ * kt_cone_eliminate_completely has complete pivoting. The unknowns of vanishing pivots become 0. */
 bool kt_cone_eliminate(int n, double *A, double *x);
 void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x);
 

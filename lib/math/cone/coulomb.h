@@ -4,20 +4,20 @@
  *     stick    u_t = 0,   |p_t| <= mu p
  *     slip     u_t = sigma e,   p_t = -mu p e,   |e| = 1,  sigma >= 0
  *
- * of impulses and rates, or of forces and accelerations. An item that slips from the outset has a given e. Dry friction
- * has one row and a limit of its own, |p| <= S. Each item is in one of a few modes. In each mode all is linear except
- * the directions e of slipping items; for these, Newton's iteration solves e x u_t = 0. The cone solver (cone.h) finds
- * the modes. Friction may have no solution, or two (Painleve 1895).
+ * of impulses and rates, or of forces and accelerations. If an item slips from the outset, e is known. Dry friction of
+ * a joint has one row, whose limit S does not depend on a normal force: abs(p) <= S. Each item is in one of a few
+ * modes. In each mode all is linear except the directions e of slipping items; for these, Newton's iteration solves e x
+ * u_t = 0. The cone solver (cone.h) finds the modes. Friction may have no solution, or two (Painleve 1895).
  *
  * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule):
  *
  *     0 <= p - l  complementary to  u >= 0
  *
- * It never opens then: while p = l it sticks or slips, too, and there are 6 modes of it.
+ * Such a contact never opens. While p = l, the contact can also stick or slip, so that the contact has 6 modes.
  *
- * If all items can rest, they rest, with the least forces (rest.h). Otherwise, if normal rows of closed contacts depend
- * on each other, contacts are opened until the remaining rows are independent. Tangential forces that are not unique
- * are the least ones.
+ * If forces exist with which all items rest, the items rest with the least such forces (rest.h). Otherwise, if normal
+ * rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
+ * Tangential forces that are not unique are the least ones.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -60,7 +60,7 @@ static inline bool kt_coulomb_is_active(kt_coulomb_mode mode) {
     return mode >= KT_COULOMB_STICK && mode < KT_COULOMB_OPEN;
 }
 
-/* The tangential mode of the contact: it sticks or slips. */
+/* The tangential mode of the contact: sticking or slipping. */
 static inline kt_coulomb_mode kt_coulomb_across(kt_coulomb_mode mode) {
     return mode < KT_COULOMB_STICK ? (kt_coulomb_mode)(mode + KT_COULOMB_STICK) : mode;
 }
@@ -118,7 +118,7 @@ typedef struct kt_coulomb_system {
     KT_ARENA_DECLARE(KT_COULOMB_SYSTEM_MATRICES)
 } kt_coulomb_system;
 
-/* Every array of a problem. The last ones are scratch. */
+/* Every array of a problem. The last arrays are scratch. */
 #define KT_COULOMB_FIELDS(X)                                                                                           \
     X(int, line, rows, "rows and columns of W")                                                                        \
     X(kt_coulomb_item, item, items, "items")                                                                           \
@@ -157,8 +157,9 @@ static inline double kt_coulomb_in_row(const kt_coulomb *c, const double *W, int
     return W != NULL ? W[c->line[column]] : c->entry(c->user, c->line[row], c->line[column]);
 }
 
-/* Bytes of the matrices of a problem and its solver, with room for `most` items: the cone solver and a combination of
- * modes never run at once. They are scratch, and their memory may serve others between two solutions. */
+/* Bytes of the matrices of a problem and its solver, with room for `most` items: the cone solver and the exact modes
+ * never run at the same time. The matrices are scratch: between two solutions the caller may use the memory
+ * otherwise. */
 size_t kt_coulomb_matrices_size(size_t rows, size_t most);
 /* Bytes of a problem of up to so many items and rows, and its object in memory of that size, without items. */
 size_t kt_coulomb_size(size_t items, size_t rows);
@@ -175,26 +176,27 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 double kt_coulomb_weight(const kt_coulomb *c, int i);
 /* Whether the item slips in an unknown direction. */
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
-/* Whether the closed items have room in matrices: what follows, but for the rate and the check, requires it. */
+/* Whether the matrices have room for the closed items. All functions below, except the rate and the check, require
+ * this. */
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The rates of all rows without b: W p. */
 void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
 /* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
  * factor. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
-/* The number of rows that an item holds. It is 0 if the item is open, or dry friction that slips. A cone that sticks
- * holds its normal row and two tangential ones. slip: so does one that slips. */
+/* The number of rows that an item holds. The number is 0 for an open item and for dry friction that slips. A cone that
+ * sticks holds its normal row and two tangential ones. With `slip`, a slipping cone counts like a sticking one. */
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
-/* Whether the first rows of item i depend on rows that other items hold, so that these suffice. rows: 1 for the normal
- * row, 3 with the tangential ones. Others hold their normal rows if they press, and tangential ones if they stick. With
- * `slip`, tangential rows of contacts that slip count, too. */
+/* Whether the first rows of item i depend on rows that other items hold, so that item i need not hold these rows. rows:
+ * 1 for the normal row, 3 with the tangential ones. Other items hold their normal rows if they press, and their
+ * tangential rows if they stick. With `slip`, tangential rows of contacts that slip count, too. */
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip);
 /* Writes p and u of a combination with given directions; in c->system dx/de. */
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Whether forces and rates agree with the modes. */
 bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
-/* Iterates by Newton's method for the directions of one combination of modes, from those in `to`. Its steps are halved
- * until the residual falls. Returns whether the combination is a solution. */
+/* Iterates by Newton's method for the directions of one combination of modes, from the directions in `to`. A step is
+ * halved until the residual falls. Returns whether the combination is a solution. */
 bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Likewise for the directions and modes of contacts with cones that do not part (coulomb.c). First all slip in the
  * directions in `to`. If this is no solution, all stick, and modes that a solution contradicts change. Returns whether
@@ -238,8 +240,8 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);
 /* Solves a problem of contacts that do not part, for which kt_coulomb_iterate_modes finds no solution, with the cone
- * solver. Contacts of one body may have rates that exclude that all stick, and forces that are not unique. Returns
- * false if the solution is not exact for its modes. */
+ * solver. Contacts of one body may have rates with which not all contacts can stick, and forces that are not unique.
+ * Returns false if the solution is not exact for its modes. */
 bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to);
 
 #endif

@@ -3,8 +3,8 @@
  *     w = M z + q >= 0,  z >= 0,  w' z = 0.
  *
  * An artificial variable z0 that is added to all w makes a feasible start, and pivots follow complementary variables
- * until it leaves. Ties are broken lexicographically (the columns of w hold the inverse of the basis), so that no basis
- * comes again. The method finds a solution if M is positive semidefinite and a solution exists.
+ * until z0 leaves the basis. Ties are broken lexicographically (the columns of w hold the inverse of the basis), so
+ * that no basis comes again. The method finds a solution if M is positive semidefinite and a solution exists.
  *
  * Source: Cottle, Pang, Stone 1992, The linear complementarity problem, algorithm 4.4.5.
  */
@@ -63,7 +63,8 @@ static inline bool kt_lemke_leaves_first(const kt_lemke *t, int a, int b, int co
     return false;
 }
 
-/* The row whose variable leaves for that of `column`, or -1: none bounds it, a ray. */
+/* The row whose variable leaves the basis when the variable of `column` enters, or -1 if no row bounds the entering
+ * variable (a ray). */
 static inline int kt_lemke_leaving(const kt_lemke *t, int column, double least) {
     int r = -1;
     for (int i = 0; i < t->n; i++)
@@ -72,8 +73,8 @@ static inline int kt_lemke_leaving(const kt_lemke *t, int column, double least) 
     return r;
 }
 
-/* The tableau of the problem, scaled to a diagonal of ones: with D = diag(M)^-1/2, D M D + delta and D q - delta z0,
- * where z0 is t->from. */
+/* Writes the tableau of the problem, scaled to a diagonal of ones: with D = diag(M)^-1/2, D M D + delta and D q - delta
+ * z0, where z0 is t->from. */
 static inline void kt_lemke_begin(kt_lemke *t, const double *M, const double *q, double delta) {
     const int n = t->n;
     for (int i = 0; i < n; i++)
@@ -91,7 +92,7 @@ static inline void kt_lemke_begin(kt_lemke *t, const double *M, const double *q,
     }
 }
 
-/* Pivots to a solution, and writes it to z. */
+/* Pivots until a solution is found, and writes this solution to z. */
 static inline bool kt_lemke_run(kt_lemke *t, double *z, uint64_t *pivots) {
     static const double least = 1e-10; /* of an entry that is not rounding, where the diagonal is 1 */
     const int n = t->n, last = 2 * n + 1;
@@ -121,9 +122,9 @@ static inline bool kt_lemke_run(kt_lemke *t, double *z, uint64_t *pivots) {
 }
 
 /* Writes z (n); M is n x n by rows; work has room for kt_lemke_count(n) numbers. Adds the pivots to *pivots. If M is
- * singular, rounding can leave a solvable problem without a solution. Then the proximal points z_k+1 of (M + delta) z +
- * q - delta z_k are taken. They converge to a solution (Rockafellar 1976). Each point reduces the error by a factor of
- * delta over the least nonzero eigenvalue. Returns false if no solution is found. Cost: O(n^2) a pivot. */
+ * singular, rounding can leave a solvable problem without a solution. Then the proximal points z_k+1 solve the problem
+ * of (M + delta) z + q - delta z_k, and converge to a solution (Rockafellar 1976). Each point reduces the error by a
+ * factor of delta over the least nonzero eigenvalue. Returns false if no solution is found. Cost: O(n^2) a pivot. */
 static inline bool kt_lemke_solve(int n, const double *M, const double *q, double *work, double *z, uint64_t *pivots) {
     static const double delta = 1e-7;
     kt_lemke t = {.n = n, .basis = work, .scale = work + n, .from = work + 2 * n, .rows = work + 3 * n};

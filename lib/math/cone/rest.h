@@ -4,20 +4,20 @@
  *
  * A p = c is Newton's law of a mechanism at rest, such as W p + b = 0. K is the product of the cones |p_t| <= mu (p_n -
  * l) of contacts, the half-lines p_n >= l of contacts without friction, and the intervals |p| <= S of dry friction. The
- * norm is that of the diagonal blocks of W: item i has the weight w_i, the mean of the diagonal of its block. Several
- * contacts may share a load in many ways; this minimum is unique. It depends on no order and no unit. At rest, De
- * Saxce's form of Coulomb's law is this problem: the slip is zero, so that the bipotential has no coupling of normal
- * and tangential rows (doi:10.1016/S0895-7177(98)00119-8; doi:10.1002/zamm.201000073).
+ * diagonal blocks of W give the norm: item i has the weight w_i, the mean of the diagonal of its block. Several
+ * contacts may share a load in many ways, but the minimum is unique, and independent of the order of items and of
+ * units. At rest, De Saxce's form of Coulomb's law is this problem: the slip is zero, so that the bipotential has no
+ * coupling of normal and tangential rows (doi:10.1016/S0895-7177(98)00119-8; doi:10.1002/zamm.201000073).
  *
- * All forces with A p = c are p = p0 + Z x. The least one, p0, is in the range of A', and Z is an orthonormal basis of
+ * All forces with A p = c are p = p0 + Z x. The least p, p0, is in the range of A', and Z is an orthonormal basis of
  * the other directions. Rest exists if the largest margin is not negative:
  *
  *     maximise t    subject to    p0 + Z x - t e in K,    t <= cap
  *
- * Here e is the axis of each cone, with the length 1 in the scaled norm. (x, t) always has interior points, so a
+ * The vector e is the axis of each cone, with the length 1 in the scaled norm. (x, t) always has interior points, so a
  * barrier method finds both maxima without a first phase, and A p = c holds to rounding in each of its points. The
- * margin is a continuous function of the load, and changes its sign where rest ends. Therefore it is the reserve that
- * events watch. All forces are measured in the largest force of p0. */
+ * margin is a continuous function of the load, and changes its sign where rest ends. Therefore events watch the margin.
+ * All forces are measured in the largest force of p0. */
 #ifndef KT_CONE_REST_H
 #define KT_CONE_REST_H
 
@@ -70,7 +70,7 @@ static const double kt_rest_exact = 1e-9;
 /* Bytes of a problem of so many forces and equations, and the problem, without items, in memory of that size. */
 size_t kt_rest_size(size_t rows, size_t columns);
 kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory);
-/* Adds an item, whose rows follow those before. */
+/* Adds an item, whose rows follow the rows of earlier items. */
 kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric);
 
 /* Finds p0 from forces p that satisfy A p = c. */
@@ -80,7 +80,7 @@ void kt_rest_begin(kt_rest *rest);
 bool kt_rest_begin_symmetric(kt_rest *rest);
 /* Finds the largest margin, and forces p with this margin. */
 void kt_rest_find_margin(kt_rest *rest);
-/* Finds the least p in K, behind kt_rest_find_margin. If the margin is not positive, p stays as it is. */
+/* Finds the least p in K, after kt_rest_find_margin. If the margin is not positive, p stays as it is. */
 void kt_rest_find_least(kt_rest *rest);
 
 /* Whether an item bounds the margin: others of these end at the same load. */

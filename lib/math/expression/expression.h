@@ -42,7 +42,7 @@ struct kt_expression {
 /* The result of an operator; y is not read if the operator takes one value. */
 double kt_operator_value(kt_operator code, double x, double y);
 
-/* Whether an operator takes two values from the stack; else it takes one. */
+/* Whether an operator takes two values from the stack; else it is unary. */
 static inline bool kt_operator_is_binary(kt_operator code) {
     return (code >= KT_OPERATOR_ADD && code <= KT_OPERATOR_NOT_EQUAL) || code == KT_OPERATOR_ATAN2 ||
            code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX || code == KT_OPERATOR_HYPOT;
@@ -65,7 +65,7 @@ static inline kt_postfix kt_postfix_begin(const kt_expression *expression) {
     return (kt_postfix){.next = expression->term, .end = expression->term + expression->count, .at = -1};
 }
 
-/* Moves to the next term; false behind the last one. */
+/* Moves to the next term; returns false after the last term. */
 static inline bool kt_postfix_next(kt_postfix *walk) {
     if (walk->next == walk->end)
         return false;
@@ -82,7 +82,8 @@ static inline bool kt_postfix_next(kt_postfix *walk) {
  * */
 enum { KT_BREAKPOINT_CUT = 5 };
 
-/* The operations on bounds that all searches of a run may take. A processor of 2026 executes them within 2 s. */
+/* The operations on bounds that all searches of a run may execute together. A processor of 2026 executes them within 2
+ * s. */
 enum { KT_BREAKPOINT_OPERATIONS = 8000000 };
 
 #endif

@@ -5,10 +5,10 @@
 #include "expression/jet.h"
 
 /* Returns the first breakpoint, feature or cut after t, or HUGE_VAL if there is none up to `until`. At a breakpoint a
- * branch changes; *order is then the lowest derivative that may jump there, with 0 for the value. At a feature f', f''
- * or f''' changes its sign, and *order is 4. If the search was cut, *order is KT_BREAKPOINT_CUT. Cost: some hundred
- * evaluations of the formula, and some thousand if the search is cut. *left is reduced by their operations. From 0 on,
- * every search is cut at once. */
+ * branch changes. Then *order is the lowest derivative that may jump at the breakpoint, with 0 for the value. At a
+ * feature f', f'' or f''' changes its sign, and *order is 4. If the search was cut, *order is KT_BREAKPOINT_CUT. Cost:
+ * some hundred evaluations of the formula, and some thousand if the search is cut. *left is reduced by their
+ * operations. From 0 on, every search is cut at once. */
 double kt_expression_next_breakpoint(const kt_expression *expression, double t, double until, int64_t *left,
                                      int *order);
 

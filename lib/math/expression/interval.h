@@ -1,7 +1,6 @@
 /* Interval arithmetic with doubles (Moore, Kearfott and Cloud 2009, Introduction to Interval Analysis).
  *
- * Rounding. An interval is widened by two roundings in each operation, so that it contains the result of exact
- * arithmetic.
+ * Each operation widens its interval by two roundings, so that the interval contains the result of exact arithmetic.
  */
 #ifndef KT_EXPRESSION_INTERVAL_H
 #define KT_EXPRESSION_INTERVAL_H

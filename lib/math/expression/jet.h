@@ -10,7 +10,8 @@ typedef struct kt_between {
     double lo, hi;
 } kt_between;
 
-/* As fmin and fmax for numbers, which a compiler need not call. If one of them is NaN, the result is the second. */
+/* Equals fmin and fmax for numbers, without a call of the C library. If one of them is NaN, the result is the
+ * second. */
 static inline double smaller(double x, double y) { return x < y ? x : y; }
 static inline double larger(double x, double y) { return x > y ? x : y; }
 
@@ -30,12 +31,12 @@ typedef struct kt_jet {
 } kt_jet;
 
 /* The decision on the branch of an operation that is not smooth, as a formula whose sign changes with the branch. If
- * the decision is not defined, the branch is that of NaN, which compares as false. */
+ * the decision is not defined, it is NaN, and the branch of a false comparison follows. */
 typedef void kt_jet_meet(void *user, const kt_jet *decision);
 
-/* Bounds of a formula of time alone over [from, to]. For every operation that is not smooth, it calls `meet` (NULL: for
- * none) in the order of the text. These operations are abs, sign, min, max, step, clamp and comparisons. Next to such
- * an operation the bounds include all branches that are taken in the interval. Cost: O(length). */
+/* Bounds of a formula of time alone over [from, to]. Calls `meet` (unless NULL) for every operation that is not smooth,
+ * in the order of the text. These operations are abs, sign, min, max, step, clamp and comparisons. Next to such an
+ * operation the bounds include all branches that are taken in the interval. Cost: O(length). */
 KT_INNER kt_jet kt_expression_bound(const kt_expression *expression, double from, double to, kt_jet_meet *meet,
                                     void *user);
 

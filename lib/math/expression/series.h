@@ -103,7 +103,7 @@ static series log_of(const series *x) {
     return z;
 }
 
-/* x^p of a number p. Small whole ones have derivatives at zero. */
+/* x^p for a number p. If p is a small integer, the derivatives at x = 0 exist. */
 static series power_of(const series *x, double p) {
     static const double many = 64.0;
     series z = constant(number_of(1.0));

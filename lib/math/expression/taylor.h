@@ -12,7 +12,8 @@
  *
  * Ratios. A value may exceed the largest number, as exp(800) in 1 / (1 + exp(100 (8 - t))). These sums then have no
  * bounds, but the ratios z_k / z_0 have. The ratios follow from the same sums over x_0, y_0 and z_0. For x + y with two
- * numbers of one sign, they are means of the ratios of both. If the signs differ, the same means have bounds as long as
+ * numbers of one sign, the ratios of the sum are means of the ratios of x and y. If the signs differ, the same means
+ * have bounds as long as
  * |x| > 2 |y|. Their weights are then 1 / (1 + y / x) and 1 less that.
  */
 #ifndef KT_EXPRESSION_TAYLOR_H
@@ -37,7 +38,7 @@ static kt_between jet_ratio(const kt_jet *x, int k) {
     return k == 0 ? one : x->has_ratio ? x->ratio[k] : interval_divide(x->c[k], x->c[0]);
 }
 
-/* Stores the ratios, and uses them to bound coefficients without bounds, or with wide ones. Infinity times 0 bounds
+/* Stores the ratios, and derives bounds of coefficients that have no bounds or wide bounds. Infinity times 0 bounds
  * nothing. */
 static void jet_settle(kt_jet *z, const kt_between ratio[KT_JET_ORDER + 1]) {
     for (int k = 0; k <= KT_JET_ORDER; k++) {
@@ -55,7 +56,7 @@ static bool jet_overflows(const kt_jet *x) {
     return false;
 }
 
-/* The weights of x and y in the ratios of x + y. Returns whether they have bounds. */
+/* The weights of x and y in the ratios of x + y. Returns whether both weights have bounds. */
 static bool jet_sum_weights(const kt_jet *of_x, const kt_jet *of_y, kt_between weight[2]) {
     const kt_between x = of_x->c[0], y = of_y->c[0];
     kt_between swapped[2];

@@ -5,8 +5,8 @@
 #include "base/inner.h"
 #include "expression/expression.h"
 
-/* The third derivative of the formula with the values `values + s rates` with respect to s, at s = 0. It is exact, like
- * the derivatives of kt_expression_taylor. Cost: O(length). */
+/* The third derivative of the formula with the values `values + s rates` with respect to s, at s = 0. This derivative
+ * is exact, like the derivatives of kt_expression_taylor. Cost: O(length). */
 KT_INNER double kt_expression_third(const kt_expression *expression, const double *values, const double *rates);
 
 #endif

@@ -1,13 +1,13 @@
-/* Formulas whose intermediate values are beyond the largest number, or below the smallest one. */
+/* Formulas with intermediate values above the largest or below the smallest double. */
 #ifndef KT_EXPRESSION_WIDE_H
 #define KT_EXPRESSION_WIDE_H
 
 #include "expression/expression.h"
 
-/* Writes the value and the derivatives up to the third one along a curve, with numbers of any exponent. They are those
- * of kt_expression_taylor and kt_expression_third. The highest derivative that is computed is `order`, and out has
- * order + 1 numbers. The arguments rates and second may be NULL (zero). An undefined result is infinite or NaN. Cost:
- * O(length). */
+/* Writes the value and the derivatives up to the third one along a curve, with numbers of any exponent. The results
+ * equal those of kt_expression_taylor and kt_expression_third. The highest derivative that is computed is `order`, and
+ * out has order + 1 numbers. The arguments rates and second may be NULL (zero). An undefined result is infinite or NaN.
+ * Cost: O(length). */
 void kt_expression_wide(const kt_expression *expression, const double *values, const double *rates,
                         const double *second, int order, double *out);
 

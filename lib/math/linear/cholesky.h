@@ -44,9 +44,10 @@ KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, cons
     return positive;
 }
 
-/* Adds a row to a Cholesky factor L of n rows, which are `stride` numbers apart. Row n of L has the products with the
- * rows before, and becomes the row of the factor, without its diagonal. own: the product with itself. Returns what is
- * left of it, the square of the diagonal: rounding if the row depends on those before. */
+/* Adds a row to a Cholesky factor L of n rows, which are `stride` numbers apart. On entry, row n of L has the products
+ * of the new row with earlier rows; on return, the row of the factor without its diagonal. own: the product of the new
+ * row with itself. Returns the square of the diagonal, which is of the size of rounding if the new row depends on
+ * earlier rows. */
 static inline double kt_cholesky_add_row(double *L, ptrdiff_t stride, int n, double own) {
     double *row = L + n * stride;
     for (int j = 0; j < n; j++) {

@@ -1,5 +1,5 @@
-/* Eigenvalues and vectors of a real matrix by LAPACK's dgeevx: balancing, Hessenberg form, QR. Who computes them has
- * these arrays among its own (base/arena.h). */
+/* Eigenvalues and vectors of a real matrix by LAPACK's dgeevx: balancing, Hessenberg form, QR. The caller has these
+ * arrays among its own arrays (base/arena.h). */
 #ifndef KT_LINEAR_EIGEN_H
 #define KT_LINEAR_EIGEN_H
 
@@ -17,7 +17,8 @@
     X(double, scale, n, "of balancing")                                                                                \
     X(double, lapack, KT_EIGEN_WORK(n), "of LAPACK")
 
-/* True if those of the matrix (n x n), which is overwritten, were found; *norm: that of the balanced matrix. */
+/* Returns true if the eigenvalues of the matrix (n x n, overwritten) were found; *norm is the norm of the balanced
+ * matrix. */
 #define KT_EIGEN_SOLVE(s, n, matrix, norm)                                                                             \
     ((n) == 0 || kt_lapack_geevx((int)(n), matrix, (s)->real, (s)->imaginary, (s)->left, (s)->right, (s)->scale, norm, \
                                  (s)->condition, (s)->lapack, (int)KT_EIGEN_WORK(n)) == 0)

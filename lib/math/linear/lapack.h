@@ -1,11 +1,12 @@
 /* All LAPACK calls of the library: column-major, with workspaces given by the caller, so that the _work calls do not
  * allocate.
  *
- * OpenBLAS starts its threads as soon as it is loaded. The shared library does not link it, so that a program that
- * never needs it has no such threads. The function kt_lapack_open loads a module that links it (lapack_load.c,
- * lapack_table.c) when a model is compiled or an analysis begins. The static library, and the shared one on systems
- * without dlopen, link it (lapack_call.c, here and in lib/study/compare). FMUs, the one-file engine and libraries for
- * other processors compile lapack_call.c without LAPACK (KT_NO_LAPACK). Functions that need it then return an error.
+ * OpenBLAS starts its threads as soon as it is loaded. The shared library does not link OpenBLAS, so that a program
+ * that never needs LAPACK has no such threads. The function kt_lapack_open loads a module that links OpenBLAS
+ * (lapack_load.c, lapack_table.c) when a model is compiled or an analysis begins. The static library, and the shared
+ * one on systems without dlopen, link OpenBLAS directly (lapack_call.c in lib/math/linear and in lib/study/compare).
+ * FMUs, the one-file engine and libraries for other processors compile lapack_call.c without LAPACK (KT_NO_LAPACK).
+ * Functions that need LAPACK then return an error.
  */
 #ifndef KT_LINEAR_LAPACK_H
 #define KT_LINEAR_LAPACK_H
@@ -55,7 +56,7 @@ KT_LAPACK_LIST(KT_LAPACK_DECLARE)
 #undef KT_LAPACK_DECLARE
 
 /* Loads LAPACK unless it is loaded already; before this call the functions above return an error. Any number of threads
- * may call it at once. Errors: KT_ERROR_UNSUPPORTED if LAPACK cannot be loaded. */
+ * may call this function at the same time. Errors: KT_ERROR_UNSUPPORTED if LAPACK cannot be loaded. */
 kt_status kt_lapack_open(kt_error *error);
 
 /* The contents of the module: its version, which must equal the library's, and the functions. */

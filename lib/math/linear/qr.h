@@ -23,12 +23,12 @@ typedef struct kt_qr {
  * largest direction counts as at least KT_RANK_FLOOR of its possible size (rank.c). If all entries are rounding noise,
  * about 1e-16 of that size, no direction is independent. So no direction counts below 1e-13 of its possible size.
  *
- * This tolerance applies while the number of independent equations is not yet determined. Once that number is given and
- * limits the rank, a small direction is a real one. An example is a linkage whose lengths are off by d, at a position
- * at which two loops fold at once. It has directions of the size d, not sqrt(d), and the motion stays there for long.
- * Positions can be closed along such a direction down to KT_RANK_CLOSED of the largest. Entries of A are accurate to
- * some tens of eps, 1e-14, and such a direction to a tenth. Rates and accelerations are computed with it down to
- * KT_RANK_MOVING.
+ * This tolerance applies while the number of independent equations is not yet determined. Once that number is known and
+ * limits the rank, a small direction is a real direction, not rounding. An example is a linkage whose lengths are off
+ * by d, near a position at which two loops fold at once. This linkage has directions of the size d, not sqrt(d), and
+ * the motion stays near this position for long. Positions can be closed along such a direction down to KT_RANK_CLOSED
+ * of the largest. Entries of A are accurate to some tens of eps, 1e-14, and a direction of the size 1e-13 to a tenth.
+ * Rates and accelerations use directions down to KT_RANK_MOVING.
  *
  * A direction of the size s that counts has a relative error of 1e-14 / s, in several places. At 1e-12 this error
  * remains a part of the direction, at 1e-13 it may be all. A direction that does not count is off by all of itself, and
@@ -80,7 +80,7 @@ KT_INLINE void kt_swap_where(kt_condition here, kt_real1 *x, kt_real1 *y) {
     *y = kt_choose(here, t, *y);
 }
 
-/* Brings column `best`, in each state another one, to j, with its norm. */
+/* Swaps column `best`, which differs between states, and its norm with column j. */
 KT_INLINE void kt_bring_column(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
     for (int c = j + 1; c < w->k; c++) {
         const kt_condition here = best == c;
@@ -130,8 +130,8 @@ KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
 
 #ifndef KT_LANES
 
-/* The same of four columns, m apart, and their squared norms from row j + 1 on. The sums of each are added up in the
- * same order; those of the four wait for one another no more. */
+/* Reflects four columns, m apart, and computes their squared norms from row j + 1 on. The order of each sum is
+ * unchanged, but the four sums no longer wait for one another. */
 KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m, double *restrict x, double *norm) {
     enum { FOUR = 4 };
     double sum[FOUR];
@@ -156,10 +156,10 @@ KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m,
 
 #endif
 
-/* Performs step j of the decomposition. Column `best` comes to j. A reflector maps its rows j.., of squared norm
- * norm[j], onto (R_jj, 0, ...); this reflector is applied to all columns after it. The array norm holds the squared
- * norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column: updated norms
- * would lose their digits where the rank ends. */
+/* Performs step j of the decomposition. Column `best` moves to position j. A reflector maps its rows j.., of squared
+ * norm norm[j], onto (R_jj, 0, ...); this reflector is applied to all columns after it. The array norm holds the
+ * squared norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column:
+ * updated norms would lose their digits where the rank is decided. */
 KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
     kt_bring_column(w, m, j, best, norm);
     kt_real1 *u = w->factor + (size_t)j * (size_t)m;
@@ -183,7 +183,7 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1
 
 #ifndef KT_LANES
 
-/* The longest column from j on; *all is the sum of all squares from there. */
+/* The longest column from j on; *all is the sum of the squares of all columns from j on. */
 KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
     int best = j;
     double sum = 0.0;
@@ -198,7 +198,7 @@ KT_INLINE int kt_longest_column(const double *norm, int j, int k, double *all) {
 
 #else
 
-/* The same of several states, of which each has its own order of the columns. */
+/* The longest column of each of several states; the order of columns differs between states. */
 KT_INLINE kt_index1 kt_longest_column(const kt_real1 *norm, int j, int k, kt_real1 *all) {
     kt_index1 best = kt_condition_false() + j;
     kt_real1 sum = kt_real1_splat(0.0), most = norm[j];
