@@ -1,7 +1,7 @@
 /* An effect type: the wrench at each of its ends, or the force in a joint.
  *
- * An effect is a pure function of its record, the motion of its ends or joint, and the time. It also reports the source
- * of its power. With P the power of all forces that it exerts, and V its potential energy,
+ * An effect is a pure function of its record, the motion of its ends or joint, and the time. An effect also reports the
+ * source of its power. With P the power of all forces that it exerts, and V its potential energy,
  *     P = supplied - dissipated - dV/dt
  */
 #ifndef KT_EFFECT_EFFECT_H
@@ -18,8 +18,8 @@
 
 #include <math.h>
 
-/* The inputs and outputs of an effect. For values they are the structs of a caller's own effects. For derivatives, each
- * number carries its derivative. In lanes, a number holds the values of several states. */
+/* The inputs and outputs of an effect. For values, these are the structs of a caller's own effects. For derivatives,
+ * each number carries its derivative. In lanes, a number holds the values of several states. */
 #if defined(KT_DUAL) || defined(KT_LANES)
 #ifdef KT_LANES
 #define KT_EFFECT(name) KT_KERNEL(name)
@@ -44,9 +44,9 @@ typedef kt_effect_balance kt_effect_power;
 #endif
 
 /* The derivatives of the wrench on the last of an effect's ends while the other end (for one end: the ground) is at
- * rest. They are with respect to the rotation, the displacement, the angular velocity and the velocity of that end. The
- * wrench on the other end is the opposite in every state, so that these derivatives are complete.
- * Frame: world axes. The moment is about the end's point, and moves along with it. */
+ * rest. The derivatives are by the rotation, the displacement, the angular velocity and the velocity of the last end.
+ * The wrench on the other end is the opposite in every state, so that these derivatives are complete.
+ * Frame: world axes. The moment is about the end's point, and moves along with the end. */
 typedef struct kt_effect_jacobian {
     kt_vec3 moment, force;
     bool at_point; /* a force alone, of displacement and velocity alone: of both matrices only [1][1] is set */
@@ -54,7 +54,7 @@ typedef struct kt_effect_jacobian {
     kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
 } kt_effect_jacobian;
 
-/* The distance of an effect from acting, if it acts on one side of a boundary only: a contact, a stop. */
+/* The gap of an effect that acts only on one side of a boundary (a contact, a stop): the distance to this boundary. */
 typedef struct kt_gap {
     double distance;  /* m or rad; below 0: it acts */
     double rate;      /* d(distance)/dt */
@@ -131,10 +131,10 @@ static inline kt_mat3 kt_outer_product(kt_vec3 a, kt_vec3 b) {
 static inline bool kt_effect_is_hard(const kt_effect *effect) {
     return (effect->type == KT_EFFECT_JOINT_LIMIT || effect->type == KT_EFFECT_CONTACT) && !isinf(effect->restitution);
 }
-/* Checks whether the effect is hard or elastic, and rejects the numbers of the other kind. `what` is its name in
- * messages. */
+/* Checks whether the effect is hard or elastic, and rejects the numbers of the other kind. `what` is the name of the
+ * effect in messages. */
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what);
-/* Whether a contact is that of a disc's rim, not of a sphere. */
+/* Whether the rim of a disc, not a sphere, makes the contact. */
 static inline bool kt_effect_has_axle(const kt_effect *effect) {
     return effect->type == KT_EFFECT_CONTACT &&
            (effect->axle.x != 0.0 || effect->axle.y != 0.0 || effect->axle.z != 0.0);
@@ -144,8 +144,9 @@ static inline double kt_stop_distance(const kt_effect_record *effect, double q) 
     const double below = effect->upper - q, above = q - effect->lower;
     return below < above ? below : above;
 }
-/* The vector from the centre of a contact's sphere or disc to the lowest point. It is -r n for a sphere, and -r a x (n
- * x a) / |n x a| for a disc with the axle a. For a disc that lies flat, it is that of any point of the rim. */
+/* The vector from the centre of a contact's sphere or disc to the lowest point. The vector is -r n for a sphere, and -r
+ * a x (n x a) / |n x a| for a disc with the axle a. For a disc that lies flat, the vector leads to any point of the
+ * rim. */
 static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 axes, kt_vec3 n) {
     if (effect->disc) {
         const kt_vec3 across = kt_vec3_cross(n, axes.z);
@@ -155,12 +156,12 @@ static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 
     }
     return kt_vec3_scale(-effect->radius, n);
 }
-/* Whether the effect is friction that sticks. It is a constraint while it sticks (compile/one_sided.c). */
+/* Whether the effect is friction that sticks. Friction that sticks is a constraint (compile/one_sided.c). */
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
-/* Reports that an effect has neither of two numbers of which it needs one. */
+/* Reports that an effect has neither of two numbers although one is required. */
 void kt_effect_report_neither(kt_checker *checker, const char *first, const char *second);
 /* Checks that lower is not above upper. */
 void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
@@ -194,10 +195,9 @@ void kt_effect_check_bounds(kt_checker *checker, const kt_effect *effect);
     "    shape: {type: rod, to: [0, 0, -1]}\n"                                                                         \
     "effects:\n"
 
-/* Properties of an effect whose type exists: the number of its ends (0: it acts in a joint). Whether the frame of the
- * second end is turned until its z axis is along `axis`. The k-th of its at most three functions of time, or
- * KT_FUNCTION_NONE if it has fewer. Whether its length is the distance of its ends at the start. The check of its
- * members. */
+/* Properties of an effect whose type exists: the number of its ends (0: it acts in a joint). Whether a rotation of the
+ * second end's frame brings its z axis along `axis`. The k-th of at most three functions of time, or KT_FUNCTION_NONE
+ * if the effect has fewer. Whether its length is the distance of its ends at the start. The check of its members. */
 KT_INNER int kt_effect_end_count(const kt_effect *effect);
 bool kt_effect_aligns_second_end(const kt_effect *effect);
 const kt_function *kt_effect_function(const kt_effect *effect, int k);
@@ -208,10 +208,10 @@ static inline kt_energetics kt_energetics_of(bool dissipates) {
     return dissipates ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED;
 }
 
-/* The energetics of an effect that is given by functions of time. It supplies energy unless all of them are zero. (A
- * constant force has a potential, but it counts as supplied.) */
+/* The energetics of an effect whose force is a function of time. Unless all functions are zero, the effect supplies
+ * energy. (A constant force has a potential, but its work counts as supplied.) */
 kt_energetics kt_effect_energetics_of_curves(const kt_effect_record *effect);
-/* That of an effect whose damper alone dissipates. */
+/* The energetics of an effect in which only the damper dissipates. */
 static inline kt_energetics kt_effect_energetics_of_damper(const kt_effect_record *effect) {
     return kt_energetics_of(effect->damping > 0.0);
 }
@@ -243,8 +243,8 @@ static inline void kt_effect_curve_derivatives(const kt_curve *curve, const doub
 kt_vec3 kt_effect_value_time_derivative(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end,
                                         double t);
 
-/* The types that this library has; the others have no kind and no descriptor. In lanes: those whose files are compiled
- * for them; the others are evaluated lane by lane (batch/single_effects.c). */
+/* The types in this build of the library; other types have no kind and no descriptor. In lanes: the types whose files
+ * are compiled for lanes; other types are evaluated lane by lane (batch/single_effects.c). */
 #ifdef KT_LANES
 #define KT_EFFECT_KIND_LIST(X)                                                                                         \
     X(KT_EFFECT_SPRING, spring)                                                                                        \

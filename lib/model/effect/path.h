@@ -19,7 +19,7 @@ static inline bool kt_path_point_is_surface(const kt_path_point *point) { return
 
 /* A path in a state: its length and rate, and the gradient of its length. unit[k] is the wrench of a unit force along
  * the path on link k of the path, about its frame's point; end[0] and end[1] are the parts at the first point and at
- * the last. A force f along the path does the work f dL, and pushes its ends apart if it is positive. */
+ * the last. A force f along the path does the work f dL, and a positive force pushes the ends apart. */
 typedef struct kt_path_value {
     kt_real length, rate;
     kt_effect_wrench unit[KT_PATH_LINK_MAX];
@@ -42,7 +42,7 @@ static inline kt_path_point_record kt_path_record_of(const kt_path_point *from, 
     return r;
 }
 
-/* frame: those of the path's links, in the order of kt_path_point_record.link. */
+/* frame: the frames of the path's links, in the order of kt_path_point_record.link. */
 void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, const kt_effect_frame *frame, int links,
                                  kt_path_value *value);
 

@@ -17,15 +17,15 @@ typedef struct kt_element {
 
 enum { KT_ELEMENT_MAX = 3 };
 
-/* Pose of a body relative to the joint frame on its parent, and its rates as seen from there: angular, and of the
- * body's origin. */
+/* Pose of a body relative to the joint frame on its parent, and the rates of the pose in that frame: the angular
+ * velocity, and the velocity of the body's origin. */
 typedef struct kt_joint_motion {
     kt_pose pose;
     kt_twist velocity, acceleration;
 } kt_joint_motion;
 
-/* A type is one file. KT_JOINT_LIST has its numbers of coordinates; they follow the elements. Joints have been checked
- * before they come here. */
+/* A type is one file. KT_JOINT_LIST has the numbers of coordinates, which follow from the elements. Only checked joints
+ * reach these functions. */
 typedef struct kt_joint_kind {
     kt_descriptor descriptor;
     unsigned char coordinate[KT_JOINT_NV_MAX]; /* kt_coordinate_kind of each velocity coordinate */
@@ -48,7 +48,7 @@ KT_INNER extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
 KT_INNER int kt_joint_elements(const kt_joint *joint, kt_element *elements);
 
 /* Computes the coordinates of a body that moves as the joint allows, and their first and second rates. If several
- * numbers describe the same rotation, those nearest to `near` (nq) are taken. */
+ * numbers describe the same rotation, the coordinates nearest to `near` (nq) are returned. */
 KT_INNER void kt_joint_measure(kt_joint_type type, const kt_joint_axes *axes, const kt_joint_motion *motion,
                                const double *near, double *q, double *v, double *a);
 
@@ -84,7 +84,7 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
         {"joint.velocity", KT_KEY_VELOCITY, KT_JOINT_AT(velocity), "", velocity_words, .needed = false},               \
         KT_JOINT_ARMATURE_KEY(armature_unit)
 
-/* The example of a joint: a box that it moves. */
+/* The example of a joint for the pages: a box that the joint moves. */
 #define KT_EXAMPLE_JOINT(joint)                                                                                        \
     "bodies:\n"                                                                                                        \
     "  - name: box\n"                                                                                                  \
@@ -92,7 +92,7 @@ KT_INNER kt_joint_axes kt_joint_axes_of(const kt_joint *joint);
     "    mass: 1\n"                                                                                                    \
     "    shape: {type: box, size: [0.2, 0.3, 0.4]}\n"
 
-/* The index of the quaternion among the positions of a joint; -1 if it has none. */
+/* The index of the quaternion among the positions of a joint; -1 if the joint has none. */
 static inline int kt_joint_quaternion(kt_joint_type type) {
     const kt_joint_size *size = &kt_joint_sizes[type];
     return size->nq > size->nv ? size->nq - 4 : -1;
@@ -115,11 +115,12 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis);
 /* The second axis of a universal joint, given or not. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint);
 
-/* The angle of a rotation about z of the triad; of all that differ by whole turns, the one nearest to `near`. If the
- * rotation also tilts z, the angle of the rotation that remains after the least rotation has brought z back. */
+/* The angle of a rotation about z of the triad. Among angles that differ by whole turns, the angle nearest to `near`.
+ * If the rotation also tilts z, the least rotation first brings z back, and the angle of the remaining rotation is
+ * returned. */
 double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double near);
 
-/* The quaternion of a rotation; of the two, the one nearer to `near` (4). Into q (4). */
+/* Writes the quaternion of a rotation to q (4). Of the two quaternions +p and -p, writes the nearer to `near` (4). */
 void kt_measured_quaternion(const kt_mat3 *rotation, const double *near, double *q);
 
 /* The three numbers of a vector. */

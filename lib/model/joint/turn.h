@@ -81,8 +81,9 @@ KT_INLINE void kt_turns_rate(const kt_model *model, const kt_real1 *q, const kt_
 
 KT_INLINE kt_condition kt_turn_is_off(kt_real1 square) { return kt_not(kt_abs1(square - 1.0) <= 4.0 * DBL_EPSILON); }
 
-/* Scales quaternions to units: each one that is off by more than rounding, or all of a state if one is off. Returns the
- * states in which the norms of all quaternions are usual. The others are unchanged. */
+/* Scales quaternions to unit norm: each quaternion that is off by more than rounding, or all quaternions of a state if
+ * one is off. Returns the states in which the norms of all quaternions are neither zero nor infinite. Other states are
+ * unchanged. */
 KT_INLINE kt_condition kt_turns_make_units(const kt_model *model, kt_real1 *q, bool each) {
     kt_condition off = kt_condition_false(), usual = kt_condition_true();
     for (size_t i = 1; i < model->n.link; i++) {

@@ -1,6 +1,6 @@
 /* The equations of one loop, for code that is compiled for one state or for several (algebra/real3.h). Types are
- * compiled for one state alone. If there are several states, by_lane.c evaluates one after the other. Some 30 numbers
- * go in and 50 come out, of the thousands that an evaluation of a mechanism computes. */
+ * compiled for one state alone. For several states, by_lane.c evaluates one state after the other. Some 30 numbers go
+ * in and 50 come out, of the thousands that an evaluation of a mechanism computes. */
 #ifndef KT_LOOP_BY_LANE_H
 #define KT_LOOP_BY_LANE_H
 

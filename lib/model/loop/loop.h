@@ -22,8 +22,7 @@ typedef struct kt_loop_end {
 
 /* One equation phi = 0. With d = point_2 - point_1, and the second end's motion relative to the first's frame,
  *     w = omega_2 - omega_1,   u  = v_2 - v_1 - omega_1 x d,
- *     w' = alpha_2 - alpha_1,  u' = a_2 - a_1 - alpha_1 x d      (u' is this, not the rate of u)
- * it is
+ *     w' = alpha_2 - alpha_1, u' = a_2 - a_1 - alpha_1 x d (u' is this expression, not the rate of u) the rates are
  *     phi'  = moment . w  + force . u  + rate
  *     phi'' = moment . w' + force . u' + drift
  * (moment, force) is the wrench that a unit multiplier exerts on the second end at its point. The opposite wrench acts
@@ -42,9 +41,10 @@ typedef struct kt_relation_row {
     double closes;                /* 1 where there is a residual, 0 of a relation of rates */
 } kt_relation_row;
 
-/* The kind of a row, for loops in a plane (planar_rows.c). The first three are d along an axis of end 1. Then come the
- * components along that axis of the relative rotation (orientation.h): of equal orientation, and of one axis. The
- * others are axes at right angles, distance, and any other row. This last is evaluated in the plane as it is in space.
+/* The kind of a row, for loops in a plane (planar_rows.c). The first three parts are d along an axis of end 1. The next
+ * parts are the components of the relative rotation along that axis (orientation.h): of equal orientation, and of one
+ * axis. The others are axes at right angles, distance, and any other row. A row of the last kind is evaluated in the
+ * plane in the same way as in space.
  */
 typedef enum kt_loop_part {
     KT_PART_NONE = 0, /* the type has no form in a plane */
@@ -61,9 +61,9 @@ typedef enum kt_loop_part {
     KT_PART_SPATIAL
 } kt_loop_part;
 
-/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical). It is
- * compiled once more for derivatives (algebra/real.h), as if for one more instruction set. Its descriptor, which is
- * compiled once, has its keys. The ends, axes and joints that a type reads follow from the keys. */
+/* A type is one file, compiled for every instruction set, const kt_loop_kind KT_KERNEL(kt_loop_spherical). The file is
+ * compiled once more for derivatives (algebra/real.h), as if for one more instruction set. The descriptor, which is
+ * compiled once, has the keys of the type. The ends, axes and joints that a type reads follow from the keys. */
 typedef struct kt_loop_kind {
     int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
@@ -84,11 +84,11 @@ typedef struct kt_loop_kind {
     kt_relation_row (*relate)(const kt_loop_record *loop, const double *numbers, double sum, double t);
 } kt_loop_kind;
 
-/* The list of kinds: those of scene files by their types, and the caller's own. */
+/* The list of kinds: the types of scene files, and the loops that a caller defines. */
 enum { KT_LOOP_KIND_CUSTOM = KT_LOOP_TYPE_COUNT, KT_LOOP_KIND_COUNT };
 
-/* The bodies that roll (kt_loop_record.form): a thin disc; of hard contacts a ball, a disc that may leave its plane, or
- * a ball on another one. */
+/* The bodies that roll (kt_loop_record.form): a thin disc; for hard contacts a ball, a disc that may leave its plane,
+ * or a ball on another ball. */
 enum { KT_ROLLING_DISC, KT_ROLLING_BALL, KT_ROLLING_RIM, KT_ROLLING_BALLS };
 
 static inline int32_t kt_loop_kind_index(kt_loop_type type) {
@@ -112,7 +112,7 @@ static inline bool kt_loop_type_exists(kt_loop_type type) {
     "    markers: {corner: [0.1, 0.15, 0.2]}\n"                                                                        \
     "loops:\n"
 
-/* For a loop whose type exists: whether it is a relation of joint positions, not one of frames. Then the terms of a
+/* For a loop whose type exists: whether the loop relates joint positions, not frames. Then the terms of a
  * relation, and the axis of an end. */
 bool kt_loop_is_relation(kt_loop_type type);
 int kt_loop_term_count(const kt_loop *loop);
@@ -120,8 +120,9 @@ kt_term kt_loop_term(const kt_loop *loop, int k);
 kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
 
 /* Computes the planar form of a loop from the poses of its ends in the plane's basis (e1, e2, n) at q = 0. Fills all
- * but arms and places. Returns false if the type, or its equations out of the plane, have no planar form. For relations
- * it returns true and fills nothing. `direction` and `length` are the bounds below which a number counts as zero. */
+ * but arms and places. Returns false if the type, or its equations out of the plane, have no planar form. For
+ * relations, returns true and fills nothing. `direction` and `length` are the bounds below which a number counts as
+ * zero. */
 bool kt_loop_planar_rows(const kt_loop *loop, const kt_pose end[2], double direction, double length,
                          kt_planar_loop *flat);
 

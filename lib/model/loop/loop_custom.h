@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Numbers that are not finite and carry what a callback has returned: the lower half of a NaN has the code, above a
- * mark. Copies keep these bits. */
+/* NaNs that carry the code that a callback has returned: the lower half of the NaN has the code, the upper half a mark.
+ * Copies keep these bits. */
 #define KT_CUSTOM_MARK 0x7ff84b54U
 static inline double kt_custom_stop(int code) {
     const uint64_t bits = (uint64_t)KT_CUSTOM_MARK << 32 | (uint32_t)code;

@@ -1,17 +1,18 @@
 /* Rows for orientations: of first order in the error, and regular up to an error of half a turn.
  *
- * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. It is of first order, but beyond a quarter turn it
- * decreases again. There an iteration diverges, and at half a turn the residual is zero. Another candidate,
- * 2 sin(theta / 2) n, has zero slope at half a turn. The residuals here are the modified Rodrigues parameters
- * [Wiener 1962; Schaub and Junkins 1996, J. Astronautical Sciences 44],
+ * The skew part of the relative rotation [MSD 6.51] is sin(theta) n. This residual is of first order, but decreases
+ * again beyond a quarter turn. Therefore an iteration diverges beyond a quarter turn, and at half a turn the residual
+ * is zero. Another candidate, 2 sin(theta / 2) n, has zero slope at half a turn. The residuals of the library are the
+ * modified Rodrigues parameters [Wiener 1962; Schaub and Junkins 1996, J. Astronautical Sciences 44],
  *     p = 4 tan(theta / 4) n
  * At half a turn their size is 4 and their slope is 2. Newton's step rotates back by 2 sin(theta / 2), never too far.
  *
  * Frame 1 has the axes e_k, frame 2 the axes f_k, and
  *     w = w2 - w1
- * Rates x' are seen in frame 1. There f_k' = w x f_k, and the rate of w is (w2' - w1') - g (relative_motion.h) with
+ * Rates x' are rates in frame 1. In this frame f_k' = w x f_k, and the rate of w is (w2' - w1') - g (relative_motion.h)
+ * with
  *     g = w1 x w2
- * So a row with moment m has -m . g in its drift.
+ * Therefore a row with moment m has -m . g in its drift.
  */
 #ifndef KT_LOOP_ORIENTATION_H
 #define KT_LOOP_ORIENTATION_H
@@ -20,9 +21,9 @@
 
 #include <math.h>
 
-/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to the direction
- * the slopes of the equations would grow without bound. There the slopes are those of an axis at this distance. The
- * residual is that of the axis itself, so that a step away from there decreases it. */
+/* Least sine of the angle between an axis and a direction at which the equations are singular. Nearer to the direction,
+ * the slopes of the equations would grow without bound. Therefore the slopes of an axis at this distance are used. The
+ * residual belongs to the true axis, so that a step away from the direction decreases the residual. */
 #define KT_AXIS_CLEARANCE 1e-3
 
 /* ---- equal orientation ---------------------------------------------------------------------------------------------
@@ -61,7 +62,7 @@ KT_INLINE void kt_row_parallel(const kt_loop_end end[2], const kt_loop_relative 
  */
 
 /* Returns f. If the sine of f against e is below the clearance, f is moved to that distance from the line of e. If f
- * lies on that line, it is moved towards `aside`, normal to e. *sine: that of f itself. */
+ * lies on that line, it is moved towards `aside`, normal to e. *sine: the sine of the unmoved f. */
 KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_real *sine) {
     const kt_vector across = kt_cross(kt_cross(e, f), e); /* f's part normal to e */
     *sine = kt_sqrt(kt_dot(across, across));
@@ -72,7 +73,8 @@ KT_INLINE kt_vector kt_axis_clear(kt_vector e, kt_vector aside, kt_vector f, kt_
     return kt_scale(KT_AXIS_CLEARANCE, away) + kt_scale(along, e);
 }
 
-/* The second end's z axis, at the clearance from being opposite to the first's; *sine is 1 if it is not near that. */
+/* The second end's z axis, moved to the clearance if it is nearly opposite to the first end's. *sine is 1 if the axes
+ * are not nearly opposite. */
 KT_INLINE kt_vector kt_axis_not_opposite(const kt_loop_end end[2], kt_real *sine) {
     const kt_vector e = end[0].axes[2], f = end[1].axes[2];
     *sine = 1.0;
@@ -91,9 +93,9 @@ KT_INLINE kt_real kt_axis_gap(kt_real sine) {
  *     F' = dF/dc = -(1 + 2 b) / (2 b^3 (1 + b)^2),  F'' = (3 + 9 b + 8 b^2) / (8 b^5 (1 + b)^3)
  *     h_x = -e_y . f,  h_y = e_x . f
  *     (k . f)' = w . (f x k),  (k . f)'' = w' . (f x k) + k . (w x (w x f))
- * for a direction k of frame 1; then the chain rule. The moments' part along h is 2 / (1 + b). Near half a turn it is
- * the difference of two large terms. Both b and e x f are computed from the same h, so that their roundings cancel.
- * At c = -1 the direction is undefined, and h along e_y is taken. */
+ * for a direction k of frame 1; then the chain rule. The moments' part along h is 2 / (1 + b). Near half a turn, this
+ * part is the difference of two large terms. Both b and e x f are computed from the same h, so that their roundings
+ * cancel. At c = -1 the direction is undefined, and h along e_y is taken. */
 KT_INLINE void kt_row_coaxial(const kt_loop_end end[2], const kt_loop_relative *r, kt_loop_row rows[2]) {
     kt_real sine;
     const kt_vector e = end[0].axes[2], f = kt_axis_not_opposite(end, &sine), w = r->w;

@@ -1,7 +1,7 @@
 /* The second end's motion seen from the first, and rows that close it along the first end's axes.
  *
  * d = p2 - p1, and with the frame of end 1 turning at w1,
- *     u = v2 - v1 - w1 x d     is d's rate seen in it,
+ *     u = v2 - v1 - w1 x d is d's rate in this frame,
  *     w = w2 - w1.
  * For an axis e of that frame, e' = w1 x e, so phi = e . d has
  *     phi'  = e . u
@@ -41,9 +41,9 @@ KT_INLINE kt_loop_row kt_row_along(const kt_loop_relative *r, kt_vector e) {
                          .holonomic = true};
 }
 
-/* Defines a type, `kind`, whose rows depend on the motion of its ends alone. Its function has the name `own`. The rows
- * are d along the first end's axes first .. after - 1, and then those that `turn` writes (kt_row_none, orientation.h).
- * Their parts follow. */
+/* Defines a type, `kind`, whose rows depend on the motion of its ends alone. The function of the type has the name
+ * `own`. The rows are d along the first end's axes first .. after - 1, then the rows that `turn` writes (kt_row_none,
+ * orientation.h). The parts of the rows follow as arguments. */
 #define KT_LOOP_OF_ENDS(own, kind, first, after, turn, ...)                                                            \
     static int own(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,              \
                    kt_loop_row *rows) {                                                                                \

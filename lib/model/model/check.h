@@ -1,6 +1,5 @@
-/* Collects the faults of a description, and checks the rules that items of all kinds have in common: those of numbers,
- * functions, names and ends. The check itself is the compiler's (compile/check_description.c), and types add rules of
- * their own.
+/* Collects the faults of a description, and checks the rules for numbers, functions, names and ends, which all kinds of
+ * items share. The check itself is the compiler's (compile/check_description.c), and types add rules of their own.
  *
  * Every rule reports through kt_checker_fault and continues. A mere consequence of a reported fault is not reported.
  */
@@ -48,7 +47,7 @@ typedef struct kt_checker {
 
 /* ---- check_fault.c ----------------------------------------------------------------------------------------------- */
 
-/* Returns a checker without faults and without memory: it suffices for the rules of numbers and shapes. */
+/* Returns a checker without faults and without memory: such a checker suffices for the rules of numbers and shapes. */
 kt_checker kt_checker_make(const kt_description *description, kt_report *report, void *user);
 
 /* Whether the check may end: a fault has been found, and no report is wanted. */

@@ -5,8 +5,8 @@
 #include "base/inner.h"
 #include "kinetree/model.h"
 
-/* Initialises data of one of the models of a mechanism for another one of them, if they belong to a model of another
- * set. */
+/* A mechanism has a model for each set of active contacts. If the data belong to the model of another set, initialises
+ * the data for this model. */
 KT_INNER void kt_data_follow(const kt_model *model, kt_data *data);
 
 #endif

@@ -24,7 +24,7 @@ typedef struct kt_formula_names {
 /* Returns the names for the formulas of an effect, without variables. */
 KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description, const kt_effect *effect);
 
-/* The symbols of kt_expression_parse whose indices are those of `variable`. */
+/* The symbols of kt_expression_parse with the indices of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
 
 /* The index of the body that a joint of this name carries; -1 if there is none. O(bodies). */
@@ -35,23 +35,23 @@ static inline bool kt_loop_has_formula(const kt_loop *loop) {
     return loop->type == KT_LOOP_COUPLING && loop->formula != NULL;
 }
 
-/* The names that the formula of a coupling may use, those of its terms in their order. */
+/* The names that the formula of a coupling may use, the names of its terms, in their order. */
 typedef struct kt_coupling_names {
     const kt_loop *loop;
     char shown[300]; /* the name that was listed last */
 } kt_coupling_names;
 
-/* The symbols of kt_expression_parse whose indices are those of the terms. */
+/* The symbols of kt_expression_parse with the indices of the terms. */
 KT_INNER kt_symbols kt_coupling_symbols(kt_coupling_names *names);
 
-/* The joint of which this is the position, `position.JOINT`; NULL: it is of none. */
+/* The joint of a name `position.JOINT`; NULL if the name is no position of a joint. */
 KT_INNER const char *kt_position_of_joint(const char *name);
 
-/* Checks the formula of a coupling, if it has one. */
+/* Checks the formula of a coupling, if the coupling has one. */
 void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *loop);
 
-/* Returns the names for a law of an effect, with its variables in their order, as far as they exist. A law with states
- * does not read its effect's own ends, since its rates are evaluated without them. */
+/* Returns the names for a law of an effect, with its variables in their order, as far as these variables exist. A law
+ * with states does not read the ends of its effect, since rates are evaluated without ends. */
 kt_formula_names kt_law_names_of(const kt_description *description, const kt_effect *effect);
 
 /* Returns the effect whose law writes the rate of a state, and sets *rate to its index among the rates of the law. The

@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A link is added to the front. A slot keeps its acceleration per unit of each parameter, as long as links or loops
- * that are added later depend on it. */
+/* A link is added to the front. A slot stores the acceleration of the link per unit of each parameter, as long as later
+ * links or loops depend on this link. */
 typedef struct kt_front_step {
     int32_t link;
     int32_t up; /* the step of its parent, or -1 if that is the group's parent */
@@ -37,12 +37,12 @@ typedef struct kt_front_plan {
     size_t count;             /* of the numbers that it needs in the data */
 } kt_front_plan;
 
-/* The number of components of an acceleration in space; in a plane there are half as many. The number of equations that
+/* The number of components of an acceleration in space; in a plane, half as many. The number of equations that
  * can be delayed at a time. */
 enum { KT_FRONT_SPACE = 6, KT_FRONT_DELAYED_MOST = 6 };
 
-/* The largest numbers of a step. The parameters, `params`, include the new ones, and `kept` of them are kept. The step
- * closes `rows` equations. An upper bound of the vectors in slots is `vectors`. */
+/* The largest numbers of a step. The parameters, `params`, include the new ones, of which `kept` remain after the step.
+ * The step closes `rows` equations. An upper bound of the vectors in slots is `vectors`. */
 typedef struct kt_front_size {
     size_t params, rows, kept, vectors;
 } kt_front_size;

@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A compiled function. The caller keeps one array for the numbers of all functions (`numbers` below). Those of this
- * function begin at numbers[first], so that a curve contains no pointer. */
+/* A compiled function. The caller keeps one array for the numbers of all functions (`numbers` below). The numbers of
+ * this function begin at numbers[first]. Thus a curve contains no pointer. */
 typedef struct kt_curve {
     kt_function_type type;
     int count;         /* polynomial: coefficients; table: rows; sum, product: parts */
@@ -47,22 +47,24 @@ typedef struct kt_breakpoint {
     int order;   /* of the lowest derivative that jumps, from 0 for the value; above 2: a higher one, or none */
 } kt_breakpoint;
 
-/* At breakpoints above this order nothing jumps. Steps end there to resolve the shape of a formula. */
+/* At breakpoints above this order, no derivative of interest jumps. Steps end at such breakpoints to resolve the shape
+ * of a formula. */
 enum { KT_BREAKPOINT_ORDER_MAX = 3 };
 
 /* Whether the function has breakpoints: a ramp's start and end, and rows of a table at which its pieces differ. Between
- * two breakpoints it is one polynomial, one sine, or a formula that is monotone with its first two derivatives. */
+ * two breakpoints, the function is one polynomial, one sine, or a formula that is monotone with its first two
+ * derivatives. */
 bool kt_curve_has_breakpoints(const kt_curve *curve);
 
-/* Returns the first breakpoint after t; those of formulas are sought up to `until`. *left is reduced by the operations
- * of the search (expression/formula_breakpoint.h).
+/* Returns the first breakpoint after t; the breakpoints of formulas are sought up to `until`. *left is reduced by the
+ * operations of the search (expression/formula_breakpoint.h).
  * Cost: O(1). For a table O(log rows), plus 1 for each row without a breakpoint. For a formula some hundred
  * evaluations. */
 kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
                                        int64_t *left);
 
-/* The longest step whose stages resolve the function between two breakpoints. It is a quarter of a sine's period. A
- * product of sines counts as a sine with the sum of their frequencies. HUGE_VAL for all others. */
+/* The longest step whose stages resolve the function between two breakpoints. For a sine, a quarter of the period. A
+ * product of sines counts as a sine with the sum of their frequencies. For all other functions, HUGE_VAL. */
 double kt_curve_longest_step(const kt_curve *curve, const double *numbers);
 
 #endif

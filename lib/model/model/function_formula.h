@@ -19,7 +19,7 @@ double kt_curve_formula_speed(const kt_curve *curve, const double *numbers, doub
 kt_breakpoint kt_curve_formula_breakpoint(const kt_curve *curve, const double *numbers, double t, double until,
                                           int64_t *left);
 
-/* The symbols of kt_expression_parse of which t is the only one, and a formula that it reads with them. */
+/* The symbols of kt_expression_parse for formulas of time, whose only symbol is t, and a parsed formula of time. */
 KT_INNER kt_symbols kt_time_symbols(void);
 KT_CHECKED kt_status kt_formula_of_time(const char *text, void *memory, size_t size, const kt_expression **expression,
                                         int *column, kt_error *error);

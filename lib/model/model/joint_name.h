@@ -7,7 +7,7 @@
 /* The scope of joints with names of their own, in tables of names. */
 enum { KT_NAMES_OF_JOINTS = -4 };
 
-/* The name of the joint of a body: its own, or the body's. */
+/* The name of the joint of a body: the name of the joint if given, else the name of the body. */
 static inline const char *kt_joint_name_of(const kt_body *body) {
     return body->joint.name ? body->joint.name : body->name;
 }

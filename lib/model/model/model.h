@@ -208,8 +208,8 @@ static inline const kt_curve *kt_mass_curve(const kt_model *model, size_t k) {
 /* Whether a link is computed in a plane. */
 static inline bool kt_link_is_planar(const kt_model *model, size_t link) { return link >= model->n.spatial; }
 
-/* Whether a velocity coordinate is one of those that move no mass. Its armature in the model is 1. This is no rotor's
- * armature, but replaces the missing mass (evaluate/quasi_static.c). */
+/* Whether a velocity coordinate is one of those that move no mass. Such a coordinate has the armature 1 in the model,
+ * which is no rotor, but replaces the missing mass (evaluate/quasi_static.c). */
 static inline bool kt_is_massless(const kt_model *model, size_t v) {
     for (size_t k = 0; k < model->n.massless; k++)
         if ((size_t)model->massless[k] == v)
@@ -217,7 +217,7 @@ static inline bool kt_is_massless(const kt_model *model, size_t v) {
     return false;
 }
 
-/* Returns the bytes of a model with these counts. If memory is not NULL, it also sets the pointers of the model at
+/* Returns the bytes of a model with these counts. If memory is not NULL, also sets the pointers of the model at
  * memory to its arrays, and its number of bytes. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
 
@@ -234,7 +234,7 @@ void kt_model_units(const kt_model *model, double *unit);
 /* The body that the joint of this name carries; -1 where there is none. */
 KT_INNER int kt_joint_index(const kt_model *model, const char *name);
 
-/* Initialises the model's table of names with those of all bodies, joints and markers. */
+/* Initialises the model's table of names with the names of all bodies, joints and markers. */
 void kt_model_name_all(kt_model *model);
 
 /* ---- the workspace ----------------------------------------------------------------------------------------------- */
@@ -247,7 +247,7 @@ typedef struct kt_link_motion {
     kt_real3 alpha, linear; /* angular acceleration, and the origin's (in dynamics: minus gravity) */
 } kt_link_motion;
 
-/* The wrench on a body, as recursions are given it: about its frame's origin, world axes. */
+/* The wrench on a body, in the form that recursions read: about the origin of the body frame, in world axes. */
 #ifndef KT_LANES
 typedef kt_wrench kt_external;
 typedef kt_vec3 kt_external3;
@@ -277,8 +277,9 @@ typedef struct kt_link_kinematics {
     kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
 } kt_link_kinematics;
 
-/* The motion of a link that carries forces. Its position is base + local: from the world's origin to the origin of its
- * tree, and from there to the link. Distances within a tree thereby keep their digits far from the world's origin. */
+/* The motion of a link that carries forces. Its position is base + local: from the world's origin to the origin of the
+ * tree, and from this origin to the link. Because of this split, distances within a tree lose no digits far from the
+ * world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_real3 base, local, velocity;
@@ -290,8 +291,8 @@ typedef struct kt_carried_mass {
     kt_real1 mass;
 } kt_carried_mass;
 
-/* An articulated inertia and its bias wrench. The inertia [J G'; G M] maps (alpha, a) to (moment, force). It is stored
- * by columns, with J and M symmetric as in algebra/real3.h. */
+/* An articulated inertia and its bias wrench. The inertia [J G'; G M] maps (alpha, a) to (moment, force). The matrix is
+ * stored by columns, with J and M symmetric as in algebra/real3.h. */
 typedef struct kt_articulated {
     union {
         struct {
@@ -319,16 +320,16 @@ typedef struct kt_response {
 
 static inline size_t kt_lanes8(size_t count) { return (count + 7) / 8 * 8; }
 
-/* The motion of a link relative to the origin of its group's parent, as if the parent were at rest. The numbers are
- * those of the planar kernels or of the spatial ones. alpha and linear are the accelerations that the velocities alone
- * cause. */
+/* The motion of a link relative to the origin of its group's parent, as if the parent were at rest. The planar or the
+ * spatial kernels define the numbers. alpha and linear are the accelerations that the velocities alone cause. */
 typedef struct kt_front_motion {
     kt_real3 point, velocity, alpha, linear;
 } kt_front_motion;
 
 /* The counts of a step in the last factorisation. The parameters, `params`, include the new ones. The equations,
  * `rows`, include those that earlier steps have delayed; `rank` of them are independent. Afterwards `left` parameters
- * remain, of which `kept` are kept. They are separated from the others with `reflectors`. The slots hold `vectors`. */
+ * remain, and `kept` of these stay in the front. The `reflectors` separate the parameters that stay from the others.
+ * The slots hold `vectors`. */
 typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, reflectors, vectors;
     int32_t first;             /* the equations' place among the group's pivots */
@@ -337,7 +338,7 @@ typedef struct kt_front_count {
     double last; /* size of the last independent equation */
 } kt_front_count;
 
-/* Every array of the data: type, name, count, meaning. First those of the recursions over the tree. */
+/* Every array of the data: type, name, count, meaning. First the arrays of the recursions over the tree. */
 #define KT_SWEEP_FIELDS(X)                                                                                             \
     X(kt_link_motion, motion, n->link, "motion of the links")                                                          \
     X(kt_link_origin, origin, n->link, "wrenches of the links, in forward dynamics external ones; or positions")       \
@@ -421,7 +422,7 @@ typedef struct kt_slip_frame {
 /* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings. The
  * number `acceleration` is the largest estimated error of an acceleration, over its unit. The least time in which the
  * position would be reached is `time`. The number `error` is kt_crossings.error. Interpolated accelerations differ by
- * `jump` from direct ones that may be right, too. All are 0 if there is no such motion. */
+ * `jump` from direct ones that may be right, too. All numbers are 0 if no such motion exists. */
 typedef struct kt_passage {
     double acceleration, time, error, jump;
 } kt_passage;
@@ -507,7 +508,7 @@ static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_
     return other;
 }
 
-/* Whether data serve a model; false where one of them is NULL. For calls that cannot fail. */
+/* Whether data belong to a model; false if either is NULL. For calls that cannot fail. */
 static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {
     return model && data && model->shape == data->shape;
 }

@@ -1,8 +1,8 @@
-/* The elementary motions, one of which each link has relative to its parent.
+/* The elementary motions, of which each link has one relative to its parent.
  *
- * A degree of freedom is a rotation about a unit vector, a translation along it, or both. Let s be the link's axis and
- * p its pitch. Let x, y, z be the axes of the link, and x0, y0, z0 these axes at rest (q = 0). The degrees of freedom
- * (angular, linear) are
+ * A degree of freedom is a rotation about a unit vector, a translation along this vector, or both. Let s be the link's
+ * axis and p its pitch. Let x, y, z be the axes of the link, and x0, y0, z0 these axes at rest (q = 0). The degrees of
+ * freedom (angular, linear) are
  *
  *   revolute    (s, 0)
  *   prismatic   (0, s)
@@ -10,8 +10,8 @@
  *   spherical   (x, 0)   (y, 0)   (z, 0)
  *   free        (0, x0)  (0, y0)  (0, z0)  (x, 0)  (y, 0)  (z, 0)
  *
- * Each motion is a row of KT_MOTION_LIST. It has `velocities`, of which the first `lengths` are rates of lengths. If it
- * has an angle (`angles` is 1), its sine and cosine are computed. If `quaternions` is 1, the positions end with a
+ * Each motion is a row of KT_MOTION_LIST. The row has `velocities`, of which the first `lengths` are rates of lengths.
+ * If it has an angle (`angles` is 1), its sine and cosine are computed. If `quaternions` is 1, the positions end with a
  * quaternion: four numbers for the last three velocities. A motion that is `planar` exists in a plane, about the normal
  * or along the plane. Lengths come first among the coordinates. All other properties of a motion are a function or a
  * case for each row (dynamics/joint_motion.h, dynamics/aba.h, dynamics/inertia_check.c). The compiler reports a missing

@@ -3,13 +3,13 @@
  * A tree is a joint on the ground with all links that it carries. It is planar if all its joints are revolute about one
  * direction n, or prismatic along a normal to n. Masses and forces may have any direction and position: their
  * components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis
- * (e1, e2, n) in the world. Planar links come last, plane by plane: they are the links [n.spatial, n.link). Link i has
+ * (e1, e2, n) in the world. Planar links come last, plane by plane: the links [n.spatial, n.link). Link i has
  * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being
  * swept.
  *
- * The angle phi of a planar link is relative to q = 0, so there are no rotations at rest. A link's offset, prismatic
- * direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. The angle is stored as
- * its cosine c and its sine s. Heights along n are constant.
+ * The angle phi of a planar link is relative to q = 0, so that no rotation at rest has to be stored. A link's offset,
+ * prismatic direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. The angle is
+ * stored as its cosine c and its sine s. Heights along n are constant.
  */
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
@@ -83,8 +83,8 @@ typedef struct kt_planar_inertia {
 } kt_planar_inertia;
 
 /* The acceleration of a joint is y - K (alpha, a) of its parent: y is the free acceleration, K the parent gain. The
- * member `free` is a product minus a number, and `gain_angular` a product plus a number. They must not be neighbours:
- * gcc 12 would make one fused instruction of the two, even without contraction. */
+ * member `free` is a product minus a number, and `gain_angular` a product plus a number. The two members must not be
+ * neighbours, because gcc 12 would combine both operations in one fused instruction, even without contraction. */
 typedef struct kt_planar_response {
     kt_real1 free;
     union {

@@ -1,8 +1,8 @@
 /* A loop between links of one plane, with its equations in that plane.
  *
- * Rotations about n and translations normal to it change no height along n and no angle to n. So an equation of the
- * loop is either constant or one equation in the plane with the same phi. A constant equation is a void row: no motion
- * changes it, and its residual must be zero. The equations in the plane are as follows.
+ * Rotations about n and translations normal to it change no height along n and no angle to n. Therefore an equation of
+ * the loop is either constant or one equation in the plane with the same phi. A constant equation is a vanishing row:
+ * no motion changes the residual, which must be zero. The equations in the plane are as follows.
  *
  *   along       phi = e . d + constant. The vector e is fixed in end 1's frame, d leads from point 1 to point 2.
  *   rotation    phi = factor 4 tan(theta / 4). The angle theta leads from end 1's direction to end 2's.

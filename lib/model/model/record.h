@@ -1,9 +1,9 @@
 /* The records of a compiled model: links, bodies, loops, effects.
  *
- * There are two trees. The recursions sweep the *links*, each with one elementary joint. Its motion is about or along a
- * coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a short
- * chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a frame
- * fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
+ * The records form two trees. The recursions sweep the *links*, each with one elementary joint. Its motion is about or
+ * along a coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a
+ * short chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a
+ * frame fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
  */
 #ifndef KT_MODEL_RECORD_H
 #define KT_MODEL_RECORD_H
@@ -31,9 +31,9 @@ typedef struct kt_link_rest {
     double pitch;
 } kt_link_rest;
 
-/* Every evaluation reads all links several times. Data that it does not read therefore lie elsewhere. In the records of
- * links, bodies and planes, the floating-point numbers come first. In code that is compiled for lanes, each of these
- * numbers is a vector of lanes (batch/interleave.h). */
+/* Every evaluation reads all links several times. Therefore data that evaluations do not read lie elsewhere. In the
+ * records of links, bodies and planes, the floating-point numbers come first. In code that is compiled for lanes, each
+ * of these numbers is a vector of lanes (batch/interleave.h). */
 typedef struct kt_link {
     kt_const3 at;          /* origin of the joint frame in the parent link's frame */
     kt_const_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
@@ -59,8 +59,8 @@ typedef struct kt_link {
     bool has_armature;    /* its joint has armature */
 } kt_link;
 
-/* Returns the record at rest of a link that has one (`rest` is not 0). The array of these records follows that of the
- * links. */
+/* Returns the record at rest of a link with such a record (`rest` is not 0). The array of these records follows that of
+ * the links. */
 static inline const kt_link_rest *kt_link_rest_of(const kt_link *link) {
     return (const kt_link_rest *)(const void *)((const double *)(const void *)link + link->rest);
 }
@@ -92,7 +92,7 @@ typedef struct kt_body_record {
     bool on_variable_link; /* a body on its link has a variable mass, perhaps this one */
 } kt_body_record;
 
-/* Functions of a body whose mass is one. */
+/* The number of functions of a body whose mass is a function of time. */
 enum { KT_MASS_CURVES = 7 };
 
 /* A body whose mass is a function of time; its record has the mass to which its inertia belongs. */
@@ -150,8 +150,8 @@ typedef struct kt_loop_record {
     int32_t slips;                     /* the same in models in which it is closed and slips (evaluate/slip.c) */
 } kt_loop_record;
 
-/* Whether the loop is switched off. It is then in no group, and has no rows. Its term_count is -1, as in a relation
- * without terms, so that derivatives of frames leave it out. */
+/* Whether the loop is switched off. Such a loop is in no group, and has no rows. Its term_count is -1, as in a relation
+ * without terms, so that derivatives of frames leave the loop out. */
 static inline bool kt_loop_is_off(const kt_loop_record *loop) { return loop->group < 0; }
 
 /* Whether its equation depends on time. */
@@ -165,7 +165,8 @@ typedef struct kt_term_record {
     double coefficient;
 } kt_term_record;
 
-/* Which equations of a group: all, for velocities and accelerations; or those that have a residual, for positions. */
+/* Which equations of a group: all equations, for velocities and accelerations; or the equations with a residual, for
+ * positions. */
 typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
 enum { KT_GROUP_MATRICES = 22 };
@@ -191,8 +192,8 @@ typedef enum kt_form_reason {
 } kt_form_reason;
 
 /* A constraint group: loops that share links and are therefore reduced together. No link is in two groups. `parent`
- * carries all links of the group and is not one of them. Equations that are void at every position are left out; those
- * with a residual come first. */
+ * carries all links of the group, but does not belong to the group. Equations that vanish at every position are left
+ * out; equations with a residual come first. */
 typedef struct kt_group {
     int32_t parent;                  /* link */
     int32_t island;                  /* in model->island */
@@ -317,8 +318,8 @@ typedef struct kt_effect_record {
     int32_t path_link, path_link_count; /* in model->path_link */
 } kt_effect_record;
 
-/* Variables that only the formulas of one effect have: the distance of its ends, with its rate. In a loop they are the
- * effect's coordinate, with its rate. */
+/* Variables that only the formulas of one effect have: the distance of its ends, with its rate. For an effect in a
+ * loop, the effect's coordinate, with its rate. */
 enum { KT_VARIABLE_LENGTH = KT_VARIABLE_GRAVITY + 1, KT_VARIABLE_SPEED };
 
 /* The source of a variable of a formula. */
@@ -332,7 +333,7 @@ typedef struct kt_variable_record {
     kt_vec3 arm;        /* of a marker, from the link's origin, link axes */
 } kt_variable_record;
 
-/* Effects of one type that have the same number of ends; those on joints come first. */
+/* Effects of one type that have the same number of ends; effects on joints come first. */
 typedef struct kt_effect_batch {
     int32_t type, ends;
     int32_t first, count;

@@ -1,7 +1,7 @@
-/* Relative coordinates of loops, and the coordinates in which an effect acts: that of a joint, or of a loop.
+/* Relative coordinates of loops, and the coordinates in which an effect acts: the coordinate of a joint or of a loop.
  *
- * `joint: NAME` names the one coordinate of a joint or loop, NAME[k] the k-th of several. A joint goes before a loop of
- * the same name.
+ * `joint: NAME` names the one coordinate of a joint or loop, NAME[k] the k-th of several. If a joint and a loop have
+ * the same name, NAME means the joint.
  */
 #ifndef KT_MODEL_RELATIVE_H
 #define KT_MODEL_RELATIVE_H
@@ -29,8 +29,8 @@ static inline bool kt_relative_is_length(kt_relative relative) {
     return relative >= KT_RELATIVE_X && relative <= KT_RELATIVE_Z;
 }
 
-/* Returns the k-th relative coordinate of loops of a type. The order is that of the joint that leaves the same motion
- * free. Returns KT_RELATIVE_NONE if the type has no more coordinates, or does not exist. */
+/* Returns the k-th relative coordinate of loops of a type. The order is the order of coordinates in the joint that
+ * permits the same motion. Returns KT_RELATIVE_NONE if the type has no more coordinates, or does not exist. */
 KT_INNER kt_relative kt_relative_at(kt_loop_type type, int k);
 int kt_relative_count(kt_loop_type type);
 
@@ -43,7 +43,7 @@ typedef struct kt_coordinate_name {
 
 KT_INNER kt_coordinate_name kt_coordinate_name_of(const char *text);
 
-/* Whether NAME is this one. */
+/* Whether NAME is this relative coordinate. */
 static inline bool kt_coordinate_is_of(const char *text, kt_coordinate_name name, const char *of) {
     return of != NULL && strncmp(of, text, name.length) == 0 && of[name.length] == '\0';
 }

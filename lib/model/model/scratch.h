@@ -1,5 +1,5 @@
-/* data->scratch_v in parts, each with room for nv numbers from a whole vector of lanes on. Calls under way at the same
- * time take different ones:
+/* data->scratch_v in parts, each with room for nv numbers from a whole vector of lanes on. Calls that are under way at
+ * the same time use different parts:
  *
  *   0, 1   The results of inverse dynamics with and without some part (effects.c, power.c).
  *          The neighbouring state's acceleration, and the jump between the sides (singular_crossing.c).

@@ -1,4 +1,4 @@
-/* The models of a mechanism whose loops and effects are switched: one for each set of those that are on. */
+/* The models of a mechanism whose loops and effects are switched: one model for each set of active switches. */
 #ifndef KT_MODEL_SWITCHING_H
 #define KT_MODEL_SWITCHING_H
 
@@ -14,11 +14,12 @@ enum { KT_SWITCH_BITS = 62 };
 
 /* The switches of variants. Each set of up to KT_SWITCH_MAX switches has a compiled model. With more than a few
  * switches of contacts (kt_model_options.contact_switches), these are masked. Then each set of the other switches has
- * two models, one with no contact and one with all contacts. A simulation makes the sets between from the second one
- * (contact/mask.h). Friction of a joint that sticks is one of the contacts; in the model of none, it slips forwards.
+ * two models, one with no contact and one with all contacts. A simulation derives all other sets from the model with
+ * all contacts (contact/mask.h). Sticking friction of a joint counts as a contact; in the model with no contact, the
+ * joint slips forwards.
  *
- * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more, the masked ones come
- * last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */
+ * Each switch has its bit in a set, bit k for switch k, up to KT_SWITCH_BITS switches. With more switches, the masked
+ * switches come last, and share two bits: bit 62 if any contact is closed, and bit 63 if all are. */
 typedef struct kt_switches {
     int32_t count;
     int32_t own;     /* the first switches, which have a bit each */
@@ -45,7 +46,7 @@ typedef struct kt_variants {
     size_t at[]; /* of each model, from the beginning of the block */
 } kt_variants;
 
-/* The bits of switch k. Contacts without a bit of their own have both shared ones. */
+/* The bits of switch k. Contacts without their own bit have both shared bits. */
 static inline uint64_t kt_switches_bit(const kt_switches *of, int k) {
     return k < of->own ? (uint64_t)1 << k : kt_switches_all;
 }
@@ -56,7 +57,7 @@ static inline bool kt_switches_has(const kt_switches *of, uint64_t set, int k) {
     return (set & bit) == bit;
 }
 
-/* The number of models, and the set of the k-th. The last one has all switched items. */
+/* The number of models, and the set of the k-th. The last model has all switched items. */
 static inline uint64_t kt_switches_models(const kt_switches *of) {
     int count = of->masked != 0;
     for (int k = 0; k < of->own; k++)
@@ -73,7 +74,7 @@ static inline uint64_t kt_switches_set(const kt_switches *of, uint64_t index) {
     return set | ((index >> bit & 1) != 0 ? of->masked : 0);
 }
 
-/* The index of a set's model; -1: it has none. */
+/* The index of a set's model; -1: the set has no model. */
 static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     const uint64_t contacts = set & of->masked, known = (((uint64_t)1 << of->own) - 1) | of->masked;
     uint64_t index = 0;
@@ -88,7 +89,7 @@ static inline int64_t kt_switches_index(const kt_switches *of, uint64_t set) {
     return (int64_t)(index | (uint64_t)(contacts != 0) << bit);
 }
 
-/* The number of variants, and the k-th one. */
+/* The number of variants, and the k-th variant. */
 static inline uint64_t kt_variants_count(const kt_variants *variants) {
     return kt_switches_models(&variants->switches);
 }
@@ -101,7 +102,7 @@ static inline const kt_switch *kt_variants_switches(const kt_variants *variants)
     return (const kt_switch *)(const void *)(variants->at + kt_variants_count(variants));
 }
 
-/* The switch of each loop, and behind them that of each effect. */
+/* The switch of each loop, followed by the switch of each effect. */
 static inline const int32_t *kt_variants_switch_of_loop(const kt_variants *variants) {
     return (const int32_t *)(const void *)(kt_variants_switches(variants) + variants->switches.count);
 }
