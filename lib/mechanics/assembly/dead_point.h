@@ -10,9 +10,9 @@
 #define KT_DEAD 1e-4
 #define KT_DEAD_FRACTION 0.1
 
-/* Whether the state of a driven model, near a singular position, is a dead point. Requires the equations as a
- * projection leaves them. At a dead point `right` then holds the rates that cannot be followed, and zeros in other
- * groups. */
+/* Whether the state of a driven model, near a singular position, is a dead point. A projection must have factored the
+ * equations. At a dead point `right` then holds the prescribed rates that the mechanism cannot follow, and zeros in
+ * other groups. */
 bool kt_is_dead_point(const kt_model *model, kt_data *data);
 
 #endif

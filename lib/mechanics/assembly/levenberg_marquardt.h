@@ -6,15 +6,14 @@
 #include "base/generic.h"
 
 /* The start of a search. KT_SEARCH_SAMPLE: a sample, from which large groups either close soon or not at all.
- * KT_SEARCH_GIVEN: a state of the caller's. KT_SEARCH_STUBBORN: that state and, if the loops do not close, several
- * starts around it. */
+ * KT_SEARCH_GIVEN: a state of the caller's. KT_SEARCH_STUBBORN: the state of the caller and, if the loops do not close,
+ * several starts around this state. */
 typedef enum kt_search { KT_SEARCH_SAMPLE = 0, KT_SEARCH_GIVEN, KT_SEARCH_STUBBORN } kt_search;
 
 /* Changes q, except coordinates to be held (NULL: none), until the loops close or no step reduces the residuals. Leaves
- * the equations there and returns the largest gap relative to its scale. Uses delta, moved_q and neighbour_q of the
- * data.
- * Cost: it is meant for set-up and assembly. It takes more evaluations than the projection after a step, but a bounded
- * number. */
+ * the equations of the last q and returns the largest gap relative to its scale. Uses delta, moved_q and neighbour_q of
+ * the data.
+ * Cost: more evaluations than the projection after a step, but a bounded number; meant for set-up and assembly. */
 double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held,
                                        kt_search search, double *q);
 

@@ -10,7 +10,7 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
                          const char *what, kt_error *error);
 
 /* Writes the least-squares violation of the velocity equations into `right`. If equations contradict each other, the
- * factored equations would assign all of the violation to one of them. */
+ * factored equations would assign the whole violation to one equation. */
 void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data);
 
 /* Returns KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and

@@ -7,7 +7,7 @@
 #include <float.h>
 
 /* The rounding level of residuals relative to their scales (a radian, or the length of the longest loop). For velocity
- * equations it is relative to their largest term. No smaller residual is required. */
+ * equations, the level is relative to their largest term. No smaller residual is required. */
 #define KT_CLOSED DBL_EPSILON
 
 /* The gap that counts as closed: after a step (from a position near to closed), and after a search. A search leaves
@@ -38,8 +38,9 @@ typedef enum kt_closure {
 /* Whether a group was near a singular position when it was last factored. */
 bool kt_is_near_singular(const kt_model *model, const kt_data *data);
 
-/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. It is
- * 0 if a direction is lost, and 1 if no group is near. `rows` must be factored, with all directions. */
+/* The size of the smallest direction of the groups that are near a singular position, relative to its usual size. The
+ * size is 0 if a direction vanishes, and 1 if no group is near a singular position. `rows` must be factored, with all
+ * directions. */
 double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows rows);
 
 /* The in-place forms of kt_state_project and kt_state_assemble for a model with loops. `given` are the positions before

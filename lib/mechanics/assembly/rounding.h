@@ -1,5 +1,5 @@
-/* The part of a residual that rounding may leave in the equations of loops. Only this file decides it. It is a share of
- * the numbers in a residual, relative to the scale of the equation.
+/* The part of a residual that rounding may leave in the equations of loops. Only this file defines this part: a share
+ * of the numbers in a residual, relative to the scale of the equation.
  *
  * - Lengths as given. The points of a loop are computed from its lengths and, if it ends on the ground, from distances
  *   from the world's origin. A share of 1e-16 of these is no gap, however small the loop is. A hinge at 0.1 + 0.2 with
@@ -15,7 +15,7 @@
 
 #include "assembly/project.h"
 
-/* Rounding errors add up over the operations of a residual: some tens of them. */
+/* Rounding errors add up over the operations of a residual, which are some tens. */
 #define KT_ROUNDING (64.0 * DBL_EPSILON)
 
 /* The gap, relative to the scales of the equations, that rounding may leave at q: in a group; in all groups.
@@ -23,8 +23,8 @@
 double kt_group_rounding(const kt_model *model, size_t g, const double *q);
 double kt_loops_rounding(const kt_model *model, const double *q);
 
-/* Whether a gap is closed to `tolerance`, or to rounding if that is more. The first function tests the group g as
- * filled at q, the second one all groups. */
+/* Whether a gap is closed to `tolerance`, or to rounding if rounding is larger. The first function tests the group g as
+ * filled at q, the second function all groups. */
 bool kt_group_is_closed(const kt_model *model, const kt_data *data, size_t g, const double *q, double tolerance);
 static inline bool kt_loops_are_closed(const kt_model *model, const double *q, double gap, double tolerance) {
     return gap <= tolerance || gap <= kt_loops_rounding(model, q);

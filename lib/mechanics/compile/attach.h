@@ -70,7 +70,8 @@ int32_t kt_attach_joint_link(const kt_model *m, const char *joint);
 int kt_attach_end_count(kt_attach *a, const kt_effect *effect);
 const char *kt_attach_end_body(kt_attach *a, const kt_effect *effect, int k);
 
-/* Places an effect in a coordinate: on a link, or on the ends of a loop. Terms from *term on are then its own. */
+/* Places an effect in a coordinate: on a link, or on the ends of a loop. The terms from *term on then belong to the
+ * effect. */
 void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_effect *effect, kt_effect_record *r);
 size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect);
 void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, size_t *term);
@@ -85,14 +86,14 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
 /* The body of a name that has been checked; no name is the world. */
 static inline int kt_attach_body_named(const kt_model *m, const char *name) { return name ? kt_body_find(m, name) : 0; }
 
-/* The link of a chain that has a velocity coordinate; `link` is the last one of the joint. */
+/* The link of a chain that has a velocity coordinate; `link` is the last link of the joint. */
 static inline int32_t kt_attach_link_of_velocity(const kt_model *m, int32_t link, int32_t v) {
     while (v < m->link[link].v)
         link = m->link[link].parent;
     return link;
 }
 
-/* Finds an end's body, link, and frame in the link's frame, before it is rotated to the axis of the item. */
+/* Finds an end's body, link, and frame in the link's frame, before a rotation to the axis of the item. */
 kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,
                               kt_error *error);
 
@@ -117,7 +118,7 @@ void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_
 /* Prepares the functions below for links whose depth and pose are in the arrays. */
 void kt_attach_measure_links(kt_attach *a, size_t count);
 
-/* Returns the deepest link that carries both or is one of them. */
+/* Returns the deepest link that carries both links or is one of the two. */
 int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j);
 
 /* Joins the links from i up to the child of the ancestor into one set with i; returns their number. */
@@ -137,16 +138,16 @@ bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *
 
 /* Stores the length of the longest loop, once around, at the initial positions. Also stores the rounding errors that
  * result from the lengths as given (assembly/rounding.h). In the first length, points on the ground count by their
- * distance from one common origin. This is the origin of the first loop for which kt_attach_find_origin finds one. In
- * the lengths as given, points count by their distance from the world's origin. If all loops are shorter than rounding,
- * as that of a hinge on a joint, the lengths as given count, or those of the tree. The length is 1 if there are none.
- * Needs the paths. */
+ * distance from one common origin. The common origin is that of the first loop for which kt_attach_find_origin
+ * succeeds. In the lengths as given, points count by their distance from the world's origin. If all loops are shorter
+ * than rounding, such as a hinge on a joint, the lengths as given count, or else the lengths of the tree. Without any
+ * length, the result is 1. Needs the paths. */
 void kt_attach_measure_loops(const kt_attach *a, kt_model *m);
 
 /* Unites the sets of i and j. */
 void kt_attach_join(kt_attach *a, int32_t i, int32_t j);
 
-/* Numbers the sets of links that loops have joined, in the order of the loops, and counts them. */
+/* Numbers the sets of links that loops have joined, in the order of the loops, and counts these sets. */
 void kt_attach_number_groups(kt_attach *a, kt_counts *n);
 
 /* Counts the parts that effects add to a model: batches, links that carry forces and their angles, names. */
@@ -155,7 +156,8 @@ KT_CHECKED kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_erro
 /* Fills batches, effects and links that carry forces of a model whose effects are in a->effect. */
 void kt_attach_fill_effects(kt_attach *a, kt_model *m);
 
-/* Decides for every group of a model that has its groups' lists whether it is reduced by fronts, and in which order. */
+/* Decides for every group whether fronts reduce the group, and in which order. The model must have the lists of its
+ * groups. */
 void kt_attach_plan_fronts(kt_attach *a, kt_model *m);
 
 /* Fills the constraint groups of a model that has its loops. */

@@ -36,20 +36,20 @@ kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_re
 /* Checks an auxiliary state of the checker's description. */
 void kt_checker_state(kt_checker *checker, const kt_state *state);
 
-/* Attaches loops and effects to a model that has bodies and links; replaces *model by a larger one. */
+/* Attaches loops and effects to a model that has bodies and links; replaces *model by a larger model. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,
                           kt_error *error);
 
-/* Gives entries among the articulated inertias to the links that use one. In trees these are the links that branch, and
- * links whose joint has more than one degree of freedom. If there are constraint groups, all links have an entry, under
- * their own indices. */
+/* Gives an entry among the articulated inertias to each link that uses an entry. In trees these are the links that
+ * branch, and links whose joint has more than one degree of freedom. If there are constraint groups, all links have an
+ * entry, with the link's index. */
 void kt_articulated_number(kt_model *model);
 
 /* Determines the structural ranks of all constraint groups (rank.c). */
 kt_status kt_groups_rank(kt_model *model, kt_error *error);
 
-/* The estimate that decides between dense matrices and fronts. It has the operations of both, and whether a special
- * form of fronts would serve if all equations were independent. */
+/* The estimate that decides between dense matrices and fronts. The struct has the operations of both, and whether a
+ * special form of fronts would suffice if all equations were independent. */
 typedef struct kt_form_estimate {
     double front_flops, dense_flops;
     bool fits_delassus, is_front4;
@@ -60,7 +60,8 @@ typedef struct kt_form_estimate {
 void kt_form_begin(const kt_model *model, kt_group *group);
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of);
 void kt_form_choose_damped(const kt_model *model, kt_group *group);
-/* Chooses the forms of all groups. Call it when ranks have been found, and again after a change of the choice's inputs.
+/* Chooses the forms of all groups. Must be called once ranks are found, and again after each change of the inputs of
+ * the choice.
  */
 void kt_forms_choose(kt_model *model);
 /* A group of few equations is left to the fronts. */
@@ -81,8 +82,8 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 
 /* massless.c: kt_massless_is_carried returns whether effects act on the parts that a link carries. The second
  * function gives an armature of 1 to the coordinates of a link that move no mass. The last one finds the motions of
- * these coordinates that move no mass, in a complete model. Its errors: KT_ERROR_MODEL if there are no such motions,
- * or no force holds them (it names the body); KT_ERROR_MEMORY. */
+ * these coordinates that move no mass, in a complete model. Its errors: KT_ERROR_MODEL if such motions do not exist, or
+ * no force holds them (the message names the body); KT_ERROR_MEMORY. */
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
 void kt_massless_mark(kt_model *tree, size_t link);
 KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);
@@ -92,7 +93,7 @@ KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *des
 KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *poses);
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
-/* Copies a text into those of a model from *used on, and returns its place there. */
+/* Copies a text into the texts of a model from *used on, and returns its position. */
 static inline uint32_t kt_model_keep_text(kt_model *m, size_t *used, const char *text) {
     const uint32_t at = (uint32_t)*used;
     const size_t length = strlen(text) + 1;
@@ -101,10 +102,11 @@ static inline uint32_t kt_model_keep_text(kt_model *m, size_t *used, const char 
     return at;
 }
 
-/* attach.c: marks the coordinates of a joint that assembly keeps, those that the description gives; or none. */
+/* attach.c: marks the coordinates of a joint that assembly must not change, because the description gives their values;
+ * or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
-/* set_parameter.c: KT_ERROR_ARGUMENT unless it is a parameter of this model. */
+/* set_parameter.c: Returns KT_ERROR_ARGUMENT unless the parameter belongs to this model. */
 KT_CHECKED kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error);
 
 /* Sets a parameter without a check: for differences, in which a mass may be negative. */
@@ -114,8 +116,8 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
 bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
 
 /* loop_place.c: the place of a loop's end on the world, as six numbers x (KT_PARAMETER_LOOP_PLACE). The first function
- * returns that end; -1 if there is none, if the loop bounds a side, or if it counts an angle from the start. The check
- * reports places that the plane of the loop does not have. */
+ * returns that end. It returns -1 if no end lies on the world, if the loop bounds a side, or if the loop counts an
+ * angle from the start. The check reports places that the plane of the loop does not have. */
 enum { KT_PLACE_COUNT = 6 };
 int kt_loop_place_end(const kt_loop_record *r);
 void kt_loop_place_write(kt_pose pose, double *x);
@@ -125,9 +127,9 @@ void kt_loop_place_put(kt_model *m, int loop, const double *x);
 
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 
-/* Each of these reports the faults of an item and continues.
+/* Each of these functions reports the faults of an item and continues.
  *
- * check_body.c: all rules of a body except those of its place in the tree. */
+ * check_body.c: all rules of a body except the rules of its position in the tree. */
 void kt_checker_body_rules(kt_checker *checker, const kt_body *body);
 /* Whether a joint has limits. */
 bool kt_joint_is_limited(const kt_joint *joint);
@@ -135,7 +137,7 @@ bool kt_joint_is_limited(const kt_joint *joint);
 void kt_checker_mass(kt_checker *checker, const kt_body *body);
 /* compile_variable_mass.c: the same for a mass that is a function of time. */
 void kt_checker_variable_mass(kt_checker *checker, const kt_body *body);
-/* Whether its inertia is given; otherwise it is in proportion to the mass. */
+/* Whether the description gives the inertia of a variable mass; otherwise the inertia is in proportion to the mass. */
 static inline bool kt_variable_mass_has_moments(const kt_variable_mass *variable) {
     bool has = false;
     for (int k = 0; k < 6; k++)

@@ -19,7 +19,7 @@ typedef struct kt_body_plane {
     int32_t known;     /* of that tree: the joints that determine its normal (find_planar.c) */
 } kt_body_plane;
 
-/* The scope of the names of bodies; that of the markers of a body is its index in the description. */
+/* The scope of the names of bodies. The scope of the markers of a body is the index of the body in the description. */
 enum { KT_NAMES_OF_BODIES = -1 };
 
 /* A description whose bodies have been put in order. */

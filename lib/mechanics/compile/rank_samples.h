@@ -1,4 +1,5 @@
-/* The samples of rank.c: positions at which constraint groups are closed, and the ranks of the groups there. */
+/* The samples of rank.c: positions at which constraint groups are closed, and the ranks of the groups at these
+ * positions. */
 #ifndef KT_COMPILE_RANK_SAMPLES_H
 #define KT_COMPILE_RANK_SAMPLES_H
 
@@ -44,7 +45,7 @@ void kt_rank_take_sample(const kt_model *model, kt_data *data, double size, size
 /* Whether a group is closed as last filled, except for rounding. */
 bool kt_rank_is_closed(const kt_model *model, const kt_data *data, size_t g);
 
-/* Evaluates the groups that are closed at q; if not `closed`, those that no sample found closed. */
+/* Evaluates the groups that are closed at q; without `closed`, the groups that no sample found closed. */
 void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, kt_rank_samples *found);
 
 /* Evaluates the groups at all samples. */
@@ -52,8 +53,8 @@ void kt_rank_find(kt_model *model, kt_data *data, kt_rank_samples *found);
 
 /* Evaluates groups with a loop that bounds one side, and that no sample found closed. */
 void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *found);
-/* Evaluates groups with a switched loop to the world at generic positions, at which that loop is closed because its
- * place is there (rank_places.c). Errors: KT_ERROR_MEMORY. */
+/* Evaluates groups with a switched loop to the world at generic positions, at which the loop is closed because its end
+ * on the world is moved to these positions (rank_places.c). Errors: KT_ERROR_MEMORY. */
 KT_CHECKED kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found);
 
 /* Factors all groups. Returns false if one cannot be factored. */
@@ -69,16 +70,16 @@ double kt_rank_least(const kt_model *model, const kt_group *group, const kt_grou
 /* Takes the equations of a group for as uncertain as the model's rounding. */
 void kt_rank_coarsen(kt_model *model, const kt_data *data, size_t g);
 
-/* Treats groups that close at no position, except for a disagreement below the tolerance. Either their data are
- * corrected, or they count as closed (rank_disagreement.c). Errors: KT_ERROR_MEMORY. */
+/* Treats groups that close at no position, except for a disagreement below the tolerance. Such a group's data are
+ * corrected, or the group counts as closed (rank_disagreement.c). Errors: KT_ERROR_MEMORY. */
 kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_samples *found);
 
 /* Loops whose equations repeat each other except for the rounding of the data. */
 
 /* Moves the ends of the loops of a group that leaves one degree of freedom, along the motion that leads through a
  * position near q. The moves are the least ones with which the equations repeat each other to the last digit. Stores by
- * how much they disagree. *found: whether there are such moves below the model's tolerance; if not, all ends are where
- * they are `given`, two a loop.
+ * how much the equations disagree. *found: whether such moves exist below the model's tolerance. If not, all ends are
+ * back at the positions in `given`, two for each loop.
  * Errors: KT_ERROR_MEMORY.
  * Cost: O((coordinates + equations + corrections)^3) a position. */
 kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double *q, const kt_pose *given, bool *found);
@@ -86,8 +87,8 @@ kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double
 /* Puts the ends of all loops to given places, two a loop. */
 void kt_loops_place_ends(kt_model *model, const kt_pose *ends);
 
-/* Stores the gaps of the loops of a group, as last filled, if they are larger than the stored ones. Returns the largest
- * gap, relative to the scales. */
+/* Stores the gaps of the loops of a group, as last filled, if the gaps are larger than the stored gaps. Returns the
+ * largest gap, relative to the scales. */
 double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g);
 
 #endif

@@ -13,8 +13,8 @@
 
 #include <math.h>
 
-/* Every matrix of a group: name, count, meaning. A group has m coordinates and k equations. The number n is that of
- * the coordinates if the group is reduced by dense matrices, 0 if by fronts. The lesser of n and k is s. */
+/* Every matrix of a group: name, count, meaning. A group has m coordinates and k equations. If dense matrices reduce
+ * the group, n is m; if fronts do, n is 0. The lesser of n and k is s. */
 #define KT_GROUP_FIELDS(X)                                                                                             \
     X(a, n *k, "A', m x k")                                                                                            \
     X(factor, n *k, "A' factored")                                                                                     \
@@ -60,8 +60,8 @@ typedef struct kt_group_work {
 /* From this number of coordinates on LAPACK factors faster than a plain loop (bench/scaling). */
 enum { KT_LARGE = 40 };
 
-/* Returns the number of doubles that LAPACK needs as workspace for an m x k matrix. It suffices for dgeqp3, dgesvd and
- * dormqr in blocks of 32. (When dormqr works in blocks, it needs 65 x 64 more.) */
+/* Returns the number of doubles that LAPACK needs as workspace for an m x k matrix. The workspace suffices for dgeqp3,
+ * dgesvd and dormqr in blocks of 32. (In blocks, dormqr needs 65 x 64 more.) */
 static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
@@ -72,8 +72,8 @@ static inline size_t kt_half_count(size_t m, size_t s) {
     return 16 + 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
 }
 
-/* Finds a group's matrices in the data. Inlined, since few of them are used in a place. The first function saves a
- * copy where other functions receive the address. */
+/* Finds a group's matrices in the data. Inlined, since each caller uses few of the matrices. The first function avoids
+ * a copy if the caller passes the address on. */
 KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
     const kt_group *group = &model->group[g];
     kt_real1 *base = data->dense + group->dense;
@@ -96,10 +96,10 @@ KT_INLINE kt_group_work kt_group_matrices(const kt_model *model, const kt_data *
     return w;
 }
 
-/* Second purposes of arrays whose first contents are no longer needed. After the elimination they contain the
- * accelerations (m), and the forces on the coordinates from which multipliers are computed (m). Without multipliers
- * they contain the sums A x (k). If the method has no reflectors (lib/study/compare), they contain the singular values
- * (s). For a pin they contain p / D (3) and its null vector n (m). */
+/* Second purposes of arrays whose first contents are no longer needed. After the elimination, the arrays contain the
+ * accelerations (m), and the forces on the coordinates from which multipliers are computed (m). Without multipliers,
+ * the arrays contain the sums A x (k). If the method has no reflectors (lib/study/compare), the arrays contain the
+ * singular values (s). For a pin, the arrays contain p / D (3) and the null vector n (m). */
 KT_INLINE kt_real1 *kt_group_accelerations(const kt_group_work *w) { return w->gain; }
 KT_INLINE kt_real1 *kt_group_forces(const kt_group_work *w) { return w->half; }
 KT_INLINE kt_real1 *kt_front_forces(const kt_group_work *w) { return w->free; }
@@ -113,16 +113,17 @@ _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
                "a group has room for the places of its matrices");
 #undef KT_GROUP_COUNT
 
-/* The slots of a loop's equations, their indices among those of the group; -1 for equations that are left out. */
+/* The slots of a loop's equations: indices among the equations of the group, or -1 for an equation that is left out. */
 KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
     return model->slot + group->row + loop->row;
 }
 
-/* Copies numbers of a group's first `count` slots to the order of all equations, that of the loops; or back. */
+/* Copies numbers of a group's first `count` slots to the order of all equations, which is the order of the loops; or
+ * back. */
 void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
 void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
 
-/* Whether a group has the plan of fronts: its matrices are those of the fronts, in whichever of their forms. */
+/* Whether fronts, in any of their forms, reduce the group, so that its matrices are those of the fronts. */
 static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
 
 /* Whether a group is planar. */
@@ -162,9 +163,10 @@ typedef struct kt_violation {
     kt_real1 speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
 } kt_violation;
 
-/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest. During any time that a
- * simulation could span they move nothing. Without this floor the remainder of a velocity that the loops forbid falls
- * by 1e-16 with each projection. The remainder would reach 5e-324 and be compared with a bound that underflows to zero.
+/* Speeds, relative to their units (a radian, the mechanism's length), that count as rest, because they move nothing
+ * during any time that a simulation could span. Without this floor the remainder of a velocity that the loops forbid
+ * falls by 1e-16 with each projection. The remainder would reach 5e-324 and be compared with a bound that underflows to
+ * zero.
  */
 #define KT_SPEED_LEAST 1e-100
 
@@ -181,7 +183,8 @@ static inline void kt_group_position_residuals(const kt_group_work *w, kt_violat
     }
 }
 
-/* Adds -(A v + phi_t) of an equation to the violation and stores it in `right`; largest: the largest of its terms. */
+/* Adds -(A v + phi_t) of an equation to the violation and stores the value in `right`; largest: the largest term of the
+ * sum. */
 KT_INLINE void kt_group_violate(const kt_group_work *w, int r, kt_real1 sum, kt_real1 largest,
                                 kt_violation *violation) {
     w->right[r] = -sum;
@@ -197,7 +200,7 @@ static inline void kt_group_violation(const kt_group_work *w, const kt_real1 *si
         kt_group_violate(w, r, w->rate[r] + w->right[r], kt_most1(kt_abs1(w->rate[r]), size[r]), violation);
 }
 
-/* Stores -(A v + phi_t) of a group in `right`, and adds it to the violation. */
+/* Stores -(A v + phi_t) of a group in `right`, and adds the values to the violation. */
 static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
                                                const kt_real1 *v, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
@@ -211,14 +214,15 @@ static inline void kt_group_velocity_residuals(const kt_model *model, const kt_g
     }
 }
 
-/* Below this fraction of a direction's usual size the position is near a singular one: accelerations are interpolated
- * from neighbouring states (singular_crossing.c). */
+/* If a direction is smaller than this fraction of its usual size, the position is near a singular position:
+ * accelerations are interpolated from neighbouring states (singular_crossing.c). */
 #define KT_NEAR_SINGULAR 1e-2
 
-/* The weight of an equation that was chosen at compilation: only one that is 16 times longer replaces it. */
+/* The weight of an equation that was chosen at compilation: only an equation that is 16 times longer replaces the
+ * chosen equation. */
 #define KT_PREFERRED 16.0
 
-/* Lays a group's matrices out; returns the number of doubles that they take. */
+/* Lays out the matrices of a group; returns their number of doubles. */
 size_t kt_group_layout(kt_group *group);
 
 #endif

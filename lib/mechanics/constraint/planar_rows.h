@@ -27,8 +27,8 @@
 
 #include <float.h>
 
-/* An end of a loop relative to the ancestor's origin, as if that were at rest; `linear` is the acceleration that the
- * velocities alone give. */
+/* An end of a loop relative to the ancestor's origin, as if this origin were at rest; `linear` is the part of the
+ * acceleration that velocities cause. */
 typedef struct kt_planar_end {
     kt_real1 arm[2]; /* from its link's origin */
     kt_real1 point[2], velocity[2], linear[2], omega;
@@ -132,8 +132,8 @@ KT_OPERATOR kt_real1 kt_planar_signed(kt_real1 x, kt_real1 sign) {
 #endif
 }
 
-/* Returns 4 tan(theta / 4). The larger of sin and cos of theta / 2 is computed first, and the other from it, so that
- * neither loses digits. */
+/* Returns 4 tan(theta / 4). The larger of sin and cos of theta / 2 is computed first, and the smaller from the larger,
+ * so that neither loses digits. */
 KT_INLINE kt_real1 kt_planar_turn(kt_real1 c, kt_real1 s) {
     const kt_real1 large = kt_sqrt1(0.5 * (1.0 + kt_abs1(c))), small = 0.5 * kt_abs1(s) / large;
     const kt_real1 cosine = KT_CHOOSE(c >= 0.0, large, small),
@@ -192,7 +192,7 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
-/* A loop with its form in the plane, and the indices of its rows among those of its group. */
+/* A loop with its form in the plane, and the indices of its rows among the rows of the group. */
 typedef struct kt_loop_in_plane {
     const kt_loop_record *loop;
     const kt_planar_loop *flat;
@@ -200,7 +200,8 @@ typedef struct kt_loop_in_plane {
 } kt_loop_in_plane;
 
 #ifndef KT_LANES
-/* Evaluates those rows of a loop that are as in space and not left out (planar_rows_in_space.c). Returns their number.
+/* Evaluates the rows of a loop that are not left out and have the same form as in space (planar_rows_in_space.c).
+ * Returns their number.
  */
 #define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
@@ -211,7 +212,7 @@ KT_EACH_ISA(KT_ROWS_IN_SPACE_DECLARE)
 #endif
 
 /* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. In
- * lanes none is as in space (kt_lanes_fit_model). */
+ * lanes no row has the form of space (kt_lanes_fit_model). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
                                       const kt_planar_relative *r, kt_real1 t, kt_planar_wrench *rows) {
@@ -269,7 +270,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
     return count;
 }
 
-/* As long as ranks are unknown, void rows have indices, too: either all void rows of a loop have one, or none has. */
+/* As long as ranks are unknown, vanishing rows can have indices, too: all vanishing rows of a loop, or none. */
 KT_INLINE void kt_planar_rows_vanishing(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
     if (!flat->vanishing_count || slot[flat->row[flat->count].row] < 0)
         return;

@@ -7,11 +7,11 @@
  *     angle            theta of loop/orientation.h                     m = (e + f) / (1 + e . f)
  *     universal 1      m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
  *     universal 2      m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
- * The first universal angle is that of f about e from e_x. The second is the angle of the frame about f, less that of e
- * from f_x. Angles that differ by whole turns are equivalent; the angle is the one nearest to
+ * The first universal angle is the angle of f about e from e_x. The second is the angle of the frame about f, less the
+ * angle of e from f_x. Angles that differ by whole turns are equivalent; the angle is the one nearest to
  *     angle + sum of coefficient * position + d_z / pitch
  *
- * In this sum the links of the loop whose axes stay parallel to e count turns; screws count them, too.
+ * In this sum the links of the loop whose axes stay parallel to e count turns; screws count turns, too.
  */
 #ifndef KT_CONSTRAINT_RELATIVE_COORDINATE_H
 #define KT_CONSTRAINT_RELATIVE_COORDINATE_H
@@ -25,7 +25,8 @@ typedef struct kt_relative_coordinate {
     kt_vector moment, force; /* on the second end, about its point; the opposite acts on the first at the same point */
 } kt_relative_coordinate;
 
-/* The direction of axis `f` about z of the frame e, in which it rotates at w; *moment . w is the rate. */
+/* The direction of axis `f` about z of the frame e. The axis rotates at w in this frame, and *moment . w is the rate of
+ * the direction. */
 KT_INLINE kt_real kt_direction_about(const kt_vector e[3], kt_vector f, kt_vector *moment) {
     const kt_real x = kt_dot(e[0], f), y = kt_dot(e[1], f);
     *moment = kt_over(kt_cross(f, kt_scale(x, e[1]) - kt_scale(y, e[0])), x * x + y * y);

@@ -1,9 +1,9 @@
 /* The equations of a group's loops in its coordinates: A', phi, phi_t and b''.
  *
  * The ends are computed from the loop's ancestor along its two paths. No digits are lost far from the world's origin,
- * and motions of the loop as a whole do not enter. A row has the wrench (n, f) on the second end, about its point. For
- * a degree of freedom let s be its angular velocity, and u the velocity it gives to that point. The entry of the row is
- * n . s + f . u, with the opposite sign on the first path.
+ * and motions of the loop as a whole do not enter. A row has the wrench (n, f) on the second end, about the point of
+ * this end. For a degree of freedom let s be its angular velocity, and u the velocity that the degree of freedom gives
+ * to the point. The entry of the row is n . s + f . u, with the opposite sign on the first path.
  */
 #ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
@@ -296,8 +296,8 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
 }
 
 #ifndef KT_LANES
-/* kt_rows_fill for a group of one coordinate with one relation without a formula. It finds the few matrices alone that
- * are written. */
+/* kt_rows_fill for a group of one coordinate with one relation without a formula. Only the few matrices that are
+ * written are located. */
 KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size_t g, const double *q, double t) {
     const kt_group *group = &model->group[g];
     const kt_loop_record *loop = &model->loop[model->group_loop[group->loop]];

@@ -1,16 +1,17 @@
-/* The degrees of freedom that move the ends of a loop or an effect, and the derivatives along each of them.
+/* The degrees of freedom that move the ends of a loop or an effect, and the derivatives along each of these degrees of
+ * freedom.
  *
- * S, psi', psi'' and phi are those of a degree of freedom (dof.h), and all spatial vectors are expressed about a fixed
+ * S, psi', psi'' and phi belong to a degree of freedom (dof.h), and all spatial vectors are expressed about a fixed
  * point O. The derivatives of a frame that it moves, with velocity V = (w, v) and acceleration A = (alpha, a), are
- *     with q_k, as it is carried along S_k:   dV = S x V + psi',   dA = S x A + psi'' - V x psi'   [derivative.h]
+ *     with q_k, which carries the frame along S_k: dV = S x V + psi', dA = S x A + psi'' - V x psi' [derivative.h]
  *     with v_k:                               dV = S,              dA = phi - V x S
- * and those of its point x follow from
+ * and the derivatives of the point x of this frame follow from
  *     velocity      v + w x x
  *     acceleration  a + alpha x x + w x (v + w x x)
- * The ends with these derivatives, as dual numbers, are given to the loop's or the effect's own code (algebra/real.h).
+ * The ends with these derivatives, as dual numbers, are inputs of the code of the loop or effect (algebra/real.h).
  *
- * Degree of freedom i moves a part. A wrench W about O on this part has the joint force S_i . W. S_i itself is carried
- * along by the degrees of freedom before it, and those of its node, by S_k x S_i.
+ * Degree of freedom i moves a part. A wrench W about O on this part has the joint force S_i . W. The degrees of freedom
+ * before S_i, and those of its node, carry S_i along by S_k x S_i.
  */
 #ifndef KT_CONSTRAINT_SUPPORT_H
 #define KT_CONSTRAINT_SUPPORT_H

@@ -42,10 +42,10 @@ KT_CHECKED kt_status kt_actuation_begin(const kt_model *model, void *memory, siz
 
 /* Computes Z at (t, q), and factors its rows of the coordinates in the list, each times scale[i] (NULL: 1).
  *
- * lack: text that describes the fault of a motion in which all of these coordinates rest.
+ * lack: the text of the error for a motion in which all these coordinates are at rest.
  *
- * Errors: those of kt_loop_nullspace; KT_ERROR_SINGULAR if there is a motion Z z in which all of them rest. The error
- * names the joint that moves most. */
+ * Errors: those of kt_loop_nullspace; KT_ERROR_SINGULAR if a motion Z z exists in which all these coordinates are at
+ * rest. The error names the joint that moves most. */
 KT_CHECKED kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, const double *q,
                                          kt_coordinate_list list, const double *scale, const char *lack,
                                          kt_error *error);

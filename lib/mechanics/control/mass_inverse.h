@@ -10,7 +10,7 @@
  *
  * closed: v with loops and dense factors, otherwise 0.
  *
- * along, data: with loops and factors along the tree, the bytes of kkt.h and of its own data. */
+ * along, data: with loops and factors along the tree, the bytes of kkt.h and of the data that kkt.h needs. */
 #define KT_MASS_INVERSE_FIELDS(X)                                                                                      \
     X(char, terms, s->terms, "of a tree")                                                                              \
     X(char, along, s->along, "of `kkt`")                                                                               \
@@ -38,7 +38,7 @@ struct kt_mass_inverse {
     KT_ARENA_DECLARE(KT_MASS_INVERSE_FIELDS)
 };
 
-/* x (nv x columns, finite) becomes M^-1 x; there are terms. */
+/* x (nv x columns, finite) becomes M^-1 x. Requires the terms at this position. */
 void kt_mass_inverse_columns(kt_mass_inverse *inverse, int columns, double *x);
 
 #endif

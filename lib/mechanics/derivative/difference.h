@@ -1,10 +1,10 @@
-/* Central differences of order eight and six of the same samples: with f_k = f(x + k h)
+/* Central differences of order eight and six from the same samples, with f_k = f(x + k h):
  *     d8 = sum_k w_k (f_k - f_-k) / h,   w = 4/5, -1/5, 4/105, -1/280
  *     d6 = sum_k w_k (f_k - f_-k) / h,   w = 3/4, -3/20, 1/60, 0
- * The error of d8 is h^8 / 630 times the ninth derivative. The error of d6, |d8 - d6|, is a bound of it wherever the
- * differences converge at all. Rounding adds some eps / h of the values. Steps begin with KT_DIFFERENCE_STEP and become
- * shorter as long as the bound is too large. For example, friction that changes its sign over 1e-3 rad/s needs
- * h = 3e-5. */
+ * The error of d8 is h^8 / 630 times the ninth derivative. The error of d6, abs(d8 - d6), bounds the error of d8
+ * wherever the differences converge. Rounding adds some eps / h of the values. Steps begin with KT_DIFFERENCE_STEP and
+ * become shorter as long as the bound is too large. For example, friction that changes its sign over 1e-3 rad/s needs h
+ * = 3e-5. */
 #ifndef KT_DERIVATIVE_DIFFERENCE_H
 #define KT_DERIVATIVE_DIFFERENCE_H
 
@@ -37,7 +37,8 @@ typedef struct kt_differenced {
 } kt_differenced;
 
 /* Writes the best differences to `best`, with steps from `step` on. *error is raised to the bound of their error,
- * relative to the largest of them; 0 if that is rounding. Returns the error of a sample, or 0. */
+ * relative to the largest difference; 0 if this error is of the size of rounding. Returns the error of a sample, or
+ * 0. */
 int kt_difference_find(const kt_differenced *of, double step, double *best, double *error);
 
 #endif

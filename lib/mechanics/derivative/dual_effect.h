@@ -19,9 +19,9 @@ void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *num
 void kt_dual_path_jacobians(const kt_path_point_record *points, int count, const kt_effect_end *frame, int links,
                             int moved, const double force[3], kt_effect_jacobian *jacobian);
 
-/* Computes the derivatives of a law by differences (law_differences.c). The derivative of number k by variable j, of
- * the law's force or of one rate, is by[j][k]. The call moves `values`, those of the variables, and restores them. It
- * raises the number at `error` to the estimated relative error. Returns the code of the callback. */
+/* Computes the derivatives of a law by differences (law_differences.c). by[j][k] is the derivative of number k (the
+ * force of the law, or a rate) by variable j. The call changes `values`, the values of the variables, and restores
+ * them. The number at `error` is raised to the estimated relative error. Returns the code of the callback. */
 int kt_law_difference(const kt_effect_record *effect, double *values, double by[KT_FORMULA_VARIABLE_MAX][6],
                       double *error);
 

@@ -1,5 +1,5 @@
-/* The degrees of freedom that move the ends of effects, and the columns of derivatives that they have
- * (effect_columns.c). */
+/* The degrees of freedom that move the ends of effects, and the columns of derivatives for each of these degrees of
+ * freedom (effect_columns.c). */
 #ifndef KT_DERIVATIVE_EFFECT_COLUMNS_H
 #define KT_DERIVATIVE_EFFECT_COLUMNS_H
 
@@ -20,13 +20,14 @@ typedef struct kt_effect_pair {
     kt_v4 a, b;
 } kt_effect_pair;
 
-/* An end; its origin: that of its link. Its position is relative to `from`, and its velocity to the world's or, with a
- * base of zero, to its tree's. */
+/* An end; the origin is that of the end's link. The position is relative to `from`. The velocity is relative to the
+ * world or, with a base of zero, to the base of the end's tree. */
 typedef struct kt_end_motion {
     kt_v4 origin, point, omega, velocity;
 } kt_end_motion;
 
-/* The columns of one degree of freedom: C S, X of those that it carries on its end, and X of the others. */
+/* The columns of one degree of freedom: C S, X of the degrees of freedom that it carries on the end, and X of the
+ * others. */
 typedef struct kt_effect_columns {
     kt_effect_pair rate, carried, others;
 } kt_effect_columns;

@@ -24,7 +24,7 @@ typedef struct kt_state_derivatives {
 } kt_state_derivatives;
 
 /* Subtracts the derivatives of the joint forces of all effects that have them (kt_effect_is_differenced) from x->dq and
- * x->dv (nv x nv). Writes those by and of auxiliary states, if there are any.
+ * x->dv (nv x nv). With auxiliary states, also writes the derivatives by these states and of their rates.
  *
  * x: the terms of the tree at this state, whose poses are in data.
  *
@@ -35,8 +35,8 @@ KT_CHECKED kt_status kt_effects_differentiate(const kt_model *model, kt_data *da
                                               const kt_derivative_work *x, kt_effect_dof *path,
                                               const kt_state_derivatives *states, kt_error *error);
 
-/* Returns the most degrees of freedom between the ends of one effect. If each end moves the wrenches by itself, the
- * paths from both ends to the ground count, and those of all links of an effect's path. If formulas have variables, the
+/* Returns the most degrees of freedom between the ends of one effect. If each end alone moves the wrenches, the paths
+ * from both ends to the ground count, and the paths of all links of the effect's path. If formulas have variables, the
  * path of one variable is added. */
 static inline size_t kt_effect_path_size(const kt_model *model) {
     size_t count = model->n.variable ? 2 : 1;

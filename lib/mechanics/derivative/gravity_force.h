@@ -1,5 +1,5 @@
 /* Gravity forces in joints, which formulas read, and their derivatives by positions (gravity_force.c). The terms of the
- * tree are those of inverse dynamics: no joint is projected out. */
+ * tree are those of inverse dynamics, in which no joint is projected out. */
 #ifndef KT_DERIVATIVE_GRAVITY_FORCE_H
 #define KT_DERIVATIVE_GRAVITY_FORCE_H
 
@@ -11,8 +11,8 @@ int32_t kt_gravity_dof_of(const kt_model *model, const kt_derivative_work *w, co
 /* Returns its value, in N m or N. */
 double kt_gravity_force_of(const kt_model *model, const kt_derivative_work *w, const kt_variable_record *variable);
 
-/* Returns its derivative with respect to the position of degree of freedom k, which carries the variable's degree of
- * freedom, is of its node, or is carried by it. */
+/* Returns the derivative of a gravity force by the position of degree of freedom k. This k carries the degree of
+ * freedom of the force, belongs to its node, or is carried by it. */
 double kt_gravity_force_by(const kt_model *model, const kt_derivative_work *w, const kt_variable_record *variable,
                            int32_t k);
 

@@ -2,8 +2,8 @@
  *
  *     A' P = [Q1 Z] [R1; 0]
  *
- * It serves the linearised equations of few loops, and reductions that have no other factors (stiffness.c,
- * sensitivity/projection.c). */
+ * The factors serve the linearised equations of mechanisms with few loops, and reductions without other factors
+ * (stiffness.c, sensitivity/projection.c). */
 #ifndef KT_DERIVATIVE_JACOBIAN_QR_H
 #define KT_DERIVATIVE_JACOBIAN_QR_H
 
@@ -25,21 +25,22 @@ typedef struct kt_jacobian_qr {
     KT_ARENA_DECLARE(KT_JACOBIAN_QR_FIELDS)
 } kt_jacobian_qr;
 
-/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
+/* Returns the bytes of the arrays and, unless memory is NULL, initialises w in this memory. */
 size_t kt_jacobian_qr_init(kt_jacobian_qr *w, void *memory, size_t n, size_t p);
 
-/* Factors the equations of one kind among those of A (p x n). It chooses among dependent ones as evaluations and
- * projections do.
+/* Factors the equations of one kind among those of A (p x n). Among dependent equations, the choice is the same as in
+ * evaluations and projections.
  *
  * Errors: KT_ERROR_SINGULAR if fewer equations are independent than at generic positions. Cost: O(n^2 p). */
 KT_CHECKED kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_rows rows, const double *a,
                                            kt_error *error);
 
-/* Computes y = R1^-T e from p numbers e. It uses those of the independent equations, in the order of the pivots. */
+/* Computes y = R1^-T e from p numbers e. Only the numbers of the independent equations are used, in the order of the
+ * pivots. */
 void kt_jacobian_qr_solve_lower(const kt_jacobian_qr *w, const double *e, double *y);
 
-/* Computes the p multipliers with A' lambda = f. Those of the independent equations follow from R1 lambda = Q1' f; the
- * others are zero. */
+/* Computes the p multipliers with A' lambda = f. The multipliers of the independent equations follow from R1 lambda =
+ * Q1' f; all others are zero. */
 void kt_jacobian_qr_multipliers(const kt_jacobian_qr *w, const double *f, double *lambda);
 
 /* The error of kt_jacobian_qr_factor. */

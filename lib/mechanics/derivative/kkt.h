@@ -3,11 +3,12 @@
  *     M x - A' lambda = f
  *     A x = b
  *
- * a saddle-point system. It serves derivatives of accelerations (acceleration.c) and their response to joint forces.
+ * a saddle-point system. The factors serve derivatives of accelerations (acceleration.c) and their response to joint
+ * forces.
  *
  * The equations are those of forward dynamics at rest and without gravity, with f for the joint forces and b for b''.
- * So the recursion is that of spatial_links.c, and the parts that depend on the position alone are kept. From the tips
- * to the ground each link has an articulated inertia I and a wrench P.
+ * Therefore the recursion is that of spatial_links.c, and the parts that depend on the position alone are stored. From
+ * the tips to the ground each link has an articulated inertia I and a wrench P.
  *
  * Outside groups, for each degree of freedom S, the last first,
  *
@@ -20,8 +21,8 @@
  *     h = f - F P - M W b,   y = W b + N L^-T (N L^-T)' h,   I = Ic - F K,   P += F y
  *
  * For a group by fronts (front.h), a step with parameters p, of which p_t are kept, is one affine map. H is the energy
- * of A and p, and g its linear part. The joint force and the wrench I t + P on the link are added. Here t is the known
- * part of the link's acceleration, and e are the right-hand sides of the step's equations. As for accelerations
+ * of A and p, and g its linear part. The joint force and the wrench I t + P on the link are added. The letter t is the
+ * known part of the link's acceleration, and e are the right-hand sides of the step's equations. As for accelerations
  *
  *     p = Q (y, p2),   R1' y = e,   p2 = Qs (p_t, p_u),   p_u = H_uu^-1 (g_u - H_ut p_t - H_uA A)
  *
@@ -86,10 +87,10 @@ typedef struct kt_kkt {
     KT_ARENA_DECLARE(KT_KKT_FIELDS)
 } kt_kkt;
 
-/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it. */
+/* Returns the bytes of the arrays and, unless memory is NULL, initialises w in this memory. */
 size_t kt_kkt_init(kt_kkt *w, void *memory, const kt_model *model, kt_data *data);
 
-/* Factors the equations at (t, q), with all rows of A or those of positions.
+/* Factors the equations at (t, q), with all rows of A or only the rows of position equations.
  *
  * Errors: KT_ERROR_NOT_FINITE; KT_ERROR_SINGULAR if there is no inertia along a degree of freedom. Cost: O(links). */
 KT_CHECKED kt_status kt_kkt_factor(kt_kkt *w, kt_rows rows, kt_metric metric, double t, const double *q,
@@ -119,7 +120,7 @@ void kt_kkt_restrict(const kt_kkt *w, size_t columns, const double *x, double *z
  *
  * kt_kkt_reduce returns false if there is no inertia along one of the degrees of freedom.
  *
- * kt_kkt_reduce_front does this for one group, whose inertia it adds to that of the parent. */
+ * kt_kkt_reduce_front does this for one group, and adds the group's inertia to the inertia of the parent. */
 #define KT_KKT_DECLARE(isa)                                                                                            \
     bool kt_kkt_reduce_##isa(kt_kkt *w);                                                                               \
     bool kt_kkt_reduce_front_##isa(kt_kkt *w, size_t g, double *parent);                                               \

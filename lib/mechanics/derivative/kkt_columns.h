@@ -54,7 +54,7 @@ KT_INLINE void add(const double *a, column8 x, int n, column8 *y) {
 
 KT_SHIFTS(column8, _of8)
 
-/* A of the link's parent, at the link's origin: a link begins with it. */
+/* The acceleration A of the link's parent at the link's origin, with which the recursion of the link begins. */
 KT_INLINE column8 *carried_motion(const columns *k, size_t i, int c) {
     column8 *a = motion_of(k, i);
     memcpy(a, motion_of(k, (size_t)k->model->link[i].parent), (size_t)c * sizeof *a);
@@ -62,7 +62,7 @@ KT_INLINE column8 *carried_motion(const columns *k, size_t i, int c) {
     return a;
 }
 
-/* Adds the wrench on a link to that on its parent, unless it is the ground. */
+/* Adds the wrench on a link to the wrench on its parent, unless the parent is the ground. */
 KT_INLINE void pass_wrench(const columns *k, size_t i, int c) {
     const size_t parent = (size_t)k->model->link[i].parent;
     column8 *p = motion_of(k, i), *up = motion_of(k, parent);

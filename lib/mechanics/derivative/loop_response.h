@@ -18,13 +18,14 @@ KT_CHECKED kt_status kt_loops_factor_again(const kt_model *model, kt_data *data,
 /* Returns KT_ERROR_SINGULAR if the last factors are near a singular position. */
 KT_CHECKED kt_status kt_loops_reject_near(const kt_model *model, const kt_data *data, kt_error *error);
 
-/* Finds the error of the derivatives of accelerations at a state, over the coordinates' units. It is 0 if no singular
- * position is near. Next to one the acceleration of the motion is evaluated, into a (n). Leaves the equations factored.
+/* Finds the error of the derivatives of accelerations at a state, over the coordinates' units. The error is 0 if no
+ * singular position is near. Near a singular position, the acceleration of the motion is evaluated, and stored in a
+ * (n). Leaves the equations factored.
  * Errors: KT_ERROR_SINGULAR if no derivative can be computed. */
 KT_CHECKED kt_status kt_loops_derivative_error(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                                double *a, double *size, kt_error *error);
 
-/* Rejects derivatives whose error exceeds KT_KNOWN times the largest of them. */
+/* Rejects derivatives if the error exceeds KT_KNOWN times the largest derivative. */
 KT_CHECKED kt_status kt_derivatives_reject_unknown(double t, double size, double most, kt_error *error);
 
 /* After kt_loops_factor: finds the least x with J x = right, as `least_step` in kernel.h.

@@ -13,8 +13,8 @@ typedef struct kt_path_ends {
     kt_path_value value;
 } kt_path_ends;
 
-/* Finds the links of an effect's path, and lists the degrees of freedom from the ground to each of them in s->path.
- * Writes two ends from which formulas read length and speed. Returns the number of degrees of freedom. */
+/* Finds the links of an effect's path, and lists the degrees of freedom from the ground to each of these links in
+ * s->path. Writes two ends from which formulas read length and speed. Returns the number of degrees of freedom. */
 size_t kt_path_ends_find(const kt_effects_state *s, const kt_effect_record *effect, kt_path_ends *e,
                          kt_effect_end read[2]);
 

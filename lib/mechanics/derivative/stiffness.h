@@ -54,13 +54,13 @@ typedef struct kt_linearized {
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
 } kt_linearized;
 
-/* Returns the bytes of the arrays, and unless memory is NULL initialises w in it.
+/* Returns the bytes of the arrays and, unless memory is NULL, initialises w in this memory.
  *
  * dense: with loops, Q, R and Q' M Z are computed. */
 size_t kt_linearized_init(kt_linearized *w, void *memory, const kt_model *model, kt_data *data, double t, bool dense);
 
-/* Fills M, D and with loops E at the accelerations a; NULL: those of the motion are evaluated. If w is dense, also
- * fills Q, R and Q' M Z. */
+/* Fills M, D and with loops E at the accelerations a; NULL: the accelerations of the motion, which are evaluated. If w
+ * is dense, also fills Q, R and Q' M Z. */
 KT_CHECKED kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const double *a, kt_error *error);
 
 /* Copies the contributions of auxiliary states, except force. */
@@ -74,7 +74,7 @@ KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q
 KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
                                                       kt_error *error);
 
-/* The results of kt_stiffness_evaluate; unless `states` is NULL, those of a model with auxiliary states with
+/* The results of kt_stiffness_evaluate; unless `states` is NULL, for a model with auxiliary states, with
  * force = -Z' dF/dx (free x states). */
 typedef struct kt_stiffness_matrices {
     double *basis, *mass, *stiffness, *damping;
@@ -85,7 +85,7 @@ KT_CHECKED kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *da
                                               const kt_dynamic_state *at, const double *a,
                                               const kt_stiffness_matrices *to, kt_error *error);
 
-/* The results of kt_acceleration_derivatives; unless `states` is NULL, those of a model with auxiliary states with
+/* The results of kt_acceleration_derivatives; unless `states` is NULL, for a model with auxiliary states, with
  * force = da/dx (nv x states). */
 typedef struct kt_acceleration_matrices {
     kt_forward_matrices by;

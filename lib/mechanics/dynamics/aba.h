@@ -1,7 +1,7 @@
 /* Forward dynamics: the articulated-body algorithm (Featherstone 1983; 2008, 7.3), in world axes about each link's own
  * origin, on classical accelerations.
  *
- * The wrench that a link with all it carries requires of its joint is, with G = H' and a the acceleration of the
+ * A link, with all bodies that it carries, requires of its joint the wrench, with G = H' and a the acceleration of the
  * origin,
  *   (n, f) = [J H; G M] (alpha, a) + (n_b, f_b)
  * of which J, G and M are stored. 1. Forward pass: positions, velocities and c = (c_n, c_f) (sweep.h). 2. Backward
@@ -20,15 +20,16 @@
  * in an instance of the recursion that only models with armature use.
  *
  * The three passes are written once, at the end of this file. The elimination of a link's degrees of freedom is a
- * parameter. It is the joint alone in a tree (aba.c), a constraint group as a whole (reduction/spatial_links.c), or a
- * joint whose inertia is judged first (inertia_check.c). The compiler makes one function of each, without calls in its
- * loops.
+ * parameter. In a tree, only the joint is eliminated (aba.c); with loops, a constraint group as a whole
+ * (reduction/spatial_links.c). In inertia_check.c the joint's inertia is tested before the elimination. The compiler
+ * makes one function of each, without calls in its loops.
  *
- * Pivot test. Projecting out a degree of freedom leaves rounding errors, and a massless link that moves along the same
- * direction would find these instead of zero. So a joint inertia s'Js counts as zero when it does not exceed
+ * Pivot test. Projecting out a degree of freedom leaves rounding errors, which a massless link that moves along the
+ * same direction would use instead of zero. Therefore a joint inertia s'Js counts as zero when it does not exceed
  * KT_NO_INERTIA times sum s_i^2 J_ii plus link->size, a number of the whole subtree. A bound by the trace of J would
- * not do. For a chain in a plane the trace grows as its length cubed in the directions that no joint frees. It would
- * exceed an exact inertia about the other directions. (inertia_check.c has a sharper test, made once at compilation.)
+ * not do. For a chain in a plane the trace grows as its length cubed in the directions that no joint frees. The trace
+ * would exceed an exact inertia about the other directions. (inertia_check.c has a sharper test, made once at
+ * compilation.)
  */
 #ifndef KT_DYNAMICS_ABA_H
 #define KT_DYNAMICS_ABA_H
@@ -40,9 +41,9 @@
 
 #include <string.h>
 
-/* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if it is not positive definite
- * beyond rounding. The rounding error of entry kk is proportional to size[k]. With E = diag(size) and m a row of L^-1,
- * that of the row's pivot is proportional to m E m'. */
+/* Factors a symmetric matrix as L D L': l = (l10, l20, l21), e = 1 / D. Returns false if the matrix is not positive
+ * definite beyond rounding. The rounding error of entry kk is proportional to size[k]. With E = diag(size) and m a row
+ * of L^-1, the rounding error of the row's pivot is proportional to m E m'. */
 KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *l, kt_real3 *e) {
     kt_condition positive = kt_condition_true();
     const kt_real1 l00 = KT_PART3(a[0], 0);
@@ -63,7 +64,8 @@ KT_INLINE kt_condition kt_factor3(const kt_real3 a[3], kt_real3 size, kt_real3 *
     return positive;
 }
 
-/* Inverts a symmetric matrix by its factors l and e, which it writes to factor[0] and [1]; returns false as kt_factor3.
+/* Inverts a symmetric matrix by its factors l and e, which are written to factor[0] and [1]. Returns false in the same
+ * case as kt_factor3.
  */
 KT_INLINE kt_condition kt_invert3(const kt_real3 a[3], kt_real3 size, kt_real3 factor[2], kt_real3 out[3]) {
     kt_condition positive = kt_condition_true();
@@ -96,7 +98,7 @@ KT_INLINE kt_real3 kt_diagonal3(const kt_real3 a[3]) {
 #endif
 }
 
-/* The link's own inertia and bias wrench, that of external ones included. */
+/* The inertia and the bias wrench of the link alone, including external wrenches. */
 KT_INLINE void kt_articulated_rigid(const kt_link *link, const kt_link_motion *m, const kt_link_origin *load,
                                     kt_articulated *out) {
     const kt_real3 none = kt_zero3();
@@ -243,9 +245,9 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
 }
 
 /* Projects the three rotations of a spherical joint out of x. With J = L D L' and Y = L^-1 H, the link passes on M - Y'
- * D^-1 Y. This is done by substitution, not with the inverse. A needle has next to no inertia about its own axis, so
- * its inverse is huge, and so would be the rounding errors. Y and D are exact to the rounding of J nevertheless. Stores
- * l and 1 / D in `kept->j`, G in `kept->g`, tau - n_b in `kept->moment`. */
+ * D^-1 Y. This is done by substitution, not with the inverse. A needle has next to no inertia about its long axis.
+ * Therefore the inverse is huge, and the rounding errors would be huge, too. Y and D are exact to the rounding of J
+ * nevertheless. Stores l and 1 / D in `kept->j`, G in `kept->g`, tau - n_b in `kept->moment`. */
 KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, const kt_link_motion *m,
                                                         const kt_real1 *tau, kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3(), applied = kt_apply3(m->axes, kt_load3(tau + link->v));
@@ -336,10 +338,10 @@ KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *da
 
 /* ---- armature ---------------------------------------------------------------------------------------------------- */
 
-/* The data that a spherical or free joint with armature keeps. For each degree of freedom they are the parent gain,
+/* The stored data of a spherical or free joint with armature: for each degree of freedom the parent gain,
  * with d in lane 3 of its angular part, and y. */
 static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) { return &kept->gain[row]; }
-/* d is for inverse inertias, which are of one state. */
+/* Only inverse inertias, which exist for one state, use d. */
 KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #ifdef KT_LANES
     (void)kept, (void)row, (void)d;
@@ -348,8 +350,8 @@ KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
 #endif
 }
 
-/* Computes joint accelerations and the link's accelerations from those of its parent. On entry the link's alpha and
- * linear contain c and the parent's accelerations, shifted to the link's origin. */
+/* Computes joint accelerations and the link's accelerations from the accelerations of its parent. On entry the link's
+ * alpha and linear contain c and the parent's accelerations, shifted to the link's origin. */
 KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_response *response, kt_real1 *a) {
     const kt_real1 x = kt_response_free(response) -
@@ -456,11 +458,11 @@ KT_INLINE void kt_articulated_motion(const kt_model *model, kt_data *data, const
     kt_external_none(data);
 }
 
-/* The outcome of eliminating the degrees of freedom of a link. SINGULAR: there is no inertia along one of them. PASSED:
+/* The outcome of eliminating the degrees of freedom of a link. SINGULAR: a degree of freedom has no inertia. PASSED:
  * x is to be passed to the parent. ENDED: nothing is passed, because a group is eliminated as a whole. */
 typedef enum kt_elimination { KT_ELIMINATION_SINGULAR, KT_ELIMINATION_PASSED, KT_ELIMINATION_ENDED } kt_elimination;
 
-/* x is the articulated inertia of link i with all it carries; it receives the projected one. */
+/* x is the articulated inertia of link i with all bodies that it carries; on return, x is the projected inertia. */
 typedef kt_elimination kt_eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                     kt_articulated *x, void *context);
 

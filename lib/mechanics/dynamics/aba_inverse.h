@@ -4,8 +4,8 @@
  * With I the articulated inertia of a link (aba.h) and S_k its degrees of freedom, all about the link's origin, from
  * the tips to the ground and from the last k to the first
  *     U_k = I S_k,   d_k = 1 / S_k.U_k,   I -= U_k U_k' d_k
- * These terms depend on q alone. A column x of joint forces then takes two passes. F is the wrench that a link and all
- * that it carries pass on:
+ * These terms depend on q alone. A column x of joint forces then takes two passes. F is the wrench that a link, with
+ * all bodies that it carries, passes on:
  *     backward    y_k = (x_k - S_k.F) d_k,   F += U_k y_k
  *     forward     x_k = y_k - d_k U_k.A,     A += S_k x_k
  * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3). The passes are

@@ -1,7 +1,7 @@
 /* Forward dynamics in a plane: the articulated-body algorithm of aba.h, with three by three numbers instead of six by
  * six.
  *
- * The wrench that a link with all it carries requires of its joint is, with p = r rotated by a right angle,
+ * A link, with all bodies that it carries, requires of its joint the wrench, with p = r rotated by a right angle,
  *   n = J alpha + h . a + n_b
  *   f = h alpha + M a + f_b
  *   a = a_p + alpha_p p + c_f
@@ -20,9 +20,9 @@
  * product and difference proceed during the division. The rounding error is of the order of eps |M| |p|^2 either way. A
  * revolute joint leaves J = 0 and h = 0 exactly, so that no rounding error is taken for an inertia.
  *
- * As in aba.h, the passes are written once, with the elimination of a link's degree of freedom as a parameter. It is
- * the joint alone in a tree (aba_planar.c), or a constraint group (reduction/planar_links.c). The numbers that pass
- * from one link to the next stay in registers. The pivot test is that of aba.h.
+ * As in aba.h, the passes are written once, with the elimination of a link's degree of freedom as a parameter. In a
+ * tree, only the joint is eliminated (aba_planar.c); with loops, a constraint group (reduction/planar_links.c). The
+ * numbers that pass from one link to the next stay in registers. The pivot test is that of aba.h.
  */
 #ifndef KT_DYNAMICS_ABA_PLANAR_H
 #define KT_DYNAMICS_ABA_PLANAR_H
@@ -106,8 +106,8 @@ KT_INLINE kt_condition kt_planar_project_armature(const kt_planar_link *link, co
 }
 
 /* Computes the accelerations of one link from the joint's response and the parent's alpha and linear, and replaces
- * these by the link's. Writes the joint acceleration to a. It is computed first, and the link's accelerations from it.
- * So the links that follow use the rounded joint acceleration that the caller receives. */
+ * these by the link's. Computes the joint acceleration first, stores it in a, and derives the link's accelerations from
+ * it. So the links that follow use the rounded joint acceleration that the caller receives. */
 KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha,
                                        kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context) {
     (void)context;
@@ -128,7 +128,7 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
 
 /* ---- numbers that pass from link to link ------------------------------------------------------------------------- */
 
-/* kt_planar_inertia as it is passed from link to link: M = [xx xy; xy yy] as (xx, yy) and xy. */
+/* kt_planar_inertia in the form that links pass on: M = [xx xy; xy yy] as (xx, yy) and xy. */
 typedef struct kt_planar_carried {
     kt_real2 h, diagonal, force;
     kt_real1 j, xy, moment;
@@ -180,8 +180,8 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
     return has_inertia;
 }
 
-/* The same for a prismatic joint. It passes x by value and is not inlined, so that x can stay in registers between
- * revolute joints. */
+/* The same for a prismatic joint. x is passed by value and the function is not inlined, so that x can stay in registers
+ * between revolute joints. */
 static __attribute__((noinline)) kt_planar_carried
 kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau, kt_planar_carried x,
                          kt_planar_response *response, kt_condition *done) {
@@ -191,7 +191,7 @@ kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, 
     return kt_planar_load(&whole);
 }
 
-/* Adds the link's own inertia and bias wrench to the x that the next link has passed on, if it has. */
+/* Adds the inertia and the bias wrench of the link alone to x, which the next link may have passed on. */
 KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool has_child,
                                  kt_planar_carried *x) {
     const kt_real2 h = kt_across2(kt_load2(m->first)), force = kt_load2(m->force), mass = kt_const_same2(link->mass);
@@ -370,8 +370,8 @@ KT_INLINE void kt_planar_articulated_motions(const kt_model *model, kt_data *dat
         kt_planar_external(model, data->planar, external);
 }
 
-/* The passes that follow, of trees. Returns a link without inertia along its degree of freedom, or 0. gravity: NULL for
- * that of the planes. */
+/* The remaining passes, for trees. Returns a link without inertia along its degree of freedom, or 0. gravity: NULL for
+ * the gravity of the planes. */
 KT_INLINE size_t kt_planar_articulated_solve(const kt_model *model, kt_data *data, const kt_real1 *tau,
                                              kt_planar_eliminate *eliminate, const kt_const1 *gravity, kt_real1 *a) {
     for (size_t p = 0; p < model->n.plane; p++) {

@@ -18,7 +18,7 @@ KT_OPERATOR void kt_angles_gather(const kt_model *model, kt_data *data, const kt
 #endif
 }
 
-/* Those of the angles of links that carry forces. */
+/* Sines and cosines of the angles of links that carry forces. */
 KT_OPERATOR void kt_force_angles_gather(const kt_model *model, kt_data *data, const kt_real1 *q, kt_real1 *sine,
                                         kt_real1 *cosine) {
     const size_t count = model->n.force_link_angle;

@@ -1,14 +1,15 @@
 /* Columns of the mass matrix, several at a time: the parts that crba.c and crba_planar.c share.
  *
- * Degrees of freedom are numbered here in the order of the links, which is depth first. Those that a link carries, its
- * own included, are [its first, link->end), and model->link_v has their velocity coordinates. A *block* is as many
- * consecutive ones as a vector has lanes. The wrenches of their unit accelerations are carried towards the ground
- * together. They first pass through the links of the block, where each link moves the lanes that it carries. Then they
- * pass along the support of the block's first degree of freedom. All other links that carry any of the lanes belong to
- * this support.
+ * This file numbers degrees of freedom in the order of the links, which is depth first. The degrees of freedom that a
+ * link carries, including those of its joint, are [its first, link->end), and model->link_v has their velocity
+ * coordinates. A *block* consists of as many consecutive degrees of freedom as a vector has lanes. The wrenches of
+ * their unit accelerations are carried towards the ground together. The wrenches first pass through the links of the
+ * block, of which each moves the lanes that it carries. Then the wrenches pass along the support of the block's first
+ * degree of freedom. All other links that carry any of the lanes belong to this support.
  *
  * The lanes of a column of M lie side by side if velocity coordinates have the order of the links (model->ordered).
- * Otherwise, and in a block that is not full, they are written one by one. Each lane is the same sum for any width.
+ * Otherwise, and in a block that is not full, the lanes are written one by one. Each lane is the same sum for any
+ * width.
  */
 #ifndef KT_DYNAMICS_CRBA_H
 #define KT_DYNAMICS_CRBA_H
@@ -35,7 +36,7 @@ KT_INLINE kt_lanes kt_lanes_load(const double *x) {
 }
 KT_INLINE void kt_lanes_store(double *x, kt_lanes v) { memcpy(x, &v, sizeof v); }
 
-/* The components of a vector in memory, to be multiplied by lanes: each is loaded into all of them at once. */
+/* The components of a vector in memory, to be multiplied by lanes: each number is loaded into all lanes at once. */
 KT_INLINE const double *kt_v4_components(const kt_v4 *a) { return (const double *)(const void *)a; }
 
 typedef struct kt_mass_block {
@@ -68,7 +69,7 @@ KT_INLINE void kt_mass_block_clear(const kt_mass_block *b, size_t v, size_t dofs
         memset(b->mass + k * b->nv + row, 0, (b->nv - row) * sizeof *b->mass);
 }
 
-/* The part of a link in a block: it carries the degrees of freedom [own, end) of it. */
+/* The part of a link in a block: the link carries the degrees of freedom [own, end) of the block. */
 typedef struct kt_mass_part {
     const kt_mass_block *block;
     bool together, whole; /* block->together, as a constant; the link carries all of them */
@@ -98,7 +99,8 @@ KT_INLINE kt_lanes kt_mass_part_of(const kt_mass_part *p, kt_lanes x) {
     return p->whole ? x : (kt_lanes)((kt_lane_mask)x & p->on);
 }
 
-/* Writes the lanes into column v; those that the link does not carry become zero, or stay. */
+/* Writes the lanes into column v; the lanes of degrees of freedom that the link does not carry become zero, or stay
+ * unchanged. */
 KT_INLINE void kt_mass_part_put(const kt_mass_part *p, size_t v, kt_lanes x) {
     const kt_mass_block *b = p->block;
     if (p->together) {

@@ -1,4 +1,4 @@
-/* The motion of a link and all that it carries with the degrees of freedom of the link, for derivatives
+/* The motion of a link, and of all bodies that it carries, with the degrees of freedom of the link, for derivatives
  * (dynamics_derivative.h).
  *
  * Spatial vectors (w, v) are expressed about the link's own origin, or any point fixed in the world. The frame that
@@ -86,8 +86,8 @@ KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
     kt_dof_motion_set(n->c, n->omega, n->velocity, kt_dof_angular(dof), kt_dof_linear(dof), &n->out[dof->index]);
 }
 
-/* Sets all degrees of freedom of a link, in their order. `up` and `m` are its parent's pose and its own. The argument c
- * is the motion of the frame that carries the link; it receives the link's own. */
+/* Sets all degrees of freedom of a link, in their order. `up` and `m` are the poses of the parent and of the link. On
+ * entry c is the motion of the frame that carries the link, on return the motion of the link. */
 KT_INLINE void kt_dof_motions_set(const kt_link *link, const kt_link_motion *up, const kt_link_motion *m,
                                   const kt_real1 *v, const kt_real1 *a, kt_carried *c, kt_dof_motion *out) {
     kt_dof_node n = {.c = c, .out = out};

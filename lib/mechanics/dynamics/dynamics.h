@@ -1,7 +1,7 @@
 /* The recursions' inner loops, compiled once for each instruction set (KT_ISA names it).
  *
- * A kernel does not check its arguments: no pointer is NULL, and outputs are scratch memory of the data. Kernels that
- * can fail return the link at which they did, or 0.
+ * A kernel does not check its arguments: no pointer is NULL, and outputs are scratch memory of the data. A kernel that
+ * can fail returns the link at which it failed, or 0.
  */
 #ifndef KT_DYNAMICS_DYNAMICS_H
 #define KT_DYNAMICS_DYNAMICS_H
@@ -35,10 +35,10 @@ typedef struct kt_kernels {
 /* The kernels of an instruction set. There is one table each for spatial, planar and mixed models (kt_sweep), and the
  * same for models with armature. The functions in the tables follow; the planar ones compute the planar links. A mass
  * matrix takes two steps: the composites, of which one may not be finite, and the columns. If velocity coordinates have
- * the order of the links, the columns set the whole lower triangle. Otherwise zeros must be there already.
+ * the order of the links, the columns set the whole lower triangle. Otherwise the columns must be zero already.
  *
- * KT_RECURSIONS_DECLARE has those that are compiled in lanes, too. The numbers of all states of a coordinate are
- * neighbours there, q[coordinate][lane], and data->sound excludes states that are rejected. */
+ * KT_RECURSIONS_DECLARE has the functions that are also compiled in lanes. The numbers of all states of a coordinate
+ * are neighbours in these functions, q[coordinate][lane], and data->sound excludes states that are rejected. */
 #define KT_KERNELS_DECLARE(isa)                                                                                        \
     extern const kt_kernels kt_kernels_##isa[2 * KT_SWEEP_COUNT];                                                      \
     size_t kt_mass_compose_##isa(const kt_model *model, kt_data *data, const double *q);                               \
@@ -76,7 +76,8 @@ const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature);
 
 /* link_inertia.c: adds a body's inertia to its link's, about the link's origin and in its axes. */
 void kt_link_load(kt_model *model, const kt_body_record *body);
-/* Sums the inertias of all bodies on a link again, and projects them into its plane, if it has one. O(bodies). */
+/* Sums the inertias of all bodies on a link again, and projects the inertias of a planar link into its plane.
+ * O(bodies). */
 void kt_link_add_inertia(kt_model *model, int32_t index);
 /* Sets the part of a planar link that follows from the inertia of its link. */
 void kt_planar_link_set_inertia(kt_model *model, size_t index);
@@ -85,8 +86,8 @@ void kt_plane_set_weights(const kt_model *model, kt_plane *plane);
 
 /* ---- masses that are functions of time (variable_mass.c) ---- */
 
-/* Returns the model with the masses at the time data->mass_time. It is built in the data, and valid until the next
- * call. For a model of constant masses, returns the model itself. */
+/* Returns the model with the masses at the time data->mass_time. The returned model is built in the data, and valid
+ * until the next call. For a model of constant masses, returns the model itself. */
 const kt_model *kt_model_of_instant(const kt_model *model, const kt_data *data);
 static inline const kt_model *kt_model_now(const kt_model *model, const kt_data *data) {
     if (model->n.varying)
@@ -102,12 +103,12 @@ void kt_masses_attach(kt_model *model);
 /* Returns the change of energy due to the masses at fixed q and v, W: the partial derivative of T + V by time. */
 double kt_masses_power(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
-/* Adds to the wrenches on bodies those whose joint forces are -(dM/dt a + dh/dt) at t. Errors: as kt_links_update. */
+/* Adds wrenches on bodies whose joint forces are -(dM/dt a + dh/dt) at t. Errors: as kt_links_update. */
 KT_CHECKED kt_status kt_masses_add_rates(const kt_model *model, kt_data *data, double t, const double *q,
                                          const double *v, const double *a, kt_wrench *wrenches, kt_error *error);
 
 /* Rejects a model of variable masses with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
- * them. */
+ * variable masses. */
 KT_INNER KT_CHECKED kt_status kt_masses_reject(const kt_model *model, const char *where, const char *what,
                                                kt_error *error);
 
@@ -117,8 +118,8 @@ KT_INNER KT_CHECKED kt_status kt_masses_reject(const kt_model *model, const char
  * change. */
 void kt_massless_attach(kt_model *model);
 
-/* Rejects a model with such coordinates with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
- * them. */
+/* Rejects a model with massless coordinates, with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not
+ * support such coordinates. */
 KT_INNER KT_CHECKED kt_status kt_massless_reject(const kt_model *model, const char *where, const char *what,
                                                  kt_error *error);
 
@@ -129,12 +130,13 @@ void kt_armature_note(kt_model *model);
 /* Returns the kinetic energy of the rotors, from data->kinematics; J. */
 double kt_armature_energy(const kt_model *model, const kt_data *data);
 
-/* Returns the instruction set that is used on this processor, or KT_ISA_AUTO if it does not have the requested one. */
+/* Returns the instruction set that is used on this processor, or KT_ISA_AUTO if the processor lacks the requested
+ * set. */
 kt_isa kt_isa_resolve(kt_isa asked);
 
 /* Finds the links that have no inertia along one of their degrees of freedom at q; returns their number. Links whose
- * verdict is KT_INERTIA_UNKNOWN at the call are not judged. Neither are links that carry such a link or one without
- * inertia. */
+ * verdict is KT_INERTIA_UNKNOWN at the call are not tested, nor are links that carry a link without inertia or an
+ * untested link. */
 typedef enum kt_inertia_verdict { KT_INERTIA_THERE = 0, KT_INERTIA_NONE, KT_INERTIA_UNKNOWN } kt_inertia_verdict;
 size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, unsigned char *verdict);
 
@@ -149,15 +151,15 @@ typedef struct kt_input {
  * first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
-/* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that one
- * is too large. */
+/* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that a
+ * number is too large. */
 kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
-/* Sets the error that no inertia is along a degree of freedom that loops leave, with its remedy. The remedy names a
+/* Sets the error for a degree of freedom that loops permit and that has no inertia, with the remedy. The remedy names a
  * slender rod that may turn about its own axis. */
 kt_status kt_inertia_reject_motion(const kt_model *model, const char *where, kt_error *error);
 
-/* Returns a number that distinguishes states of a model; two states share it with a probability of 1 in 2^64. v may be
- * NULL (zero). Cost: O(nq). */
+/* Returns a number that distinguishes states of a model; two states have equal numbers with a probability of 1 in 2^64.
+ * v may be NULL (zero). Cost: O(nq). */
 uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v);
 
 /* Checks n x columns numbers that a call replaces by a solution.
@@ -176,8 +178,8 @@ kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
 
-/* Copies a result of nv numbers if it is finite. Otherwise the error reports the input that is at fault (NULL: none is
- * checked), or names the joint at which the result is not finite. */
+/* Copies a result of nv numbers if it is finite. Otherwise the error reports the input that is at fault (NULL: no input
+ * is checked), or names the joint at which the result is not finite. */
 kt_status kt_commit(const kt_model *model, const kt_input *input, const double *from, double *to, const char *what,
                     kt_error *error);
 
@@ -189,9 +191,10 @@ KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const
 /* Does the same without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
-/* Memory for kinematics other than those of the last kt_kinematics_update. It is that of the links' motion, which is
- * free when no recursion is in progress. There kt_links_update and kt_links_sweep replace the motion by the kinematics,
- * link by link. This is safe because a link's kinematics end before the next link's motion begins. */
+/* Memory for kinematics other than those of the last kt_kinematics_update. This is the memory of the links' motion,
+ * which is unused while no recursion is in progress. In this memory, kt_links_update and kt_links_sweep replace the
+ * motion by the kinematics, link by link. This is safe because a link's kinematics end before the next link's motion
+ * begins. */
 _Static_assert(sizeof(kt_link_kinematics) <= sizeof(kt_link_motion), "a link's kinematics fit");
 static inline kt_link_kinematics *kt_links_scratch(kt_data *data) { return (kt_link_kinematics *)data->motion; }
 

@@ -4,13 +4,14 @@
  * is at O now, and their rates. F = (n, f) is a wrench about O.
  *     (w, v) x  (s, u) = (w x s, w x u + v x s)
  *     (s, u) x* (n, f) = (s x n + u x f, s x f)
- * A link is a chain of *nodes*. A node has degrees of freedom S_k that move along with each other: one, or the three
- * rotations of a spherical joint. A free link has two nodes, three translations and then three rotations. With C and
- * A_C the motion of the frame that carries the node,
+ * A link is a chain of *nodes*. A node has degrees of freedom S_k that move along with each other: a single degree of
+ * freedom, or the three rotations of a spherical joint. A free link has two nodes, three translations and then three
+ * rotations. With C and A_C the motion of the frame that carries the node,
  *     V = C + sum S_k v_k
  *     A = A_C + sum S_k a_k + C x sum S_k v_k
  *
- * The step q (+) e_k moves the node and all links after it along S_k as one rigid body. It also changes their motion by
+ * The step q (+) e_k moves the node and all links after it along S_k as one rigid body. The step also changes the
+ * motion of these links by
  *     dV = psi',   dA = psi'' - V x psi',    psi' = C x S_k,   psi'' = A_C x S_k + C x psi'
  * and a rate v_k changes it by
  *     dV = S_k,    dA = phi - V x S_k,       phi = C x S_k + V_node x S_k
@@ -29,8 +30,8 @@
  *     dtau_i / dq_k = S_i . (S_k x* F^C_k + I^C_k psi''_k + 2B^C_k psi'_k + X^C_k s_k)     i before k's node
  * and likewise for v (Carpentier & Mansard 2018; Singh, Russell & Wensing 2022, IEEE RA-L 7(2), who write B and psi).
  *
- * Forward dynamics eliminates each joint from these terms as it does from a link's bias wrench (aba.h). With U = I S
- * and d = 1 / S.U, from the tips to the root,
+ * Forward dynamics eliminates each joint from these terms in the same way as from a link's bias wrench (aba.h). With U
+ * = I S and d = 1 / S.U, from the tips to the root,
  *     I -= U U' d,   2B -= U d S'2B,   X -= U d S'X
  * yields the terms that a node passes to its parent. Armature is added to S.U and appears nowhere else. Then, for each
  * k, the wrench
@@ -42,9 +43,9 @@
  *     da_i = y_i - d U_i . dA - d S_i'(2B psi' + X s),   dA += S_i da_i
  * where psi''_k joins dA at k's node, and psi'_k applies from k's node on, to all that k carries.
  *
- * Lengths and velocities are expressed about the origin of the tree's first link. So nothing cancels far from the
- * world's origin or in a tree that travels fast, and the equations of motion are the same there (Galilei). A link's own
- * matrices are about its own origin.
+ * Lengths and velocities are expressed about the origin of the tree's first link. Therefore no digits cancel far from
+ * the world's origin or in a tree that travels fast. The equations of motion do not change with this origin and
+ * velocity (Galilei). A link's own matrices are about its own origin.
  */
 #ifndef KT_DYNAMICS_DYNAMICS_DERIVATIVE_H
 #define KT_DYNAMICS_DYNAMICS_DERIVATIVE_H
@@ -97,7 +98,7 @@ typedef struct kt_derivative_state {
 static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 1) / KT_LANES; }
 
 /* Every array: type, name, count, meaning. Results of forward dynamics are stored batch by batch, the lanes of a row
- * next to each other. Those of inverse dynamics are nv x nv matrices of doubles, column-major, in the order of the
+ * next to each other. Results of inverse dynamics are nv x nv matrices of doubles, column-major, in the order of the
  * coordinates. */
 #define KT_DERIVATIVE_FIELDS(X)                                                                                        \
     X(kt_derivative_node, node, n->link + n->v / 6, "of the tree; a free link has two")                                \
@@ -118,15 +119,14 @@ typedef struct kt_derivative_work {
     KT_ARENA_DECLARE(KT_DERIVATIVE_FIELDS)
 } kt_derivative_work;
 
-/* The accelerations that data->motion holds: minus gravity, as dynamics leaves them, or without it, as kinematics
- * does. */
+/* The accelerations that data->motion holds: minus gravity after dynamics, without gravity after kinematics. */
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
 /* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a. Its flag
  * selects whether joints are projected out (forward dynamics) or not (inverse dynamics). The flag of
  * kt_derivative_inverse is set if there are external wrenches. The flags of kt_derivative_forward request derivatives
- * with respect to tau, and are set if there are external wrenches. It returns false if a number is not finite.
- * kt_planar_derivative_inverse does in a plane the work of the first two, without the terms. */
+ * with respect to tau, and are set if there are external wrenches. The function returns false if a number is not
+ * finite. kt_planar_derivative_inverse replaces the first two functions in a plane, and does not store the terms. */
 #define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
     void kt_derivative_terms_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,             \
                                    const kt_wrench *external, kt_motion_kept kept, bool absorb,                        \

@@ -11,8 +11,8 @@ KT_INLINE kt_real3 kt_excess(const kt_link_motion *m, const kt_link_origin *at) 
                    kt_add3(kt_sub3(at->position, at->position), kt_sub3(at->velocity, at->velocity)));
 }
 
-/* Returns the first link, from `first` on, whose motion is not finite, or 0 if there is none. `sum` is that of their
- * excess. For several states, data->sound excludes those that are not finite. */
+/* Returns the first link, from `first` on, whose motion is not finite, or 0 if there is none. `sum` is the sum of the
+ * excess of all links. For several states, data->sound excludes the states that are not finite. */
 KT_INLINE size_t kt_first_excess(kt_data *data, kt_real3 sum, size_t first) {
 #ifdef KT_LANES
     (void)first;

@@ -6,7 +6,7 @@
 
 #include "model/model.h"
 
-/* The most frequent motion by far. For it sums leave out all zeros. */
+/* The most frequent motion by far, for which sums leave out all zeros. */
 KT_INLINE bool kt_link_is_revolute(const kt_link *link) { return link->motion == KT_MOTION_REVOLUTE; }
 
 KT_INLINE kt_real3 kt_load3(const kt_real1 *x) { return kt_make3(x[0], x[1], x[2]); }
@@ -180,7 +180,7 @@ KT_INLINE void kt_free_dofs(const kt_link *link, const kt_real3 parent[3], const
     kt_dofs_visit3(KT_DOF_ROTATION, 3, axes, visit, context);
 }
 
-/* Visits the degrees of freedom of a link in their order. parent, axes: the axes of its parent and its own. */
+/* Visits the degrees of freedom of a link in their order. parent, axes: the axes of the parent and of the link. */
 KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3], kt_dof_visit *visit,
                              void *context) {
     switch ((kt_motion)link->motion) {
@@ -209,7 +209,8 @@ KT_INLINE void kt_link_dofs_visit(const kt_model *model, const kt_link_kinematic
 /* ---- their forces ------------------------------------------------------------------------------------------------ */
 
 /* A wrench about the origin of a link, and where the joint forces S . (n, f) of the link's degrees of freedom go. The
- * wrench stays where it is: a recursion that stores a copy and loads it again waits for the store in each link. */
+ * wrench is not copied, because a recursion that stores a copy and loads the copy again waits for the store in each
+ * link. */
 typedef struct kt_dof_projection {
     const kt_link_origin *load;
     kt_real1 *tau;

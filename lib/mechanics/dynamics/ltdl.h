@@ -1,8 +1,9 @@
 /* The factors of a mass matrix, M = L'DL, and the loops over them that are compiled for each instruction set.
  *
  * Degrees of freedom are numbered in the order of the links, which is depth first. The support of k are the degrees of
- * freedom that carry k. Row k of L has non-zero entries only for the support of k, and a 1 on the diagonal. It is
- * stored packed: the entry for the p-th of the support, counted from the root, is number[row[k] + p], p < depth[k]. */
+ * freedom that carry k. Row k of L has non-zero entries only for the support of k, and a 1 on the diagonal. Rows are
+ * stored packed. The entry for the p-th degree of freedom of the support, counted from the root, is number[row[k] + p],
+ * p < depth[k]. */
 #ifndef KT_DYNAMICS_LTDL_H
 #define KT_DYNAMICS_LTDL_H
 

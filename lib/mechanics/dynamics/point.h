@@ -9,7 +9,7 @@
 
 #include "dynamics/joint_motion.h"
 
-/* R_l d, world axes: from the link's origin to a point given in the body frame; axes: those of the link. */
+/* R_l d, world axes: from the link's origin to a point given in the body frame; axes: the axes of the link. */
 KT_INLINE kt_real3 kt_point_arm(const kt_body_record *b, const kt_real3 axes[3], kt_real3 at) {
     const kt_const_mat3 *r = &b->in_link.rotation;
     const kt_real3 body[3] = {kt_const_from3(r->x), kt_const_from3(r->y), kt_const_from3(r->z)};

@@ -1,18 +1,19 @@
 /* The gradient of w . tau, the joint forces of inverse dynamics in a direction w, with respect to positions and
- * velocities at constant accelerations. Its cost is O(n), while that of all derivatives is O(n depth). The adjoint of
- * forward dynamics needs it: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
+ * velocities at constant accelerations. The cost is O(n), while all derivatives cost O(n depth). The adjoint of forward
+ * dynamics needs this gradient: da = M^-1 (dtau - d(inverse dynamics)), so that with w = M^-1 mu
  *     mu . da = w . dtau - (gradient of w . inverse dynamics) . (dq, dv).
  *
- * The terms and letters are those of dynamics_derivative.h, and W_l = sum w_i S_i over the degrees of freedom that
+ * Terms and letters are as in dynamics_derivative.h, and W_l = sum w_i S_i over the degrees of freedom that
  * carry link l. The columns of d tau / dq and d tau / dv sum up to
  *
  *     w . dtau/dq_k = psi''_k . H + psi'_k . N + s_k . Y + W_b . (S_k x* F^C)
  *     w . dtau/dv_k = phi_k . H + s_k . N
  *     H = sum I_l W_l,   N = sum 2B_l' W_l,   Y = sum X_l' W_l        over the links l that k carries
  *
- * where b is the frame that carries k's node. (The terms for i before k's node are W_b . M^C_k x. Those for i in k's
- * node or after it are the sum over l of (W_l - W_b)' M_l x. So the terms M x with W_b cancel.) H and F are shifted
- * from origin to origin as wrenches. N and Y do not depend on the origin. About the link's own origin, W = (w', u'),
+ * where b is the frame that carries k's node. (The terms for i before k's node are W_b . M^C_k x. The terms for i in
+ * k's node or after this node are the sum over l of (W_l - W_b)' M_l x. So the terms M x with W_b cancel.) H and F are
+ * shifted from origin to origin as wrenches. N and Y do not depend on the origin. About the link's own origin, W = (w',
+ * u'),
  *
  *     I W    = (J w' + h x u', m u' + w' x h)
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
@@ -23,7 +24,8 @@
 
 #include "dynamics/dynamics.h"
 
-/* The sums of a link: its own motion and terms. The backward pass adds those of all links that it carries. */
+/* The sums of a link: first the motion and terms of the link alone. The backward pass adds the sums of all links that
+ * it carries. */
 typedef struct kt_gradient_link {
     kt_real3 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
     kt_real3 w[2];             /* W */

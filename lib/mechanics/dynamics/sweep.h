@@ -16,7 +16,7 @@
 #include <string.h>
 
 /* Whether a recursion of one state ends because a joint has no inertia. For several states the recursion goes on.
- * data->sound excludes those without inertia, whose results are invalid. */
+ * data->sound excludes the states without inertia, whose results are invalid. */
 KT_OPERATOR bool kt_is_rejected(void *data, kt_condition has_inertia) {
 #ifdef KT_LANES
     ((kt_data *)data)->sound &= has_inertia;
@@ -28,8 +28,8 @@ KT_OPERATOR bool kt_is_rejected(void *data, kt_condition has_inertia) {
 }
 
 /* Prefetches memory that a sweep reaches a few links later. This makes a mechanism faster that exceeds the caches
- * (model->exceeds_caches): processors prefetch along few arrays at a time, and less so backwards. It does not help if a
- * cache holds the mechanism. */
+ * (model->exceeds_caches): processors prefetch few arrays at a time, and backward passes less well. If a cache holds
+ * the mechanism, prefetching does not help. */
 enum { KT_LINKS_AHEAD = 8 };
 
 KT_INLINE void kt_fetch(const void *memory, size_t size) {
@@ -41,7 +41,8 @@ KT_INLINE void kt_fetch(const void *memory, size_t size) {
 #endif
 }
 
-/* Returns the link KT_LINKS_AHEAD links after link i, among those before `end`; backwards, among those from 0 on. */
+/* Returns the link KT_LINKS_AHEAD links after link i, but at most the last link before `end`; in backward passes, the
+ * link as many before, but at least 0. */
 KT_INLINE size_t kt_ahead(size_t i, size_t end) { return i + KT_LINKS_AHEAD < end ? i + KT_LINKS_AHEAD : i; }
 KT_INLINE size_t kt_ahead_down(size_t i) { return i > KT_LINKS_AHEAD ? i - KT_LINKS_AHEAD : 0; }
 
@@ -112,7 +113,7 @@ KT_INLINE void kt_external_subtract(const kt_model *model, kt_data *data, const 
     }
 }
 
-/* No wrenches act on links: that of the ground, zero, replaces those of all links. */
+/* No wrenches act on links: the zero wrench of the ground replaces the wrenches of all links. */
 KT_INLINE void kt_external_none(kt_data *data) {
     memset(&data->origin[0], 0, sizeof data->origin[0]);
     data->has_external = false;

@@ -1,5 +1,5 @@
-/* Forward pass in a plane: a link's motion from its parent's. As in sweep.h, with two numbers a vector and one a
- * rotation.
+/* Forward pass in a plane: a link's motion from its parent's. As in sweep.h, but a vector has two numbers, and a
+ * rotation has a single angle.
  *
  * Vectors are in the plane's basis, each link about its own origin. p = (-r_y, r_x) is r rotated by a right angle, so
  * that alpha x r = alpha p. Angles are composed as complex numbers c + i s, which needs no sine of a sum. All axes are
@@ -43,7 +43,7 @@ KT_INLINE void kt_planar_along(const kt_planar_link *link, const kt_planar_motio
     kt_store2(out, kt_planar_const_sum(kt_load2(m->rotation), link->along));
 }
 
-/* Pose of one link (c, s, offset) from its parent's c + i s, which is e. Returns its own c + i s. */
+/* Pose (c, s, offset) of one link from e, the parent's c + i s. Returns the link's c + i s. */
 KT_INLINE kt_real2 kt_planar_pose(const kt_planar_link *link, kt_real2 e, const kt_real1 *q, const kt_real1 *cosine,
                                   const kt_real1 *sine, kt_planar_motion *out) {
     if (link->revolute) {
@@ -59,7 +59,7 @@ KT_INLINE kt_real2 kt_planar_pose(const kt_planar_link *link, kt_real2 e, const 
 }
 
 /* Computes the velocity of one link whose pose is set, from its parent's angular velocity w. Stores c_f in linear.
- * Returns its own omega. */
+ * Returns the link's omega. */
 KT_INLINE kt_real1 kt_planar_velocity(const kt_planar_link *link, kt_real1 w, const kt_real1 *v,
                                       kt_planar_motion *out) {
     const kt_real2 around = kt_scale2(-(w * w), kt_load2(out->offset));

@@ -1,4 +1,4 @@
-/* The kernels that depend on no masses, for models whose other kernels are not those of their instruction set level. */
+/* The kernels that depend on no masses, for models whose other kernels belong to another instruction set. */
 #ifndef KT_DYNAMICS_WITHOUT_MASSES_H
 #define KT_DYNAMICS_WITHOUT_MASSES_H
 

@@ -44,7 +44,7 @@ KT_INLINE kt_real kt_effect_excess(const kt_effect_wrench *w) {
     return all - all;
 }
 
-/* Adds the wrenches on the ends to those on their bodies, about the body frames' origins. Returns the sum of
+/* Adds the wrenches on the ends to the wrenches on their bodies, about the body frames' origins. Returns the sum of
  * their kt_effect_excess. */
 KT_INLINE kt_real kt_effect_wrenches_add(const kt_data *data, const kt_effect_record *effect,
                                          const kt_effect_wrench *wrench, kt_external *applied) {

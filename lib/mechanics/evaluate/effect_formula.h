@@ -4,8 +4,8 @@
 
 #include "effect/effect.h"
 
-/* Reads the variables of an effect's formulas in a state. Markers are those of `kinematics`, or if it is NULL those of
- * the links that carry forces. The array `end` holds the ends of an effect that acts between two. */
+/* Reads the variables of an effect's formulas in a state. Markers are taken from `kinematics` or, if NULL, from the
+ * links that carry forces. The array `end` holds the ends of an effect that acts between two. */
 void kt_formula_variables_read(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                double values[KT_FORMULA_VARIABLE_MAX]);
@@ -19,12 +19,13 @@ int kt_formulas_evaluate(const kt_model *model, const kt_effect_record *effect, 
 void kt_formulas_explain(const kt_model *model, const kt_effect_record *effect, const double *values, char *text,
                          size_t size);
 
-/* Evaluates the derivatives of a law that has them: by[j][k] of number k by variable j, of its force or of one rate.
- * Returns the code of its callback. */
+/* Evaluates the derivatives of a law that provides derivatives: by[j][k] is the derivative of number k (the force or a
+ * rate) by variable j. Returns the code of its callback. */
 int kt_law_differentiate(const kt_effect_record *effect, const double *values, double by[KT_FORMULA_VARIABLE_MAX][6]);
 
-/* Evaluates the partial derivatives of the formulas by time; the variables are read as above. They are undefined for a
- * law without derivatives (kt_law_is_differenced). Returns the code of a law's callback, otherwise 0. */
+/* Evaluates the partial derivatives of the formulas by time; kt_formula_variables_read has read the variables. The
+ * derivatives are undefined for a law without derivatives (kt_law_is_differenced). Returns the code of a law's
+ * callback, otherwise 0. */
 int kt_formula_time_derivatives(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,
                                 const kt_effect_record *effect, const kt_dynamic_state *at, const kt_effect_end *end,
                                 double rates[6]);

@@ -31,15 +31,15 @@ KT_CHECKED kt_status kt_state_project_trusted(const kt_model *model, kt_data *da
 KT_CHECKED kt_status kt_state_close(const kt_model *model, kt_data *data, double t, bool projects, double *q, double *v,
                                     kt_error *error);
 
-/* Scales quaternions to unit norm. Those within rounding of it keep their bits, because repeated division would let
- * them drift. Returns false if one is zero or not finite. */
+/* Scales quaternions to unit norm. A quaternion whose norm is 1 within rounding stays unchanged, because repeated
+ * division would let it drift. Returns false if a quaternion is zero or not finite. */
 bool kt_unit_quaternions(const kt_model *model, double *q);
 
-/* Assembles the initial state into q and v; leaves them untouched if that fails. */
+/* Assembles the initial state into q and v; leaves q and v untouched if the assembly fails. */
 void kt_assemble_initial(const kt_model *model, kt_data *data, double *q, double *v);
 
-/* Adds the forces of the effects to at->tau and at->external. If there was something to add, these then point to sums
- * in data. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
+/* Adds the forces of the effects to at->tau and at->external. If a force was added, both pointers then lead to sums in
+ * data. Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, each naming the effect and the time. */
 KT_CHECKED kt_status kt_effects_apply(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error);
 
 /* Does the same as kt_effects_apply, and adds the derivatives of the forces by time (per second). All effects must have
@@ -58,7 +58,8 @@ KT_CHECKED kt_status kt_acceleration_time_derivative(const kt_model *model, kt_d
 KT_CHECKED kt_status kt_effects_apply_differenced(const kt_model *model, kt_data *data, kt_dynamic_state *at,
                                                   kt_error *error);
 
-/* Returns the error of a callback that did not provide derivatives: its code, or 0 if they are not finite. */
+/* Returns the error of a callback that did not provide derivatives: its code, or 0 if the derivatives are not
+ * finite. */
 kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_record *effect, double t, int code,
                                        kt_error *error);
 
@@ -80,7 +81,7 @@ void kt_effect_ends_find(const kt_data *data, const kt_effect_record *effect, kt
 int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,
                         const kt_effect_record *effect, kt_effect_end end[2], kt_effect_load *load);
 
-/* Points at->tau and at->external at the sums that kt_effects_apply left in data, if there was something to add. */
+/* Points at->tau and at->external at the sums that kt_effects_apply left in data, if it added a force. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);
 
 /* Writes the partial derivatives by time of the rates of auxiliary states (kt_own_state_count). Returns the code of a
@@ -88,7 +89,7 @@ void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_st
 int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, double *derivatives);
 
-/* kt_massless_balance for a finite state of a model with such coordinates. It writes the state to data->balanced_q and
+/* kt_massless_balance for a finite state of a model with massless coordinates. Writes the state to data->balanced_q and
  * balanced_v. */
 KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                        kt_error *error);
@@ -97,15 +98,15 @@ KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, con
 KT_CHECKED kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                       const double *v, double *rates, kt_error *error);
 
-/* The first auxiliary state whose rate is not the number 0; the number of all states if they are constant along every
- * motion, like the places of footholds. */
+/* The first auxiliary state whose rate is not the number 0. If all states are constant along every motion, like the
+ * positions of footholds, returns their number. */
 size_t kt_auxiliary_state_varying(const kt_model *model);
-/* Whether all are constant, and no formula of the model reads one. */
+/* Whether all auxiliary states are constant, and no formula of the model reads an auxiliary state. */
 bool kt_auxiliary_states_are_idle(const kt_model *model);
 
 /* Rejects a model with auxiliary states with KT_ERROR_UNSUPPORTED at `where`, for a calculation that does not support
- * them. The argument `what` completes the message "the model has auxiliary states, and". It names the part left out and
- * an alternative. */
+ * auxiliary states. The argument `what` completes the message "the model has auxiliary states, and". `what` names the
+ * part left out and an alternative. */
 KT_INNER KT_CHECKED kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, const char *what,
                                                          kt_error *error);
 
@@ -133,13 +134,14 @@ static inline double kt_slip_friction(const kt_model *model, size_t k) {
     return kt_effect_record_find(model, kt_slip_loop(model, k)->slips - 1)->friction;
 }
 
-/* Wrenches on bodies, data->slip_loaded. kt_slip_begin_load sets them to the external ones (NULL: none).
+/* Wrenches on bodies, data->slip_loaded. kt_slip_begin_load sets these wrenches to the external wrenches (NULL: none).
  *
  * kt_slip_add_force adds a force on the sphere of the k-th contact, in the plane's axes, and its opposite on the plane.
  *
  * kt_slip_add_friction_load adds the contact's friction, with the direction of the last evaluation.
  *
- * kt_slip_load returns the wrenches in which the last evaluation ended: its external ones, and all friction of slip. */
+ * kt_slip_load returns the wrenches in which the last evaluation ended: the external wrenches, and all friction of
+ * slip. */
 void kt_slip_begin_load(const kt_model *model, kt_data *data, const kt_wrench *external);
 void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, double x, double y);
 void kt_slip_add_friction_load(kt_data *data, const kt_effect_record *effect, size_t k, double normal);

@@ -4,8 +4,8 @@
 
 #include "effect/effect.h"
 
-/* The source of a distance. For a stop it is a joint's coordinate. For a sphere and a plane there are three: the
- * coordinates of a free body whose centre the sphere has, the motion of one link, and that of both ends.
+/* The source of a distance. For a stop, the source is a joint's coordinate. A sphere and a plane have three forms: the
+ * coordinates of a free body with the sphere at its centre, the motion of one link, and the motion of both ends.
  * KT_GAP_OF_OTHERS: some other source. */
 typedef enum kt_gap_form {
     KT_GAP_OF_COORDINATE,
@@ -34,7 +34,7 @@ static inline double kt_gap_height(const kt_gap_source *source, const double *q)
 }
 
 /* Lists the effects that act only on one side of a boundary (effect/effect.h), in the order of their batches. If
- * sources is NULL, only counts them. Returns their number. */
+ * sources is NULL, only counts these effects. Returns their number. */
 size_t kt_gap_list(const kt_model *model, kt_gap_source *sources);
 /* Evaluates their gaps in the state (q, v). Writes only the motion of links that carry forces to data. swept: data hold
  * this motion already, from an evaluation in this state. Cost: O(effects). */

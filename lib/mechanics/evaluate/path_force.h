@@ -1,5 +1,5 @@
-/* Effects along paths (effect/path.c): the frames of the path's links, and the transfer of a force along it to the
- * bodies. For one state, and for several in lanes (algebra/real3.h). */
+/* Effects along paths (effect/path.c): the frames of the path's links, and the transfer of a force along the path to
+ * the bodies. For one state, and for several states in lanes (algebra/real3.h). */
 #ifndef KT_MECHANISM_PATH_FORCE_H
 #define KT_MECHANISM_PATH_FORCE_H
 
@@ -15,7 +15,7 @@ KT_INLINE kt_effect_frame kt_path_frame_of(const kt_data *data, const kt_path_li
         .velocity = kt_triple_of3(force_link->velocity)};
 }
 
-/* Writes the frames of all links of an effect's path. Positions are relative to the base of the first one that moves,
+/* Writes the frames of all links of an effect's path. Positions are relative to the base of the first link that moves,
  * so that no digits are lost far from the world's origin. */
 KT_INLINE void kt_path_frames_of(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
                                  kt_effect_frame *frame) {
@@ -28,7 +28,8 @@ KT_INLINE void kt_path_frames_of(const kt_model *model, const kt_data *data, con
         frame[k] = kt_path_frame_of(data, &link[k], origin);
 }
 
-/* Two ends of an effect whose distance and its rate are those of a path: formulas read them as `length` and `speed`. */
+/* Two ends whose distance and rate of the distance equal those of a path, so that formulas read `length` and `speed`
+ * from these ends. */
 KT_INLINE void kt_path_as_ends(kt_real length, kt_real rate, kt_effect_frame end[2]) {
     const kt_real zero = kt_real_of(0.0);
     end[0].point = end[0].velocity = kt_triple_zero();
@@ -55,8 +56,8 @@ KT_INLINE kt_real kt_path_wrenches_add(const kt_model *model, const kt_data *dat
     return excess;
 }
 
-/* For one state: evaluate the path of an effect, and the force along it. The poses are those of `kinematics`, or if it
- * is NULL those of the links that carry forces. `balance` may be NULL. The second one returns the code of a callback,
+/* For one state: evaluate the path of an effect, and the force along the path. Poses are taken from `kinematics` or, if
+ * NULL, from the links that carry forces. `balance` may be NULL. The second function returns the code of a callback,
  * otherwise 0. */
 #ifndef KT_LANES
 void kt_path_value_find(const kt_model *model, const kt_data *data, const kt_link_kinematics *kinematics,

@@ -14,7 +14,7 @@ typedef struct kt_relative_motion {
 kt_relative_motion kt_relative_motion_of(const kt_model *model, const kt_effect_record *effect, const double *q,
                                          const kt_effect_end end[2]);
 
-/* The wrenches of a force along it on both ends, each about its point. */
+/* The wrenches that a force along the relative coordinate exerts on both ends, each about the point of the end. */
 void kt_relative_wrenches(const kt_relative_motion *motion, const kt_effect_end end[2], double force,
                           kt_wrench wrench[2]);
 

@@ -13,8 +13,8 @@
 static const double kt_contact_resting = 1e-9;
 
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
- * along both axes. Contacts of different islands (kt_group.island) do not act on each other. So the islands are solved
- * one after the other, and arrays have room for the `most` contacts of one. */
+ * along both axes. Contacts of different islands (kt_group.island) do not act on each other. Therefore the islands are
+ * solved one after the other, and arrays have room for `most` contacts, the number in the largest island. */
 #define SLIP_FIELDS(X)                                                                                                 \
     X(kt_slip_contact, contact, n, "the contacts")                                                                     \
     X(int, order, n, "their indices, island by island")                                                                \
@@ -41,7 +41,7 @@ static const double kt_contact_resting = 1e-9;
     X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
     X(int, pivot, 3 * most, "scratch: of these")
 
-/* Those of slow slip alone. The solution has all contacts, in `order`. */
+/* Arrays of slow slip alone. The solution covers all contacts, in `order`. */
 #define SLIP_SLOW_FIELDS(X)                                                                                            \
     X(char, matrices, kt_coulomb_matrices_size(3 * most, most), "of the problem and its solver")                       \
     X(char, problem, kt_coulomb_size(most, 3 * most), "the problem")                                                   \
@@ -104,8 +104,8 @@ static inline double kt_slip_slow_of(const kt_data *data) {
 }
 static inline double kt_slip_time_of(const kt_data *data) { return 0.1 * kt_slip_slow_of(data); }
 
-/* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and at the rate `most` by
- * friction alone (slip_prediction.c). It is 0 if slip does not slow down. */
+/* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and would slow down at the
+ * rate `most` by friction alone (slip_prediction.c). tau is 0 if slip does not slow down. */
 static inline double kt_slip_fading_time(double largest, double speed, double slowing, double most) {
     const double part = fmin(1.0, 9.0 - 10.0 * slowing / most);
     return slowing > 0.0 && part > 0.0 ? fmin(largest, 0.5 * part * speed / slowing) : 0.0;
@@ -119,8 +119,9 @@ static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
 }
 
 /* kt_slip_size returns the size of a problem. kt_slip_place lays it out in new data, and finds its contacts and
- * islands. kt_slip_begin begins an evaluation. It finds contacts and islands again if the model has others.
- * kt_slip_begin_slow prepares the solution of slow slip. kt_slip_select selects an island (slip_islands.c). */
+ * islands. kt_slip_begin begins an evaluation. If the model's contacts have changed, kt_slip_begin finds contacts and
+ * islands again. kt_slip_begin_slow prepares the solution of slow slip. kt_slip_select selects an island
+ * (slip_islands.c). */
 size_t kt_slip_size(const kt_counts *n);
 void kt_slip_place(const kt_model *model, kt_data *data);
 void kt_slip_begin(const kt_model *model, kt_data *data);
@@ -131,8 +132,8 @@ void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *i
 kt_forward_call kt_slip_forward;
 /* Adds one such contact to a model that is being compiled. */
 void kt_slip_add(kt_model *model);
-/* Turns the directions data->slip to slip that has turned away from them, in the state q, v. Returns whether any
- * turned. */
+/* Turns a direction in data->slip to the present slip if slip has turned away from the direction, in the state q, v.
+ * Returns whether any direction turned. */
 bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
 /* Adds the derivative of the directions of friction by velocities to a matrix of damping, Z'C (slip_damping.c). Z has
  * `free` columns of nv numbers; NULL: Z = 1. a: scratch (nv). */
@@ -143,8 +144,8 @@ KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, c
 void kt_slip_find_frames(const kt_model *model, kt_data *data, const kt_dynamic_state *at);
 /* Slip velocities of all contacts in the state q, v. */
 void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, const double *v, double *s);
-/* Returns tau of slip that grows. It is 0 if the contact is not slow, or has not begun to slip in a direction that is
- * set. *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
+/* Returns tau of slip that grows, or 0 if the contact is not slow or has not begun to slip in a direction that is set.
+ * *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 /* The same of slip of this speed, with these tau0 and s0. */
 double kt_slip_time_at_speed(double speed, double tau0, double s0);
@@ -158,8 +159,8 @@ bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);
 
 /* The following calls need loops. */
 
-/* Whether the last accelerations left what responses follow from: the groups of all contacts that slip are solved in
- * range space (reduction/half_columns.h). */
+/* Whether the last accelerations stored the terms from which responses follow: the groups of all contacts that slip are
+ * solved in range space (reduction/half_columns.h). */
 bool kt_slip_has_responses(const kt_model *model, const kt_data *data);
 
 /* The multiplier of the first equation of such a contact. */

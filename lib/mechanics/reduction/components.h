@@ -1,6 +1,6 @@
-/* Accelerations, wrenches and inertias of links as plain numbers. In a plane they have three components, (alpha, a) and
- * (n, f_x, f_y), and in space six. Fronts, Delassus and the KKT system write their recursions once for both. A
- * component may also be a vector with a column a lane. */
+/* Accelerations, wrenches and inertias of links as plain numbers. In a plane, each has three components, (alpha, a) or
+ * (n, f_x, f_y); in space, six. Thus the recursions of fronts, Delassus and the KKT system are written once for plane
+ * and space. A component may also be a vector, with one column in each lane. */
 #ifndef KT_REDUCTION_COMPONENTS_H
 #define KT_REDUCTION_COMPONENTS_H
 

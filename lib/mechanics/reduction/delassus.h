@@ -3,8 +3,8 @@
  *
  * The equations are A x = b'', k of them. With B = A' C such that B'B = 1 and the applied forces f = tau - h,
  *   x = M^-1 (f + B mu),   S mu = C' b'' - B' M^-1 f,   S = B' M^-1 B,   lambda = C mu
- * S is the Delassus matrix of the orthonormal rows B'. Its condition is at most that of M, while that of A M^-1 A'
- * would include that of A squared, too (Popov & Vereshchagin 1978; Featherstone 2008, 8.5).
+ * S is the Delassus matrix of the orthonormal rows B'. The condition of S is at most that of M, whereas the condition
+ * of A M^-1 A' would include the square of A's condition, too (Popov & Vereshchagin 1978; Featherstone 2008, 8.5).
  *
  * The recursion over the group's links, tips first, needs no matrix of x. W holds the wrenches of unit multipliers on
  * the loops' links, as columns. The columns of B are the joint forces of the wrenches W C. The backward pass provides
@@ -19,15 +19,15 @@
  *   u_i = -S_i . P_i,   P_parent += shift(P_i) + K_i u_i
  *   S = sum u_i d_i u_i',   B' M^-1 f = sum u_i (y_i - K_i . A0_p)
  * and d_i u_i' mu is added to y_i before the forward pass. A spherical joint counts as three such degrees of freedom,
- * by the factors L D L' of its inertia, or if it has armature one after the other. A relation between joints, such as a
+ * by the factors L D L' of its inertia or, with armature, one after the other. A relation between joints, such as a
  * motion, is no wrench but a joint force: u_i has its coefficient times C as well. With K = 0 the same sweep yields
  * u_i, the rows of A'. C is the inverse of the triangular factor of A', loop by loop with pivoting.
  *
  * Rank. The fronts (front.h) treat positions next to singular ones, rows of very different size, and motions along
  * which the tree has no inertia.
  *
- * A damped step of a search minimises |B y + r|^2 + mu |y|^2, with equations and coordinates in their units. It needs
- * no inertia and no rank: y = -B' (B B' + mu 1)^-1 r.
+ * A damped step of a search minimises |B y + r|^2 + mu |y|^2, with equations and coordinates in their units. Such a
+ * step needs no inertia and no rank: y = -B' (B B' + mu 1)^-1 r.
  *
  * Groups on the ground alone: wrenches that reach the ground need no further treatment.
  */
@@ -41,8 +41,8 @@
 /* The most equations: one a lane. */
 enum { KT_DELASSUS_MAX = 4 };
 
-/* Returns the size of the group's arrays, which replace those for the elimination by fronts. They hold the rows of B
- * and 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
+/* Returns the size of the group's arrays, which replace those for the elimination by fronts. The arrays hold the rows
+ * of B and 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
 static inline size_t kt_delassus_count(size_t m) {
     return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
 }
@@ -69,7 +69,7 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
 }
 
 /* kt_delassus_prepare finds C of a group whose equations have been filled. Returns false if the group is left to the
- * fronts. Sets the same data as kt_front_factor.
+ * fronts. Sets the data that kt_front_factor sets.
  *
  * kt_delassus_least finds the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
  *
@@ -79,11 +79,12 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
  * kt_delassus_damp finds the damped step for violations `gap` (k) in the group's coordinates, of step (nv), after
  * `measure`. Returns false if the matrix is not positive definite.
  *
- * kt_delassus_solve adds the multipliers' accelerations to the joints' free ones, between backward and forward pass.
- * Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a planar group's plane.
+ * kt_delassus_solve adds the multipliers' accelerations to the joint accelerations without multipliers, between
+ * backward and forward pass. Stores lambda in `multiplier`. Returns false if S is not positive definite. gravity: of a
+ * planar group's plane.
  *
  * In lanes (algebra/real3.h), without damped steps, `prepare` returns the states that are not left to the fronts.
- * `solve` returns those with a positive definite S. Each state has its own order of the equations. */
+ * `solve` returns the states with a positive definite S. Each state has its own order of the equations. */
 #define KT_DELASSUS_DECLARE(isa)                                                                                       \
     kt_condition kt_delassus_prepare_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows);              \
     void kt_delassus_least_##isa(const kt_model *model, kt_data *data, size_t g, kt_real1 *step);                      \

@@ -1,10 +1,10 @@
-/* Dynamics and closure of mechanisms with loops, in space and in the plane. They are the recursion over links
- * (links.h), in which each constraint group is one step (groups.h).
+/* Dynamics and closure of mechanisms with loops, in space and in the plane. Both are a recursion over links (links.h),
+ * in which each constraint group is one step (groups.h).
  *
  * This file is compiled three times. With KT_PLANAR it yields the kernels for models with planar links
- * (planar_driver.c). Otherwise it yields those that treat all links as spatial (driver.c). Reactions have components
- * out of the plane; they are left to the spatial kernels (reaction.c). In lanes it yields its first part alone, for
- * models of either kind (lane_groups.c). */
+ * (planar_driver.c). Without KT_PLANAR it yields the kernels that treat all links as spatial (driver.c). Reactions have
+ * components out of the plane, so that only the spatial kernels compute them (reaction.c). In lanes, the file yields
+ * only its first part, for models of either kind (lane_groups.c). */
 #ifndef KT_PLANAR
 #error "KT_PLANAR must be true or false, or in lanes a property of `model`"
 #endif
@@ -88,7 +88,7 @@ KT_INLINE void kt_group_add_violation(const kt_model *model, kt_data *data, size
 }
 
 #ifndef KT_LANES
-/* From here on, coordinates that are held count as constants. */
+/* After this call, the equations treat held coordinates as constants. */
 KT_INLINE void hold_coordinates(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
                                 const bool *held) {
     for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
@@ -130,7 +130,7 @@ KT_INLINE kt_condition residuals(const kt_model *model, kt_data *data, kt_real1 
 #include "reduction/planar_group.h"
 #include "reduction/spatial_group.h"
 
-/* Completes the motion of links whose poses and velocities are there (kt_data.posed). */
+/* Completes the motion of links whose poses and velocities are computed already (kt_data.posed). */
 KT_INLINE void complete_motion(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     data->posed = false;
     data->motion[0].linear = -model->gravity;
@@ -142,8 +142,8 @@ KT_INLINE void complete_motion(const kt_model *model, kt_data *data, const kt_dy
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
 /* With `special`, four kinds of groups have solvers of their own. In the plane, groups of one pin are solved in closed
- * form, and fronts of four parameters by front4.h. Groups of few equations are solved by delassus.h. Those of closed
- * contacts and stops are solved by half_columns.h. */
+ * form, and fronts of four parameters by front4.h. delassus.h solves groups of few equations, and half_columns.h groups
+ * of closed contacts and stops. */
 KT_INLINE size_t try_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool regular,
                              bool special, double *a) {
     const size_t end = kt_spatial_end(model);

@@ -1,10 +1,11 @@
-/* Frontal elimination of a constraint group (Irons 1970), for groups of many loops. Its cost grows with their number,
- * not with the cube of it.
+/* Frontal elimination of a constraint group (Irons 1970), for groups of many loops. The cost grows with the number of
+ * loops, not with its cube.
  *
  * The front is the part of the group that the links taken so far form, with the group's parent at rest. Links are taken
- * parents first (compile/front_order.c). The motions of the front are x = x0 + X p with parameters p. There are no more
- * parameters than the links still to come can distinguish. A link i is active as long as one of these links or an
- * incomplete loop depends on it. Then a slot holds its acceleration (alpha, a)_i = T_i p + t_i. A step has three parts:
+ * parents first (compile/front_order.c). The motions of the front are x = x0 + X p with parameters p. The later links
+ * bound the number of parameters, because only parameters that later links can distinguish remain. A link i is active
+ * as long as one of these links or an incomplete loop depends on it. Then a slot holds its acceleration (alpha, a)_i =
+ * T_i p + t_i. A step has three parts:
  *
  *   takes a link        T_i = [shift(T_parent) S_i], its coordinates x_i being new parameters. The energy
  *                       V(p) = p'H p / 2 - g'p of the front (Gauss' principle) receives T_i' IA_i T_i and the forces.
@@ -12,19 +13,21 @@
  *   completes loops     D p = e, where D = W (T_b - T_a): with D' Pi = Q [R1; 0], as for dense matrices,
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on.
  *
- *   keeps coupled ones  with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no link or loop
- *                       still to come depends on them. They are those of least energy, p_u = H_uu^-1 (g_u - H_ut p_t).
+ *   keeps coupled ones with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no later link or
+ * loop depends on them. Their values minimise the energy, p_u = H_uu^-1 (g_u - H_ut p_t).
  *                       If they are few, Q is replaced by as few reflectors that separate the same spaces.
  *
  * After the last link nothing is kept, and a backward pass through the steps yields x. If the parent accelerates, the
- * components A of its acceleration are parameters that are always kept, and V(A) is its inertia and bias wrench.
+ * components A of its acceleration are parameters that are always kept, and V(A) contains the parent's inertia and bias
+ * wrench.
  *
- * An equation can be small at a step although it usually is not. If a later step completes redundant equations, such an
- * equation becomes a delayed row. Its slot holds D and the constant part like T and t. The later step may determine the
- * same motion far better. An example are three wheels joined by three rods, with one wheel at its dead centre.
+ * An equation can be small at a step although its usual size is not small. If a later step completes redundant
+ * equations, such an equation becomes a delayed row. Its slot holds D and the constant part like T and t. The later
+ * step may determine the same motion far better. An example are three wheels joined by three rods, with one wheel at
+ * its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
- * orthogonal factors. The rank of each loop's equations is that among motions which close all loops before it. Only the
+ * orthogonal factors. The rank of a loop's equations refers to the motions that close all earlier loops. Only the
  * energy, T and t pass from step to step. Therefore the factors that depend on the equations alone serve for several
  * right-hand sides and metrics.
  *
@@ -53,7 +56,7 @@ KT_EACH_KERNEL(KT_FRONT_EQUATIONS_DECLARE)
 
 /* The function that is minimised. KT_FRONT_DYNAMICS: the energy of the accelerations, with joint forces tau.
  * KT_FRONT_COORDINATES: the sum of the squares of the coordinates. KT_FRONT_DAMPED: the sum of the squares of the
- * equations' violations, plus a damping times that of the coordinates in their units. */
+ * equations' violations, plus a damping times the sum of the squares of the coordinates in their units. */
 typedef struct kt_front_aim {
     enum { KT_FRONT_DYNAMICS, KT_FRONT_COORDINATES, KT_FRONT_DAMPED } kind;
     const double *tau; /* dynamics: joint forces (nv) */
@@ -73,16 +76,16 @@ typedef struct kt_front_total {
  * kt_front_measure computes the factors of a damped problem, without eliminating any equation. Returns the sum of the
  * squares of the equations' entries D over their scales.
  *
- * kt_front_reduce eliminates. Returns false if there is no inertia along one of the degrees of freedom.
+ * kt_front_reduce eliminates. Returns false if a degree of freedom has no inertia.
  *
  * kt_front_respond writes the solution for an acceleration of the parent (NULL: none) into step (nv), only of the
  * group's coordinates.
  *
- * kt_front_multipliers finds lambda (k), in space, after a reduction with dynamics. It is that for the accelerations a
- * (nv) and those of the links in data->motion.
+ * kt_front_multipliers finds lambda (k), in space, after a reduction with dynamics. This lambda belongs to the
+ * accelerations a (nv) of coordinates and to the accelerations of links in data->motion.
  *
- * kt_front_multipliers_of finds lambda (k) with A' lambda = the joint forces in the group's `free`, of equations as
- * last factored.
+ * kt_front_multipliers_of finds lambda (k) with A' lambda = the joint forces in the group's `free`, for the equations
+ * as last factored.
  *
  * kt_front_nullspace writes the column-th vector of a basis of the null space into x (nv), only of the group's
  * coordinates.
@@ -103,7 +106,7 @@ KT_EACH_ISA(KT_FRONT_DECLARE)
 /* ---- a group's arrays -------------------------------------------------------------------------------------------- */
 
 /* The active front of a group. The results of a step for the substitution back stay with the step (kt_front_factor).
- * All steps share the arrays below. The energy is that of the acceleration A of the parent, whose components come
+ * All steps share the arrays below. The energy is a function of the acceleration A of the parent, whose components come
  * first, and of the parameters p: (A, p)' H (A, p) / 2 - g' (A, p). Lanes have only the members that the equations
  * need. */
 typedef struct kt_front {
@@ -220,8 +223,8 @@ static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_facto
 
 #endif
 
-/* The index of a holder of a slot. For a link it is its step, and for a relation the number of links plus its index.
- * For the d-th equation that has been passed on it is the number of links and relations plus d. */
+/* The index of a holder of a slot. For a link, the index is the link's step; for a relation, the number of links plus
+ * the relation's index; for the d-th delayed equation, the number of links and relations plus d. */
 static inline int32_t kt_front_delayed(const kt_front *f, int d) {
     return f->group->link_count + f->plan->relations + d;
 }
@@ -261,7 +264,7 @@ static inline void kt_front_release(kt_front *f, int32_t holder) {
 
 #endif
 
-/* Whether the equation of a slot is among those to be solved. */
+/* Whether the equation of a slot is among the equations to be solved. */
 static inline bool kt_front_counts(const kt_front *f, int32_t slot) { return slot >= 0 && slot < f->w.k; }
 
 /* The wrench of a unit multiplier on the link of an end, about its origin. */
@@ -269,7 +272,7 @@ static inline kt_real1 *kt_front_wrench(const kt_front *f, int32_t slot, int end
     return f->w.wrench + (size_t)(2 * slot + end) * KT_FRONT_SPACE;
 }
 
-/* The step of a link, or -1 if it is the group's parent. */
+/* The step of a link, or -1 for the group's parent. */
 static inline int32_t kt_front_step_of(const kt_front *f, int32_t link) {
     return link == f->group->parent ? -1 : f->model->front_step[f->group->v + f->model->link[link].local];
 }

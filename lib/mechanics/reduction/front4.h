@@ -1,10 +1,10 @@
 /* Fronts of at most four parameters in a plane (front.h), for accelerations at regular positions: a row of four-bars.
  *
- * Parameters are lanes, so that no loop runs over them: T_i' is three vectors, H four. A step has at most two equations
- * D p = e. Two reflectors yield D' Pi = Q [R1; 0]. Then p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and Z the other
- * columns of Q. With the lanes R = [Z p0]
+ * Parameters are lanes, so that no code loop runs over parameters: T_i' is three vectors, H four. A step has at most
+ * two equations D p = e. Two reflectors yield D' Pi = Q [R1; 0]. Then p = p0 + Z p2 with p0 = Q (y, 0), R1' y = e, and
+ * Z the other columns of Q. With the lanes R = [Z p0]
  *   T R gives T Z and T p0,  H R gives H Z and H p0,  H becomes Z' H Z,  g becomes Z' (g - H p0)
- * When no link is open any more, the parameters are minimised out. Until then each of them is kept.
+ * Each parameter is kept as long as a link is open. When no link is open, the minimisation eliminates all parameters.
  *
  * Every exceptional case (next to a singular position, no inertia, not finite) is left to front_factor.c.
  */

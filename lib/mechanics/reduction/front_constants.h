@@ -1,10 +1,10 @@
-/* The constant parts in a front's slots, step by step (front.h). Those of a link are t, the constant part of its
- * acceleration. Relations and delayed equations have constant parts, too. Slots enter and leave here. They determine
- * the right-hand sides of the equations that a step completes:
+/* The constant parts in a front's slots, step by step (front.h). The constant of a link is t, the constant part of its
+ * acceleration. Relations and delayed equations have constant parts, too. Slots enter and leave in this file, and
+ * determine the right-hand sides of the equations that a step completes:
  *   t_i = shift(t_parent)         e = b - W (t_b - t_a)         t += T y
  *
- * This is a template. In front_solve.c a right-hand side is a number. In kkt_solve.c eight of them are a vector, a lane
- * each. The including file defines
+ * This is a template. In front_solve.c a right-hand side is a number. In kkt_solve.c, eight right-hand sides form a
+ * vector, with a lane for each. The including file defines
  *
  *   KT_COLUMN              the type of one number, or of a lane each
  *   KT_COLUMN_SHIFT        kt_motion_shift (components.h) for it
@@ -19,8 +19,8 @@ KT_INLINE KT_COLUMN *constant_at(const kt_front *f, KT_COLUMN *constant, int32_t
     return constant + kt_front_place(f, holder);
 }
 
-/* Enters the slots of a step's link, whose constant is that of its parent, shifted. Also enters the slots of relations
- * that begin with the link; their constants begin with zero. */
+/* Enters the slots of a step's link, whose constant is the parent's constant, shifted. Also enters the slots of
+ * relations that begin with the link; their constants begin with zero. */
 KT_INLINE void enter_slots(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const KT_COLUMN *up = step->up < 0 ? NULL : constant_at(f, constant, step->up);
@@ -81,8 +81,8 @@ KT_INLINE void find_right(const kt_front *f, KT_COLUMN *constant, int s, const K
     }
 }
 
-/* Updates the slots of delayed equations. Those that the step received leave. Those that it passes on enter with their
- * previous constants. */
+/* Updates the slots of delayed equations. The slots that the step received leave. The slots that the step passes on
+ * enter with their previous constants. */
 KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
     const kt_front_step *step = &f->step[s];
     const kt_front_count *count = &f->count[s];

@@ -1,6 +1,6 @@
 /* The vectors of a front, four lanes at a time. Their length is the number of parameters, ten or so. Sums one after the
- * other would wait for each addition, and loops of any length would be mostly remainders. So lengths are rounded up to
- * whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
+ * other would wait for each addition, and loops of any length would be mostly remainders. Therefore lengths are rounded
+ * up to whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
  */
 #ifndef KT_REDUCTION_FRONT_LANES_H
 #define KT_REDUCTION_FRONT_LANES_H
@@ -41,8 +41,8 @@ KT_INLINE void kt_front_expand_reflector(const double *row, int head, int n, dou
         u[i] = 0.0;
 }
 
-/* Turns x, of n entries from `from` on, zeros behind them, into the reflector that maps it onto its entry `head`, which
- * becomes *to. Returns t, or 0 where x is zero or its squares underflow. */
+/* Turns x, with n entries from `from` on and zeros behind, into the reflector that maps x onto its entry `head`, whose
+ * new value is *to. Returns t, or 0 if x is zero or its squares underflow. */
 KT_INLINE double kt_front_make_reflector(double *x, int head, int n, double *to) {
     const double squares = kt_front_dot(x, x, n);
     if (!(squares > 0.0))

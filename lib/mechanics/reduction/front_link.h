@@ -45,9 +45,8 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
 
 #ifndef KT_LANES
 
-/* Writes the articulated inertia of the link with all that it carries outside the group, symmetric, and the bias
- * wrench. The latter includes that of the accelerations due to the velocities alone (kt_group_bias,
- * kt_planar_group_bias). */
+/* Writes the symmetric articulated inertia of the link with all bodies that it carries outside the group, and the bias
+ * wrench. The bias wrench includes the accelerations due to velocities alone (kt_group_bias, kt_planar_group_bias). */
 KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, double *bias) {
     if (f->components == KT_FRONT_SPACE / 2) {
         const kt_planar_inertia *x = &f->data->planar_inertia[kt_planar_index_shift(f->model, i)];
@@ -91,7 +90,7 @@ static inline void kt_front_release_last_uses(kt_front *f, const kt_front_step *
         kt_front_release(f, f->model->front_last_use[i]);
 }
 
-/* Takes the coordinates of a step's link from its parameters; returns how many others there are. */
+/* Removes the coordinates of a step's link from the parameters; returns the number of remaining parameters. */
 static inline int kt_front_take_coordinates(const kt_front *f, int s, const double *p, double *step) {
     const kt_link *link = &f->model->link[f->step[s].link];
     const int dofs = kt_link_dofs(link), n = f->count[s].params - dofs;

@@ -10,8 +10,8 @@
  * fronts of four parameters are left to front4.h. With `range`, contacts are left to half_columns.h. Returns false if a
  * number is not finite.
  *
- * kt_groups_refactor factors the groups in their special forms. Returns false if there are none, or if a number is not
- * finite.
+ * kt_groups_refactor factors the groups in their special forms. Returns false if no group has a special form, or if a
+ * number is not finite.
  *
  * kt_group_factor factors one group. With `regular`, directions that are about to be lost near a singular position are
  * left out. Returns -1 if a number is not finite.
@@ -23,7 +23,7 @@
  * kt_groups_least_step finds the least step in coordinates. Coordinates outside all groups do not change.
  *
  * kt_groups_multipliers_of finds the multipliers of all equations as last factored, for given joint forces: A' lambda =
- * force (nv). They are in the groups' work memory. No group may be in its special form.
+ * force (nv). The multipliers are in the groups' work memory. No group may be in its special form.
  */
 #define KT_GROUPS_DECLARE(isa)                                                                                         \
     int kt_group_factor_##isa(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular);             \

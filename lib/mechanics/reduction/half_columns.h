@@ -12,7 +12,7 @@
  *
  * S has the condition of A squared. So equations have to be independent: in the metric of M^-1, the sine of the angle
  * between each row and the rows before must exceed 0.01. Otherwise the null space of A decides, with its ranks and its
- * treatment of singular positions. Of dependent equations those take part that were chosen at compilation or by a mask.
+ * treatment of singular positions. Among dependent equations, those that compilation or a mask chose take part.
  */
 #ifndef KT_REDUCTION_HALF_COLUMNS_H
 #define KT_REDUCTION_HALF_COLUMNS_H
@@ -25,8 +25,8 @@
 /* Equations in a vector. */
 enum { KT_HALF_LANES = 4 };
 
-/* The arrays of a group of m coordinates and n vectors of equations (kt_half_count). Links have the places of their
- * first coordinates. The struct is before the arrays, and kt_half_prepare places them. */
+/* The arrays of a group of m coordinates and n vectors of equations (kt_half_count). A link has the position of its
+ * first coordinate. The struct precedes the arrays, and kt_half_prepare sets the pointers. */
 typedef struct kt_half {
     int m, n, rank;
     kt_v4 *column;      /* n m: half columns of each vector */
@@ -50,7 +50,7 @@ typedef struct kt_half_force {
     double wrench[2][6];
 } kt_half_force;
 
-/* Whether the last accelerations left what kt_half_respond needs of a group. */
+/* Whether the last accelerations stored the terms of a group that kt_half_respond needs. */
 static inline bool kt_half_has_terms(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
     return data->special_form[g] && group->form == KT_FORM_DENSE && !kt_group_is_locked(model, group);
@@ -59,14 +59,14 @@ static inline bool kt_half_has_terms(const kt_model *model, const kt_data *data,
 /* The size of half columns of joint forces. */
 static inline size_t kt_half_response_count(size_t nv, size_t count) { return (count + 3) / 4 * 4 * nv; }
 
-/* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the group is left to its
- * null space.
+/* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the null space must solve
+ * the group.
  *
  * kt_half_keep stores the terms of a link of the group, whose articulated inertia is x. It also eliminates a free link,
- * whose factors are these terms, and returns true; false if there is no inertia, or the link is not free.
+ * whose factors are these terms, and returns true; false if the link has no inertia, or is not free.
  *
  * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
- * on is not projected. Stores what its multiplier is found from, as kt_group_assemble.
+ * on is not projected. Stores the terms of its multiplier, as kt_group_assemble does.
  *
  * kt_half_solve adds the multipliers' accelerations of a group that is not locked to the joints' free ones, between
  * backward and forward pass. Stores lambda. Returns false if the equations are not independent, or a number is not
@@ -77,10 +77,10 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * numbers each, by slots). column: kt_half_response_count numbers.
  *
  * kt_half_add_forces adds the sum of these forces, times factors: to lambda, and to the free accelerations of the
- * joints. It takes `change` and `column` as `respond` left them.
+ * joints. `change` and `column` are the outputs of `respond`.
  *
- * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. It is in
- * spatial_links.c. */
+ * kt_spatial_links_resume repeats the forward pass of the last accelerations, after kt_half_add_forces. This function
+ * is in spatial_links.c. */
 #define KT_HALF_DECLARE_ISA(isa)                                                                                       \
     bool kt_half_prepare_##isa(const kt_model *model, kt_data *data, size_t g);                                        \
     bool kt_half_keep_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \

@@ -17,7 +17,7 @@ static const double kt_half_independent = 1e-4;
      : (h)->rank == 4 ? function(KT_HALF_LANES, 4, __VA_ARGS__)                                                        \
                       : function(KT_HALF_LANES * (size_t)(h)->n, (h)->rank, __VA_ARGS__))
 
-/* S x = x, with the factor of S, of one right side or of four. */
+/* S x = x, with the factor of S, for one right side or for four. */
 #define KT_HALF_SUBSTITUTE(name, type)                                                                                 \
     KT_INLINE void name##_of(size_t stride, int rank, const double *l, type *x) {                                      \
         for (int j = 0; j < rank; j++) {                                                                               \

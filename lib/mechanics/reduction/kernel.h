@@ -6,7 +6,7 @@
 #include "reduction/method.h"
 
 /* data->special_form: groups in the form of Delassus (delassus.h), closed contacts and stops (half_columns.h), and
- * fronts in registers (front4.h) may be solved in their own forms. If this fails, they are factored: regularly
+ * fronts in registers (front4.h) may be solved in their own forms. If this fails, the groups are factored: regularly
  * (`factor`), or as a whole. */
 enum { KT_SPECIAL_FORM_NONE = 0, KT_SPECIAL_FORM_REGULAR, KT_SPECIAL_FORM_WHOLE };
 
@@ -62,8 +62,8 @@ typedef struct kt_reduction_kernels {
     extern const kt_reduction_kernels kt_reduction_kernels_##isa, kt_reduction_planar_kernels_##isa;
 KT_EACH_ISA(KT_REDUCTION_DECLARE)
 
-/* The kernels for the model's sweep: the spatial ones, or those that compute planar links in their planes. They are
- * model->group_kernels. */
+/* The kernels for the model's sweep: the spatial kernels, or the kernels that compute planar links in their planes. The
+ * result is model->group_kernels. */
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model);
 
 /* The spatial kernels, which treat planar links like all others. */

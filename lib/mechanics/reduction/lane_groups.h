@@ -1,6 +1,6 @@
 /* The constraint groups of several states at once (algebra/real3.h). The groups are pins, small dense matrices or in
- * the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. The operations on a state are
- * those of driver.c and groups.c. Two kinds of states are marked as invalid: states near a singular position of a
+ * the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. The operations on a state are the
+ * same as in driver.c and groups.c. Two kinds of states are marked as invalid: states near a singular position of a
  * group, and states that lose equations which are independent in others. */
 #ifndef KT_REDUCTION_LANE_GROUPS_H
 #define KT_REDUCTION_LANE_GROUPS_H

@@ -19,7 +19,7 @@
  * accelerate is the backward and forward pass, after the groups' equations have been factored. Returns the link at
  * which the inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which
  * has prepared them. In the plane, if v is not NULL, groups of one pin are solved in closed form for these velocities.
- * If v is NULL, they have been factored like all others. `weightless`: without gravity.
+ * If v is NULL, these groups have been factored like all others. `weightless`: without gravity.
  *
  * In lanes (algebra/real3.h), the groups are pins, dense matrices or in the form of Delassus (lane_groups.c). The mask
  * data->sound excludes lanes in which a group is near a singular position, or a joint has no inertia. */

@@ -58,8 +58,8 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, kt_real1 *size)
 }
 
 /* Computes y (free) and K (gain) from the factored equations with right-hand side `right`. Returns false if N' M N is
- * singular. `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls it with its own
- * functions, which are then inlined. */
+ * singular. `width`: rows of F, or 0 if the parent does not accelerate. Each kind of reduction calls this function with
+ * its own functions, which are then inlined. */
 KT_INLINE kt_condition kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank,
                                       int width) {
     const int m = w->m, dofs = m - rank;

@@ -79,7 +79,7 @@ struct kt_reduction_method {
 #define KT_REDUCTION_EXTERN(name) extern const kt_reduction_kind name##_baseline, name##_v3, name##_v4;
 KT_REDUCTION_EXTERN(kt_reduction_qr)
 
-/* Returns a method's functions for an instruction set; NULL: those of QR. */
+/* Returns a method's functions for an instruction set; NULL: the functions of QR. */
 const kt_reduction_kind *kt_reduction_kind_of(const kt_reduction_method *method, kt_isa isa);
 
 #else

@@ -1,14 +1,14 @@
 /* The smallest planar constraint group, solved in closed form: three coordinates x, and one pin that holds two points
  * together (four-bars, slider-cranks). One degree of freedom remains.
  *
- * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as it enters the loop's rows. For a revolute joint it is J
- * times the lever to p2, and for a prismatic one its direction. (The rows are taken along e1 and e2, which changes no
+ * Let c_i be the rate of p2 - p1 for a unit rate of x_i, as it enters the loop's rows. For a revolute joint, c_i is J
+ * times the lever to p2; for a prismatic joint, its direction. (The rows are taken along e1 and e2, which changes no
  * solution.) With a x b = a_x b_y - a_y b_x for vectors in the plane (kt_cross2) and A = [c_1 c_2 c_3],
  *   null vector                 n  = (c_2 x c_3, c_3 x c_1, c_1 x c_2)
  *   least solution of A x0 = b'' x0 = ((b'' x c_1, b'' x c_2, b'' x c_3) x n) / n.n
  * Virtual power replaces the mass matrix. Let U_i = (w, u) be the velocities of the links at the rates n. Let A_i =
- * (alpha, a) be their accelerations for x0, together with those due to the velocities alone. Let IA_i and (n_b, f_b) be
- * their articulated inertias and bias wrenches. Then
+ * (alpha, a) be their accelerations for x0, together with the accelerations that velocities alone cause. Let IA_i and
+ * (n_b, f_b) be their articulated inertias and bias wrenches. Then
  *   D = sum U_i . IA_i U_i
  *   z = (n . tau - sum U_i . (IA_i A_i + (n_b, f_b))) / D
  *   y = x0 + n z                     accelerations while the parent's acceleration A is zero
@@ -58,8 +58,8 @@ typedef struct kt_pin_end {
     kt_real1 omega;
 } kt_pin_end;
 
-/* The group, its loop and the parent. bound: the first links of the paths to the loop's ends. Those to the end k are
- * bound[k] to bound[k + 1] - 1. */
+/* The group, its loop and the parent. bound: the first links of the paths to the loop's ends. The links of the path to
+ * end k are bound[k] to bound[k + 1] - 1. */
 typedef struct kt_pin_group {
     const kt_group *group;
     const kt_loop_record *loop;

@@ -12,9 +12,9 @@
 
 enum { KT_PLANAR_WIDTH = 3 };
 
-/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response->bias_linear).
- * Also computes the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the ground's acceleration,
- * minus gravity. */
+/* Computes the accelerations A0 due to the velocities alone, while the parent's acceleration is zero (in
+ * response->bias_linear). Also computes the corresponding wrenches: the bias becomes IA_i A0_i + bias. (ax, ay): the
+ * ground's acceleration, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         kt_real1 ax, kt_real1 ay) {
     const int32_t *index = model->group_link + group->link, count = group->link_count,
@@ -52,7 +52,7 @@ KT_INLINE kt_real1 kt_planar_along_dof(const kt_model *model, const kt_data *dat
 }
 
 /* Computes the column of M for the degree of freedom of the link with planar index k, whose composite inertia c is
- * complete. If the parent (top) accelerates, also computes that of F. */
+ * complete. If the parent (top) accelerates, also computes the column of F. */
 KT_INLINE void kt_planar_group_column(const kt_model *model, const kt_data *data, const kt_group_work *w, int32_t top,
                                       int32_t k, const kt_planar_inertia *c) {
     const kt_planar_link *link = &model->planar[k];
@@ -131,8 +131,8 @@ static inline void kt_planar_group_onto_parent(const kt_group_work *w, kt_planar
     kt_planar_add(parent, total);
 }
 
-/* Writes the accelerations of the group's coordinates, which follow from those of the parent with the planar index
- * `top`, to a. */
+/* Writes the accelerations of the group's coordinates, which follow from the accelerations of the parent with the
+ * planar index `top`, to a. */
 static inline void kt_planar_group_respond(const kt_model *model, const kt_data *data, const kt_group *group,
                                            const kt_group_work *w, int32_t top, kt_real1 *a) {
     const int m = w->m;

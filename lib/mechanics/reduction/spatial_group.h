@@ -34,8 +34,8 @@
 
 #include <string.h>
 
-/* Computes the accelerations A0 due to the velocities alone, with that of the parent zero (in response). Also computes
- * the corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
+/* Computes the accelerations A0 due to the velocities alone, while the parent's acceleration is zero (in response).
+ * Also computes the corresponding wrenches: articulated[i].(moment, force) becomes IA_i A0_i + bias. */
 static inline void kt_group_bias(const kt_model *model, kt_data *data, const kt_group *group) {
     for (int l = 0; l < group->link_count; l++) {
         const int32_t i = model->group_link[group->link + l], up = model->link[i].parent;

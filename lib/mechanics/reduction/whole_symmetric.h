@@ -1,8 +1,9 @@
 /* Symmetric matrices with all their elements, for the links of several states that carry constraint groups in space.
  *
  * For several states algebra/real3.h has only the elements on and below the diagonal. A group passes the matrix Ic - F
- * K (spatial_group.h) on to a link in space. It is symmetric only to rounding, and one state has both halves of it.
- * This header comes before those of the recursion, which is then compiled with these operations. */
+ * K (spatial_group.h) on to a link in space. This matrix is symmetric only to rounding, and for one state both halves
+ * are stored. This header is included before the headers of the recursion, so that the recursion is compiled with the
+ * operations below. */
 #ifndef KT_REDUCTION_WHOLE_SYMMETRIC_H
 #define KT_REDUCTION_WHOLE_SYMMETRIC_H
 
