@@ -38,7 +38,7 @@ typedef struct kt_batch_work {
     KT_ARENA_DECLARE(KT_BATCH_WORK_FIELDS)
 } kt_batch_work;
 
-/* Every array of a batch: those of all groups, group by group, and the workspaces. */
+/* Every array of a batch: the arrays of all groups, group by group, and the workspaces. */
 #define KT_BATCH_FIELDS(X)                                                                                             \
     X(double, t, n->groups * n->width, "time of each state")                                                           \
     X(double, y, n->groups * n->width * n->N, "positions, then velocities, then auxiliary states")                     \
@@ -72,7 +72,7 @@ typedef struct kt_batch_group {
     const double *q, *v, *x, *tau;
 } kt_batch_group;
 
-/* The error of a call: that of the state with the least number. */
+/* The error of a call: the error of the state with the least number. */
 typedef struct kt_batch_fault {
     kt_status status;
     size_t state;
@@ -92,10 +92,10 @@ static inline void kt_lane_put(const double *x, size_t width, size_t lane, size_
 static inline bool kt_lane_is_in(kt_lane_mask mask, size_t lane) { return (mask >> lane & 1U) != 0; }
 static inline kt_lane_mask kt_lanes_first(size_t count) { return (kt_lane_mask)((UINT64_C(1) << count) - 1); }
 
-/* The group with this number, at its states as they are; the lanes are given the numbers of its models. */
+/* Returns the group with this number, with unchanged states, and writes the numbers of its models to the lanes. */
 kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group);
 
-/* Takes a lane whose computation has failed out of the live ones. Records its error `made`, of the call for one
+/* Excludes a lane whose computation has failed from later computations. Records the error `made` of the call for one
  * state. */
 void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const kt_error *made, kt_batch_fault *fault);
 
@@ -109,15 +109,15 @@ typedef struct kt_lane_work {
     double *total, *wrench, *a;
 } kt_lane_work;
 
-/* Forward dynamics with effects of the live lanes. Returns those that could be computed. */
+/* Forward dynamics with effects for the lanes that have not failed. Returns the lanes with a result. */
 kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model *model, const kt_lane_state *at,
                                  const kt_lane_work *work);
 
-/* The kernels for the instruction set of a model; NULL: it has loops that lanes do not compute. */
+/* The kernels for the instruction set of a model; NULL: the model has loops that lanes do not support. */
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model);
 
-/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Those
- * that fail leave group->live. */
+/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Lanes
+ * that fail are removed from group->live. */
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault);
 
 /* Computes the joint forces of the live lanes by inverse dynamics of the tree, into w->result, likewise. */
@@ -128,7 +128,7 @@ void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batc
                           kt_batch_fault *fault);
 kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);
 
-/* Steps of a group (lane_explicit.c), by the method or semi-implicit ones. */
+/* Steps of a group (lane_explicit.c), by the group's explicit method, or by semi-implicit steps. */
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault);
 
 /* Checks the numbers of a job. Returns KT_OK, or the error. */

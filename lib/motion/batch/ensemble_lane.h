@@ -1,4 +1,5 @@
-/* The lanes of an ensemble: what they hold of each simulation (ensemble.c), and its records (ensemble_records.c). */
+/* The lanes of an ensemble: the part of each simulation that lanes hold (ensemble.c), and its records
+ * (ensemble_records.c). */
 #ifndef KT_BATCH_ENSEMBLE_LANE_H
 #define KT_BATCH_ENSEMBLE_LANE_H
 
@@ -81,7 +82,7 @@ static inline void kt_ensemble_clear(kt_error *from) {
 /* Whether records of a simulation hold no more than states and energies of bodies. */
 bool kt_ensemble_shares_records(const kt_simulation *s);
 
-/* Whether the records of a lane are computed with those of others. */
+/* Whether the records of a lane are computed together with records of other lanes. */
 bool kt_ensemble_shares_now(const kt_ensemble_lane *l);
 
 /* Hands over the records of all lanes up to the present, one of each lane at a time. */

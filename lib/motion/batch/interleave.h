@@ -17,7 +17,7 @@ typedef struct kt_record_shape {
 
 extern const kt_record_shape kt_link_shape, kt_planar_link_shape, kt_plane_shape, kt_body_shape;
 
-/* `count` records: those of one model, and those in lanes, which are `stride` bytes apart. */
+/* `count` records: the records of one model, and the records in lanes, which are `stride` bytes apart. */
 typedef struct kt_records {
     const kt_record_shape *shape;
     size_t count, width, stride;

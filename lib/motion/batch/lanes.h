@@ -130,8 +130,8 @@ bool kt_lanes_fit_model(const kt_model *model);
 bool kt_lanes_agree(const kt_model *a, const kt_model *b);
 
 /* Evaluates an effect of one state with the code for one state: its wrenches, or its force in a joint. Returns whether
- * its callback succeeded. An effect with formulas takes their variables (KT_FORMULA_VARIABLE_MAX at most), others take
- * NULL. The force may be the rate of an auxiliary state. */
+ * the callback of the effect succeeded. For an effect with formulas, the argument has the variables
+ * (KT_FORMULA_VARIABLE_MAX at most); for other effects it is NULL. The force may be the rate of an auxiliary state. */
 bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effect, const double *variables,
                             const kt_effect_end *end, double t, kt_wrench wrench[2]);
 bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, const double *variables, double q,

@@ -77,8 +77,8 @@ typedef struct kt_contact {
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
-/* An island (islands.c). The rows that touch are in this order: those that bound a side, friction of joints, friction
- * of contacts. */
+/* An island (islands.c). The order of the rows that touch: one-sided loops, friction of joints, friction of
+ * contacts. */
 typedef struct kt_contact_island {
     const kt_island *of;
     int row;                        /* its first row in the arrays of all rows */
@@ -102,8 +102,7 @@ typedef struct kt_contact_sizes {
     size_t shares, matrices;                /* bytes */
 } kt_contact_sizes;
 
-/* A phase of an impact (impact.c). The indices are rows of the list, of which the first ones are normal
- * rows. */
+/* A phase of an impact (impact.c). The indices are rows of the list, in which normal rows come first. */
 #define KT_IMPACT_PHASE_FIELDS(X)                                                                                      \
     X(double, bound, n, "lower bounds of final rates of normal rows")                                                  \
     X(double, least, n, "lower bounds of their impulses")                                                              \
@@ -196,20 +195,21 @@ static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return 
 
 /* ---- islands (islands.c) ----------------------------------------------------------------------------------------- */
 
-/* Enlarges sizes to those of the islands of a model. */
+/* Enlarges sizes until the islands of a model fit. */
 void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s);
-/* Numbers of W of all islands. If too many rows of one touch, only their diagonal is stored. */
+/* The count of stored numbers of W, over all islands. If too many rows of an island touch, only the diagonal of W is
+ * stored. */
 size_t kt_contacts_count_of_W(const kt_model *model, size_t whole);
 /* Places the islands of c->all, of which no row touches. */
 void kt_contacts_place_islands(struct kt_contacts *c);
 /* Empties the lists of rows that touch. */
 void kt_contacts_clear_rows(struct kt_contacts *c);
-/* The index in the arrays of all rows of the next row of item k; adds it. */
+/* Adds the next row of item k, and returns the index of this row in the arrays of all rows. */
 static inline int kt_contacts_next_row(const struct kt_contacts *c, int k) {
     return c->island[c->item[k].island].row + c->island[c->item[k].island].touching;
 }
 int kt_contacts_add_row(struct kt_contacts *c, int k, int component);
-/* Selects an island. Returns whether rows of it touch. */
+/* Selects an island. Returns whether rows of the island touch. */
 bool kt_contacts_select(struct kt_contacts *c, int island);
 /* How many rows touch in all islands. */
 int kt_contacts_total(const struct kt_contacts *c);
@@ -262,7 +262,7 @@ void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
 void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
 /* J_k x. */
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
-/* W_ik from the rows of J and M^-1 J'. It has the bits of a stored one. */
+/* W_ik from the rows of J and M^-1 J'. The bits equal those of a stored W_ik. */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k);
 
 /* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */
@@ -273,15 +273,15 @@ static inline double kt_contacts_between(const struct kt_contacts *c, const doub
 static inline double kt_contacts_own(const struct kt_contacts *c, const double *W, int k) {
     return W[kt_contacts_are_stored(c) ? k * c->touching + k : k];
 }
-/* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude that their rounding is relative to.
- * It is at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The
- * sum of the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
+/* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude to which their rounding is relative,
+ * at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The sum of
+ * the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
-/* Whether contact k, or friction, leaves: its reaction ends, or it slips. It does if its event is due. Friction that
- * has reached its limit twice at this instant does not stick again within it. Counts how often it leaves at this
- * instant (directions.c). */
+/* Whether contact k leaves the active set, because its reaction ends or its friction begins to slip. It leaves if its
+ * event is due. Friction that has reached its limit twice at this instant does not stick again within this instant.
+ * Counts how often contact k leaves at this instant (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
  * there is none. */
@@ -297,21 +297,22 @@ bool kt_contacts_hold_any(const kt_simulation *simulation);
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
 void kt_contact_hold_turning(kt_simulation *simulation, int k);
-/* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether it is to be held at rest. */
+/* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether the friction must stick from
+ * now on. */
 bool kt_contact_count_reversal(kt_simulation *simulation, int k);
-/* How far below its present gap a contact closes that is left open while it touches: the rounding of the gap in row k
- * if the contact parts no faster than its rest velocity. Otherwise rounding would close it again and again: the fourth
- * corner of a foot, whose other corners hold it. The same holds if its gap has just closed although it parts and
- * nothing approaches, behind eight instants at once: steps as short as an instant show the rounding of the gap. 0 if it
- * bounces. */
+/* The margin below its present gap at which an open contact that touches closes: the rounding of the gap in row k, if
+ * the contact parts no faster than its rest velocity. Without this margin, rounding would close the contact again and
+ * again, such as the fourth corner of a foot that three corners hold. The margin also applies behind eight instants at
+ * the same time, if the gap has just closed although the contact parts. Then steps as short as an instant show the
+ * rounding of the gap. The margin is 0 if the contact bounces. */
 double kt_contact_margin(const kt_simulation *simulation, int k);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
 
 /* The speed behind an impact below which steps do not resolve the bounce, so that the contact comes to rest. Adaptive
- * steps: the height of the bounce is ten tolerances of its gap. Fixed steps: this bounce and all later ones end within
- * the length of a step. Requires the same. */
+ * steps: the bounce is lower than ten tolerances of the gap. Fixed steps: this bounce and all later ones end within the
+ * length of a step. Requires the same. */
 double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
 
 /* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint
@@ -320,18 +321,19 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
-/* Friction of joints that acts on one rate is redundant while it sticks. All of it sticks or none, in the set that
- * follows, and it shares its load in proportion to its limits, so that all of it reaches them together. */
+/* Friction of joints that acts on one rate is redundant while it sticks. In the next set, all of this friction sticks
+ * or none. The load is shared in proportion to the limits, so that all friction of the rate reaches its limits
+ * together. */
 static inline bool kt_contacts_share_rate(const struct kt_contacts *c, int i, int k) {
     return i >= c->sides && k >= c->sides && c->item[i].of < 0 && c->item[k].of < 0 && c->item[i].v == c->item[k].v;
 }
 void kt_contacts_hold_together(struct kt_contacts *c);
 void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier);
-/* Friction slips if other friction of its rate does. Their events are due at one instant, one after the other: what has
- * begun to slip does not stick again within it (directions.c). */
+/* Friction slips if other friction of the same rate slips. The events of both are due at one instant, one after the
+ * other. Friction that has begun to slip does not stick again within this instant (directions.c). */
 void kt_contacts_slip_together(kt_simulation *simulation);
 
-/* The contact that friction wedged in the last evaluation (slip.c); -1: it wedged none. */
+/* The contact that friction wedged in the last evaluation (slip.c); -1: no contact. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);
 
 /* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at
@@ -340,16 +342,16 @@ void kt_contacts_let_slip(struct kt_contacts *c);
 /* The set that follows, as bits of the switches. */
 uint64_t kt_contacts_set(const kt_simulation *simulation);
 
-/* Takes the model in which all contacts are closed, with the loops and effects that are on in a model, and adapts its
- * data. If it is another one than before, no row touches any more. */
+/* Selects the model in which all contacts are closed, with the loops and effects that are on in a model, and adapts its
+ * data. If this selection changes the model, no row counts as touching any more. */
 void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model);
 /* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
 
 /* Writes multipliers that give the same forces as those in c->row to c->reaction. If contacts at rest share a load in
- * several ways (cone/rest.h), these have the largest margin, whose sign tells events whether rest exists, or are the
- * least ones. */
+ * several ways (cone/rest.h), these multipliers have the largest margin, from whose sign events detect whether rest
+ * exists; or they are the least multipliers. */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least,
                                                 kt_error *error);
 
@@ -366,9 +368,9 @@ KT_CHECKED kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_m
 /* Whether contact k has a lever on a joint. own: the number of its row in the diagonal of W. */
 bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square);
 /* Leaves contacts that touch out of the lists of rows, if other loops hold their gaps, as a foothold at the same point
- * does (rejection.c). Their rows have no lever, so that their reaction has no bound. They stay open. Requires W, and
- * renews it if a contact is left out. Contacts that close faster than kt_contact_resting stay in the lists. Friction of
- * a joint that loops hold at rest is left out, too. It counts as slip. */
+ * does (rejection.c). Such contacts stay open, because their rows have no lever, so that their reaction has no bound.
+ * Requires W, and recomputes W if a contact is left out. Contacts that close faster than kt_contact_resting stay in the
+ * lists. Friction of a joint that loops hold at rest is left out, too, and counts as slipping. */
 KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error);
 /* Checks the rates after impulses. status: of the projection onto the loops; approach: the speed before; v: the
  * velocities after the projection. Requires the equations at the present state. Errors: contacts continue to close,
@@ -413,25 +415,25 @@ double kt_contacts_slow_slip(const kt_simulation *simulation);
  * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
  * is 0. */
 double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
-/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a part of
- * it against its direction: slip comes to rest at that value. Returns whether a direction or a value of rest
+/* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a small
+ * slip against the set direction. This value then counts as zero slip. Returns whether a direction or a value of rest
  * changed. */
 bool kt_contacts_follow_slip(kt_simulation *simulation);
 /* Begins a step: follows slip, and lets slip that turns round its rest come to rest. */
 KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error);
 
 /* Computes impulses without a collision in the selected island, if no accelerations obey Coulomb's law (Painleve's
- * paradox). They stop or reverse the slip. Returns false if there are none. Otherwise u and c->v become the values
- * after these impulses, and *lost grows by the dissipated energy. */
+ * paradox). The impulses stop or reverse the slip. Returns false if no such impulses exist. Otherwise u and c->v become
+ * the values after these impulses, and *lost grows by the dissipated energy. */
 bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
-/* Whether such an impulse is to stop a contact that friction wedges, which still slips: an impact at this instant may
- * have stopped it. */
+/* Whether kt_contacts_jam must stop a contact that friction wedges. The contact must still slip, since an impact at
+ * this instant may have stopped the slip. */
 bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u);
 
 /* Prepares the masks, at the start (model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);
-/* The model of the set that follows, in the present state. Data of the simulation may be adapted to another model
- * then. tried: the simulation does not run on the model, and the next trial overwrites it. */
+/* Returns the model of the next set, in the present state. The call may adapt data of the simulation to another model.
+ * tried: the simulation does not run on the model, and the next trial overwrites the model. */
 const kt_model *kt_contacts_model(kt_simulation *simulation, bool tried);
 /* The model of a set in which all contacts are open, and friction of joints slips or is released. NULL: there is no
  * such set. */
@@ -442,11 +444,12 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
 /* Saves the ranks of the present model for a checkpoint. */
 void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
 /* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
- * accelerations there. The next trial may overwrite the model. */
+ * accelerations in the present state. The next trial may overwrite the model. */
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
 /* Whether contact k slips in the present model. */
 bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
-/* Copies parameters that have been set since it was made to the model that the simulation runs on. */
+/* The simulation runs on a model that was made during the run. Copies to this model the parameters that were set
+ * since. */
 void kt_contacts_renew_model(const kt_simulation *simulation);
 
 /* The number of such loops of a model, closed and open. */
@@ -461,12 +464,12 @@ size_t kt_contacts_size(const kt_model *model, size_t n);
 /* Lays the memory out and lists the contacts. `simulation` has its model, data and memory. */
 KT_CHECKED kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error);
 
-/* Writes the values of the events of all contacts to c->value (values.c): the gaps of the open ones, the reactions of
- * the others. */
+/* Writes the values of the events of all contacts to c->value (values.c): gaps of open contacts, reactions of closed
+ * contacts. */
 KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 
-/* Two spheres whose contact is open: twice the distance D of their centres at which they touch. The gap g has a kink,
- * and g (g + 2 D) has none. All others: 0 (values.c). */
+/* For two spheres whose contact is open: 2 D, where D is the distance of the centres at which the spheres touch. The
+ * gap g has a kink, whereas g (g + 2 D) is smooth. For all other contacts: 0 (values.c). */
 double kt_contact_kink(const kt_simulation *simulation, size_t k);
 
 /* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
@@ -487,11 +490,11 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
 /* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations
  * under the reactions.
  *
- * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. They leave a
- * rotation free, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A
+ * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. These corners permit
+ * a rotation, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A
  * contact that grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing`
- * of its terms, and it does not depend on the other closed contacts. It opens when its reaction falls below twice the
- * reaction that belongs to this part. */
+ * of its terms, and w does not depend on the other closed contacts. The contact opens when its reaction falls below
+ * twice the reaction that belongs to this part. */
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */

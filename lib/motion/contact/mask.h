@@ -1,4 +1,4 @@
-/* Models of sets of contacts between none and all (model/switching.h). They are made during a run, without allocation.
+/* Models for sets of some of the contacts (model/switching.h), which are made during a run, without allocation.
  */
 #ifndef KT_CONTACT_MASK_H
 #define KT_CONTACT_MASK_H
@@ -26,23 +26,24 @@ typedef struct kt_mask {
     KT_ARENA_DECLARE(KT_MASK_FIELDS)
 } kt_mask;
 
-/* Bytes of a mask, and of its ranks; 0 if each set has a model of its own. */
+/* Bytes of a mask, and of its ranks; 0 if each set has its own model. */
 size_t kt_mask_size(const kt_model *model);
 size_t kt_mask_ranks_size(const kt_model *model);
 
 /* Lays a mask out in memory of kt_mask_size. */
 kt_mask *kt_mask_init(const kt_model *model, void *memory);
 
-/* Makes the model in which the loops of mask->open are off. `set`: its set. Its ranks are as large as they can be. */
+/* Makes the model in which the loops of mask->open are off. `set`: its set. The ranks of this model are the largest
+ * possible ranks. */
 void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set);
 
-/* Determines the ranks at a state, or next to it where loops are closed that are open by a gap. The data serve the
- * model, and have room for all. */
+/* Determines the ranks at a state, or at a nearby state that closes loops with a gap. The data belong to the model, and
+ * have room for all loops. */
 void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q);
 
-/* Copies the ranks: from them and the set the same model follows. */
+/* Copies the ranks, because the ranks and the set determine the model. */
 void kt_mask_take_ranks(const kt_mask *mask, double *ranks);
-/* Whether ranks from outside are possible ones of a mask that has been made: as many independent equations as a group
+/* Whether ranks from outside (a checkpoint) are possible for an existing mask: as many independent equations as a group
  * may have, and finite positive weights. */
 bool kt_mask_ranks_fit(const kt_mask *mask, const double *ranks);
 void kt_mask_put_ranks(kt_mask *mask, const double *ranks);

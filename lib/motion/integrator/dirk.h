@@ -8,13 +8,14 @@
 /* Rows of a try: a stage and its base. The damped iteration adds the start of a correction, and the correction. */
 enum { KT_DIRK_STAGE, KT_DIRK_BASE, KT_DIRK_FROM, KT_DIRK_CORRECTION, KT_DIRK_ROWS };
 
-/* The first numbers of the history besides Newton's: whether there was a step, and n slopes at each of its ends. */
+/* The first numbers of the history besides Newton's: whether a step has been made, and n slopes at each end of this
+ * step. */
 enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
 extern const kt_history_word kt_dirk_words[];
 static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; }
 
 /* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows. The sign of `part` is that of the
- * step. Y is left in its row, and the slope (Y - base) / part in the slot. */
+ * step. On return, Y is in its row, and the slope (Y - base) / part in the slot. */
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
 
 /* A try of a step: `solve` leaves y1 in the row of stages. If its iteration does not converge, the try continues with
@@ -22,7 +23,7 @@ kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slo
 typedef kt_try_result kt_dirk_solver(kt_integrator *it, const kt_interval *interval, kt_try *result);
 kt_try_result kt_dirk_try(kt_integrator *it, const kt_interval *interval, kt_dirk_solver *solve, kt_try *result);
 
-/* The slope at the start of a step: that of the last step's solution, or f if there is none. */
+/* The slope at the start of a step: the slope of the last step's solution, or f if no step was made. */
 const double *kt_dirk_slope(const kt_integrator *it);
 
 /* All stages of the table; y1 is left in the row of stages. */

@@ -53,20 +53,20 @@ static inline bool kt_is_not_negative(double x) { return isfinite(x) && x >= 0.0
 KT_METHOD_LIST(KT_METHOD_EXTERN)
 #undef KT_METHOD_EXTERN
 
-/* The coefficients of dopri5, which are those of auto, too (tables/dormand_prince.c). */
+/* The coefficients of dopri5, which auto uses, too (tables/dormand_prince.c). */
 extern const double kt_dopri5_a[], kt_dopri5_b[], kt_dopri5_c[], kt_dopri5_e[], kt_dopri5_d[];
 
 /* Whether the method is one of the built-in list, whose tables the tests check. */
 bool kt_method_is_built_in(const kt_method *method);
 
-/* Checks the sizes, and that no array is missing. kt_integrator_size requires this before it reads anything.
+/* Checks the sizes, and that no array is missing. kt_integrator_size requires this before reading any array.
  * kt_table_check_sizes checks the table alone, without the family's part. */
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error);
 kt_status kt_table_check_sizes(const kt_method *method, kt_error *error);
 /* Returns the error of a method whose table is not valid. */
 kt_status kt_table_reject(const kt_method *method, kt_error *error, const char *message);
 
-/* The family of a method: explicit if it names none. */
+/* The family of a method: explicit Runge-Kutta if the method names no family. */
 const kt_method_family *kt_method_family_of(const kt_method *method);
 
 /* Whether steps solve Newton's equations, all or some of them. */
@@ -113,7 +113,7 @@ typedef struct kt_integrator_sizes {
     X(double, previous_y, s->n, "state at previous_t")                                                                 \
     X(double, history, s->history, "what the family remembers of earlier steps; part of a checkpoint")
 
-/* These are scratch: written before they are read, or computed again. */
+/* These arrays are scratch: each call writes them before reading, or computes them again. */
 #define KT_INTEGRATOR_SCRATCH(X)                                                                                       \
     X(double, trial, s->n, "states of the stages; state at the end of the try")                                        \
     X(char, scratch, s->scratch, "the family's")                                                                       \
@@ -124,8 +124,8 @@ typedef struct kt_integrator_sizes {
 /* Bytes of an integrator with these options. Newton's matrices are left out if the caller solves the equations. */
 size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options);
 
-/* Errors of the slopes themselves, which no shorter step lowers. The caller's record of slopes for `within` covers the
- * tries of one step. The slope at its start may be evaluated in whatever call comes before. */
+/* Errors of the slopes themselves, which do not shrink with the step. The caller's record of slopes for `within` covers
+ * the tries of one step. The slope at the start of the step may be evaluated in an earlier call. */
 typedef struct kt_noise {
     void (*begin)(void *user);              /* before the first try of a step, with f at its start in slot 0 */
     double (*within)(double h, void *user); /* by how much they may put the state off within the last try of the step h,
@@ -140,7 +140,8 @@ typedef struct kt_leap {
     void (*retreat)(void *user);
 } kt_leap;
 
-/* The method whose steps the caller takes. It is not in the list, since no scene names it as an integrator. */
+/* The method whose steps the caller computes. The list of methods does not contain this method, since no scene names it
+ * as an integrator. */
 KT_INNER extern const kt_method kt_method_moreau_jean;
 
 struct kt_integrator {
@@ -184,23 +185,24 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte);
 void kt_integrator_retreat(kt_integrator *it, double step);
 
 /* Like kt_integrator_jump to the present state, for changed inputs of the right-hand side. The state remains. smooth:
- * the inputs are samples of smooth signals, and slopes from before continue them. */
+ * the inputs are samples of smooth signals, so that earlier slopes remain valid. */
 void kt_integrator_change(kt_integrator *it, bool smooth);
 
-/* Begins a call that may take so many steps, accepted and rejected together; 0: no limit. If it needs more,
- * it->used_up is set, and the step fails. */
+/* Begins a call that may try at most this many steps, accepted and rejected together; 0: no limit. If the call needs
+ * more, it->used_up is set, and the step fails. */
 void kt_integrator_limit_call(kt_integrator *it, uint64_t tries);
 
-/* f(t, y) at the present time and state if it is in memory; otherwise NULL. */
+/* f(t, y) at the present time and state if this slope is in memory; otherwise NULL. */
 const double *kt_integrator_known_derivative(const kt_integrator *it);
 
 /* Writes a state within the last step without another evaluation: the parabola through both ends of the step with the
- * slope at its beginning. It differs from the dense output by at most 4/27 h |f1 - f1'|, where f1' is the slope of the
- * parabola at the end. Returns false if the dense output costs no evaluation either, or if the slope is not in memory.
+ * slope at its beginning. The parabola differs from the dense output by at most 4/27 h |f1 - f1'|, where f1' is the
+ * slope of the parabola at the end. Returns false if the dense output costs no evaluation either, or if the slope is
+ * not in memory.
  */
 bool kt_integrator_sketch(const kt_integrator *it, double t, double *y_out);
 
-/* The state at the start of the last step, n values. If it is not in memory, the present state. */
+/* The state at the start of the last step, n values. If that state is not in memory, the present state. */
 const double *kt_integrator_previous_state(const kt_integrator *it);
 
 /* ---- tries ------------------------------------------------------------------------------------------------------- */
@@ -234,7 +236,8 @@ static inline kt_try_result kt_try_fail(kt_try *result, kt_try_result found, con
     return result->result = found;
 }
 
-/* The same from the code of a callback. If it is 0, returns KT_TRY_PASSED and leaves the result as it is. */
+/* Fills the result from the code of a callback. If the code is 0, returns KT_TRY_PASSED and leaves the result
+ * unchanged. */
 static inline kt_try_result kt_try_called(kt_try *result, int code, const char *what, double t) {
     if (code == 0)
         return KT_TRY_PASSED;
@@ -261,7 +264,8 @@ static inline void kt_add_times(double *restrict to, double factor, const double
         to[l] += factor * x[l];
 }
 
-/* absolute + relative max(|y0|, |y1|) + DBL_MIN. The last term keeps it above 0, so that 0 / 0 does not occur. */
+/* absolute + relative max(|y0|, |y1|) + DBL_MIN. Because of the last term, the scale is above 0, so that 0 / 0 does not
+ * occur. */
 static inline double kt_scale_of(double absolute, double relative, double y0, double y1) {
     const double a = fabs(y0), b = fabs(y1);
     return absolute + relative * (a > b ? a : b) + DBL_MIN;
@@ -283,7 +287,7 @@ double kt_no_error_at(const kt_integrator *it, double h, size_t i);
 /* Reports a failed tried step as an error: code, time and message. */
 kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const char *advice, kt_error *error);
 
-/* Checks the results of the family's try_step: slopes and `trial`. For an adaptive step it also computes
+/* Checks the results of the family's try_step: slopes and `trial`. For an adaptive step, also computes
  * result->error. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
 /* The last part of kt_try_check, for an adaptive step whose error estimate is given. */
@@ -302,8 +306,9 @@ typedef struct kt_plan_of_try {
 kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error);
 
 /* The same in parts, for callers that try the steps of several integrators at once (batch/ensemble.c). First,
- * kt_attempt_begin plans a try. While `again` is set, the caller runs the family's try_step on plan.interval. If that
- * has passed, it calls kt_try_check. Then kt_attempt_end accepts the step, or rejects the try and plans another. */
+ * kt_attempt_begin plans a try. While `again` is set, the caller runs the family's try_step on plan.interval. If
+ * try_step has passed, the caller calls kt_try_check. Then kt_attempt_end accepts the step, or rejects the try and
+ * plans another. */
 typedef struct kt_attempt {
     double t_limit;
     double proposed, least; /* adaptive: |h| of the next try, and the least that may be tried */
@@ -313,10 +318,11 @@ typedef struct kt_attempt {
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *attempt, kt_error *error);
 kt_status kt_attempt_end(kt_integrator *it, kt_attempt *attempt, kt_try *result, bool *again, kt_error *error);
 
-/* The largest error estimate of a quadrature over its tolerance, for the last adaptive step. It is 0 without
+/* The largest error estimate of a quadrature over its tolerance, for the last adaptive step. Returns 0 without
  * quadratures, and with fixed steps. */
 double kt_integrator_quadrature_error(const kt_integrator *it);
-/* Replaces the quadratures at the end of the last step by better ones. No other result depends on them. */
+/* Replaces the quadratures at the end of the last step by more accurate values. No other result depends on
+ * quadratures. */
 void kt_integrator_put_quadratures(kt_integrator *it, const double *values);
 
 /* The component that caused the last step to fail with KT_ERROR_STEP or KT_ERROR_NOT_FINITE; n if unknown. */
@@ -415,7 +421,7 @@ kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, k
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
                                  kt_try *result);
 
-/* Writes the nonzero ones of `count` weights, weight j for slot j. Returns their number. */
+/* Writes the nonzero weights among `count` weights, weight j for slot j. Returns the number of nonzero weights. */
 static inline size_t kt_stage_terms(const double *weights, size_t count, kt_stage_term *terms) {
     size_t used = 0;
     for (size_t j = 0; j < count; j++)
@@ -434,7 +440,7 @@ void kt_combine(double *out, const double *y, double h, const kt_stage_term *ter
 /* The same over a row of `count` weights with zeros. k: rows of n numbers. */
 void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
-/* The error estimate of a step h from mean squares: err with a single estimate. With two estimates it is HNW
+/* The error estimate of a step h from mean squares: err with a single estimate. With two estimates, after HNW
  * (II.10.17):
  *
  *     h err_5^2 / sqrt(err_5^2 + 0.01 err_3^2) */
@@ -442,7 +448,7 @@ static inline double kt_explicit_error(double h, double high, bool has_low, doub
     return has_low && high != 0.0 ? fabs(h) * high / sqrt(high + 0.01 * low) : fabs(h) * sqrt(high);
 }
 
-/* The terms of these rows of a compiled table after those of the stages: b, e, and e_low (explicit.c). */
+/* A compiled table has the terms of the stages, and then the terms of these rows: b, e, and e_low (explicit.c). */
 enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
 
 /* The dense output in the form that the public header gives (explicit.c), from slopes in slots. kt_dense_state takes
@@ -458,14 +464,14 @@ double kt_rational_limit(const kt_stability *stability);
 /* R of stages that are solved one after the other, from stage `first` on. The numerator has at most this degree. */
 void kt_rational_stages(const kt_method *m, double gamma, int first, int degree, kt_stability *out);
 
-/* Two steps are equal if they differ by no more than the rounding of times. Data that belong to a step's length then
- * serve for the next one. */
+/* Two steps are equal if they differ by no more than the rounding of times. Then data that depend on the step's length
+ * are used again for the next step. */
 #define KT_SAME_STEP 1e-8
 static inline bool kt_is_same_step(double h, double other) { return fabs(h - other) <= KT_SAME_STEP * fabs(h); }
 
 /* kt_is_inside returns whether x lies inside a region. Searching outwards from 0, kt_first_exit returns the first
- * boundary of the region to rounding: a point between the last one inside and the first outside. It returns HUGE_VAL if
- * there is none up to `most` (stability.c). */
+ * boundary of the region to rounding: a point between the last point inside and the first outside. Returns HUGE_VAL if
+ * the region has no boundary up to `most` (stability.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 /* The farthest point along a direction (re, im) of size 1 up to which |R| exceeds 1 by no more than `rounding`. Points
@@ -485,7 +491,7 @@ static inline double kt_farthest_stable(const kt_stability *s) {
  * platform, which no libm guarantees. */
 double kt_control_power(double x, double p);
 
-/* The exponents of the error of an accepted step, and of that of the step before; h_new / h from the powers. */
+/* The exponents of the errors of an accepted step and of the step before; h_new / h from the powers. */
 static inline double kt_control_exponent(const kt_integrator *it) { return -it->options.alpha / it->error_order; }
 static inline double kt_control_exponent_before(const kt_integrator *it) { return it->options.beta / it->error_order; }
 static inline double kt_control_clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
@@ -494,7 +500,7 @@ static inline double kt_control_growth(const kt_integrator *it, double power, do
     return kt_control_clamp(o->safety * power * power_before, o->factor_min, o->factor_max);
 }
 
-/* h_new / h after an accepted step; after a rejected one. */
+/* h_new / h after an accepted step, and after a rejected step. */
 double kt_control_accepted(const kt_integrator *it, double error);
 double kt_control_rejected(const kt_integrator *it, double error);
 
@@ -502,9 +508,10 @@ double kt_control_rejected(const kt_integrator *it, double error);
  * `limit`. Returns 0 if a callback stopped. */
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result);
 
-/* Adaptive steps. A motion makes no progress if it advances, over KT_PROGRESS_TRIES tries, by less than KT_PROGRESS of
- * its time per try. The same is true for less than KT_PROGRESS_LASTING over KT_PROGRESS_WINDOWS such windows of tries
- * in a row. If events may end the motion, its time is at most KT_PROGRESS_OPEN (s), or the reached time. */
+/* Adaptive steps. A motion makes no progress if the motion advances, over KT_PROGRESS_TRIES tries, by less than
+ * KT_PROGRESS of its time per try. The same is true for less than KT_PROGRESS_LASTING over KT_PROGRESS_WINDOWS such
+ * windows of tries in a row. If events may end the motion, its time is at most KT_PROGRESS_OPEN (s), or the reached
+ * time. */
 #define KT_PROGRESS 1e-10
 #define KT_PROGRESS_LASTING 1e-9
 #define KT_PROGRESS_OPEN 1e4

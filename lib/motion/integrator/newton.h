@@ -7,7 +7,7 @@
 
 #include <float.h>
 
-/* The most iterations of a try: with adaptive steps, and with fixed ones, which are iterated to rounding. */
+/* The most iterations of a try: with adaptive steps, and with fixed steps, which are iterated to rounding. */
 enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 
 /* The most stages that are iterated at once. */
@@ -39,7 +39,8 @@ typedef struct kt_newton_memory {
 
 enum { KT_NEWTON_NUMBERS = sizeof(kt_newton_memory) / sizeof(double) };
 
-/* Arrays of a try. The matrices are there only if the caller does not solve (kt_integrator_options.newton). */
+/* Arrays of a try. The matrices exist only if the caller does not solve Newton's equations
+ * (kt_integrator_options.newton). */
 #define KT_NEWTON_FIELDS(X)                                                                                            \
     X(double, jacobian, matrix, "f_y, column-major")                                                                   \
     X(double, real, matrix, "factors of sigma - J for a real sigma")                                                   \
@@ -87,8 +88,8 @@ static inline double *kt_newton_history(const kt_integrator *it) {
 /* For `measure` of a family whose methods keep `rows` vectors of a try, and `history` numbers between steps. */
 void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history);
 
-/* Before a try: lays the scratch out and provides J. J is that of earlier steps, unless a new one is wanted, or a try
- * with an old one was rejected. Requires f(t, y) in slot 0. */
+/* Before a try: lays the scratch out and provides J. J of an earlier step is used again, unless a new J was requested,
+ * or a try with an old J was rejected. Requires f(t, y) in slot 0. */
 kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result);
 
 /* Computes J at the start of this step, unless the J in use already is that. */
@@ -103,12 +104,12 @@ kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_comp
  * depend, are divided by sigma. `im` NULL: the real system. */
 kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result);
 
-/* Begins a simplified Newton iteration. After each correction, kt_newton_judge decides with the weighted norm of the
- * correction. KT_TRY_PASSED with *done ends the iteration; without *done it continues. KT_TRY_DIVERGED sets
+/* Begins a simplified Newton iteration. After each correction, kt_newton_judge decides from the weighted norm of the
+ * correction. KT_TRY_PASSED with *done ends the iteration; without *done the iteration continues. KT_TRY_DIVERGED sets
  * result->factor, the factor by which the step should be shorter. */
 void kt_newton_begin(kt_integrator *it);
-/* Records |r / sigma| of a stage with the residual r: the correction if J was 0. Call it before kt_newton_judge if J
- * may hide the rest of the residual. */
+/* Records |r / sigma| of a stage with the residual r: the correction for J = 0. Must be called before kt_newton_judge
+ * if the correction with J may be small although the residual is large. */
 void kt_newton_note(kt_integrator *it, size_t stage, double bare);
 kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result);
 
@@ -126,12 +127,12 @@ double kt_newton_square_of(const kt_integrator *it, const double *x, const doubl
 kt_try_result kt_newton_check(const kt_integrator *it, const double *x, double t, double size, kt_try *result);
 
 /* For one iteration of Newton's method without simplification: computes J at a stage (t, Y), with f in the slot, and
- * the factors of sigma - J. If J cannot be computed there, the J in memory is used. */
+ * the factors of sigma - J. If J cannot be computed at this stage, the J in memory is used. */
 kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
                                     kt_try *result);
 
-/* Decides how a try continues that did not converge. It continues (KT_TRY_PASSED) with the same step and J of the
- * present. If J cannot be computed now, it continues without J, or not at all. */
+/* Decides how a try continues that did not converge. The try continues (KT_TRY_PASSED) with the same step and J at the
+ * present state. If J cannot be computed, the try continues without J, or fails. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);
 
 /* After a step, and before the first step of a motion. kt_newton_want is called after kt_newton_accept: the next step

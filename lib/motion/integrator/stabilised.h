@@ -84,13 +84,14 @@ static inline kt_stabilised_scratch *kt_stabilised_scratch_of(const kt_integrato
 
 static inline double kt_stabilised_radius(const kt_integrator *it) { return kt_stabilised_scratch_of(it)->radius; }
 
-/* The longest step for which there are enough stages; HUGE_VAL if nothing decays. */
+/* The longest step for which the largest number of stages suffices; HUGE_VAL if nothing decays. */
 double kt_stabilised_reach(const kt_integrator *it);
 
-/* Before a try: sets `radius`. It is estimated again if that in the history is too old or a try was rejected. */
+/* Before a try: sets `radius`. The radius is estimated again if the radius in the history is too old, or if a try was
+ * rejected. */
 kt_try_result kt_need_radius(kt_integrator *it, bool rejected, kt_try *result);
 
-/* Updates the history after a step; clears it before the first step of a motion. */
+/* Updates the history after a step; clears the history before the first step of a motion. */
 void kt_radius_accept(kt_integrator *it);
 void kt_radius_forget(kt_integrator *it);
 

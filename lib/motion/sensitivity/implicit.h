@@ -25,7 +25,7 @@ bool kt_coupled_counts(const kt_method *method, kt_coupled c);
  * factors. */
 KT_CHECKED kt_status kt_coupled_differentiate(kt_step_work *w, kt_coupled c, size_t held, kt_error *error);
 
-/* x becomes the solution of the equations, or of the transposed ones: w->unknowns numbers of each stage. */
+/* x becomes the solution of the equations, or of the transposed equations, with w->unknowns numbers for each stage. */
 void kt_coupled_solve(const kt_step_work *w, kt_coupled c, double *x);
 void kt_coupled_solve_transposed(const kt_step_work *w, kt_coupled c, double *x);
 

@@ -77,7 +77,7 @@ static inline size_t kt_padded_v(const kt_model *model) { return kt_padded(kt_ra
  * kt_sum: out = start + h sum_j row_j k_j, over `count` rows k_j of n numbers, one after the other. n: a multiple of
  * KT_LANES.
  *
- * kt_solve_lanes: eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h. The bits are those
+ * kt_solve_lanes: eight columns x become A^-1 x, a vector a row, with the factors of algebra/lu.h. The bits equal those
  * of kt_lu_solve. */
 #define KT_PRODUCTS_DECLARE(isa)                                                                                       \
     void kt_product_##isa(size_t n, const double *a, const double *b, double *scratch, size_t columns,                 \
@@ -146,7 +146,7 @@ KT_CHECKED kt_status kt_parameter_drift(kt_parameter_work *w, int k, const kt_pa
                                         kt_error *error);
 
 /* The change of a projection with the parameter, for the correction x: w->inertia (n x count) and w->gap (p x count).
- * They belong to velocities unless v is NULL. */
+ * Unless v is NULL, both belong to velocities. */
 KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const double *q, const double *v,
                                           const double *x, kt_error *error);
 
@@ -204,8 +204,8 @@ typedef struct kt_projection_work {
 size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model);
 
 /* Projects q, v in place (kt_state_project, or quaternions alone), and columns of changes (xi, dv) of 2 nv numbers. The
- * changes are those by the state, or by the numbers of `parameter` unless that is NULL. On failure, q, v and the
- * columns are undefined. */
+ * changes are derivatives by the state or, unless `parameter` is NULL, by its numbers. On failure, q, v and the columns
+ * are undefined. */
 KT_CHECKED kt_status kt_projection_columns(kt_projection_work *w, double *q, double *v, size_t columns, double *x,
                                            kt_parameter_work *parameter, kt_error *error);
 
@@ -228,7 +228,7 @@ KT_CHECKED kt_status kt_projection_transposed(kt_projection_work *w, const doubl
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
-/* Rows of the largest variant, if it has hard contacts, stops or slack ropes; else 0. */
+/* The rows of the largest variant with hard contacts, stops or slack ropes; 0 without such a variant. */
 size_t kt_step_contact_rows(const kt_model *model);
 
 /* Every array: type, name, count, meaning. N numbers of a state y = (q, v, x), n velocities, m auxiliary states, s
@@ -360,11 +360,12 @@ KT_CHECKED kt_status kt_step_slope(const kt_step_work *w, double t, const double
 /* Sums the slopes up to `next`. */
 void kt_step_finish(kt_step_work *w);
 
-/* The stages that count: without the last one of an explicit fsal method. */
+/* The number of stages that count. The last stage of an explicit FSAL method does not count, because it belongs to the
+ * next step. */
 size_t kt_step_stages_of(const kt_method *method);
 
 /* The numbers of a slope of a stage that are kept, so that all stages follow from them. These are the accelerations, or
- * the whole slope for implicit methods. There are none if the adjoint repeats the step. */
+ * the whole slope for implicit methods. No number is stored if the adjoint repeats the step. */
 size_t kt_step_kept(const kt_model *model, const kt_method *method);
 
 /* Whether a method is implicit and its steps are differentiable functions of a state. kt_coupled_most: the most stages
@@ -404,8 +405,8 @@ static inline double kt_step_time(const kt_step *step, size_t i) {
 /* Computes a_q, a_v and with `inputs` a_tau (w->by_q, by_v, by_tau) at stage i. Computes the accelerations, too, unless
  * a is NULL. */
 KT_CHECKED kt_status kt_step_differentiate(kt_step_work *w, size_t i, bool inputs, double *a, kt_error *error);
-/* Computes the derivatives, with those of auxiliary states, at any time and state y with given accelerations. They go
- * to the matrices with the index `block`, of stages that are solved together. */
+/* Computes the derivatives, with those of auxiliary states, at any time and state y with given accelerations. The
+ * results go to the matrices with the index `block`, among stages that are solved together. */
 KT_CHECKED kt_status kt_step_differentiate_at(kt_step_work *w, double t, const double *y, const double *a, size_t block,
                                               bool inputs, kt_error *error);
 
@@ -425,9 +426,9 @@ void kt_step_give(const kt_step_work *w, double *A, double *B);
 /* Computes a_p at a state y with the accelerations a, from w->by_tau, into w->parameter->by_parameter. */
 KT_CHECKED kt_status kt_parameter_stage(kt_step_work *w, double t, const double *y, const double *a, kt_error *error);
 
-/* The adjoint of the step from q, v. kt_adjoint_run computes the state after the step, w->next. The caller puts the
- * gradient by that state into w->by_next. Then kt_adjoint_sweep turns it into the gradient by the state before
- * (tangent), and w->by_force into the gradient by tau. */
+/* The adjoint of the step from q, v. kt_adjoint_run computes the state after the step, w->next. The caller writes the
+ * gradient by this state to w->by_next. Then kt_adjoint_sweep turns w->by_next into the gradient by the state before
+ * the step (tangent), and w->by_force into the gradient by tau. */
 KT_CHECKED kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_error *error);
 KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 
@@ -447,7 +448,8 @@ KT_CHECKED kt_status kt_stage_adjoint(kt_step_work *w, size_t i, const double *m
 KT_CHECKED kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const double *mu, double *by_tau,
                                       kt_error *error);
 KT_CHECKED kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error);
-/* Computes the poses in space that the gradient of the loops reads, if a sweep in the plane has left them out. */
+/* Computes the poses in space that the gradient of the loops reads, if a sweep in the plane has left these poses
+ * out. */
 KT_CHECKED kt_status kt_sweep_pose(const kt_model *model, kt_data *data, const double *q, kt_error *error);
 
 /* Adds w . dQ of effects in joints at a state. Numbers of q, v and of the gradients are `stride` apart, as in a lane
@@ -461,8 +463,8 @@ const char *kt_sweep_rejected(const kt_model *model);
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* The memory of a motion that is reversed (revolve.c). It has `most` checkpoints of `numbers` numbers, of which `kept`
- * are in use. The last one belongs to the present step. For each checkpoint: the index of its step, and whether the
- * step from it has been taken since. */
+ * are in use. The last checkpoint belongs to the present step. Stored with each checkpoint: the index of its step, and
+ * whether this step has been computed since. */
 typedef struct kt_revolve {
     int steps, most, kept;
     size_t numbers;
@@ -471,9 +473,9 @@ typedef struct kt_revolve {
     bool *taken;
 } kt_revolve;
 
-/* The callback `advance` goes from the state at the start of step k to that of step k + 1, in place. It saves the
- * results of the step with the checkpoint `keep`, unless that is -1. The callback `reverse` is the adjoint of step k,
- * whose results are those with the checkpoint `kept`, or none (-1). */
+/* The callback `advance` replaces the state at the start of step k by the state at the start of step k + 1. Unless
+ * `keep` is -1, the callback saves the results of the step with the checkpoint `keep`. The callback `reverse` is the
+ * adjoint of step k. The results of this step were saved with the checkpoint `kept`, or not at all (-1). */
 typedef kt_status kt_revolve_advance(void *user, int k, int keep, double *state, kt_error *error);
 typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *state, kt_error *error);
 
@@ -488,11 +490,11 @@ kt_revolve kt_revolve_of(const kt_rollout *rollout, size_t numbers, double *stat
 
 /* The point of a rollout's cost at the state y of step k. */
 kt_cost_point kt_rollout_point(const kt_model *model, const kt_rollout *rollout, int k, const double *y);
-/* Computes k_i / h (step_adjoint.c) of one state, or of lanes, which have `all` numbers. */
+/* Computes k_i / h (step_adjoint.c) of one state, or of lanes, with `all` numbers. */
 void kt_adjoint_gather(const kt_method *method, size_t i, size_t stages, size_t all, const double *by_end,
                        const double *by_stage, double *by_slope);
 
-/* kt_state_close after a step, which leaves loops as they are if it is `unprojected`. */
+/* kt_state_close after a step, without the projection onto loops if `unprojected`. */
 KT_CHECKED kt_status kt_step_close(const kt_model *model, kt_data *data, const kt_step *step, double *q, double *v,
                                    kt_error *error);
 

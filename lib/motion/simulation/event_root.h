@@ -8,7 +8,7 @@
 #include <float.h>
 #include <math.h>
 
-/* Samples of a panel. The last row of values is that of the beginning of the step. */
+/* Samples of a panel. The last row of values belongs to the beginning of the step. */
 enum { KT_EVENT_SAMPLES = KT_EVENT_VALUES - 1 };
 
 /* Values that the search of a panel takes in any case: of its samples, and of a root. */
@@ -17,14 +17,15 @@ enum { KT_EVENT_ROOT_STEPS = 128, KT_EVENT_AT_LEAST = KT_EVENT_SAMPLES - 1 + KT_
 /* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
 KT_INLINE double kt_event_together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
 
-/* The size that rounding of times in a step is relative to. A step from t = 0 would shrink without end towards a root
- * there. It is bounded by a rounding of the end of its first try: in a rounding of this time, no state changes. */
+/* The size to which rounding of times in a step is relative. A step from t = 0 would shrink without end towards a root
+ * at t = 0. Therefore a rounding of the end of the step's first try bounds the step from below: within this rounding,
+ * no state changes. */
 double kt_event_extent_of_times(const kt_simulation *simulation, double t);
 
 /* The width to which a root is enclosed, s. */
 double kt_event_least_width(const kt_simulation *simulation, double t);
 
-/* Whether event k is searched: it is armed, and its limit is not reached. */
+/* Whether event k is searched: the event is armed, and its limit is not reached. */
 bool kt_event_is_armed(const kt_simulation *simulation, size_t k);
 
 /* Evaluates g of event k, or of all armed events, in the state y. */
@@ -37,13 +38,13 @@ KT_CHECKED kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, 
 kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
                         kt_error *error);
 
-/* Finds the first root of event k in a panel in its direction, and the side behind it. The times are those of the
- * samples, whose values are in simulation->event_value. HUGE_VAL: there is none, and the side of g is kept. */
+/* Finds the first root of event k in a panel in its direction, and the side behind the root. `times` are the times of
+ * the samples, whose values are in simulation->event_value. HUGE_VAL: no root, and the side of g does not change. */
 KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
                                         int *side, kt_error *error);
 
-/* Whether no event has a root in the last step, to judge by samples that cost no evaluation of the slope. `false` means
- * that the search decides. The values at the beginning of the step are given, and no value was taken before
+/* Whether no event has a root in the last step, judged from samples that need no evaluation of the slope. `false` means
+ * that the search decides. The values at the beginning of the step are known, and no other sample was evaluated before
  * (event_far.c). */
 bool kt_event_all_far(kt_simulation *simulation);
 

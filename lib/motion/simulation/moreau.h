@@ -7,10 +7,10 @@
 
 #include <math.h>
 
-/* Why a contact takes no part in a step: it does not close, or other loops hold its gap. */
+/* The reason why a contact takes no part in a step: the contact does not close, or other loops hold its gap. */
 enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
 
-/* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. Its rows are those of
+/* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. The rows of an item are in
  * struct kt_contacts. At most `items` items and `list` rows take part in a step. */
 #define KT_MOREAU_FIELDS(X)                                                                                            \
     X(double, y, s->n, "the state in the middle of the step: q, then the velocities without impulses, and x")          \
@@ -107,14 +107,14 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
  *
  * kt_moreau_begin finds the equations in the middle, and the dry friction of joints, which takes part always.
  *
- * kt_moreau_take_free receives velocities without impulses, in m->y, and copies them to m->after.
+ * kt_moreau_take_free receives velocities without impulses in m->y, and copies these velocities to m->after.
  *
  * kt_moreau_add_closing adds contacts that close within the step at the velocities m->after.
  *
  * kt_moreau_solve computes the impulses, and m->after with them.
  *
- * kt_moreau_correct moves the middle out of contacts, and updates their gaps. It returns whether it did. begins:
- * impulses of the step are not known yet.
+ * kt_moreau_correct moves the middle out of contacts, and updates their gaps. Returns whether the middle was moved.
+ * begins: impulses of the step are not known yet.
  *
  * kt_moreau_renew_laws updates bounds behind a displacement. */
 KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error);

@@ -16,8 +16,9 @@ typedef struct kt_simulation_response {
     const kt_data *data;   /* result: its data, with the motion */
 } kt_simulation_response;
 
-/* The result of an event's function within a step if its value belongs to whole steps. The value is then that of the
- * beginning. It changes at the end, where the event happens. No function returns this number by chance. */
+/* The result of an event's function within a step if its value belongs to whole steps. Within the step, the value is
+ * that at the beginning. The value changes at the end, where the event happens. No function returns this number by
+ * chance. */
 enum { KT_EVENT_HOLDS = -20264 };
 
 /* Whether contacts are resolved by time stepping. Their forces then belong to steps, and no evaluation of the model

@@ -16,7 +16,8 @@ extern const kt_event_watch kt_event_watch_all;
  * variant. */
 void kt_simulation_follow_model(kt_simulation *simulation);
 
-/* Changes to another variant of the model. The state, the data and the integrator's history do not belong to it yet. */
+/* Changes to another variant of the model. After this call, the state, the data and the integrator's history still
+ * belong to the earlier variant. */
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
 
 /* Lists the hard contacts and adds their events before all others (contacts.c). `simulation` has its model, data and
@@ -41,15 +42,15 @@ typedef struct kt_simulation_energy {
 } kt_simulation_energy;
 KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
                                                kt_error *error);
-/* Computes the kinetic energy d'M d / 2 of the change of velocities d from v to those in y, which a projection of v
- * onto the loops dissipates (switch.c). Overwrites simulation->a. */
+/* Computes the kinetic energy d'M d / 2 which a projection of v onto the loops dissipates; d is the change from v to
+ * the velocities in y (switch.c). Overwrites simulation->a. */
 KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                              kt_error *error);
 /* A jump of the state at the present time: a change, a switch, or an impact. It has three parts (jump.c).
  *
- * kt_simulation_begin_jump computes the energy before it, if that is accounted for or `needed`.
+ * kt_simulation_begin_jump computes the energy before the jump, if a balance or `needed` requires it.
  *
- * kt_simulation_add_jump adds the jump to the works in y, if they are computed. The energy grows by `gain`. If
+ * kt_simulation_add_jump adds the jump to the work done in y, if the work is computed. The energy grows by `gain`. If
  * `driven`, `lost` is dissipated, and moving constraints supply the rest. Otherwise a gain counts as supplied, and a
  * loss as dissipated.
  *
@@ -60,7 +61,7 @@ KT_CHECKED kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool ne
 void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven);
 KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
                                         const kt_simulation_energy *after, kt_error *error);
-/* Whether the energies at a jump are needed: for a balance, or for works that are estimated. */
+/* Whether the energies at a jump are needed: for a balance, or for an estimate of the work done. */
 static inline bool kt_simulation_accounts(const kt_simulation *simulation) {
     return simulation->size.integrates_works || simulation->watches_works;
 }
@@ -68,10 +69,10 @@ static inline bool kt_simulation_accounts(const kt_simulation *simulation) {
 /* Writes the state at a time within the last step, with closed loops, to `y`. */
 KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error);
 
-/* After a step with a balance: integrates the powers along the step if its works are less accurate than the tolerances
- * require. */
+/* After a step with a balance: integrates the powers along the step, if the work done is less accurate than the
+ * tolerances require. */
 void kt_simulation_refine_works(kt_simulation *simulation);
-/* The works at a time within a step that was refined, up to its end. Returns false if they cannot be computed. */
+/* The work done at a time within a refined step, or at its end. Returns false if the work cannot be computed. */
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
 /* The powers in a state y, under the inputs of the last step. Returns the values of a callback. */
 KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
@@ -85,15 +86,15 @@ static inline kt_status kt_simulation_date_masses(const kt_simulation *simulatio
     return KT_OK;
 }
 
-/* Works estimated from powers at the ends of steps (work_watch.c), if the options request them.
+/* The estimate of the work done from powers at the ends of steps (work_watch.c), if the options request it.
  *
- * Receives the power that an evaluation of the state y has found with its slope dydt. */
+ * Receives the power that an evaluation of the state y has computed along with its slope dydt. */
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
 /* Notes a power at the present time, once (power_points.c). */
 void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
 /* Notes the power at the end of a step. */
 void kt_simulation_end_powers(kt_simulation *simulation);
-/* Adds the powers of the present time if they are missing: before a record, before new inputs, and before a jump. */
+/* Adds the powers of the present time if these are missing: before a record, before new inputs, and before a jump. */
 void kt_simulation_add_missing_powers(kt_simulation *simulation);
 static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
     if (simulation->watches_works)
@@ -107,7 +108,8 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 /* The noise that rounding causes in accelerations next to singular positions. */
 extern const struct kt_noise kt_simulation_noise;
 
-/* Newton's equations of an implicit method, in second-order form (second_order_newton.c), and the sizes that they need.
+/* Newton's equations of an implicit method, in second-order form (second_order_newton.c), and the sizes of their
+ * arrays.
  * */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);
@@ -161,26 +163,26 @@ KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_e
 /* Returns KT_OK, or KT_ERROR_ARGUMENT at "record" if one of the bits is not in KT_RECORD_LIST. */
 KT_CHECKED kt_status kt_record_check(unsigned record, kt_error *error);
 
-/* The first function returns whether functions of time or a caller's effects have breakpoints. The second one returns
- * whether those of loops have any. The third one returns the longest step that samples functions between their
- * breakpoints, HUGE_VAL for polynomials. Cost: O(loops + effects). */
+/* The first function returns whether functions of time or a caller's effects have breakpoints. The second function
+ * returns whether functions of loops have breakpoints. The third function returns the longest step that samples
+ * functions between their breakpoints, HUGE_VAL for polynomials. Cost: O(loops + effects). */
 bool kt_simulation_has_breakpoints(const kt_model *model);
 bool kt_simulation_has_motion_breakpoints(const kt_model *model);
 double kt_simulation_longest_step(const kt_model *model);
 
 /* The shortest piece of a function of time between two breakpoints, or a quarter of a sine's period. Pieces count if
- * they begin and end within the duration. HUGE_VAL if there is none. Cost: O(breakpoints). */
+ * they begin and end within the duration. HUGE_VAL if no piece counts. Cost: O(breakpoints). */
 KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double duration);
 
 /* Ends steps at breakpoints. The first function comes before a step, or before the slope at the present time is
- * requested. At a breakpoint with a jump of the accelerations, it forgets the slopes of earlier steps and the last
- * step's interpolant. If the speed of a drive jumps, velocities jump with it (jump.c). The second function, a part of
- * the first one, finds the next breakpoint if the present time is beyond the last one. It returns whether the
- * accelerations jump at the present time, and in *strikes whether the speed of a drive does. The third function reduces
- * *t_limit to the next breakpoint if that comes first. */
+ * requested. At a breakpoint with a jump of the accelerations, the function discards the slopes of earlier steps and
+ * the last step's interpolant. If the speed of a drive jumps, velocities jump with it (jump.c). The second function, a
+ * part of the first one, finds the next breakpoint if the present time is beyond the last breakpoint. Returns whether
+ * the accelerations jump at the present time, and in *strikes whether the speed of a drive jumps. The third function
+ * reduces *t_limit to the next breakpoint if that comes first. */
 KT_CHECKED kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error);
-/* Comes before another jump of the state: if the speed of a drive jumps at the present time, it does so first. This
- * stays if the other jump fails. */
+/* Must precede another jump of the state: if the speed of a drive jumps at the present time, applies this jump first.
+ * The jump remains applied if the other jump fails. */
 KT_CHECKED kt_status kt_simulation_strike_due(kt_simulation *simulation, kt_error *error);
 bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes);
 void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
@@ -189,10 +191,11 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
 bool kt_simulation_has_inner_stage(const kt_method *method);
 
 /* Undoes a step of a method without a stage at its end, if a function of time changes behind the last stage. Returns
- * whether it did. The end of the next step is then *t_limit. */
+ * whether the step was undone; then *t_limit is the end of the next step. */
 bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit);
 
-/* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function there. */
+/* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function in this
+ * step. */
 KT_CHECKED kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, kt_error *error);
 
 /* After a checkpoint: restores the breakpoints at both ends of the step that ended at the present time. */
@@ -200,17 +203,18 @@ void kt_simulation_recall_breakpoints(kt_simulation *simulation);
 
 /* Lets breakpoints be searched anew, since functions of time, or the time itself, have changed. */
 void kt_simulation_forget_breakpoints(kt_simulation *simulation);
-/* Likewise after a change of the state at a jump. Forces at this time remain those behind the jump. */
+/* Renews the breakpoints after a change of the state at a jump. Forces at this time remain the forces after the
+ * jump. */
 void kt_simulation_renew_breakpoints(kt_simulation *simulation);
 
 /* Contacts and stops that a step has leapt over (gap.c), in models with such effects. */
 bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is at the end of each step */
 /* Finds the gaps at the present time, before a step. */
 void kt_simulation_begin_gaps(kt_simulation *simulation);
-/* After a step: returns false if nothing was leapt over. Otherwise it undoes the step, and *t_limit is its new end. */
+/* After a step: returns false if nothing was leapt over. Otherwise undoes the step, and *t_limit is the new end. */
 bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit);
-/* Rejects a record at t, with its state in y, if such an effect acts there and the ends of the step have not seen
- * it. */
+/* Rejects a record at t, with its state in y, if an effect on one side of a boundary acts at t, but at neither end of
+ * the step. */
 KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
 
 /* Distances from boundaries (clearance.c). swept: data hold the motion of the links that carry forces. */
@@ -221,15 +225,15 @@ void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept);
 bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h);
 /* Whether the step may have reached the boundary of effect k. Cost: O(1). */
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
-/* Passes the distances at the end of a step to the beginning of the next one. Cost: O(1). */
+/* Passes the distances at the end of a step to the beginning of the next step. Cost: O(1). */
 void kt_simulation_pass_clearances(kt_simulation *simulation);
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
 
 /* Counts an instant of events, at which event k happens (event_chain.c). Returns an error if such instants have no
- * end. The second function counts a step that ended without an event; `missed`: it was to end at event k. Returns an
- * error if too many steps in turn miss their event. */
+ * end. The second function counts a step that ended without an event; `missed`: the step should have ended at event k.
+ * Returns an error if too many steps in turn miss their event. */
 KT_CHECKED kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error);
 KT_CHECKED kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_t k, kt_error *error);
 
@@ -237,8 +241,8 @@ KT_CHECKED kt_status kt_simulation_count_miss(kt_simulation *simulation, bool mi
 KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const kt_event *event, kt_recorder *recorder,
                                                 void *user, kt_error *error);
 
-/* Returns KT_OK, or KT_ERROR_ARGUMENT at `call` if a function of the caller runs that may not call it
- * (kt_simulation.within). */
+/* Returns KT_OK, or KT_ERROR_ARGUMENT at `call` if the call comes from within a function of the caller that must not
+ * make this call (kt_simulation.within). */
 KT_CHECKED kt_status kt_simulation_require_outermost(const kt_simulation *simulation, const char *call,
                                                      kt_error *error);
 
@@ -262,7 +266,8 @@ bool kt_simulation_owes_record(const kt_simulation *simulation);
 void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record *record);
 /* Begins record k, with its state in y. */
 KT_CHECKED kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from);
-/* Computes the requested values of a record and hands it over. status, from: the result of reading it. */
+/* Computes the requested values of a record and passes the record on. status, from: the result of reading the state of
+ * the record. */
 KT_CHECKED kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record,
                                                    kt_error *from, kt_recorder *recorder, void *user, kt_error *error);
 /* Hands over a record that is complete. */
@@ -281,15 +286,15 @@ bool kt_simulation_gains_energy(kt_simulation *simulation);
 void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
 bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
 
-/* Parts of the search of events (event_chain.c). The first one notes the error of an event, unless the cause of a
- * failed evaluation is known. The second one returns whether a contact changes its side within the last step, and not
- * at the instant that is due. */
+/* Parts of the search of events (event_chain.c). The first function stores the error of an event, unless the cause of a
+ * failed evaluation is known. The second function returns whether a contact changes its side within the last step, but
+ * not at the instant that is due. */
 void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
 bool kt_simulation_skips_contact(const kt_simulation *simulation);
 /* Whether slip of contact k rests at the end of the last step, up to its rest velocity. */
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k);
-/* Whether rounding of the state may hide that contact k is reached: it touches, and the last step has not changed its
- * gap. Unless the step is brief, none of its samples shows another gap. */
+/* Whether rounding of the state may hide that contact k closes: the contact touches, and the last step has not changed
+ * the gap. Unless the step is brief, no sample of the step shows another gap. */
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief);
 
 /* Whether a smaller step may avoid an error. */
@@ -312,15 +317,15 @@ double kt_simulation_record_time(const kt_simulation *simulation, int64_t k);
 /* The number of records: see kt_simulation_record_count. */
 double kt_record_intervals(double duration, double interval);
 
-/* Returns the first breakpoint after t of formulas of time alone, for kt_event.corner; HUGE_VAL: there is none. The
- * search shares its operations with all other searches of the run (breakpoint.c). A search that is cut is counted with
- * the step that it belongs to. */
+/* Returns the first breakpoint after t of formulas of time alone, for kt_event.corner; HUGE_VAL: no such breakpoint.
+ * The search shares its operations with all other searches of the run (breakpoint.c). A search that runs out of
+ * operations is counted with its step. */
 KT_INNER double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count,
                                            double t);
 
-/* Takes parameters over that kt_parameter_set has set: the model of a set of masked contacts has copies of some numbers
- * (contact/mask.h). Steps, runs, records and accelerations do so by themselves. Call it before you evaluate the model
- * in between.
+/* Copies parameters that kt_parameter_set has set to the model that the simulation runs on, since the model of a set of
+ * masked contacts has copies of some numbers (contact/mask.h). Steps, runs, records and accelerations make this call
+ * themselves. A caller that evaluates the model in between must call this function first.
  * Cost: a comparison of two revisions if nothing has been set. */
 KT_INNER void kt_simulation_renew_model(const kt_simulation *simulation);
 

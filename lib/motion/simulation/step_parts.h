@@ -19,8 +19,8 @@ void kt_simulation_begin_try(kt_simulation *simulation);
 kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
                                    kt_error *error);
 
-/* Applies the events at the present time that have not taken effect yet: those of the last step, or those that a
- * previous call left pending. */
+/* Applies the events at the present time that have not taken effect yet: the events of the last step, or the events
+ * that a previous call did not apply. */
 KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error);
 
 /* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */

@@ -1,5 +1,5 @@
-/* The struct of a simulation, for contact/ and simulation/. The state is y = (q, v, x), followed by two works if a
- * balance is computed. */
+/* The struct of a simulation, for contact/ and simulation/. The state is y = (q, v, x), followed by the supplied and
+ * the dissipated work if a balance is computed. */
 #ifndef KT_STEP_SIMULATION_STRUCT_H
 #define KT_STEP_SIMULATION_STRUCT_H
 
@@ -23,7 +23,8 @@ typedef struct kt_corrections {
     int64_t v;                  /* the velocity with `most` */
 } kt_corrections;
 
-/* Powers at the ends of the last steps, and the works that follow from them (power_points.c, work_watch.c). */
+/* Powers at the ends of the last steps, and the work done that follows from these powers (power_points.c,
+ * work_watch.c). */
 enum { KT_POWER_POINTS = 4 };
 typedef struct kt_power_points {
     int count;                 /* the number of points; the last one comes first */
@@ -33,7 +34,8 @@ typedef struct kt_power_points {
     kt_work_estimate sum[2];   /* up to the last but one, and to the last */
 } kt_power_points;
 
-/* All values that determine the rest of the run, except those of the integrator; they are part of a checkpoint. */
+/* All values that determine the continuation of the run, except the values of the integrator. A checkpoint contains
+ * these values. */
 typedef struct kt_simulation_memory {
     int64_t next_record; /* the first that has not been handed over */
     int64_t recorded;    /* the number of records, events included, that have been handed over */
@@ -124,17 +126,17 @@ typedef struct kt_event_search {
     double breakpoint; /* the next breakpoint; NaN: not available */
 } kt_event_search;
 
-/* Values of an event that are kept: five along a panel, and the one at the beginning of the step. */
+/* The number of stored values of an event: five along a panel, and the value at the beginning of the step. */
 enum { KT_EVENT_VALUES = 6 };
 
-/* The results of the present state that data hold, so that they need not be computed again. */
+/* The results of the present state that data hold, so that a second computation is not necessary. */
 typedef enum kt_cached {
     KT_CACHED_NOTHING = 0,
     KT_CACHED_POSES,      /* the poses, from the projection or from kinematics */
     KT_CACHED_EVALUATION, /* all results of the evaluation that gave `slope`, if it is the slope of the present state */
 } kt_cached;
 
-/* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the nearest ones, in s. */
+/* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the next breakpoints, in s. */
 typedef struct kt_breakpoints {
     bool any;             /* steps end at breakpoints */
     bool fixed;           /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
@@ -269,8 +271,8 @@ typedef struct kt_simulation_sizes {
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
 } kt_simulation_sizes;
 
-/* The event handler (event.c). A simulation without events has no handler, and a program that adds none does not link
- * it. */
+/* The event handler (event.c). A simulation without events has no handler, and a program that adds no event does not
+ * link the handler. */
 typedef struct kt_event_watch {
     /* Evaluates events before a step. */
     kt_status (*begin)(kt_simulation *simulation, kt_error *error);
@@ -410,8 +412,8 @@ static inline double kt_simulation_contact_margin(const kt_simulation *simulatio
     return simulation->contact_margin;
 }
 
-/* Notes that forces have jumped at the present time, so that reactions differ from those at the end of the last step.
- * The beginning of the next step then checks whether contacts stay closed (event.c). */
+/* Records that forces have jumped at the present time, so that reactions differ from the reactions at the end of the
+ * last step. The beginning of the next step then checks whether contacts stay closed (event.c). */
 static inline void kt_simulation_note_jump(kt_simulation *simulation) {
     if (simulation->contact_count == 0)
         return;
@@ -424,7 +426,7 @@ static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) { r
 /* The number of hard contacts, which are the first events. */
 static inline size_t kt_simulation_contact_events(const kt_simulation *simulation) { return simulation->contact_count; }
 
-/* The works in a state y; NaN if they are not computed. */
+/* The work done in a state y; NaN if the work is not computed. */
 static inline kt_work kt_simulation_work_of(const kt_simulation *simulation, const double *y) {
     kt_work none = {(double)NAN, (double)NAN};
     if (!simulation->size.integrates_works)
@@ -440,7 +442,7 @@ static inline void kt_simulation_use_states(const kt_simulation *simulation, con
 }
 
 /* The time at which forces at t are evaluated, if steps end at breakpoints. At a breakpoint that ends or begins a step,
- * it is the limit from inside of the step. */
+ * the time is the limit from inside the step. */
 static inline double kt_simulation_time_inside(const kt_simulation *simulation, double t) {
     const kt_breakpoints *c = &simulation->breakpoints;
     return t == c->end ? c->before : t == c->begin ? c->after : t;
