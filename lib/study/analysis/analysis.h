@@ -9,8 +9,8 @@
 
 #include <math.h>
 
-/* n: largest number of states, x: own ones among them; v, q: coordinates; f: numbers of a probe, which are differenced
- * (probe.c). */
+/* n: largest number of states, x: auxiliary states among them; v, q: coordinates; f: numbers of a probe, which are
+ * differenced (probe.c). */
 typedef struct kt_linearization_sizes {
     size_t q, v, x, n, f, link, inputs, markers, rows, data, work;
 } kt_linearization_sizes;
@@ -135,7 +135,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
 static inline size_t kt_probe_count(size_t nv, size_t markers, size_t states) { return 3 * nv + 3 * markers + states; }
 static inline size_t kt_probe_rates(const kt_linearization *l) { return l->size.f - l->size.x; }
 
-/* Projects the state at the distance `step` along l->direction onto the manifold and writes the probe there. */
+/* Projects the state at the distance `step` along l->direction onto the manifold, and writes the probe at the projected
+ * state. */
 kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *error);
 
 /* a <- M a at q. */
@@ -170,17 +171,17 @@ kt_status kt_probe_difference(kt_linearization *l, double first, double *derivat
 
 /* ---- exact.c ----------------------------------------------------------------------------------------------------- */
 
-/* Whether all derivatives of the model are exact: it has no effect of a caller's own, and differences are not
+/* Whether all derivatives of the model are exact: the model has no effect of a caller, and differences are not
  * requested. */
 bool kt_exact_is_possible(const kt_linearization *l);
 
-/* Computes derivatives of the acceleration and of the rates of auxiliary states. The first columns are those along
- * `count` directions (dq, dv), columns of nv numbers; the columns by each auxiliary state follow. Writes rows 2 nv to
- * 3 nv and those of the rates, of derivative and derivative_error. Requires kt_probe_floor. Errors: KT_ERROR_SINGULAR
- * near singular positions. */
+/* Computes derivatives of the acceleration and of the rates of auxiliary states. The first columns are derivatives
+ * along `count` directions (dq, dv), columns of nv numbers. The derivatives by each auxiliary state follow. Writes rows
+ * 2 nv to 3 nv, and the rows of the rates, of derivative and derivative_error. Requires kt_probe_floor. Errors:
+ * KT_ERROR_SINGULAR near singular positions. */
 kt_status kt_exact_derivatives(kt_linearization *l, size_t count, const double *dq, const double *dv, kt_error *error);
 
-/* Likewise those of the force M a at rest along dq; and writes the mass matrix. */
+/* Computes the derivatives of the force M a at rest along dq, and writes the mass matrix. */
 kt_status kt_exact_force_derivatives(kt_linearization *l, size_t count, const double *dq, kt_error *error);
 
 /* ---- equilibrium_states.c ---------------------------------------------------------------------------------------- */

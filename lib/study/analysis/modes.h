@@ -6,7 +6,8 @@
 #include "kinetree/analysis.h"
 #include "linear/eigen.h"
 
-/* Every array: type, name, count, meaning. n: largest number of states, twice the coordinates and own ones, x. */
+/* Every array: type, name, count, meaning. n: the largest number of states, which is twice the number of coordinates
+ * plus x, the number of auxiliary states. */
 #define KT_MODES_FIELDS(X)                                                                                             \
     KT_EIGEN_FIELDS(X)                                                                                                 \
     X(double, matrix, n *n, "state matrix, overwritten")                                                               \
@@ -32,7 +33,8 @@ struct kt_modes {
     KT_ARENA_DECLARE(KT_MODES_FIELDS)
 };
 
-/* An eigenvector as LAPACK packs it: a real one is one column, of a conjugate pair re and im are two columns. */
+/* An eigenvector as LAPACK packs it: a real eigenvector is one column; the real and imaginary parts of a conjugate pair
+ * are two columns. */
 typedef struct kt_packed_vector {
     const double *re, *im; /* im: NULL if real */
 } kt_packed_vector;
@@ -60,7 +62,7 @@ void kt_modes_set_eigenvalue(kt_mode *mode, double real, double imaginary);
 /* The residual of the pair k, relative to its terms. */
 double kt_modes_residual(const kt_modes *m, const kt_linear_system *system, size_t k, double real, double imaginary);
 
-/* Computes the pairs anew whose residuals are not those of rounding. Overwrites the solution. */
+/* Computes again the pairs whose residuals exceed rounding. Overwrites the solution. */
 void kt_modes_mend_shapes(kt_modes *m, const kt_linear_system *system);
 
 #endif

@@ -1,11 +1,11 @@
 /* The absolute formulation of a model: the same mechanism with every body free and every joint a loop [MSD 7.1].
  *
- * It is a model like any other, compiled from a transformed description. Bodies and loops keep their order in the
- * description. The loops that were joints follow, and two kinds of massless bodies: counters and crosses.
+ * The result is a model like any other, compiled from a transformed description. Bodies and loops keep their order in
+ * the description. The loops that were joints follow, and two kinds of massless bodies: counters and crosses.
  *
  * Counters. A relation, an effect or a function may refer to the position of a joint, which is no longer a coordinate.
- * A counter on the parent then has that one coordinate. One equation ties it to the body, so that full revolutions are
- * counted.
+ * For such a position, a massless counter on the parent has this one coordinate. An equation ties the counter to the
+ * body, so that full revolutions are counted.
  *
  * Crosses. A universal joint whose axes are not normal to each other becomes two revolute loops with a cross between.
  */
@@ -15,7 +15,7 @@
 #include "kinetree/study.h"
 #include "model/model.h"
 
-/* A body of the tree and its joint as they are in the absolute model; all indices are those of the absolute model. */
+/* A body of the tree and its joint in the absolute model; all indices are those of the absolute model. */
 typedef struct kt_absolute_joint {
     int32_t type;         /* kt_joint_type */
     int32_t body, parent; /* the body, and its parent in the tree */

@@ -15,7 +15,7 @@ enum {
 /* A run whose error exceeds this part of the amplitude is unusable. */
 #define KT_ACCURACY_USABLE 0.1
 
-/* A solution at its records: rows of nq, nv, one and one. */
+/* A solution at its records: rows of nq, nv, 1 and 1 numbers. */
 typedef struct kt_accuracy_states {
     double *q, *v, *energy, *quantity;
 } kt_accuracy_states;
@@ -64,10 +64,10 @@ static inline double kt_accuracy_now(const kt_accuracy *study) {
     return study->options.clock != NULL ? study->options.clock(study->options.user) : 0.0;
 }
 
-/* Calls the caller's progress function. Returns KT_ERROR_CALLBACK if it stops the study. */
+/* Calls the caller's progress function. Returns KT_ERROR_CALLBACK if the progress function stops the study. */
 KT_CHECKED kt_status kt_accuracy_report(kt_accuracy *study, double done, const char *what, kt_error *error);
 
-/* The larger one of two numbers, NaN if one of them is. */
+/* The larger of two numbers; NaN if either is NaN. */
 static inline double kt_worse(double a, double b) { return b > a || isnan(b) ? b : a; }
 
 /* ---- norm -------------------------------------------------------------------------------------------------------- */
@@ -103,8 +103,8 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
 
 /* ---- guards ------------------------------------------------------------------------------------------------------ */
 
-/* Ends a run that takes too long. Testing at records would not suffice, since there may be a million steps between two
- * of them. */
+/* Ends a run that takes too long. Testing at records would not suffice, since a million steps may lie between two
+ * records. */
 typedef struct kt_accuracy_guard {
     kt_accuracy *study;
     double until;        /* by the clock, s */
@@ -116,8 +116,8 @@ typedef struct kt_accuracy_guard {
 /* A guard with this part of the budget and this multiple of run_evaluations. */
 kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double runs);
 
-/* Makes the guard watch the steps of a run, whose equations remain those of `kinetree run`. The guard must outlive the
- * simulation. */
+/* Makes the guard watch the steps of a run, whose equations remain the equations of `kinetree run`. The guard must
+ * outlive the simulation. */
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
@@ -129,7 +129,7 @@ typedef struct kt_accuracy_play {
     void *watch;               /* memory of the events; NULL: none */
 } kt_accuracy_play;
 
-/* Creates a simulation with the events; kt_accuracy_close releases it. After an error there is nothing to release. */
+/* Creates a simulation with the events; kt_accuracy_close releases it. After an error, nothing has to be released. */
 KT_CHECKED kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_run *run,
                                       const kt_simulation_options *options, kt_accuracy_play *play, kt_error *error);
 /* Releases a simulation. Parameters that events have set return to their initial values first, for the next simulation
@@ -147,7 +147,7 @@ void kt_instants_start(kt_instant_log *log, const kt_simulation *simulation);
 /* Adds the instants since the last call: after each step, and after the run. */
 void kt_instants_watch(kt_instant_log *log, const kt_simulation *simulation);
 
-/* Chooses the windows about the instants of a log, and masks the records within them. */
+/* Chooses the windows about the instants of a log, and masks the records within these windows. */
 void kt_accuracy_mask(kt_accuracy *study, const kt_instant_log *log);
 
 /* Sets `instant` and `missed` of an error. */
@@ -167,7 +167,7 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
 /* The largest number of evaluations of one run. */
 double kt_accuracy_most(const kt_accuracy *study);
 
-/* Compiles the model of a variant, in the formulation that it requests. On failure *model is NULL. */
+/* Compiles the model of a variant, in the formulation that the variant requests. On failure *model is NULL. */
 KT_CHECKED kt_status kt_accuracy_compile(const kt_accuracy *study, const kt_variant *variant, kt_model **model,
                                          kt_absolute **absolute, kt_error *error);
 
@@ -198,7 +198,7 @@ static inline double kt_accuracy_quantity_of(const kt_accuracy *study, const kt_
     return quantity != NULL ? quantity->evaluate(record, quantity->user) : 0.0;
 }
 
-/* Adds what records need for the caller's quantity. */
+/* Adds the items that records need for the caller's quantity. */
 static inline void kt_accuracy_record_quantity(const kt_accuracy *study, kt_simulation_options *options) {
     if (study->options.quantity == NULL)
         return;
@@ -209,10 +209,11 @@ static inline void kt_accuracy_record_quantity(const kt_accuracy *study, kt_simu
 /* Sets the error that the study's subject selects. */
 void kt_accuracy_select(const kt_accuracy *study, kt_accuracy_error *error);
 
-/* The scale of errors: the range of the study's subject. For positions, it is at most 1. */
+/* The scale of errors: the range of the study's subject. For positions, the scale is at most 1. */
 double kt_accuracy_amplitude(const kt_accuracy *study);
 
-/* Whether a tighter tolerance takes hardly more steps than a looser one: stability then determines the step. */
+/* Whether a tighter tolerance needs hardly more steps than a looser tolerance, because stability determines the
+ * step. */
 bool kt_accuracy_is_held(const kt_accuracy_curve *curve, const kt_accuracy_point *loose,
                          const kt_accuracy_point *tight);
 

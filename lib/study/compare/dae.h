@@ -1,7 +1,7 @@
 /* The declarations that the files of the differential-algebraic baselines share.
  *
  * For n tangent coordinates and m independent equations, the N unknowns of a stage are y = (xi, v, lambda, mu). The
- * positions xi are relative to those at the start of the step, q (+) xi. The type ggl alone has mu.
+ * positions xi are relative to the positions q at the start of the step, q (+) xi. The type ggl alone has mu.
  */
 #ifndef KT_STUDY_DAE_H
 #define KT_STUDY_DAE_H
@@ -11,7 +11,7 @@
 /* Stages that are solved together: three of Radau IIA. */
 enum { KT_DAE_STAGES = 3 };
 
-/* Every array: type, name, count, meaning. `most` is the largest N, `all` that of all stages. */
+/* Every array: type, name, count, meaning. `most` is the largest N of a stage, `all` the N of all stages together. */
 #define KT_DAE_FIELDS(X)                                                                                               \
     X(int32_t, row, k, "the independent equations")                                                                    \
     X(bool, holonomic, k, "equations with a residual")                                                                 \
@@ -57,7 +57,7 @@ struct kt_dae {
 KT_CHECKED kt_status kt_dae_evaluate(kt_dae *dae, double t, const double *y, const double *rate, double *residual,
                                      kt_error *error);
 
-/* dF/d(xi, v) by central differences, and the rest as it is, at a stage. */
+/* dF/d(xi, v) by central differences, and all other derivatives exactly, at a stage. */
 KT_CHECKED kt_status kt_dae_differentiate(kt_dae *dae, double t, const double *y, const double *rate, kt_error *error);
 
 /* xi' for q (+) xi that changes with u: u but for rotations. */

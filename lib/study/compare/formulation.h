@@ -1,5 +1,5 @@
 /* The declarations that the files of the constraint formulations share. Matrices are column-major; n = nv, k = the
- * number of equations of all loops, including void ones (which are zero).
+ * number of equations of all loops, including vanishing equations (whose rows are zero).
  */
 #ifndef KT_STUDY_FORMULATION_H
 #define KT_STUDY_FORMULATION_H
