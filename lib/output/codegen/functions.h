@@ -6,7 +6,7 @@
 #include "kinetree/codegen.h"
 #include "model/model.h"
 
-/* Functions that only others of the file call, behind those of KT_CODEGEN_LIST. */
+/* Functions that only other functions of the generated file call, numbered after the functions of KT_CODEGEN_LIST. */
 enum {
     KT_CODE_CLOSE = KT_CODEGEN_COUNT,
     KT_CODE_SETTLE,
@@ -21,7 +21,7 @@ void kt_code_make_function(kt_code_tree *tree, int k, bool is_apart, kt_code_fun
 /* Whether a name can begin the names of a file in C. */
 bool kt_code_is_identifier(const char *name);
 
-/* Reports what cannot be generated of the functions. */
+/* Reports the functions that cannot be generated, and the reasons. */
 kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *error);
 
 /* The functions of KT_CODEGEN_ALL that have something to compute: loops need equations, states auxiliary states. */

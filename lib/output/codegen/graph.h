@@ -7,8 +7,8 @@
  * The order in which nodes are made decides the generated text. C leaves open in which order a call evaluates its
  * arguments. So at most one argument of a call makes nodes (test/house/sequence.py).
  *
- * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share them, and they are
- * computed once, by NAME_prepare. Nodes of KT_OP_OF_STATE belong to one function (`scope`).
+ * Nodes whose origin is KT_OP_OF_PARAMETERS depend on parameters alone. All functions share these nodes, which
+ * NAME_prepare computes once. Nodes of KT_OP_OF_STATE belong to one function (`scope`).
  *
  * If memory is insufficient, `failed` is set, and all results are without meaning. All arrays of nodes that a function
  * is made of are in the graph's pool, and live as long as the graph.
@@ -122,8 +122,8 @@ void *kt_graph_take(kt_graph *g, size_t count, size_t size);
 /* Begins a block: its nodes are printed behind this comment. */
 void kt_graph_section(kt_graph *g, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Begins a pass: steps that may repeat each other, with other operands (roll.c). Then begins a step of the pass: the
- * next blocks are of it. Behind the last step, kt_graph_pass ends the pass. */
+/* The first call begins a pass, whose steps may repeat the same operations with other operands (roll.c). Each later
+ * call begins a step of the pass, to which the next blocks belong. After the last step, kt_graph_pass ends the pass. */
 void kt_graph_pass(kt_graph *g);
 void kt_graph_step(kt_graph *g);
 
@@ -177,8 +177,9 @@ typedef struct kt_op_counts {
 } kt_op_counts;
 kt_op_counts kt_graph_count(const kt_graph *g, const kt_op *out, int count);
 
-/* The time of a function, about. The unit is a sum that waits for another. It is the longest way through the function,
- * or an eighth of all operations, whichever is more: a processor does some operations at a time. */
+/* The approximate time of a function, in units of an addition that waits for another addition. The time is the longest
+ * dependent path through the function, or an eighth of all operations if that is more, because a processor executes
+ * some operations at the same time. */
 int kt_graph_time(const kt_graph *g, const kt_op *out, int count);
 
 /* Marks all nodes that the outputs need: uses[i] is how often node i is used, 0 if not at all. */

@@ -5,7 +5,7 @@
 #include "codegen/loops.h"
 #include "loop/loop.h"
 
-/* Equations behind those of kt_loop_part, each of one type. */
+/* Equations after the equations of kt_loop_part; each belongs to a single type of loop. */
 enum {
     KT_CODE_ADVANCE = KT_PART_SPATIAL + 1, /* screw: along the axis */
     KT_CODE_TURN,                          /* homokinetic: the angle about the axes */
@@ -24,7 +24,7 @@ enum {
 /* The equations of a loop that are independent and not void: bits of kt_loop_part. */
 unsigned kt_code_active_parts(const kt_model *model, const kt_loop_record *r);
 
-/* The equations with which both points of a loop coincide, in any axes; 0: there are fewer. */
+/* The number of equations with which both points of a loop coincide, in any axes; 0 if the points do not coincide. */
 int kt_code_count_coincidence(const kt_model *model, const kt_loop_record *r, unsigned active);
 
 /* Whether the group of a loop moves in a plane. */

@@ -1,4 +1,4 @@
-/* The equations of loops as nodes (loops.c), and what follows from them (multiplier.c). */
+/* The equations of loops as nodes (loops.c), and the multipliers that follow from these equations (multiplier.c). */
 #ifndef KT_CODEGEN_LOOPS_H
 #define KT_CODEGEN_LOOPS_H
 
@@ -19,11 +19,11 @@ typedef struct kt_code_loop_rows {
 } kt_code_loop_rows;
 
 /* Why the effect whose constraint a loop is cannot be generated: friction that sticks, a hard stop or a hard contact.
- * NULL: it is no loop of an effect. The effect changes the equations of all loops, so that it is the cause of their
- * faults. */
+ * NULL: no effect owns the loop. Such an effect changes the equations of all loops, so that the message names the
+ * effect as the cause of their faults. */
 const char *kt_code_switched_fault(const kt_model *model, int loop);
 
-/* Why the equations of a loop cannot be generated; NULL: they can. */
+/* Why the equations of a loop cannot be generated; NULL: these can be generated. */
 const char *kt_code_loop_fault(const kt_model *model, int loop);
 
 /* The same for a projection of positions. */
@@ -32,17 +32,17 @@ const char *kt_code_projection_fault(const kt_model *model, int loop);
 /* Whether the type of a loop can be generated, with its functions. */
 bool kt_code_has_loop_type(const kt_model *model, int loop);
 
-/* How many equations a loop has in a generated file. Equations that repeat others are left out, as they were when the
- * model was compiled. */
+/* How many equations a loop has in a generated file. Equations that repeat others are left out, as in the compiled
+ * model. */
 int kt_code_rows_of_loop(const kt_model *model, int loop);
 
-/* How many of them have a residual, and so belong to the projection of positions. */
+/* The number of equations of a loop that have a residual, and therefore belong to the projection of positions. */
 int kt_code_closed_rows_of_loop(const kt_model *model, int loop);
 
 /* Whether the equations of loops depend on time. */
 bool kt_code_loops_have_time(const kt_model *model);
 
-/* How many equations the loops of a model have in a generated file, and how many of them have a residual. */
+/* How many equations the loops of a model have in a generated file, and how many of these equations have a residual. */
 int kt_code_count_loop_rows(const kt_model *model);
 int kt_code_count_closed_rows(const kt_model *model);
 
@@ -62,22 +62,26 @@ void kt_code_loop_equations(kt_code_tree *tree, kt_op *out);
  * one for each equation. */
 void kt_code_forward_loops(kt_code_tree *tree, kt_op *work, kt_op *a, kt_code_guard *guard);
 
-/* Its derivatives by q, v and tau: out has 3 nv nv entries. Guards as those of the function. */
+/* The derivatives of forward dynamics with loops by q, v and tau: out has 3 nv nv entries. The guards equal those of
+ * the function. */
 void kt_code_forward_loop_derivatives(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
-/* The least change of q that closes the linear equations, and the scaled residuals behind it. Equations without a
- * residual are left out. One guard for each equation; in the metric of the mass matrix also one for each coordinate,
- * before them. Returns how many guards. */
+/* The least change of q that closes the linear equations, followed by the scaled residuals. Equations without a
+ * residual are left out. Each equation has a guard; in the metric of the mass matrix, guards of the coordinates come
+ * first. Returns the number of guards. */
 int kt_code_close_positions(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
-/* The derivatives of q + step by q, for the step of kt_code_close_positions: out has nv nv entries. Guards as those. */
+/* The derivatives of q + step by q, for the step of kt_code_close_positions: out has nv nv entries. The guards are
+ * those of kt_code_close_positions. */
 int kt_code_close_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
-/* The derivatives of the velocities of kt_code_settle_velocities by q and v: out has 2 nv nv entries. Guards as those.
+/* The derivatives of the velocities of kt_code_settle_velocities by q and v: out has 2 nv nv entries. The guards are
+ * those of kt_code_settle_velocities.
  */
 void kt_code_settle_changes(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
-/* v without the part that the loops forbid, and the scaled residuals behind it. Guards as of forward dynamics. */
+/* v without the part that the loops forbid, followed by the scaled residuals. The guards are those of forward
+ * dynamics. */
 void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_code_guard *guard);
 
 #endif

@@ -33,7 +33,7 @@ typedef struct code_line {
     kt_op length, rate;
 } code_line;
 
-/* A formula of an effect that has it. */
+/* A formula of an effect that has this formula. */
 static inline const kt_expression *kt_code_formula_of(const kt_model *model, const kt_effect_record *effect, int k) {
     return (const kt_expression *)(const void *)(model->number + effect->formula[k] - 1);
 }

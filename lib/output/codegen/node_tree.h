@@ -1,7 +1,7 @@
 /* The links of a model with nodes in place of numbers.
  *
- * All numbers that are not zero are parameters, unless they are fixed (`constant`): gravity; mass, com, inertia,
- * armature and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
+ * All numbers that are not zero are parameters, unless the options fix these numbers (`constant`): gravity; mass, com,
+ * inertia, armature and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
  */
 #ifndef KT_CODEGEN_NODE_TREE_H
 #define KT_CODEGEN_NODE_TREE_H
@@ -19,7 +19,7 @@ typedef struct kt_code_parameter {
     double value;
 } kt_code_parameter;
 
-/* A link. Its joint rotates it from its axes at rest, which are fixed in the parent. */
+/* A link. The joint rotates the link from its axes at rest, which are fixed in the parent. */
 typedef struct kt_code_link {
     const kt_link *link;
     const char *name; /* of the body whose joint it is part of */
@@ -76,12 +76,13 @@ bool kt_code_tree_read(kt_code_tree *tree, const kt_model *model, kt_graph *grap
 /* Moves the origins of links along the axes of their joints. */
 void kt_code_tree_place_origins(kt_code_tree *tree);
 
-/* Moves to the parent what a joint cannot distinguish from the parent's own inertia. */
+/* Moves to the parent the part of a link's inertia that acts, for every motion of the joint, like inertia of the
+ * parent. */
 void kt_code_tree_regroup(kt_code_tree *tree);
 
 /* Makes a copy of a long chain whose links have the axes of their joints as third axes, by cyclic permutations. Sets
- * is_uniform if its links are then alike, apart from the first and the last ones: their numbers differ, but not their
- * zeros. All but the links is shared with the original. */
+ * is_uniform if all links of the copy, except the first and the last links, then have the same zeros; other numbers may
+ * differ. All but the links is shared with the original. */
 void kt_code_tree_turn(kt_code_tree *turned, const kt_code_tree *tree);
 
 /* Adds a rigid body at the position r: mass m, first moment h and inertia J about the body's origin. */
@@ -96,10 +97,11 @@ typedef struct kt_code_frame {
 } kt_code_frame;
 
 kt_code_frame kt_code_frame_of(kt_code_tree *tree, int link);
-/* A vector in the parent's axes, from those of the link; and the other way. */
+/* Rotates a vector from the axes of the link to those of the parent; and back. */
 kt_op3 kt_code_up(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_down(kt_graph *g, const kt_code_frame *f, kt_op3 a);
-/* The two parts: from the axes of the link to those at rest, and from these to the parent's. */
+/* The two parts of this rotation: from the axes of the link to the axes at rest, and from the axes at rest to the
+ * parent's. */
 kt_op3 kt_code_to_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_from_rest(kt_graph *g, const kt_code_frame *f, kt_op3 a);
 kt_op3 kt_code_rest_up(kt_graph *g, const kt_code_frame *f, kt_op3 a);
@@ -117,8 +119,8 @@ kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index);
 kt_op kt_code_given_force(const kt_code_tree *tree, int index);
 /* Rates or accelerations of a joint: rotations in the link's axes, translations in its axes at rest. */
 void kt_code_rates(kt_code_tree *tree, int link, kt_op_array array, kt_op3 *angular, kt_op3 *linear);
-/* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if it is zero or fixed. `meaning` must
- * stay valid. */
+/* The node of a number: a parameter PREFIX_SUFFIX (NULL: SUFFIX), or a constant if the number is zero or fixed.
+ * `meaning` must stay valid. */
 kt_op kt_code_number(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning, double value);
 /* Three numbers SUFFIX_x, SUFFIX_y and SUFFIX_z. */
 kt_op3 kt_code_numbers(kt_code_tree *tree, const char *prefix, const char *suffix, const char *meaning,
@@ -127,8 +129,8 @@ kt_op3 kt_code_numbers(kt_code_tree *tree, const char *prefix, const char *suffi
 kt_op3 kt_code_marker(kt_code_tree *tree, int body, int marker);
 /* The marker of a body at a position in the body's frame; -1: there is none. */
 int kt_code_find_marker(const kt_code_tree *tree, int body, kt_vec3 at);
-/* The place of an end of an effect or a loop in its link: that of a marker there, or parameters NAME_at or NAME_at2.
- * at: in the axes of the body, about its origin. */
+/* The position of an end of an effect or a loop in its link: the position of the link's marker, or parameters NAME_at
+ * or NAME_at2. at: in the axes of the body, about its origin. */
 kt_op3 kt_code_place_in_link(kt_code_tree *tree, int body, kt_vec3 at, const char *name, int end);
 /* A rotation, without its rounding errors near 0 and 1. */
 kt_op33 kt_code_rotation(kt_graph *g, const kt_mat3 *r, bool *is_rotated);

@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-/* A function: its outputs, and the conditions that it checks. */
+/* A function: its outputs, and the conditions that the function checks. */
 typedef struct kt_code_function {
     kt_op *out;
     int out_count;
@@ -54,13 +54,14 @@ typedef struct kt_code_printer {
 bool kt_code_printer_init(kt_code_printer *p, const kt_code_tree *tree, FILE *file);
 void kt_code_printer_free(kt_code_printer *p);
 
-/* Prints the parts of a long function `name`, each a static function. Call it before the next one. */
+/* Prints the parts of a long function `name`, each a static function. Must be called before the next function is
+ * generated. */
 void kt_code_print_parts(kt_code_printer *p, const kt_code_function *f, const kt_code_arrays *arrays, const char *name);
 
 /* Prints the statements of a function, or the calls of its parts. */
 void kt_code_print_function(kt_code_printer *p, const kt_code_function *f, const char *name);
 
-/* Prints the statements that compute all prepared numbers; call it after all functions. */
+/* Prints the statements that compute all prepared numbers; must follow all functions. */
 void kt_code_print_prepared(kt_code_printer *p);
 
 /* Whether a function reads an array. */
@@ -72,7 +73,7 @@ bool kt_code_calls(kt_code_printer *p, const kt_code_function *f);
 /* Prints lines of text, each with its end. */
 void kt_code_print_lines(FILE *file, const char *const *line, size_t count);
 
-/* Prints the types `number` and `real`, and what the text of functions needs for lanes (generated_lanes.c). */
+/* Prints the types `number` and `real`, and the definitions that functions in lanes need (generated_lanes.c). */
 void kt_code_print_lanes(FILE *file, const char *name, const char *functions);
 
 /* Prints the sines and cosines of the file, whose names begin with `name`, and the list `place` of the angles. */
@@ -103,17 +104,18 @@ enum { KT_CODE_STEPS = 7 };
 void kt_code_print_steps(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
                          const char *const signature[KT_CODE_STEPS]);
 
-/* Prints the derivatives of accelerations of a state with effects, as A and B of all steps need them. */
+/* Prints the derivatives of accelerations of a state with effects, which A and B of all steps need. */
 void kt_code_print_jacobians(FILE *file, const kt_code_names *names, const kt_model *model);
 
-/* Prints the common function of A and B of explicit steps, and a method with its tables; and the semi-implicit one. */
+/* Prints the common function of A and B of explicit steps, and a method with its tables; and the common function of
+ * semi-implicit steps. */
 void kt_code_print_explicit_changes(FILE *file, const kt_code_names *names, const kt_model *model);
 void kt_code_print_method_changes(FILE *file, const kt_code_names *names, const char *signature, int stages,
                                   const char *tables);
 void kt_code_print_semi_implicit_changes(FILE *file, const kt_code_names *names, const kt_model *model,
                                          const char *signature);
 
-/* Prints the projection of a state onto the loops, and project if it is among the functions. */
+/* Prints the projection of a state onto the loops, and the function `project` if requested. */
 void kt_code_print_projection(FILE *file, const kt_code_names *names, const kt_model *model, unsigned functions,
                               const char *signature);
 

@@ -5,7 +5,7 @@
 #include "codegen/node_tree.h"
 #include "kinetree/expression.h"
 
-/* The motion of a link, in its own axes, and the wrench that it takes. */
+/* The motion of a link, in its own axes, and the wrench on the link. */
 typedef struct kt_code_moving {
     kt_code_frame frame;
     kt_op3 omega, alpha, linear;
@@ -22,16 +22,18 @@ void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m);
 void kt_code_move_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all);
 /* tau = M a + h for the accelerations KT_OP_GIVEN; or h alone. */
 void kt_code_inverse(kt_code_tree *tree, bool has_acceleration, kt_op *tau);
-/* The same, with the motion of all links, and the wrench on each one and all that it carries. */
+/* Inverse dynamics that also returns the motion of all links, and the wrench on each link with all bodies that it
+ * carries. */
 void kt_code_inverse_links(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all, kt_op *tau);
 
 /* The mass matrix, nv x nv, column by column, both triangles. */
 void kt_code_mass(kt_code_tree *tree, kt_op *mass);
-/* The frames of all links, and each link with all that it carries. */
+/* The frames of all links, and the composite inertia of each link with all bodies that it carries. */
 void kt_code_compose_bodies(kt_code_tree *tree, kt_code_frame *frame, kt_code_link *body);
 
 /* A condition without which a function returns the number of a body: pivot > NO_INERTIA limit. For an equation of a
- * loop it is pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from 1. */
+ * loop, the condition is pivot > SINGULAR limit, and the function returns minus the number of the loop, counted from
+ * 1. */
 typedef struct kt_code_guard {
     kt_op pivot, limit;
     int body, loop; /* loop: 0 if the guard is that of a body */
@@ -62,7 +64,7 @@ void kt_code_energy(kt_code_tree *tree, kt_op energy[2]);
 /* tau = S . (n, f): the joint forces of a wrench about the link's origin, in its axes. */
 void kt_code_project(kt_code_tree *tree, const kt_code_frame *f, kt_op3 n, kt_op3 force, kt_op *tau);
 
-/* The velocity of a link: of its origin, and angular. In its own axes. */
+/* The velocity of a link's origin and its angular velocity, in the axes of the link. */
 typedef struct kt_code_speed {
     kt_code_frame frame;
     kt_op3 omega, linear;
@@ -88,10 +90,10 @@ kt_code_places kt_code_no_places(kt_code_tree *tree);
 kt_op33 kt_code_turn_of_frame(kt_graph *g, const kt_code_frame *f);
 
 /* The columns of a joint in the Jacobian (6 x nv) of a point that it carries: rotations about axes of the link,
- * translations along its axes at rest. Places are those of the link and of its parent, in any common axes. */
+ * translations along its axes at rest. The positions are those of the link and of its parent, in any common axes. */
 void kt_code_fill_jacobian(kt_code_tree *tree, const kt_code_places *at, int i, kt_op3 point, kt_op *jacobian);
 
-/* Why the force of an effect cannot be generated; NULL: it can. */
+/* Why the force of an effect cannot be generated; NULL: the force can be generated. */
 const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *effect);
 
 /* Whether the forces of effects or the rates of auxiliary states depend on time. */
@@ -119,7 +121,7 @@ void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint
 
 /* The derivative of a function of time, by the chain rule. */
 kt_op kt_code_rate_of_time(kt_graph *g, kt_op value);
-/* The same by the position of a joint of one coordinate. */
+/* The derivative by the position of a joint of one coordinate. */
 kt_op kt_code_rate_of_position(kt_graph *g, kt_op value, const kt_link *link);
 
 /* Positions and velocities of all markers in world axes: first three numbers for each position,
@@ -129,8 +131,9 @@ void kt_code_markers(kt_code_tree *tree, kt_op *out);
 /* The Jacobians of all markers, 6 x nv each, column by column: angular velocity, velocity of the marker, world axes. */
 void kt_code_jacobians(kt_code_tree *tree, kt_op *out);
 
-/* dtau/dq and dtau/dv of the inverse dynamics: out has 2 nv nv entries. They do not differentiate tree->acceleration,
- * which has inputs. The function needs the next `also` entries of out, too: their operations cost nothing. */
+/* dtau/dq and dtau/dv of the inverse dynamics: out has 2 nv nv entries. The accelerations in tree->acceleration are
+ * inputs and count as constants. The function needs the next `also` entries of out, too, so that their operations add
+ * no cost. */
 void kt_code_inverse_derivatives(kt_code_tree *tree, size_t also, kt_op *out);
 
 /* tau of the inverse dynamics, dtau/dq and dtau/dv. */

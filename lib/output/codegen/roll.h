@@ -21,9 +21,10 @@ typedef struct kt_code_slot {
     kt_op *cell; /* the node in each iteration */
 } kt_code_slot;
 
-/* Iterations are equal sequences of nodes. The second one is the pattern whose text is printed: the operands of the
- * first one may be equal by chance. A node that is read elsewhere has a column, with a row for each iteration. Rows
- * below and beyond are copies of other nodes, where a loop reads them in the same way. */
+/* Iterations are equal sequences of nodes. The second iteration is the pattern whose text is printed, because operands
+ * of the first iteration may be equal by chance. A node that is read outside the loop has a column, with a row for each
+ * iteration. Rows before the first and after the last iteration are copies of other nodes that the loop reads in the
+ * same way. */
 typedef struct kt_code_loop_plan {
     int32_t start, size, count; /* place of the first node in `order`; nodes of an iteration; iterations */
     kt_pool pool;               /* of the arrays below */
@@ -62,8 +63,8 @@ typedef struct kt_code_roll {
     bool failed; /* there is no memory */
 } kt_code_roll;
 
-/* Finds the loops of a function; none if it may not have them. Returns false, and holds nothing, if memory is
- * insufficient; kt_code_roll_free in any case. */
+/* Finds the loops of a function; no loops if the function may not have any. Returns false, without memory to release,
+ * if memory is insufficient. kt_code_roll_free may follow in any case. */
 bool kt_code_roll_find(kt_code_roll *r, const kt_graph *g, const int32_t *uses, const kt_code_guard *guard,
                        int guard_count, bool may_roll);
 void kt_code_roll_free(kt_code_roll *r);
@@ -73,7 +74,7 @@ static inline kt_op kt_code_roll_node(const kt_code_roll *r, const kt_code_loop_
     return r->order[l->start + iteration * l->size + local];
 }
 
-/* The iteration of a node of a loop, and its number there. */
+/* The iteration to which a node of a loop belongs, and the number of the node within the iteration. */
 static inline int kt_code_roll_iteration(const kt_code_roll *r, kt_op i) {
     const kt_code_loop_plan *l = &r->plan[r->loop[i]];
     return (r->at[i] - l->start) / l->size;
@@ -83,11 +84,11 @@ static inline int kt_code_roll_local(const kt_code_roll *r, kt_op i) {
     return (r->at[i] - l->start) % l->size;
 }
 
-/* Whether a node has no column, and stays in the variable that the last iteration of its loop carries. Others then read
- * it behind the loop alone. */
+/* Whether a node has no column, and stays in the variable that the last iteration of its loop carries. Then other nodes
+ * read this variable only after the loop. */
 bool kt_code_roll_is_left(const kt_code_roll *r, kt_op i);
 
-/* The column of a node of a loop, which it gets if it has none. */
+/* Returns the column of a node of a loop, and makes this column if necessary. */
 int kt_code_roll_column(kt_code_roll *r, kt_op i);
 
 /* The place of a row of a column, once all columns are known. */
@@ -96,10 +97,10 @@ static inline int kt_code_roll_place(const kt_code_loop_plan *l, int column, int
     return l->place + (l->is_wide ? column * rows + at : at * l->column_count + column);
 }
 
-/* The distance of rows there. */
+/* The distance of rows in a column. */
 static inline int kt_code_roll_stride(const kt_code_loop_plan *l) { return l->is_wide ? 1 : l->column_count; }
 
-/* The place of a prepared number, and the distance of the next one. */
+/* The index of a prepared number, and the distance to the next prepared number. */
 static inline int kt_code_roll_prepared(const kt_code_loop_plan *l, int number, int iteration) {
     const bool is_wide = l->count >= KT_ROLL_WIDE;
     return l->prepared + (is_wide ? number * l->count + iteration : iteration * l->prepared_count + number);

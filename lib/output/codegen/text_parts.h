@@ -19,7 +19,7 @@ static inline bool kt_code_is_leaf(const kt_code_printer *p, kt_op i) {
     return n->kind < KT_OP_ADD || n->origin < p->origin;
 }
 
-/* Whether a function is divided. A loop is a part, even if it is all of the function. */
+/* Whether a function is divided. A loop is always a part, even if the whole function is this loop. */
 static inline bool kt_code_has_parts(const kt_code_printer *p) { return p->part_count > 1 || p->roll.plan_count > 0; }
 
 /* The node behind which a guard is printed; -1: before all. */
@@ -32,7 +32,7 @@ bool kt_code_count_uses(kt_code_printer *p, const kt_code_function *f);
  * insufficient. */
 bool kt_code_plan_parts(kt_code_printer *p, const kt_code_function *f);
 
-/* Whether a part is so small that the call takes a part of its time. A compiler may inline it. */
+/* Whether a part is so small that the call costs a noticeable share of its time. A compiler may inline such a part. */
 bool kt_code_part_is_small(const kt_code_printer *p, int part);
 
 /* The loop that computes a node; -1: none. */
@@ -44,9 +44,9 @@ static inline int kt_code_loop_of(const kt_code_printer *p, kt_op i) {
 bool kt_code_is_written(const kt_code_printer *p, kt_op i);
 int kt_code_next_output(const kt_code_function *f, kt_op i, int from);
 
-/* The part that begins with a copy. Usually this is the loop that reads it. If compilers turn the loop into vectors,
- * the copy goes to an earlier part in which its node is known. Columns of the reader itself hold copies alone. Those
- * copies stay with the loop, since such columns would hold their places longer. */
+/* The part that begins with a copy. Usually this part is the loop that reads the copy. If compilers turn the loop into
+ * vectors, the copy goes to an earlier part in which its node is known. Columns of the reader itself hold copies alone.
+ * Such copies stay with the loop, since their columns would otherwise occupy memory longer. */
 int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy);
 
 /* The place of a node in `w`. */

@@ -34,7 +34,7 @@ typedef struct kt_chosen_view {
  * the four is taken, unless joints and solids are clearly further from each other in the picture at another. */
 kt_chosen_view kt_camera_choose(const kt_picture *picture, const kt_pose *poses);
 
-/* A point in the camera's frame; a pose of the world in it. */
+/* A point in the camera's frame; a pose of the world in this frame. */
 static inline kt_vec3 kt_camera_point(const kt_camera *camera, kt_vec3 point) {
     return kt_mat3_apply_transposed(camera->axes, point);
 }

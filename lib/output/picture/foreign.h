@@ -1,4 +1,4 @@
-/* Surfaces in formats that assimp reads (COLLADA and others), where the build has found it. */
+/* Surfaces in formats that assimp reads (COLLADA and others), if the build has found assimp. */
 #ifndef KT_PICTURE_FOREIGN_H
 #define KT_PICTURE_FOREIGN_H
 

@@ -1,14 +1,15 @@
 /* Hidden surfaces: convex solids in the order in which they are to be painted, from the back to the front.
  *
  * If two solids overlap in the picture, the solid whose surface is nearer to the viewer there is painted later. Each
- * may be nearer in some part of the overlap: they run through each other, or pass each other like links of a chain. The
- * longer solid is then cut there, across its length, and each of its pieces is ordered separately. */
+ * solid may be nearer in some part of the overlap, because both run through each other, or pass each other like links
+ * of a chain. Then the longer solid is cut across its length within the overlap, and each piece is ordered
+ * separately. */
 #ifndef KT_PICTURE_HIDING_H
 #define KT_PICTURE_HIDING_H
 
 #include "picture/picture.h"
 
-/* A solid, or a piece of one, in the camera's frame. */
+/* A solid or a piece of a solid, in the camera's frame. */
 typedef struct kt_piece {
     kt_solid solid;   /* of the whole; its z is the direction in which it may be cut */
     int thing;        /* the caller's number */
@@ -31,12 +32,12 @@ void kt_pieces_free(kt_pieces *pieces);
 /* The solid that a piece is. */
 kt_solid kt_piece_solid(const kt_piece *piece);
 
-/* Sorts pieces from the back to the front, and cuts them if that is necessary. Pieces that do not overlap, or whose
+/* Sorts pieces from the back to the front, and cuts pieces if necessary. Pieces that do not overlap, or whose
  * surfaces are nearer to each other than `tolerance`, keep their order. In a diagram of a plane (is_diagram), solids
- * that run through each other are not hidden by each other: the thinner one comes later. Pieces of a diagram keep their
- * order while they turn and slide in the plane. A solid that `shines`, is
- * whole and lies inside another solid comes later, too. Returns false, with all pieces still there, if memory is
- * insufficient. Cost: about O(n^2) for n pieces. */
+ * that run through each other are not hidden by each other: the thinner solid comes later. Pieces of a diagram keep
+ * their order while bodies turn and slide in the plane. A solid that `shines`, is whole and lies inside another solid
+ * comes later, too. If memory is insufficient, returns false and removes no piece. Cost: about O(n^2) for n
+ * pieces. */
 bool kt_pieces_sort(kt_pieces *pieces, double tolerance, bool is_diagram);
 
 #endif

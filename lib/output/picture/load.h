@@ -6,7 +6,7 @@
 #include "picture/picture.h"
 #include "picture/picture_mesh.h"
 
-/* Reads a mesh, thins it out to at most `most` triangles, and fills the surface and the solid. The solid has the type
+/* Reads a mesh, reduces it to at most `most` triangles, and fills the surface and the solid. The solid has the type
  * of the box around the mesh; its body and its mesh remain to be set. Ownership: the caller releases the surface with
  * kt_mesh_free. Errors: KT_ERROR_FILE, KT_ERROR_SCENE (the fault of the file), KT_ERROR_MEMORY; *surface is then
  * untouched. */

@@ -1,4 +1,4 @@
-/* The steps that make a picture. Each one fills lists of the picture, and reads those that came before it. */
+/* The steps that make a picture. Each step fills lists of the picture, and reads the lists of earlier steps. */
 #ifndef KT_PICTURE_MAKER_H
 #define KT_PICTURE_MAKER_H
 
@@ -20,7 +20,7 @@ static inline const kt_body *kt_picture_source(const kt_picture_maker *m, int bo
     return &m->description->bodies[kt_body_source(m->model, body)];
 }
 
-/* picture_list.c: the contents as the description has them, in this order. */
+/* picture_list.c: the contents of the description, in its order. */
 void kt_picture_list_joints(kt_picture_maker *m);
 void kt_picture_list_loops(kt_picture_maker *m);
 void kt_picture_list_relations(kt_picture_maker *m);
@@ -38,7 +38,7 @@ void kt_picture_list_boxes(kt_picture_maker *m);
 /* Sets the radius of slender rods and points, which follows from the size of the picture. */
 void kt_picture_thicken(kt_picture_maker *m);
 
-/* Whether a body has solids of its own, of those that are listed so far. */
+/* Whether a body has a solid among those that are listed so far. */
 bool kt_picture_has_own(const kt_picture_maker *m, int body);
 
 /* extent.c: sizes and planes. `lengths` has room for all solids and joints. */

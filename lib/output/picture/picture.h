@@ -1,5 +1,5 @@
-/* The contents of a picture of a mechanism: solids, joints, loops, effects and planes. All are in the frames of the
- * bodies that carry them: only the poses of the bodies change from one picture to the next.
+/* The contents of a picture of a mechanism: solids, joints, loops, effects and planes. All contents are in the frames
+ * of the bodies that carry them, so that only the poses of the bodies change from one picture to the next.
  *
  *     kt_picture *picture = NULL;
  *     status = kt_picture_create(&scene, model, poses, NULL, &picture, &error);
@@ -8,7 +8,7 @@
  *     kt_picture_free(picture);
  *
  * A picture belongs to the caller and refers to names in the model, which must outlive it. It is immutable. Bodies are
- * those of the model, 0 being the world; lengths are in metres. Nothing here draws or opens a picture file. */
+ * those of the model, 0 being the world; lengths are in metres. This room neither draws nor opens a picture file. */
 #ifndef KT_PICTURE_PICTURE_H
 #define KT_PICTURE_PICTURE_H
 
@@ -30,7 +30,7 @@ typedef enum kt_solid_type {
     KT_SOLID_ROD,      /* as a cylinder, with a hemisphere beyond each end */
 } kt_solid_type;
 
-/* Why a solid is there. */
+/* The reason why a picture contains a solid. */
 typedef enum kt_solid_source {
     KT_SOURCE_SHAPE,   /* the scene gives it, with all its dimensions */
     KT_SOURCE_SLENDER, /* the scene gives a rod without radius, or a point: its radius is that of the picture */
@@ -58,7 +58,7 @@ typedef struct kt_picture_joint {
     const char *name;
 } kt_picture_joint;
 
-/* A loop between two ends; those of joint positions (coupling, motion) are relations. */
+/* A loop between two ends. Loops of joint positions (coupling, motion) are relations. */
 /* A straight stroke of a curve or a surface. */
 typedef struct kt_stroke {
     kt_vec3 from, to;
@@ -67,7 +67,7 @@ typedef struct kt_stroke {
 enum { KT_STROKES_MOST = 512 /* of a loop */ };
 
 /* Writes the strokes of a curve or a surface in the frame of the loop's first end. Returns their number, 0 for loops of
- * other types. middle: the second end in that frame; reach: how far lines and planes extend around it. */
+ * other types. middle: the second end in that frame; reach: how far lines and planes extend around the second end. */
 int kt_strokes_of(const kt_loop *loop, kt_vec3 middle, double reach, kt_stroke strokes[KT_STROKES_MOST]);
 
 typedef struct kt_picture_loop {
@@ -83,11 +83,11 @@ typedef struct kt_picture_loop {
     const char *name;
 } kt_picture_loop;
 
-/* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value there. */
+/* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value at this time. */
 double kt_picture_rope_length(const kt_picture_loop *loop, double t);
 
-/* A loop of joint positions or rates: a coupling of two joints, one for each pair of neighbouring terms, or a motion of
- * one. */
+/* A loop of joint positions or rates: a coupling of two joints (an entry for each pair of neighbouring terms), or a
+ * motion of one joint. */
 typedef struct kt_picture_relation {
     kt_loop_type type;
     int loop;  /* in the model */
@@ -164,8 +164,9 @@ typedef struct kt_picture {
     double radius;  /* m; of slender rods, half of that of joint symbols; it suits the size */
 } kt_picture;
 
-/* Lists the contents of a picture. poses: of all bodies at the start, from kt_body_pose; they determine the sizes.
- * The scene is that of the model, checked; its meshes are read. Errors: KT_ERROR_MEMORY. Cost: O(size). */
+/* Lists the contents of a picture. poses: of all bodies at the start, from kt_body_pose, which determine the sizes of
+ * symbols. The scene must be the checked scene of the model. Reads the scene's meshes. Errors: KT_ERROR_MEMORY. Cost:
+ * O(size). */
 kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const kt_pose *poses,
                             const kt_picture_options *options, kt_picture **picture, kt_error *error);
 void kt_picture_free(kt_picture *picture);
@@ -173,7 +174,7 @@ void kt_picture_free(kt_picture *picture);
 /* The body that the joint of this name carries; -1 where there is none. */
 int kt_body_of_joint(const kt_model *model, const char *name);
 
-/* A frame on a body in the world; a point of it. */
+/* The pose in the world of a frame on a body; the position of a point of the body. */
 kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
 
 /* Calls `each` for the lines of the path of an effect, whose number is its line_count. poses: of all bodies. */
@@ -187,27 +188,29 @@ kt_bounds kt_bounds_empty(void);
  * which may be far away. */
 bool kt_picture_shows_end(const kt_picture_effect *effect, int end);
 
-/* Returns the unit direction of a typical value of a force, a torque or a thrust, along its axes. It is zero for other
- * effects, and for a value without a direction. */
+/* Returns the unit direction of a typical value of a force, a torque or a thrust, along its axes. The direction is zero
+ * for other effects, and for a value without a direction. */
 kt_vec3 kt_load_direction(const kt_effect *effect);
 
 /* Fills the strokes of all loops of a picture; loops are the description's. */
 void kt_strokes_list(kt_picture *picture, const kt_loop *loops, const kt_pose *poses, kt_bounds bounds);
 
 /* Calls `each` for the points, in the world, through which joints, loops and effects are drawn: their frames, the ends
- * of strokes, and the corners of lines along paths. Solids and planes are not among them. */
+ * of strokes, and the corners of lines along paths. Points of solids and planes are not included. */
 typedef void kt_picture_point(void *user, kt_vec3 point);
 void kt_picture_points(const kt_picture *picture, const kt_pose *poses, kt_picture_point *each, void *user);
 
-/* Whether a rope between ends at a and b is slack at the time t, s. It hangs as a parabola of its length. `control`
- * receives the inner control points of this parabola as a cubic curve. Without gravity, it hangs down on the page. */
+/* Whether a rope between ends at a and b is slack at the time t, s. A slack rope hangs as a parabola of its length.
+ * `control` receives the inner control points of this parabola as a cubic curve. Without gravity, the rope hangs down
+ * on the page. */
 bool kt_picture_rope_curve(const kt_picture *picture, const kt_picture_loop *loop, double t, kt_vec3 a, kt_vec3 b,
                            kt_vec3 control[2]);
 
 /* The box widened by all solids and points of the picture at these poses (planes left out). */
 kt_bounds kt_picture_widen(const kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
-/* Lays the displayed squares of planes below the middle of a box. The size of the box determines theirs. The poses are
- * those of the bodies that carry the planes. kt_picture_create uses its own poses; a run may need more room. */
+/* Lays the displayed squares of planes below the middle of a box. The size of the box determines the size of the
+ * squares. The poses are those of the bodies that carry the planes. kt_picture_create uses its own poses; a run may
+ * need more room. */
 void kt_picture_fit_planes(kt_picture *picture, const kt_pose *poses, kt_bounds bounds);
 
 #endif

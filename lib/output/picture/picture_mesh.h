@@ -1,4 +1,4 @@
-/* Triangles with normals, for solids and symbols. A mesh starts as {0} and grows; kt_mesh_free releases it. */
+/* Triangles with normals, for solids and symbols. A mesh starts as {0} and grows; kt_mesh_free releases the memory. */
 #ifndef KT_PICTURE_PICTURE_MESH_H
 #define KT_PICTURE_PICTURE_MESH_H
 
@@ -12,9 +12,9 @@ typedef struct kt_mesh {
     size_t point_room, triangle_room;
 } kt_mesh;
 
-/* Adds the surface of a solid. Frame: that in which its pose is given, usually that of its body. sides: corners
+/* Adds the surface of a solid. Frame: the frame of the solid's pose, usually the frame of its body. sides: corners
  * of a circle, at least 3. The surface is closed: each edge belongs to two triangles. Edges at which normals jump have
- * two points at one place. The surface of a mesh is as its file has it. Returns false, with the mesh unchanged, if
+ * two points at one place. The surface of a mesh is copied from its file. Returns false, with the mesh unchanged, if
  * memory is insufficient. */
 bool kt_mesh_add_solid(kt_mesh *mesh, const kt_solid *solid, int sides);
 

@@ -1,5 +1,5 @@
-/* Convex solids: where they are, how far they reach, where a ray meets them. All is in a solid's own frame, whose
- * origin is its centre, unless noted otherwise. */
+/* Convex solids: position, extent, and intersection with rays. Unless a comment states another frame, everything is in
+ * the frame of the solid, whose origin is the solid's centre. */
 #ifndef KT_PICTURE_SOLID_H
 #define KT_PICTURE_SOLID_H
 
@@ -12,18 +12,20 @@ kt_mat3 kt_solid_rotation(const kt_rotation *rotation);
  * are of KT_SOURCE_SLENDER, their radius zero. */
 bool kt_solid_of_shape(const kt_shape *shape, kt_solid *solid);
 
-/* A polygon is shown by its edges: those of two faces, and those between the faces. The first function returns the
- * number of edges, 0 for another shape. The second returns the k-th, a rod of KT_SOURCE_SLENDER in the body's frame. */
+/* A polygon is shown by its edges: the edges of two faces, and the edges between the faces. The first function returns
+ * the number of edges, 0 for another shape. The second function returns the k-th edge, a rod of KT_SOURCE_SLENDER in
+ * the body's frame. */
 size_t kt_solid_edge_count(const kt_shape *shape);
 kt_solid kt_solid_edge(const kt_shape *shape, size_t k);
 
-/* A rod between two points, or a ball where they coincide. */
+/* A rod between two points, or a ball if the points coincide. */
 kt_solid kt_solid_rod(kt_vec3 from, kt_vec3 to, double radius);
 
 /* The largest coordinate along a direction (support function). */
 double kt_solid_reach(const kt_solid *solid, kt_vec3 direction);
 
-/* The point of the solid nearest to a point; of rods, that of the line between the centres of their ends. */
+/* The point of the solid nearest to a point; for a rod, the nearest point of the line between the centres of its
+ * ends. */
 kt_vec3 kt_solid_nearest(const kt_solid *solid, kt_vec3 point);
 
 /* Intersects the solid with the line `from` + s `direction`, of unit length: s is inside from *enter to *leave. Returns
