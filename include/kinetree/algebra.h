@@ -74,7 +74,7 @@ static inline kt_vec3 kt_vec3_cross(kt_vec3 a, kt_vec3 b) {
     return kt_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
-/* Returns the identity: ones on the diagonal, and otherwise zeros. */
+/* Returns the identity matrix. */
 static inline kt_mat3 kt_mat3_identity(void) {
     kt_mat3 m;
     m.x = kt_vec3_make(1.0, 0.0, 0.0);
@@ -153,7 +153,7 @@ static inline double kt_hypot_scaled(double x, double y) {
 }
 
 /* Returns sqrt(x^2 + y^2) over the whole range of double, with the same bits on every libm. An infinite number gives
- * infinity, even if the other one is NaN. The error is below one unit in the last place. */
+ * infinity, even if the other number is NaN. The error is below one unit in the last place. */
 static inline double kt_hypot(double x, double y) {
     const double a = fabs(x), b = fabs(y), more = a < b ? b : a, less = a < b ? a : b;
     const double scale = 4.149515568880993e+180; /* 2^600; the other bounds are 2^-54, 2^511 and 2^-459 */
@@ -251,8 +251,8 @@ static inline kt_mat3 kt_matrix_from_quat(kt_quat q) {
  * Source: Shepperd 1978. */
 KT_API kt_quat kt_quat_from_matrix(kt_mat3 rotation);
 
-/* Returns the quaternion exponential: the rotation by |theta| rad about theta. It is exact for every |theta|, including
- * zero. */
+/* Returns the quaternion exponential: the rotation by |theta| rad about theta. The result is exact for every angle,
+ * including zero. */
 KT_API kt_quat kt_quat_from_euler_vector(kt_vec3 theta);
 
 /* Returns the quaternion logarithm, |theta| <= pi rad; q and -q give the same result. The argument q need not be
@@ -346,8 +346,8 @@ KT_API KT_CHECKED kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *
 KT_API KT_CHECKED kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, kt_error *error);
 
 /* Convert roll, pitch, yaw, in this order: R = R3(yaw) R2(pitch) R1(roll). This is sequence 321 with its angles in
- * reverse order. The angles are singular at pitch = +-pi/2, as above. There kt_rpy_from_matrix returns roll = 0 and
- * sets *singular (may be NULL). */
+ * reverse order. The angles are singular at pitch = +-pi/2. At a singular pitch, kt_rpy_from_matrix returns roll = 0
+ * and sets *singular (may be NULL). */
 KT_API kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy);
 KT_API kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular);
 KT_API kt_mat3 kt_rpy_map(kt_vec3 rpy);
@@ -355,12 +355,12 @@ KT_API KT_CHECKED kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt
 
 /* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] ------------------------------------ */
 
-/* Returns the rotation by |theta| rad about theta. It is exact for every |theta|, including zero. */
+/* Returns the rotation by |theta| rad about theta. The result is exact for every angle, including zero. */
 KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
 
-/* Returns the Euler vector of a rotation, |theta| <= pi rad. It is accurate for every rotation, including zero and half
- * turns. At a half turn theta and -theta are the same rotation. If the matrix does not determine the sign, the largest
- * component is positive. */
+/* Returns the Euler vector of a rotation, |theta| <= pi rad. The result is accurate for every rotation, including zero
+ * and half turns. At a half turn theta and -theta are the same rotation. If the matrix does not determine the sign, the
+ * largest component is positive. */
 KT_API kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation);
 
 /* Returns G: omega = G thetadot. The transpose G' gives omega in the rotated frame.
@@ -404,7 +404,7 @@ KT_API kt_mat3 kt_matrix_from_cgr(kt_vec3 cgr);
  * Errors: KT_ERROR_SINGULAR at half turns, within rounding: these have no parameters. */
 KT_API KT_CHECKED kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error);
 
-/* Return G: omega = G gdot, and its inverse I - g x / 2 + g g' / 4. They are never singular.
+/* Return G: omega = G gdot, and its inverse I - g x / 2 + g g' / 4. Both matrices are never singular.
  * Frame: omega in the reference frame. */
 KT_API kt_mat3 kt_cgr_map(kt_vec3 cgr);
 KT_API kt_mat3 kt_cgr_map_inverse(kt_vec3 cgr);
@@ -431,7 +431,7 @@ typedef struct kt_rotation {
     double value[9];       /* numbers according to the type */
 } kt_rotation;
 
-/* Return a description of each type with the same numbers. The numbers are not checked here. */
+/* Return a description of each type with the same numbers. These functions do not check the numbers. */
 KT_API kt_rotation kt_rotation_quaternion(double w, double x, double y, double z);
 KT_API kt_rotation kt_rotation_rpy(double roll, double pitch, double yaw);
 KT_API kt_rotation kt_rotation_euler(int sequence, double a, double b, double c);
@@ -449,10 +449,10 @@ KT_API KT_CHECKED kt_status kt_rotation_evaluate(const kt_rotation *description,
  * columns, in cyclic order, complete the triad.
  *
  * The construction starts from the cyclic triad of the coordinate axis nearest to `axis`. The least rotation that
- * brings this coordinate axis onto `axis` turns the triad. If several axes are nearest, coordinate axis `which` is
- * taken, or else the axis cyclically next to it. The result is orthonormal to rounding, and smooth except for the jumps
- * between nearest axes. For an axis along +-x, +-y or +-z the entries are exactly 0 or +-1. For which = 2 the columns
- * are:
+ * brings this coordinate axis onto `axis` turns the triad. If several axes are equally near, the function uses
+ * coordinate axis `which` if it is among them, or else the axis cyclically next to `which`. The result is orthonormal
+ * to rounding, and smooth except for the jumps between nearest axes. For an axis along +-x, +-y or +-z the entries are
+ * exactly 0 or +-1. For which = 2 the columns are:
  *
  *     axis  columns      axis  columns
  *     z     x, y, z      -z    x, -y, -z

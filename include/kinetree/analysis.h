@@ -15,21 +15,22 @@
  * The states of a mechanism with loops, phi(q, t) = 0 and A(q, t) v = b', form a manifold. Its dimension is (nv - rank
  * of the equations that have a residual) + (nv - rank of all equations). With rolling the two terms differ.
  *
- * The coordinates of this manifold, here the *states*, are differences of some joint coordinates from their values at
- * the given state. First come `positions` of q (+) dq, then `velocities` of v + dv. These independent coordinates are
- * chosen by elimination with full pivoting. All other coordinates therefore follow from them with small factors.
+ * The coordinates of this manifold, called the *states* in this header, are differences of some joint coordinates from
+ * their values at the given state. First come `positions` of q (+) dq, then `velocities` of v + dv. These independent
+ * coordinates are chosen by elimination with full pivoting. Therefore all other coordinates follow from the independent
+ * coordinates with small factors.
  *
- * Position differences have one component per velocity coordinate. They are measured along the joint's exponential map
- * (kt_position_add), which for quaternions is a small rotation in body axes. Last come the model's auxiliary states
- * (kt_state), which count in their own units.
+ * Position differences have one component per velocity coordinate. These differences are measured along the joint's
+ * exponential map (kt_position_add), which for quaternions is a small rotation in body axes. Last come the model's
+ * auxiliary states (kt_state), which count in their own units.
  *
  * A difference is taken from the whole motion through the given state. The rotation of a spherical or free joint is
  * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Some steady motions (a sleeping top, a
  * bicycle that rolls straight ahead) therefore have constant matrices. About any other motion the matrices hold for an
- * instant, and their eigenvalues do not decide the stability. A wheel with a free joint is an example. Its axes turn
- * about a horizontal axis, so that its matrix is periodic even if it rolls straight ahead. Functions of the time can
- * change a matrix, too. kt_floquet_evaluate is for such motions.
- * Matrices are column-major. Calls do not allocate unless their docstring states this.
+ * instant, and their eigenvalues do not decide the stability. A wheel with a free joint is an example. The axes of the
+ * body turn about a horizontal axis, so that the matrix is periodic even if the wheel rolls straight ahead. Functions
+ * of the time can change a matrix, too. kt_floquet_evaluate is for such motions. Matrices are column-major. Calls do
+ * not allocate unless their docstring states this.
  */
 #ifndef KINETREE_ANALYSIS_H
 #define KINETREE_ANALYSIS_H
@@ -111,7 +112,8 @@ typedef struct kt_linearization kt_linearization;
  * reason). options may be NULL. */
 KT_API size_t kt_linearization_size(const kt_model *model, const kt_linearization_options *options);
 
-/* Initialises a linearisation in the caller's memory (aligned to KT_ALIGNMENT). The model must outlive it.
+/* Initialises a linearisation in the caller's memory (aligned to KT_ALIGNMENT). The model must outlive the
+ * linearisation.
  * Errors: KT_ERROR_ARGUMENT (an index out of range), KT_ERROR_MEMORY. */
 KT_API KT_CHECKED kt_status kt_linearization_init(const kt_model *model, const kt_linearization_options *options,
                                                   void *memory, size_t size, kt_linearization **linearization,
@@ -126,11 +128,11 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
 /* Linearises about (t, q, v) under joint forces tau (nv, may be NULL) and the effects at time t. A state that violates
  * the loop equations is projected first (kt_state_project); q and v themselves are not changed.
  *
- * Derivatives are exact except for rounding (kt_acceleration_derivatives). They therefore depend on the given state
- * alone. For example, a contact or a stop nearby has no influence. They are evaluated at two states, a few rounding
- * errors to either side of the given one. The estimated error is the difference of the two results, plus a bound of the
- * rounding errors. A model with a kink at the state itself (a stop that just touches, a spring of zero length) has no
- * derivative there. The estimated error is then large.
+ * Derivatives are exact except for rounding (kt_acceleration_derivatives). Therefore derivatives depend on the given
+ * state alone. For example, a contact or a stop nearby has no influence. Derivatives are evaluated at two states, a few
+ * rounding errors to either side of the given state. The estimated error is the difference of the two results, plus a
+ * bound of the rounding errors. A model with a kink at the state itself (a stop that just touches, a spring of zero
+ * length) has no derivative at this state. Then the estimated error is large.
  *
  * Central differences along the manifold replace exact derivatives if the options request them, and in two further
  * cases. The system's `exact` is then false.
@@ -139,15 +141,15 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
  *     not bend within their steps.
  *
  * Differences are extrapolated from a sequence of halved steps (Ridders 1982, Advances in Engineering Software 4,
- * 75-76). Each number is taken from the steps that suit it best. Its estimated error is the disagreement of the last
- * extrapolation steps plus rounding. The first step moves angles by 0.1 rad and lengths by 0.1 of the mechanism's
- * length. Anything within that distance may affect the result.
+ * 75-76). For each number, the steps with the least estimated error are used. Its estimated error is the disagreement
+ * of the last extrapolation steps plus rounding. The first step moves angles by 0.1 rad and lengths by 0.1 of the
+ * mechanism's length. Anything within that distance may affect the result.
  *
  * On random mechanisms, true errors were within 3 estimated ones.
  *
  * Errors: the previous system is unchanged after an error.
- *   KT_ERROR_SINGULAR at a singular position of the loops, because the states do not form a manifold there, and next to
- *     one if the path bends within rounding.
+ *   KT_ERROR_SINGULAR at a singular position of the loops, because the states do not form a manifold, and near a
+ * singular position if the path bends within rounding.
  *   KT_ERROR_CONSTRAINT, KT_ERROR_NOT_FINITE, and those of kt_acceleration_evaluate.
  *
  * Cost: two calls of kt_acceleration_derivatives and O(nv^3). With differences, about 12 states evaluations of the
@@ -156,7 +158,8 @@ KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *lineariz
                                                       const double *v, const double *tau, kt_error *error);
 
 /* Returns the auxiliary states about which the model is linearised: kt_own_state_count numbers, which may be written.
- * At first they are the initial ones. kt_equilibrium_find replaces them by those of the equilibrium.
+ * Their first values are the initial ones of the model. kt_equilibrium_find replaces these values by the values at the
+ * equilibrium.
  * Ownership: the array belongs to the linearisation. NULL if there are no auxiliary states. */
 KT_API double *kt_linearization_own_states(kt_linearization *linearization);
 
@@ -192,23 +195,25 @@ typedef struct kt_equilibrium {
 } kt_equilibrium;
 
 /* Moves q (nq) to a position in which the mechanism stays at rest. Forces are those of the effects at time t and joint
- * forces tau (nv, may be NULL). A start that is an equilibrium is returned unchanged even if it is unstable; its modes
- * show its stability. Only steps that the loop equations allow are taken, so that a wheel rolls to its final position.
- * Degrees of freedom in which no force acts keep their positions. q is unchanged on failure. found may be NULL.
+ * forces tau (nv, may be NULL). A start at an equilibrium is returned unchanged, even if the equilibrium is unstable;
+ * the modes show its stability. Only steps that the loop equations allow are taken, so that a wheel rolls to its final
+ * position. Degrees of freedom in which no force acts keep their positions. q is unchanged on failure. found may be
+ * NULL.
  *
- * A step d solves (H + mu D) d = g with the force g = M a in the independent degrees of freedom. There, H is the
- * stiffness matrix and D the diagonal of M. mu is the least value for which H + mu D is positive definite. Near a
- * stable equilibrium mu is 0, which is Newton's method. A step is shortened until the force still does work along it.
+ * A step d solves (H + mu D) d = g with the force g = M a in the independent degrees of freedom. H is the stiffness
+ * matrix and D the diagonal of M. mu is the least value for which H + mu D is positive definite. Near a stable
+ * equilibrium mu is 0, which is Newton's method. A step is shortened until the force at the end of the step still does
+ * positive work along the step.
  *
  * With `nearest`, mu = 0, and a step is shortened until |g| falls. If the search stalls, starts around the given one
  * are tried, farther and farther away (up to 3 rad or lengths of the mechanism). The last attempt goes downhill. A
  * search that stalls has found an equilibrium only if the remaining force is as small as rounding: 1e-11 of the forces
  * that cancel. The linearisation serves as workspace; its system is unchanged.
  *
- * In a model with auxiliary states the equilibrium is one of positions and states, x' = 0. It is found with Newton's
- * method from q and kt_linearization_own_states, which then contains the states found. It may be unstable, for either
- * value of `nearest`. If the rates of all auxiliary states are the number 0, as those of footholds are, the states are
- * held, and the search is that of positions.
+ * In a model with auxiliary states, the auxiliary states are in equilibrium, too: x' = 0. Newton's method finds the
+ * equilibrium from q and kt_linearization_own_states, which then contains the states found. The equilibrium may be
+ * unstable, for either value of `nearest`. If the rates of all auxiliary states are the number 0, as for footholds, the
+ * states are held, and only positions are searched.
  *
  * Errors:
  *   KT_ERROR_STEP: no equilibrium is found. The message names the joint with the largest remaining acceleration or the
@@ -264,19 +269,20 @@ KT_API KT_CHECKED kt_status kt_modes_evaluate(kt_modes *modes, const kt_linear_s
 KT_API int kt_modes_count(const kt_modes *modes);
 KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
 
-/* Returns the shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. It is scaled so that
- * the largest |dq| over its unit is 1 and that component is real. If no position moves, dv is scaled likewise. Valid
- * until the next evaluation. */
+/* Returns the shape of a mode: dq (nv complex numbers: re, im, re, im, ...) of all joints, or dv. The shape is scaled
+ * so that the largest |dq| over its unit is 1 and that component is real. If no position moves, dv is scaled likewise.
+ * Valid until the next evaluation. */
 KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
 /* Returns the mode's part in auxiliary states (kt_own_state_count complex numbers), with the same scale. If nothing
- * moves, it is not scaled. NULL if there are no auxiliary states. */
+ * moves, the part is not scaled. Returns NULL if there are no auxiliary states. */
 KT_API const double *kt_modes_own_states(const kt_modes *modes, int mode);
 
 /* ---- periodic motion --------------------------------------------------------------------------------------------- */
 
-/* A Floquet multiplier mu, an eigenvalue of the monodromy matrix. It is the factor by which a small difference from a
- * periodic motion changes in one period. A conjugate pair is represented by the multiplier with imaginary > 0. */
+/* A Floquet multiplier mu, an eigenvalue of the monodromy matrix. The multiplier is the factor by which a small
+ * difference from a periodic motion changes in one period. A conjugate pair is represented by the multiplier with
+ * imaginary > 0. */
 typedef struct kt_multiplier {
     double real, imaginary; /* mu */
     double modulus;         /* |mu|: above 1 the difference grows */
@@ -286,7 +292,7 @@ typedef struct kt_multiplier {
     int count;              /* eigenvalues represented: 2 for a conjugate pair, else 1 */
 } kt_multiplier;
 
-/* The period, and the steps that cover it. */
+/* The period, and the steps that cover the period. */
 typedef struct kt_floquet_options {
     size_t size;             /* sizeof of this struct, for later versions; 0: as of version 0.2 */
     double period;           /* s, > 0 */
@@ -308,23 +314,26 @@ static inline kt_floquet_options kt_floquet_options_default(double period) {
 /* The Floquet multipliers of a periodic motion, and the workspace that computes them. */
 typedef struct kt_floquet kt_floquet;
 
-/* Allocates a computation of multipliers; kt_floquet_free releases it. The model must outlive it.
+/* Allocates a computation of multipliers; kt_floquet_free releases the computation. The model must outlive the
+ * computation.
  * Errors: KT_ERROR_ARGUMENT (period, steps, method), KT_ERROR_MEMORY, KT_ERROR_UNSUPPORTED without LAPACK. */
 KT_API KT_CHECKED kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *options,
                                               kt_floquet **floquet, kt_error *error);
-/* Releases it; does nothing with NULL. */
+/* Releases a computation of multipliers; does nothing with NULL. */
 KT_API void kt_floquet_free(kt_floquet *floquet);
 
-/* Computes the multipliers of the motion that is at (q, v) at time t. They follow from the exact derivatives of the
- * steps (kt_step_derivatives) over one period. A second computation with half as many steps gives the error. Directions
- * that the loops forbid are left out. The function does not check that the motion is periodic; use kt_floquet_gap.
+/* Computes the multipliers of the motion that is at (q, v) at time t. The multipliers follow from the exact derivatives
+ * of the steps (kt_step_derivatives) over one period. A second computation with half as many steps gives the error.
+ * Directions that the loops forbid are left out. The function does not check that the motion is periodic; use
+ * kt_floquet_gap.
  *
  * Errors: as kt_step_derivatives; KT_ERROR_NOT_FINITE.
  * Cost: 1.5 times `steps` derivatives of a step and products of matrices, O(steps nv^3). Allocates nothing. */
 KT_API KT_CHECKED kt_status kt_floquet_evaluate(kt_floquet *floquet, double t, const double *q, const double *v,
                                                 kt_error *error);
 
-/* In turn: the number of multipliers of the last evaluation; one of them, by falling modulus. */
+/* In turn: the number of multipliers of the last evaluation; a multiplier by its index, in the order of falling
+ * modulus. */
 KT_API int kt_floquet_count(const kt_floquet *floquet);
 KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
 
@@ -332,8 +341,8 @@ KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
  * With auxiliary states the coordinates are (xi, dv, dx). */
 KT_API const double *kt_floquet_monodromy(const kt_floquet *floquet);
 
-/* Returns the auxiliary states at the start of the motion (kt_own_state_count). At first they are the model's initial
- * ones. They may be written before an evaluation. */
+/* Returns the auxiliary states at the start of the motion (kt_own_state_count). Their first values are the model's
+ * initial ones. The caller may write other values before an evaluation. */
 KT_API double *kt_floquet_own_states(kt_floquet *floquet);
 
 /* Returns the distance of the motion from its start after the period, the largest of three kinds of changes. NaN before
@@ -345,7 +354,7 @@ KT_API double kt_floquet_gap(const kt_floquet *floquet);
 
 /* ---- stability along a motion ------------------------------------------------------------------------------------ */
 
-/* The modes of a mechanism at some states of a motion; they bound the step size of an explicit method. */
+/* The modes of a mechanism at some states of a motion. These modes bound the step size of an explicit method. */
 typedef struct kt_spectrum kt_spectrum;
 
 /* Sizes of a spectrum. */
@@ -379,15 +388,16 @@ KT_API KT_CHECKED kt_status kt_spectrum_add(kt_spectrum *spectrum, double t, con
                                             const double *tau, kt_error *error);
 
 /* Clears the spectrum and adds the modes at states spaced evenly over a run from its start to its end. There are as
- * many states as there is room for. If there is room for one, it is the start. Hard contacts that are closed or rest in
- * a state, and friction that sticks, are constraints of its modes. States at singular positions of loops are left out,
- * and so are states in which slip of a hard contact begins. Allocates a simulation and linearisations, and releases
- * them.
+ * many states as there is room for. With room for a single state, this state is the start. Hard contacts that are
+ * closed or rest in a state, and friction that sticks, are constraints of its modes. States at singular positions of
+ * loops are left out, and so are states in which slip of a hard contact begins. Allocates a simulation and
+ * linearisations, and releases them.
  *
  * The motion is computed with adaptive steps, for any step of the run. The method is that of the run if the run is
  * adaptive, otherwise the default method at tolerance 1e-6.
  *
- * Errors: if the motion cannot be computed to its end, those of kt_simulation_advance. The modes up to there are kept.
+ * Errors: if the motion cannot be computed to its end, those of kt_simulation_advance. The modes up to this time remain
+ * in the spectrum.
  */
 KT_API KT_CHECKED kt_status kt_spectrum_along(kt_spectrum *spectrum, const kt_run *run, kt_error *error);
 
@@ -432,15 +442,15 @@ typedef struct kt_sampling {
 } kt_sampling;
 
 /* Returns the fastest excited oscillation whose error over a period is more than KT_SAMPLING_ERROR at this step of the
- * method. The error combines amplitude and phase. An oscillation is excited if its velocities are at least 3 % of those
- * of the most excited oscillation of its state (a thousandth of its energy). A steady spin is not an oscillation. step
- * > 0. */
+ * method. The error combines amplitude and phase. An oscillation counts as excited if its velocities are at least 3 %
+ * of the velocities of the most excited oscillation in the same state (a thousandth of its energy). A steady spin is
+ * not an oscillation. step > 0. */
 KT_API kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step);
 
 /* ---- the fastest mode along a run -------------------------------------------------------------------------------- */
 
-/* A monitor of the rate of the fastest mode at the states of a run, at the cost of a few evaluations per state. It
- * shows at which state, if any, computing a spectrum is worthwhile. */
+/* A monitor of the rate of the fastest mode at the states of a run, at the cost of a few evaluations per state. The
+ * monitor shows at which state, if any, computing a spectrum is worthwhile. */
 typedef struct kt_mode_watch kt_mode_watch;
 
 /* Bytes that a watch needs. Initialising and releasing are as for a linearisation. */
@@ -464,24 +474,24 @@ typedef struct kt_fast_state {
 } kt_fast_state;
 
 /* Returns the state with the largest estimate so far. Before any estimate, rate is 0 and q and v are undefined. q and v
- * point into the watch. They are valid until the next kt_mode_watch_add or until the watch is released. Cannot fail;
+ * point into the watch. Both are valid until the next kt_mode_watch_add or until the watch is released. Cannot fail;
  * evaluates nothing. */
 KT_API kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *watch);
 
 /* Returns the number of evaluations of the acceleration that the watch has made. */
 KT_API uint64_t kt_mode_watch_evaluations(const kt_mode_watch *watch);
 
-/* The first function returns the bytes of the numbers on which later estimates depend. The second writes them into a
- * block, aligned as a double. The third reads them back into a watch of the same model. Further estimates then have the
- * same bits as without the interruption. */
+/* The first function returns the bytes of the numbers on which later estimates depend. The second function writes these
+ * numbers into a block, aligned as a double. The third function reads the numbers back into a watch of the same model,
+ * whose further estimates then have the same bits as without the interruption. */
 KT_API size_t kt_mode_watch_state_size(const kt_mode_watch *watch);
 KT_API void kt_mode_watch_save(const kt_mode_watch *watch, void *block);
 KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
 
 /* ---- energy along a run ------------------------------------------------------------------------------------------ */
 
-/* The energy error over the energy scale up to which a run counts as accurate; and the ratio above which it has blown
- * up. */
+/* The energy error over the energy scale up to which a run counts as accurate; and the ratio above which a run counts
+ * as blown up. */
 #define KT_ENERGY_ERROR 1e-3
 #define KT_ENERGY_BLOW_UP 1e3
 
@@ -491,14 +501,14 @@ KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
  * The error is the change of E that the integration has caused.
  *   Mechanisms that conserve energy: |E - E(0)|.
  *   Mechanisms that can only dissipate energy: E minus its least value so far.
- *   Runs with recorded works, for any mechanism: the change of the balance E + dissipated - supplied.
- *   Runs with estimated works (watch_works): the part of that change beyond the uncertainty of the estimate.
+ *   Runs that record the work done, for any mechanism: the change of the balance E + dissipated - supplied.
+ *   Runs that estimate the work done (watch_works): the part of that change beyond the uncertainty of the estimate.
  *   All others, in which energy can be supplied: the error is unknown.
  *
  * The error is divided by the energy scale of the motion. This scale is E(0) minus the least potential energy so far.
- * It is the largest kinetic energy that the visited positions allow, and does not depend on the zero of the potential
- * energies. If energy is supplied, the scale is the largest of the kinetic energy, the range of the potential energy,
- * and the works. */
+ * This scale is the largest kinetic energy that the visited positions allow, and does not depend on the zero of the
+ * potential energies. If energy is supplied, the scale is the largest of the kinetic energy, the range of the potential
+ * energy, and the work done. */
 typedef struct kt_energy_watch {
     kt_energetics energetics; /* of the model */
     int32_t has_balance;      /* whether the records contain works */
@@ -524,12 +534,12 @@ typedef struct kt_energy_watch {
 KT_API kt_energy_watch kt_energy_watch_start(const kt_model *model);
 /* Adds a record that has energies (KT_RECORD_ENERGY or KT_RECORD_BALANCE). Does nothing for other records. O(1). */
 KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record);
-/* Adds the energies at the end of a step, J. They widen the energy scale alone: records may all fall on turning points,
- * where the kinetic energy is next to zero. Does nothing before the first record. O(1). */
+/* Adds the energies at the end of a step, J. These energies widen only the energy scale, because all records may fall
+ * on turning points, at which the kinetic energy is nearly zero. Does nothing before the first record. O(1). */
 KT_API void kt_energy_watch_step(kt_energy_watch *watch, double kinetic, double potential);
 
-/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown or rounding:
- * below 1e-12 of the largest energy, or below 1e-20 J. */
+/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown, or below rounding (1e-12 of
+ * the largest energy, or 1e-20 J). */
 KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
 KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
 /* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, more than its

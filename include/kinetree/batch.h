@@ -27,7 +27,7 @@
  *   - The recursions over trees, in space and in the plane, with every joint and with armature.
  *   - Effects. Bushings, thrusts and effects of the caller are evaluated lane by lane within a group. An effect with a
  *     formula causes all effects to be evaluated state by state. The rates of auxiliary states are also evaluated state
- *     by state. The forces then enter the lanes.
+ *     by state. Then the forces are copied into the lanes.
  *   - The stages of explicit methods, the rates of quaternions and their norms.
  *   - The motion and Jacobians of frames.
  *   - Accelerations and the closing of loops after steps, for mechanisms with loops in planes and in space, also driven
@@ -88,7 +88,7 @@ KT_API size_t kt_batch_size(const kt_model *model, const kt_batch_options *optio
 KT_API KT_CHECKED kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, void *memory,
                                           size_t size, kt_batch **batch, kt_error *error);
 
-/* Initialises a batch like kt_batch_init, in memory of its own.
+/* Initialises a batch like kt_batch_init, in memory that the function allocates.
  * Ownership: the caller releases the batch with kt_batch_free. */
 KT_API KT_CHECKED kt_status kt_batch_create(const kt_model *model, const kt_batch_options *options, kt_batch **batch,
                                             kt_error *error);
@@ -106,13 +106,13 @@ KT_API size_t kt_batch_count(const kt_batch *batch);
 KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
                                                const double *v, kt_error *error);
 
-/* Set and copy the auxiliary states of a state (kt_own_state_count numbers, kt_state of description.h). They have the
- * model's initial values at first. The call kt_batch_set_state leaves them unchanged.
+/* Set and copy the auxiliary states of a state (kt_own_state_count numbers, kt_state of description.h). Their first
+ * values are the model's initial values. The call kt_batch_set_state leaves them unchanged.
  * Errors: as kt_batch_set_state. */
 KT_API KT_CHECKED kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error);
 KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error);
 
-/* Gives a state parameters of its own. The argument `model` is a copy of the batch's model with changed parameters, or
+/* Gives a state its own parameters. The argument `model` is a copy of the batch's model with changed parameters, or
  * the batch's model again. Parameters are masses, inertias, gravity, springs, dampers and others (kt_parameter_set of
  * model.h).
  *
@@ -120,13 +120,13 @@ KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_
  * Their models may also differ in gravity and in the numbers of bodies and links (masses, centres of mass, inertias,
  * lengths). Blocks whose effects or armatures differ are computed state by state.
  * Ownership: the copy must outlive the batch, and is read whenever the state is computed. If a new copy is made in the
- * same memory, it must be passed again.
+ * same memory, call this function again.
  * Errors: KT_ERROR_ARGUMENT if there is no such state, or if the model belongs to another mechanism.
  * Cost: O(1). */
 KT_API KT_CHECKED kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *model, kt_error *error);
 
-/* Set the joint forces of a state (nv; NULL: zero), or its accelerations. The joint forces stay until they are set
- * again. The call kt_batch_inverse computes forces from the accelerations.
+/* Set the joint forces of a state (nv; NULL: zero), or its accelerations. Joint forces keep their values until the next
+ * call. kt_batch_inverse computes forces from the accelerations.
  * Errors: as kt_batch_set_state. */
 KT_API KT_CHECKED kt_status kt_batch_set_torque(kt_batch *batch, size_t state, const double *tau, kt_error *error);
 KT_API KT_CHECKED kt_status kt_batch_set_acceleration(kt_batch *batch, size_t state, const double *a, kt_error *error);
@@ -223,8 +223,8 @@ typedef struct kt_batch_sensors {
  * kt_marker_jacobian.
  *
  * Accelerations are those of the motion, zero at rest. A gyroscope measures velocity.angular. An accelerometer measures
- * acceleration.linear minus kt_model_gravity. For the frame's axes, apply kt_mat3_apply_transposed(pose.rotation, ...)
- * to both.
+ * acceleration.linear minus kt_model_gravity. For components in the frame's axes, apply
+ * kt_mat3_apply_transposed(pose.rotation, ...) to both vectors.
  * Errors: as kt_batch_forward, and KT_ERROR_ARGUMENT if there is no such body or marker. Results of failed states are
  * unchanged.
  * Cost: O(bodies + frames * (nv + depth)) for each state. */
@@ -281,8 +281,8 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
 
 /* ---- many simulations -------------------------------------------------------------------------------------------- */
 
-/* Several simulations that run at once, with the stages of their steps in lanes. Each simulation has steps, error
- * control, events and records of its own. Its results have the same bits as kt_simulation_run, independent of the other
+/* Several simulations that run at once, with the stages of their steps in lanes. Each simulation has its own steps,
+ * error control, events and records. Its results have the same bits as kt_simulation_run, independent of the other
  * simulations.
  *
  * Lanes compute trees, and mechanisms whose loops a batch computes in lanes, with effects and auxiliary states. After
@@ -292,9 +292,9 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
  * gives the reason.
  *
  * After each step of a lane, events are sought on its dense output. A step with an event is repeated in lanes up to the
- * event. A lane takes its steps separately while it is under inputs, or while its model differs from the others. If a
- * simulation ends, its lane takes the next simulation. If records contain only positions, velocities and energies,
- * `data` may be NULL. Only one thread at a time may use an ensemble. */
+ * event. The steps of a lane are computed separately while the simulation has inputs, or while its model differs from
+ * the others. If a simulation ends, its lane takes the next simulation. If records contain only positions, velocities
+ * and energies, `data` may be NULL. Only one thread at a time may use an ensemble. */
 typedef struct kt_ensemble kt_ensemble;
 
 /* A simulation, and the recorder of its records. */
@@ -321,7 +321,7 @@ KT_API size_t kt_ensemble_size(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_ensemble_init(const kt_model *model, void *memory, size_t size, kt_ensemble **ensemble,
                                              kt_error *error);
 
-/* Initialises an ensemble like kt_ensemble_init, in memory of its own.
+/* Initialises an ensemble like kt_ensemble_init, in memory that the function allocates.
  * Ownership: the caller releases the ensemble with kt_ensemble_free. */
 KT_API KT_CHECKED kt_status kt_ensemble_create(const kt_model *model, kt_ensemble **ensemble, kt_error *error);
 /* Releases an ensemble that kt_ensemble_create made; does nothing with an ensemble in the caller's memory, nor with

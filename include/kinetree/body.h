@@ -1,9 +1,9 @@
 /* Bodies in plain structs: the joint on the parent, mass and inertia, markers, shapes.
  *
  * Units: SI and radians.
- * Frame: a body has one joint, which connects it with its parent. The joint has the name of its body unless it has
- * another one. The body frame is the child side of the joint: at joint position zero it is the joint frame. The world
- * is the parent of bodies without a named parent.
+ * Frame: a body has one joint, which connects it with its parent. Without its own name, a joint has the name of its
+ * body. The body frame is the child side of the joint: at joint position zero, the body frame coincides with the joint
+ * frame. The world is the parent of bodies without a named parent.
  */
 #ifndef KINETREE_BODY_H
 #define KINETREE_BODY_H
@@ -46,9 +46,9 @@ enum {
     KT_GIVEN_ANGULAR = 8,     /* the angular velocity of a free joint */
 };
 
-/* The design limits of a joint with one coordinate. They are data for programs that command the joint, and readers of
- * robot formats fill them in. No computation depends on them; the effect joint_limit is a stop. Infinity means no
- * limit. */
+/* The design limits of a joint with one coordinate. The limits are data for programs that command the joint, and
+ * readers of robot formats fill them in. No computation uses these limits; the effect joint_limit makes a stop.
+ * Infinity means no limit. */
 typedef struct kt_joint_limits {
     double lower, upper; /* of the position, rad or m; lower <= upper */
     double velocity;     /* the largest speed, rad/s or m/s, >= 0 */
@@ -65,8 +65,8 @@ typedef struct kt_joint_limits {
  *   "free": x, y, z in the joint frame, quaternion; linear velocity in the joint frame, angular velocity in the body
  *     frame.
  * A quaternion of four zeros means no rotation.
- * A part of the initial state is given if it is not zero, or if `given` names it. An assembly moves a given part only
- * if moving the other parts cannot close the loops (kt_state_assemble). */
+ * A part of the initial state counts as given if the part is not zero, or if `given` names it. An assembly moves a
+ * given part only if moving the other parts cannot close the loops (kt_state_assemble). */
 typedef struct kt_joint {
     const char *name;                 /* as a body's; the only joint of its name; NULL: that of its body */
     kt_joint_type type;               /* default: fixed */
@@ -85,9 +85,9 @@ typedef struct kt_joint {
     kt_joint_limits limits;           /* of a joint with one coordinate; default: none */
 } kt_joint;
 
-/* Returns the KT_GIVEN_ bits of all given parts: those that `given` names, and those that are not zero. A quaternion of
- * four zeros is never given, nor are the positions of a guess. Returns 0 for a fixed joint, for an unknown type, and
- * for NULL.
+/* Returns the KT_GIVEN_ bits of all given parts: the parts that `given` names, and the parts that are not zero. A
+ * quaternion of four zeros is never given, nor are the positions of a guess. Returns 0 for a fixed joint, for an
+ * unknown type, and for NULL.
  * Cost: O(1). */
 KT_API unsigned kt_joint_given(const kt_joint *joint);
 

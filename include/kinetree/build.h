@@ -1,5 +1,5 @@
 /* Parts of mechanisms that repeat: beams of elastic segments, chains and trees of links. A builder collects bodies,
- * loops and effects, and makes a description of them:
+ * loops and effects in a description:
  *
  *     kt_beam blade = kt_beam_default();
  *     blade.name = "blade";
@@ -28,8 +28,8 @@ extern "C" {
 
 /* ---- beams ------------------------------------------------------------------------------------------------------- */
 
-/* A number along a beam. It is `value`, or it is linear between evenly spaced stations, of which the first one lies at
- * the beginning and the last one at the end. A struct of zeros is not given. */
+/* A number along a beam. The number is `value`, or linear between evenly spaced stations, the first at the beginning
+ * and the last at the end. A struct of zeros means that the number is not given. */
 typedef struct kt_beam_property {
     double value;           /* the same everywhere */
     const double *stations; /* the caller's, used in place of `value`; NULL: none */
@@ -52,8 +52,8 @@ enum { KT_BEAM_SEGMENTS_MAX = 10000 /* segments */ };
  *
  * The given stiffnesses determine how the segments move on one another:
  *   EI[1] alone: the beam bends about z, in a plane.
- *   EI and GJ: it bends and twists, and keeps its length.
- *   EA, GA, GJ and EI: it stretches and shears as well. */
+ *   EI and GJ: the beam bends and twists, with constant length.
+ *   EA, GA, GJ and EI: the beam stretches and shears as well. */
 typedef struct kt_beam {
     const char *name;      /* as a body's */
     kt_end from;           /* where the beam begins, along x of this frame; default: the world's origin */
@@ -83,8 +83,8 @@ KT_API KT_CHECKED kt_status kt_beam_check(const kt_beam *beam, kt_error *error);
 
 /* ---- chains and trees -------------------------------------------------------------------------------------------- */
 
-/* Links NAME1, NAME2, ... Each link carries `branching` links at its end, until there are `count`. The joint of link i
- * lies at the end of link (i - 2) / branching + 1. */
+/* Links NAME1, NAME2, ... Each link carries `branching` links at its end, until the tree has `count` links. The joint
+ * of link i lies at the end of link (i - 2) / branching + 1. */
 typedef struct kt_link_tree {
     const char *name;   /* as a body's */
     const char *parent; /* the body that carries the first link; NULL: the world */
@@ -104,7 +104,7 @@ KT_API kt_link_tree kt_link_tree_default(void);
 /* Bodies, loops and effects, in the order in which they are added. */
 typedef struct kt_builder kt_builder;
 
-/* Allocates an empty builder; and releases it, with all descriptions that it has made. */
+/* The first function allocates an empty builder. The second function releases a builder with all its descriptions. */
 KT_API KT_CHECKED kt_status kt_builder_create(kt_builder **builder, kt_error *error);
 KT_API void kt_builder_free(kt_builder *builder);
 
@@ -117,7 +117,7 @@ KT_API KT_CHECKED kt_status kt_builder_add_effect(kt_builder *builder, const kt_
 
 /* Add the parts of a beam, or the links of a tree. If the beam begins at a marker, the body with the marker must have
  * been added before.
- * Errors: KT_ERROR_MODEL for numbers that make no beam or tree, or a marker that is not there. KT_ERROR_MEMORY. The
+ * Errors: KT_ERROR_MODEL for numbers that make no beam or tree, or a marker that does not exist. KT_ERROR_MEMORY. The
  * builder is then unchanged.
  * Cost: O(segments), O(count). */
 KT_API KT_CHECKED kt_status kt_builder_add_beam(kt_builder *builder, const kt_beam *beam, kt_error *error);
@@ -128,8 +128,8 @@ KT_API KT_CHECKED kt_status kt_builder_add_tree(kt_builder *builder, const kt_li
  * Cost: O(1). */
 KT_API kt_body *kt_builder_body(kt_builder *builder, int i);
 
-/* Returns a description with everything that has been added, and default values. It is valid until the next item is
- * added.
+/* Returns a description with everything that has been added, and default values. The description is valid until the
+ * next item is added.
  * Cost: O(1). */
 KT_API kt_description kt_builder_describe(const kt_builder *builder);
 

@@ -11,9 +11,9 @@ extern "C" {
 
 /* The limits of iterations. kt_data_iterations reports the largest numbers used, and whether a limit was reached.
  *
- * An evaluation of accelerations iterates only near a singular position of the loops. There it uses at most 8 sets of 6
- * neighbouring states. Each of these is closed in at most 6 steps. Two further states are closed in at most 4 steps
- * each. (Reductions by SVD iterate within LAPACK, which has limits of its own.) */
+ * An evaluation of accelerations iterates only near a singular position of the loops. Near a singular position, an
+ * evaluation uses at most 8 sets of 6 neighbouring states. Each of these is closed in at most 6 steps. Two further
+ * states are closed in at most 4 steps each. (Reductions by SVD iterate within LAPACK, which has its own limits.) */
 enum {
     KT_POSITION_STEPS_MAX = 30, /* of a projection; one or two suffice after a usual step */
     KT_VELOCITY_STEPS_MAX = 6,  /* of a projection, in two attempts; one suffices */
@@ -43,8 +43,9 @@ KT_API int kt_initial_changes(const kt_model *model, const double *q, const doub
                               int most);
 
 /* Reports velocities that an assembly has chosen: the description does not give them, and neither its velocities nor
- * the loops determine them. A group of loops with more degrees of freedom than given velocities has such velocities, if
- * they are not zero. Arguments and results are those of kt_initial_changes; `change` is the velocity. */
+ * the loops determine them. A group of loops with more degrees of freedom than given velocities has such velocities.
+ * Velocities that were chosen as zero are not reported. Arguments and results are those of kt_initial_changes; `change`
+ * is the velocity. */
 KT_API int kt_initial_choices(const kt_model *model, const double *v, kt_initial_change *changes, int most);
 
 #ifdef __cplusplus

@@ -3,10 +3,10 @@
  *     FILE *source = fopen("arm.c", "w"), *header = fopen("arm.h", "w");
  *     status = kt_codegen_write(model, "arm", KT_CODEGEN_FORWARD | KT_CODEGEN_MASS, false, source, header, &error);
  *
- * The two generated files need no library. They allocate nothing, and compute sines and cosines themselves. Zeros, axes
- * and rotations of the model are folded into the code. All other numbers are members of NAME_parameters, with the
- * numbers of the model as NAME_default. A program changes members and calls NAME_prepare. Members are masses (kg),
- * centres of mass (m), inertias, positions of joint frames, pitches, armature, markers, and gravity.
+ * The two generated files need no library. The functions allocate nothing, and compute sines and cosines themselves.
+ * Zeros, axes and rotations of the model are folded into the code. All other numbers are members of NAME_parameters,
+ * with the numbers of the model as NAME_default. A program changes members and calls NAME_prepare. Members are masses
+ * (kg), centres of mass (m), inertias, positions of joint frames, pitches, armature, markers, and gravity.
  */
 #ifndef KINETREE_CODEGEN_H
 #define KINETREE_CODEGEN_H
@@ -96,26 +96,26 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  *
  * name: an identifier of C, with which all public names of the file begin.
  * functions: a sum of KT_CODEGEN_ bits.
- * constant: whether the file also has all numbers as constants. It then has no parameters.
+ * constant: whether all numbers are constants of the file, which then has no parameters.
  *
  * Without loops the functions are those of dynamics.h. With loops, NAME_forward returns the accelerations of the closed
  * mechanism, as kt_acceleration_evaluate, but without effects. NAME_forward_derivatives has their derivatives, as
  * kt_acceleration_derivatives. Steps are projected onto the loops, as kt_step_evaluate. NAME_inverse, NAME_bias and
- * NAME_mass stay those of the tree: tau = M a + h is the sum of the joint forces and of the forces A' lambda of the
- * loops. These have no power in a closed motion. NAME_loops has one row for each independent equation (NAME_NR), with
- * axes of its own. Equations that repeat others are left out, as when the model was compiled. If a loop depends on
- * time, NAME_forward, NAME_forward_derivatives, NAME_loops, NAME_project and steps have the time as an argument before
- * q.
+ * NAME_mass remain the functions of the tree: tau = M a + h is the sum of the joint forces and of the forces A' lambda
+ * of the loops. The forces of the loops have no power in a closed motion. NAME_loops has one row for each independent
+ * equation (NAME_NR), in axes of the generated file's choice. Equations that repeat others are left out, as when the
+ * model was compiled. If a loop depends on time, NAME_forward, NAME_forward_derivatives, NAME_loops, NAME_project and
+ * steps have the time as an argument before q.
  *
  * Forces of effects are in NAME_effects, in NAME_acceleration and in the steps alone; add them to the tau of
- * NAME_forward. Derivatives of dynamics leave them out, too. If forces depend on time, effects and steps have the time
- * as an argument before q. If there are auxiliary states, effects and steps have them as an argument x after v, and a
- * step writes the next x after the next v. NAME_acceleration has both arguments in any case. Effects call functions of
- * the C library.
+ * NAME_forward. Derivatives of dynamics leave out forces of effects, too. If forces depend on time, effects and steps
+ * have the time as an argument before q. If there are auxiliary states, effects and steps have them as an argument x
+ * after v, and a step writes the next x after the next v. NAME_acceleration has both arguments in any case. Effects
+ * call functions of the C library.
  *
  * A step also writes NAME_forward, and NAME_effects and NAME_states if the model has these. Its tau is constant from
- * the beginning to the end. With A and B, the next state changes by A (dq, dv) + B dtau. They are for models without
- * quaternions and auxiliary states, and also write NAME_forward_derivatives and NAME_effect_derivatives.
+ * the beginning to the end. With A and B, the next state changes by A (dq, dv) + B dtau. A and B exist for models
+ * without quaternions and auxiliary states, and also write NAME_forward_derivatives and NAME_effect_derivatives.
  *
  * With KT_CODEGEN_ALL, functions are left out for which the model has nothing: loops and project without equations,
  * states without auxiliary states, markers and Jacobians without markers, A and B with quaternions or auxiliary states.
@@ -123,8 +123,8 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
  * Matrices are column-major. Outputs that are Jacobians, derivatives or the mass matrix may not overlap the inputs.
  * Each function returns 0. NAME_forward, its derivatives and the steps return the number of the body whose joint has no
  * inertia, or whose quaternion has no norm. NAME_forward, its derivatives, NAME_project and steps return minus the
- * number of a loop, counted from 1, if its equations depend on others in this position, or if it cannot be closed. They
- * then write nothing.
+ * number of a loop, counted from 1, if its equations depend on others in this position, or if it cannot be closed. Then
+ * these functions write nothing.
  *
  * Errors: KT_ERROR_ARGUMENT for a wrong name or set of functions. KT_ERROR_MODEL names what cannot be generated: loops
  * on helices or splines, and loops that are functions in C; loops that contradict each other by rounding; bodies of
@@ -133,10 +133,10 @@ KT_API uint64_t kt_codegen_structure(const kt_model *model);
 KT_API KT_CHECKED kt_status kt_codegen_write(const kt_model *model, const char *name, unsigned functions, bool constant,
                                              FILE *source, FILE *header, kt_error *error);
 
-/* Returns the present numbers of a model as NAME_parameters holds them: in the order of the struct, for a file with
- * these functions. They are those of NAME_default when the file was written. After kt_parameter_set they are the new
- * ones: copy them to a NAME_parameters, and call NAME_prepare. This call writes at most `room` numbers, and the number
- * of all to *count.
+/* Returns the present numbers of a model in the order of the struct NAME_parameters, for a file with these functions.
+ * When the file is written, the numbers are those of NAME_default. After kt_parameter_set, copy the new numbers to a
+ * NAME_parameters, and call NAME_prepare. This call writes at most `room` numbers, and the number of all numbers to
+ * *count.
  * Errors: those of kt_codegen_write, except for the name and the files. Allocates memory. Cost: that of generating the
  * equations. */
 KT_API KT_CHECKED kt_status kt_codegen_numbers(const kt_model *model, unsigned functions, double *numbers, int room,
@@ -161,13 +161,13 @@ typedef struct kt_native {
     int refused;   /* what the file last returned in place of an acceleration: a body, or minus a loop; 0: nothing */
 } kt_native;
 
-/* Lets simulations with these options compute accelerations by a generated file, with any method. Projections,
- * derivatives, events and records are those of the library. A record differs from that of the library by rounding, and
- * with adaptive steps by what the tolerances permit.
+/* Lets simulations with these options compute accelerations by a generated file, with any method. The library computes
+ * projections, derivatives, events and records. A record differs from a record without generated code by rounding, and
+ * with adaptive steps by as much as the tolerances permit.
  *
  * Sets `acceleration`, `user` and `equals_model`. The file must have the numbers of the model. If the numbers of the
  * model change, prepare the file's model anew (kt_codegen_numbers). An ensemble advances such simulations one after the
- * other, and batches do not take them.
+ * other, and batches reject them.
  * Ownership: native, the file's model and the model must outlive the simulation. Simulations in several threads need
  * one kt_native each, and may share the file's model.
  * Errors: KT_ERROR_ARGUMENT (the file was generated for another structure; the options have a transformation, or

@@ -1,6 +1,7 @@
-/* Kinematic and dynamic quantities for control laws. They are Jacobians and their bias accelerations in three frames,
- * totals about the centre of mass, the Coriolis matrix, M^-1 x and the operational-space inertia. For mechanisms with
- * loops there are independent coordinates and actuator forces. The page "Control cookbook" has a program for each.
+/* Kinematic and dynamic quantities for control laws. The quantities are Jacobians and their bias accelerations in three
+ * frames, totals about the centre of mass, the Coriolis matrix, M^-1 x and the operational-space inertia. For
+ * mechanisms with loops, the header adds independent coordinates and actuator forces. The page "Control cookbook" has a
+ * program for each.
  *
  * Matrices are column-major. Twists have the angular part first, wrenches the moment. Calls that take `data` alone use
  * the state of the last kt_kinematics_update (dynamics.h). No call allocates memory, except the _create functions.
@@ -114,7 +115,7 @@ KT_API size_t kt_mass_inverse_size(const kt_model *model, int rows);
 KT_API KT_CHECKED kt_status kt_mass_inverse_init(const kt_model *model, int rows, void *memory, size_t size,
                                                  kt_mass_inverse **inverse, kt_error *error);
 
-/* Creates the object in memory of its own, released with kt_mass_inverse_free. */
+/* Creates the object in allocated memory, which kt_mass_inverse_free releases. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_create(const kt_model *model, int rows, kt_mass_inverse **inverse,
                                                    kt_error *error);
 /* Releases an object of kt_mass_inverse_create. Does nothing with an object in the caller's memory, nor with NULL. */
@@ -123,25 +124,25 @@ KT_API void kt_mass_inverse_free(kt_mass_inverse *inverse);
 /* Computes the terms at (t, q). Without loops, t matters only for masses that are functions of time.
  *
  * Errors: those of kt_dynamics_mass and, with loops, of kt_loop_nullspace. KT_ERROR_SINGULAR names the joint along
- * which there is no inertia, or reports that a degree of freedom of the closed loops has no inertia. After an error the
- * object has no terms. */
+ * which the mechanism has no inertia, or reports that a degree of freedom of the closed loops has no inertia. After an
+ * error the object has no terms. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, double t, const double *q,
                                                     kt_error *error);
 
-/* Replaces x (nv x columns) by M^-1 x: the accelerations that joint forces x cause beyond those without.
+/* Replaces x (nv x columns) by M^-1 x: the change of the accelerations due to joint forces x.
  *
- * Errors: KT_ERROR_ARGUMENT if there are no terms, or fewer columns than 0; KT_ERROR_NOT_FINITE if a number is not
- * finite or exceeds 1e150. x is then unchanged. */
+ * Errors: KT_ERROR_ARGUMENT if the terms are not computed, or if `columns` is negative; KT_ERROR_NOT_FINITE if a number
+ * is not finite or exceeds 1e150. x is then unchanged. */
 KT_API KT_CHECKED kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int columns, double *x, kt_error *error);
 
 /* Computes the operational-space inertia (J M^-1 J')^-1 of a task with the Jacobian J (rows x nv). The array `inertia`
- * is rows x rows. The array `consistent`, unless NULL, is nv x rows. It receives the dynamically consistent inverse
+ * is rows x rows. The array `consistent` (nv x rows, may be NULL) receives the dynamically consistent inverse
  * M^-1 J' (J M^-1 J')^-1 of J. Both respect the loops.
  *
  * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1: the least value over all rows of the
  * product of three fractions.
- *   The first is the size of the row: the largest motion of the task during a large change of one coordinate. It is
- *     relative to a radian or to a length of the mechanism, whichever is less.
+ *   The first is the size of the row: the largest motion of the task during a large change of one coordinate. This
+ * motion is relative to a radian or to a length of the mechanism, whichever is less.
  *   The second is the part of the row that the loops leave.
  *   The third is the part of the row that the preceding rows leave.
  *
@@ -149,9 +150,9 @@ KT_API KT_CHECKED kt_status kt_mass_inverse_apply(kt_mass_inverse *inverse, int 
  *
  * Errors: outputs are unchanged after an error.
  *   KT_ERROR_SINGULAR names the first row of J along which the preceding rows leave no motion. The position is
- *     singular, or there are more rows than degrees of freedom. The limit of the third fraction is 1e-7. That of the
- *     second one is 1e-10, or 1e-7 if loops are many. The limit of the first one is rounding.
- *   KT_ERROR_ARGUMENT: there are no terms, or more rows than at set-up.
+ *     singular, or there are more rows than degrees of freedom. The limit of the first fraction is rounding. The limit
+ * of the second fraction is 1e-10, or 1e-7 with many loops. The limit of the third fraction is 1e-7. KT_ERROR_ARGUMENT:
+ * the terms are not computed, or J has more rows than at set-up.
  *   KT_ERROR_NOT_FINITE: an input is not finite, or the result overflows.
  *
  * Cost: `rows` columns of kt_mass_inverse_apply, twice as many if loops are many, and O(rows^2 nv + rows nv f). */
@@ -160,8 +161,8 @@ KT_API KT_CHECKED kt_status kt_operational_inertia(kt_mass_inverse *inverse, int
 
 /* ---- loops: independent coordinates ------------------------------------------------------------------------------ */
 
-/* Bytes of the work memory of the calls from here on, at KT_ALIGNMENT: some 8 nv (2 nv + equations). The calls use it
- * only while they run. They return KT_ERROR_MEMORY if it is too small or not aligned. */
+/* Bytes of the work memory of the calls below, at KT_ALIGNMENT: some 8 nv (2 nv + equations). A call uses this memory
+ * only until it returns, and returns KT_ERROR_MEMORY if the memory is too small or not aligned. */
 KT_API size_t kt_actuation_work_size(const kt_model *model);
 
 /* Velocity coordinates, by index, without repetition. */
@@ -170,19 +171,20 @@ typedef struct kt_coordinate_list {
     int count;        /* how many: at most nv */
 } kt_coordinate_list;
 
-/* Computes the basis B of the velocities that the loops leave free at (t, q), in terms of chosen coordinates. Column j
- * holds the rates of all coordinates while the j-th chosen one has the rate 1 and the other chosen ones rest: A B = 0.
- * The shape is nv x count, and count is the number of degrees of freedom there. Loops that change with time add
+/* Computes the basis B of the velocities that the loops permit at (t, q), in terms of chosen coordinates. Column j
+ * holds the rates of all coordinates while the j-th chosen coordinate has the rate 1 and the other chosen coordinates
+ * the rate 0: A B = 0. The shape is nv x count, and count is the number of degrees of freedom at (t, q). Loops that
+ * change with time add
  * velocities: v = B z + x0, where x0 is the result of kt_velocity_complete for zeros. A task's Jacobian with respect to
  * the chosen coordinates is J B (kt_loop_jacobian).
  *
- * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1. It is 1 over the largest entry of B,
- * with rotations in radians and translations in lengths of the mechanism. If rcond is small, a dead point of the chosen
- * coordinates is near: another coordinate moves 1 / rcond times as far.
+ * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1. The number is 1 over the largest entry
+ * of B, with rotations in radians and translations in lengths of the mechanism. If rcond is small, a dead point of the
+ * chosen coordinates is near: another coordinate moves 1 / rcond times as far.
  *
  * Errors: those of kt_loop_nullspace; KT_ERROR_ARGUMENT (another number of coordinates, an index out of range or given
- * twice). KT_ERROR_SINGULAR if the condition number is below some 1e-10. It names the joint that moves most in a motion
- * in which all chosen coordinates rest.
+ * twice). KT_ERROR_SINGULAR if the condition number is below some 1e-10. The message names the joint that moves most in
+ * a motion in which all chosen coordinates are at rest.
  *
  * Cost: kt_loop_nullspace, and O(nv count^2). */
 KT_API KT_CHECKED kt_status kt_independent_basis(const kt_model *model, kt_data *data, void *work, size_t work_size,
@@ -215,14 +217,14 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
 
 /* Computes the forces of actuators that cause accelerations a (nv) at (t, q, v), with loops, effects and external
  * wrenches. The argument `external` is as for kt_acceleration_evaluate and may be NULL. Both v and a may be NULL
- * (zero). Effects act as in that call, motors and servos among them.
+ * (zero). All effects act as in that call, including motors and servos.
  *
  * With these forces as joint forces tau, zero elsewhere, kt_acceleration_evaluate gives a, to rounding over rcond. This
- * holds if that call computes accelerations at the state itself: next to a singular position of the loops it
- * interpolates them.
+ * holds if that call computes accelerations at the state itself: near a singular position of the loops, that call
+ * interpolates accelerations from other states.
  *
- * actuated: the coordinates on which actuators act. forces has one number for each, N m or N. If their number equals
- * that of the degrees of freedom, the forces are unique. If there are more, the result has the least sum of weight[i]
+ * actuated: the coordinates on which actuators act. forces has one number for each, N m or N. If as many actuators as
+ * degrees of freedom exist, the forces are unique. With more actuators, the result has the least sum of weight[i]
  * force[i]^2. weights (count positive numbers) may be NULL: all 1.
  *
  * *rcond, unless NULL, receives a reciprocal condition number, 0 < rcond <= 1, as that of kt_independent_basis. A
@@ -230,8 +232,8 @@ KT_API KT_CHECKED kt_status kt_acceleration_complete(const kt_model *model, kt_d
  * rcond is small. The forces and their relative error then grow like its reciprocal.
  *
  * Errors: forces is unchanged on failure.
- *   KT_ERROR_SINGULAR: no actuator can drive some motion. There are too few actuators, or they are at a singular
- *     position. The error names the joint that moves most in this motion.
+ *   KT_ERROR_SINGULAR: no actuator can drive some motion. The actuators are too few, or at a singular position. The
+ * error names the joint that moves most in this motion.
  *   KT_ERROR_CONSTRAINT: a violates the equations of a loop (KT_ACTUATION_TOLERANCE). The error names the worst loop.
  *     Use kt_acceleration_complete to obtain consistent accelerations.
  *   KT_ERROR_ARGUMENT: list or weights.

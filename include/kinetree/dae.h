@@ -1,7 +1,7 @@
 /* Differential-algebraic baselines: the equations of motion with multipliers, solved with implicit methods.
  *
- * A baseline has its own steps. A comparison with it measures the gain from the reduction to ordinary differential
- * equations. The functions are in libkinetree-study.
+ * A baseline has its own steps. A comparison with a baseline measures the gain from the reduction to ordinary
+ * differential equations. The functions are in libkinetree-study.
  */
 #ifndef KINETREE_DAE_H
 #define KINETREE_DAE_H
@@ -17,8 +17,8 @@
 extern "C" {
 #endif
 
-/* The equations of motion with multipliers, without reduction, solved with implicit methods. They are the baseline for
- * the reduction to ordinary differential equations. In tangent coordinates, with q' = E(q) u:
+/* The equations of motion with multipliers, without reduction, solved with implicit methods. These formulations are the
+ * baseline for the reduction to ordinary differential equations. In tangent coordinates, with q' = E(q) u:
  *
  *     M v' = f + A' lambda,   u = v (+ A' mu, ggl alone),   and as equations of the loops
  *
@@ -70,7 +70,7 @@ static inline kt_dae_options kt_dae_options_default(kt_dae_type type) {
 /* A baseline of a model: its state with multipliers, its matrices. */
 typedef struct kt_dae kt_dae;
 
-/* Allocates a baseline of a model, which must outlive it; kt_dae_free releases it.
+/* Allocates a baseline of a model, which must outlive the baseline; kt_dae_free releases the baseline.
  * Errors: KT_ERROR_ARGUMENT (the type, the gains, a method that is not implicit or not of these families),
  * KT_ERROR_UNSUPPORTED without LAPACK, KT_ERROR_MEMORY. */
 KT_API KT_CHECKED kt_status kt_dae_create(const kt_model *model, const kt_dae_options *options, kt_dae **dae,
@@ -78,11 +78,11 @@ KT_API KT_CHECKED kt_status kt_dae_create(const kt_model *model, const kt_dae_op
 /* Releases a baseline; does nothing with NULL. */
 KT_API void kt_dae_free(kt_dae *dae);
 
-/* Starts at a state that satisfies the loops (kt_state_assemble), which is copied. From redundant equations, a maximal
- * independent set is chosen with column pivoting, once. The others have the multiplier 0 from here on. Computes
- * consistent multipliers and accelerations [MSD 8.54].
- * Errors: KT_ERROR_SINGULAR at a singular position, or without inertia along a joint; as kt_loop_equations. There is
- * then no state. */
+/* Starts at a state that satisfies the loops (kt_state_assemble), which is copied. A maximal independent set of
+ * redundant equations is chosen once, with column pivoting. All other equations have the multiplier 0 in all steps.
+ * Computes consistent multipliers and accelerations [MSD 8.54].
+ * Errors: KT_ERROR_SINGULAR at a singular position, or without inertia along a joint; as kt_loop_equations. Then the
+ * baseline has no state. */
 KT_API KT_CHECKED kt_status kt_dae_start(kt_dae *dae, double t, const double *q, const double *v, kt_error *error);
 
 /* Computes the multipliers (equations of all loops) of a closed state, from the equations that the baseline has chosen
@@ -92,7 +92,7 @@ KT_API KT_CHECKED kt_status kt_dae_consistent(kt_dae *dae, double t, const doubl
                                               double *multipliers, kt_error *error);
 
 /* Takes a step of the length h > 0, with Newton's method to rounding. A method of two steps needs a previous step of
- * the same length. Otherwise, the method that starts it takes the step.
+ * the same length. Otherwise, a one-step method takes the step.
  * Errors: each contains the time, and the state is then unchanged. KT_ERROR_STEP if the iteration does not converge.
  * KT_ERROR_SINGULAR if its matrix is singular: the chosen equations are not independent any more.
  * Cost: a Jacobian takes 4 nv + 1 evaluations of the equations. A step takes O(N^3), N the unknowns of all stages. */
@@ -109,7 +109,8 @@ KT_API const double *kt_dae_multipliers(const kt_dae *dae);
 KT_API KT_CHECKED kt_status kt_dae_residual(kt_dae *dae, kt_residual *residual, kt_error *error);
 
 /* Returns the condition number, from singular values, of the matrix dF/dy + dF/dy' / (h a) of the last step's Newton
- * iteration (all stages). It grows as h^-k with the index k, if nothing is scaled. NaN before the first step. O(N^3).
+ * iteration (all stages). Without scaling, the condition number grows as h^-k with the index k. NaN before the first
+ * step. O(N^3).
  * Source: L. Petzold, P. Loetstedt, SIAM J. Sci. Stat. Comput. 7 (1986) 720. */
 KT_API double kt_dae_condition(kt_dae *dae);
 

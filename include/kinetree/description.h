@@ -23,8 +23,8 @@ extern "C" {
 
 /* ---- loops and effects ------------------------------------------------------------------------------------------- */
 
-/* A frame on a body: that of a marker, or a frame at `at` along the axes of the body. The member `rotation` turns the
- * end's frame relative to it. */
+/* A frame on a body: the frame of a marker, or a frame at `at` along the axes of the body. The member `rotation` turns
+ * the end's frame relative to this frame. */
 typedef struct kt_end {
     const char *body;     /* NULL or "world": the world */
     const char *marker;   /* NULL: `at` counts */
@@ -140,7 +140,7 @@ typedef struct kt_term {
 } kt_term;
 
 /* Whether a loop or an effect always acts, or may be switched on and off while a program runs (model.h). For a loop
- * that bounds a side, and for friction that sticks, KT_SWITCHED_OFF means that it is released at first
+ * that bounds a side, and for friction that sticks, KT_SWITCHED_OFF means that the item is released at first
  * (kt_simulation_release). */
 typedef enum kt_switching {
     KT_ALWAYS_ON = 0,   /* cannot be switched */
@@ -149,15 +149,15 @@ typedef enum kt_switching {
     KT_SWITCHING_COUNT, /* the number of values */
 } kt_switching;
 
-/* The largest number of loops and effects that may be switched. There may be more hard contacts, stops and slack ropes
- * besides. */
+/* The largest number of loops and effects that may be switched. Hard contacts, stops and slack ropes do not count
+ * towards this number. */
 enum { KT_SWITCH_MAX = 10 /* loops and effects */ };
 
 /* Whether the equation of a loop holds, or bounds one side alone: a stop, a floor, a rope. A side needs a loop with one
- * equation that has a residual phi: distance, inplane, surface or coupling. A closed bound exerts the force that keeps
- * the motion from crossing it. It never pulls. A restitution according to Newton or Poisson describes impacts
- * (`restitution`, `poisson`). Simulations close and open the loop (kt_simulation_contacts); a model by itself has it
- * open. */
+ * equation that has a residual phi: distance, inplane, surface or coupling. A closed bound exerts the force that
+ * prevents the motion from crossing the bound, and never pulls. A restitution according to Newton or Poisson describes
+ * impacts (`restitution`, `poisson`). Simulations close and open the loop (kt_simulation_contacts); in a model without
+ * a simulation, the loop is open. */
 typedef enum kt_side {
     KT_SIDE_NONE = 0, /* phi = 0 holds: an equation */
     KT_SIDE_ABOVE,    /* phi >= 0 */
@@ -238,10 +238,10 @@ typedef struct kt_effect_balance kt_effect_balance;
 typedef struct kt_path_point kt_path_point;
 typedef struct kt_effect_derivatives kt_effect_derivatives;
 
-/* Computes a caller's own effect. The first form writes a wrench at each of its ends: the moment is about the end's
- * point, along world axes. The second form writes the force in a joint of one coordinate with position q and velocity
- * v. On entry the outputs are zeros; `balance` may be NULL. See effect.h for the structs, an example, and the meaning
- * of the returned number. */
+/* Computes a caller's own effect. The first form writes a wrench at each end of the effect: the moment is about the
+ * end's point, along world axes. The second form writes the force in a joint of one coordinate with position q and
+ * velocity v. On entry the outputs are zeros; `balance` may be NULL. See effect.h for the structs, an example, and the
+ * meaning of the returned number. */
 typedef int kt_effect_wrench_callback(void *user, double t, const kt_effect_end *ends, kt_wrench *wrenches,
                                       kt_effect_balance *balance);
 typedef int kt_effect_joint_force_callback(void *user, double t, double q, double v, double *force,
@@ -250,18 +250,18 @@ typedef int kt_effect_joint_force_callback(void *user, double t, double q, doubl
 /* Computes the derivatives of a caller's own effect. The first form differentiates the wrenches with respect to the
  * motion of the ends and to time (effect.h). The second form differentiates the joint force with respect to q, v and
  * t, in this order. On entry the derivatives are zeros. The returned number has the same meaning as above. Without
- * this callback, differences replace the derivatives. They are coarse if the force changes fast
+ * this callback, differences replace the derivatives. Differences are coarse if the force changes fast
  * (kt_data_difference_error). */
 typedef int kt_effect_wrench_derivatives_callback(void *user, double t, const kt_effect_end *ends,
                                                   kt_effect_derivatives *derivatives);
 typedef int kt_effect_joint_force_derivatives_callback(void *user, double t, double q, double v, double derivatives[3]);
 
 /* Computes a law in C, in place of the formulas of an effect of type expression. The array u has the values of its
- * variables, in their order. The first function writes the force and the rates of the states that the law lists. The
- * force is one number in a joint. On a body it is six numbers, force and moment. Either output may be NULL; on entry
- * the others are zeros. The second function writes the derivatives of the same outputs, which are likewise zeros on
- * entry. The derivative of force number i, or of rate i, by u[j] has the index i * variable_count + j. The returned
- * numbers have the same meaning as above. */
+ * variables, in their order. The first function writes the force and the rates of the states that the law lists. In a
+ * joint, the force is one number; on a body, six numbers, force and moment. Either output may be NULL; on entry the
+ * others are zeros. The second function writes the derivatives of the same outputs, which are likewise zeros on entry.
+ * The derivative of force number i, or of rate i, by u[j] has the index i * variable_count + j. The returned numbers
+ * have the same meaning as above. */
 typedef int kt_effect_law_callback(void *user, const double *u, double *force, double *rates);
 typedef int kt_effect_law_derivatives_callback(void *user, const double *u, double *force, double *rates);
 
@@ -269,12 +269,12 @@ typedef int kt_effect_law_derivatives_callback(void *user, const double *u, doub
 enum { KT_LAW_STATE_MAX = 16 /* states of one effect */ };
 
 /* Returns the next breakpoint of a caller's own force: the first time after t at which the force, or a derivative of
- * it, jumps. Times at which the force begins or ceases to act are breakpoints, too. Returns HUGE_VAL, or any time that
- * is not after t, if there is none. Steps of adaptive methods end there, and the force is evaluated just before and
- * just after that time. As for the force, the result depends on the arguments alone. */
+ * the force, jumps. Times at which the force begins or ceases to act are breakpoints, too. If no breakpoint follows,
+ * returns HUGE_VAL or any time that is not after t. Steps of adaptive methods end at a breakpoint, and the force is
+ * evaluated just before and just after that time. As for the force, the result depends on the arguments alone. */
 typedef double kt_corner_callback(void *user, double t);
 
-/* The axes of the components of a force or torque. Those of an end are the axes of its body or marker (kt_end). */
+/* The axes of the components of a force or torque. The axes of an end are the axes of its body or marker (kt_end). */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
 
 /* A force element. Only the members of its type are used. See types.md for the corresponding keys of scene files.
@@ -284,15 +284,16 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   "joint_friction": -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v. With
  *     `stick` the sign of v replaces tanh, and friction at rest is a constraint.
  *   "joint_limit": no force between lower and upper. Beyond them, stiffness times the excess acts back, and a damping
- *     that grows from zero with the excess. The force is therefore continuous and never pulls back. With a restitution
- *     it is a pair of hard stops.
+ *     that grows from zero with the excess. Therefore the force is continuous and never pulls back. With a restitution,
+ * the effect is a pair of hard stops.
  *   "bushing": -stiffnesses times displacement and rotation (Euler vector) of the second frame, and -dampings times
- *     their rates. They act along and about the first end's axes. The ends must differ by less than half a turn.
+ *     their rates. Forces and moments act along and about the first end's axes. The ends must differ by less than half
+ * a turn.
  *   "motor": torque(t) in a joint.
  *   "force": value(t) on a point.
  *   "torque": value(t) on a body.
- *   "servo": stiffness (target(t) - q) + damping (target'(t) - v) in a joint. A smooth bound keeps it within limit, and
- *     a sharp bound keeps it between lower and upper.
+ *   "servo": stiffness (target(t) - q) + damping (target'(t) - v) in a joint. A smooth bound limits the torque to
+ * `limit`, and a sharp bound limits it to [lower, upper].
  *   "thrust": d(mass)/dt (t) times exhaust. The mass leaves or arrives with the velocity `exhaust` relative to the
  *     body, along the end's axes (kt_variable_mass).
  *   "drag": -(linear + quadratic |v|) v on a point. Besides, -(dampings + quadratics |s|) s for each of six speeds s.
@@ -300,14 +301,14 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     against it.
  *   "attraction": strength / distance^2 pulls two points together.
  *   "contact": a sphere, and the half-space under a plane. A hard contact may have the rim of a thin disc instead. At a
- *     depth x the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), and it never pulls. Friction, with its
+ * depth x the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), but never below zero. Friction, with its
  *     coefficient times the normal force, acts against the slip at the sphere's lowest point. Source: Hunt and Crossley
  *     1975.
  *   "expression": forces by formulas (expression.h) of t and of variables (kt_variable), or by a law in C.
  *
  * An expression acts in one of three ways.
  *   In a joint: formula[0].
- *   Between two ends, along their line or a path: formula[0], which pushes the ends apart if it is positive. The
+ *   Between two ends, along their line or a path: formula[0], which pushes the ends apart if positive. The
  *     formula may use `length` and `speed`, the distance of the ends or the length of the path, and its rate.
  *   On a point of a body: the force has the first three formulas, and the moment has the other three. Both are along
  *     the axes of `frame`.
@@ -329,10 +330,10 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   "inplane": x, y.
  *   "universal": angle about axis, angle about axis2.
  * Angles and lengths are those of the second end's frame relative to the first's; both are 0 if the frames coincide. In
- * the given positions an angle lies within half a turn. From there it counts whole turns, if the links between the ends
- * rotate about axes that are parallel to it, and in a screw. Otherwise it is the angle nearest to that in the given
- * positions. A force that depends on such an angle would jump at half a turn from there, and must not go beyond.
- * If a joint and a loop have the same name, the joint is used.
+ * the given positions an angle lies within half a turn. From this position on, the angle counts whole turns if all
+ * links between the ends rotate about parallel axes, and in a screw. Otherwise the angle is the value nearest to the
+ * angle in the given positions. A force that depends on such an angle would jump half a turn away from the given
+ * position, so that the motion must not go beyond. If a joint and a loop have the same name, the joint is used.
  *
  * Units: "N (m)" below means N m, or N if the coordinate is a length. */
 typedef struct kt_effect {
@@ -417,10 +418,10 @@ typedef struct kt_effect {
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */
 
 /* An auxiliary state, which is neither a position nor a velocity: a current, a pressure, the integral of a controller.
- * It is integrated with the motion. Its rate is a formula (expression.h) of the variables of kt_variable, which include
- * all auxiliary states. Alternatively the law of one effect in C writes the rate (kt_effect.states), even while the
- * effect is switched off. Effects of type expression and other states refer to the state by its name. Functions call
- * these states auxiliary states. */
+ * The integrator advances the state with the motion. The rate is a formula (expression.h) of the variables of
+ * kt_variable, which include all auxiliary states. Alternatively the law of one effect in C writes the rate
+ * (kt_effect.states), even while the effect is switched off. Effects of type expression and other states refer to the
+ * state by its name. Functions call these states auxiliary states. */
 typedef struct kt_state {
     const char *name; /* letters, digits and _, as for names in formulas; the only state of its name */
     double initial;   /* at the start; default 0 */
@@ -435,7 +436,8 @@ typedef struct kt_state {
     X(KT_INERTIA_WARN, warn)     /* up to KT_INERTIA_EXCESS_MAX */                                                     \
     X(KT_INERTIA_ACCEPT, accept) /* any, even negative moments; inertias of coordinates may then be zero or negative */
 
-/* How far inertias may violate the triangle inequality of principal moments. Rounded CAD data violates it slightly. */
+/* How far inertias may violate the triangle inequality of principal moments. Rounded CAD data violate this inequality
+ * slightly. */
 typedef enum kt_inertia_limit {
 #define KT_INERTIA_LIMIT_ENUM(id, name) id,
     KT_INERTIA_LIMIT_LIST(KT_INERTIA_LIMIT_ENUM)
@@ -447,7 +449,8 @@ typedef enum kt_inertia_limit {
 #define KT_INERTIA_EXCESS_MAX 0.01
 
 /* A mechanism.
- * Ownership: all that it points to remains the caller's, and may be released once the model is compiled. */
+ * Ownership: the caller owns all data to which the description points, and may release the data once the model is
+ * compiled. */
 typedef struct kt_description {
     const char *name;               /* free text; may be NULL */
     kt_vec3 gravity;                /* m/s^2, world frame */
@@ -498,7 +501,7 @@ typedef struct kt_place {
     const char *field; /* the key in a scene file ("parent", "joint.axis", "markers"); static storage */
 } kt_place;
 
-/* Receives a fault; kt_description_check calls it once for each of them. */
+/* Receives a fault. kt_description_check calls this function once for each fault. */
 typedef void kt_report(void *user, const kt_place *place, const kt_error *error);
 
 /* Checks a description: names, parents, numbers, masses, inertias, axes, references. Calls `report` (may be NULL) for
@@ -521,7 +524,7 @@ typedef enum kt_variable_type {
     KT_VARIABLE_GRAVITY          /* gravity.JOINT, gravity.JOINT[k]: the joint force that balances gravity, N m or N */
 } kt_variable_type;
 
-/* The largest number of variables in the formulas of one effect together. */
+/* The largest number of variables in all formulas of one effect together. */
 enum { KT_FORMULA_VARIABLE_MAX = 32 /* of one effect */ };
 
 /* A variable of a formula, as indices in a description. */
@@ -532,13 +535,13 @@ typedef struct kt_variable {
     int component;         /* index of a joint's position or velocity, of x, y, z, or of an auxiliary state; from 0 */
 } kt_variable;
 
-/* Finds a variable by its name. The name is that of the column that records the variable: "t", "velocity.crank",
+/* Finds a variable by its name. The name is the name of the column that records the variable: "t", "velocity.crank",
  * "marker.crank.tip.x" or "marker.crank.tip.vx". An auxiliary state is "current" or "state.current". If a joint has
  * several positions, the name has an index: "position.ball[2]".
  *
  * "gravity.crank" is the derivative of the potential energy of gravity (kt_potential_energy) along a velocity of the
- * joint. As a force in the joint it balances gravity. Loops are left out: all other joints keep their positions. Forces
- * and rates of states reject it if a mass is a function of time.
+ * joint. A joint force equal to this derivative balances gravity. Loops have no influence: the derivative moves this
+ * joint alone. Forces and rates of states reject the variable if a mass is a function of time.
  *
  * Returns false if there is no such variable, or if an argument is NULL; *variable is then unchanged.
  * Cost: O(bodies + markers). */
@@ -550,7 +553,8 @@ KT_API bool kt_variable_find(const kt_description *description, const char *name
 KT_API bool kt_variable_at(const kt_description *description, int k, kt_variable *variable);
 
 /* Writes the name of a variable of this description into `size` bytes. The text is terminated, and cut if the bytes do
- * not suffice. It is empty if there is no such variable. Returns the length of the whole name, without the terminator.
+ * not suffice. If the variable does not exist, the text is empty. Returns the length of the whole name, without the
+ * terminator.
  * Cost: O(1). */
 KT_API int kt_variable_name(const kt_description *description, const kt_variable *variable, char *text, size_t size);
 

@@ -1,6 +1,5 @@
-/* The types of joints, loops, effects, shapes and functions of time as data. For each type there are the keys of an
- * item in scene files, with units, defaults and a line of help. There is also the type's formula, and a scene that
- * shows it.
+/* The types of joints, loops, effects, shapes and functions of time as data. Each type has the keys of an item in scene
+ * files, with units, defaults and a line of help. Each type also has its formula, and an example scene.
  *
  * Scene files are read, written and checked with these keys. A program may use them for its own forms and formats. All
  * data are constant and need no memory. */
@@ -69,8 +68,8 @@ typedef struct kt_key {
 } kt_key;
 
 /* The quantities of an effect that can be recorded, a number each. X(id, name, name in a sliding joint, unit, unit in a
- * sliding joint, meaning). For effects with two ends a wrench is that on the second end. For a contact it is that on
- * the sphere. Axes and points are the world's. */
+ * sliding joint, meaning). For effects with two ends, the wrench acts on the second end; for a contact, on the sphere.
+ * Axes and points are the world's. */
 #define KT_QUANTITY_LIST(X)                                                                                            \
     X(KT_QUANTITY_JOINT_FORCE, "torque", "force", "N m", "N", "in the joint, on its child")                            \
     X(KT_QUANTITY_TENSION, "force", "force", "N", "N", "along the line of the ends; positive: it pulls them together") \
@@ -114,8 +113,8 @@ typedef struct kt_descriptor {
     int quantity_count;                   /* length of quantities */
 } kt_descriptor;
 
-/* Returns the descriptor of a type; NULL for an invalid value. It is NULL for KT_EFFECT_CUSTOM, too, which scene files
- * do not have. The descriptor of KT_LOOP_CUSTOM has only the key `between`, and no texts. */
+/* Returns the descriptor of a type; NULL for an invalid value. Returns NULL for KT_EFFECT_CUSTOM, too, because scene
+ * files do not have this type. The descriptor of KT_LOOP_CUSTOM has only the key `between`, and no texts. */
 KT_API const kt_descriptor *kt_joint_descriptor(kt_joint_type type);
 KT_API const kt_descriptor *kt_loop_descriptor(kt_loop_type type);
 KT_API const kt_descriptor *kt_effect_descriptor(kt_effect_type type);
@@ -129,9 +128,9 @@ KT_API const kt_key *kt_descriptor_key(const kt_descriptor *descriptor, const ch
 KT_API const kt_key *kt_descriptor_kind(const kt_descriptor *descriptor, kt_key_kind kind);
 
 /* Returns the number of equations of a loop, which may depend on its members as well as on its type. A rolling wheel
- * with holonomic = false has no equation for its contact, and one with a side has its contact alone. A curve without an
- * arc length has no equation for it. KT_LOOP_CUSTOM has kt_loop.equation_count equations. Returns 0 for a type that
- * does not exist. O(1). */
+ * with holonomic = false has no equation for its contact, and a wheel with a side has only the equation of its contact.
+ * A curve without an arc length has no equation for the arc length. KT_LOOP_CUSTOM has kt_loop.equation_count
+ * equations. Returns 0 for a type that does not exist. O(1). */
 KT_API int kt_loop_equation_count(const kt_loop *loop);
 
 /* Returns the texts of KT_QUANTITY_LIST: the name and the unit of a quantity, and its meaning. The argument `sliding`

@@ -3,15 +3,15 @@
  * Sizes: q has kt_model_nq numbers; v, a and tau have kt_model_nv. Matrices are column-major. Quaternions may have any
  * norm but zero.
  *
- * External wrenches are an array over all bodies, world included, or NULL. It has kt_model_body_count entries, and
- * entry 0 is ignored. A wrench is a moment about the body frame's origin and a force, both in world axes.
+ * External wrenches are an array over all bodies, world included, or NULL. The array has kt_model_body_count entries,
+ * and entry 0 is ignored. A wrench is a moment about the body frame's origin and a force, both in world axes.
  *
  * Every call allocates nothing and leaves its outputs unchanged when it fails. Unless its docstring gives another cost,
  * a call takes O(number of bodies).
  *
  * Errors of every call that returns a status: KT_ERROR_NOT_FINITE names the joint or body whose input is not finite. If
- * all inputs are finite, it names the first joint whose result overflows. KT_ERROR_ARGUMENT names a joint whose
- * quaternion is zero.
+ * all inputs are finite, the message names the first joint whose result overflows. KT_ERROR_ARGUMENT names a joint
+ * whose quaternion is zero.
  *
  * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions.
  * See also [MSD 7.11].
@@ -61,15 +61,14 @@ KT_API KT_CHECKED kt_status kt_masses_update(const kt_model *model, kt_data *dat
 /* ---- factors of the mass matrix ---------------------------------------------------------------------------------- */
 
 /* Factors of the mass matrix, M = L'DL. D is diagonal, and L is unit lower triangular in the coordinates' order of the
- * tree, parents first. M is zero for two joints if neither carries the other, and L is zero there, too. If the tree
+ * tree, parents first. If neither of two joints carries the other, their entries in M and in L are zero. If the tree
  * branches, the factors therefore need less memory than M, and less time than a Cholesky factorisation. With d the mean
  * number of coordinates between one and the root, the factors take O(nv d^2) operations, all else O(nv d). The memory
  * is 8 nv d bytes.
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 6.5.
  *
- * kt_dynamics_forward solves M a = f in O(nv), without M. Use these factors if M is available anyway. They also serve
- * for products, for one half of the factors, or for many right-hand sides. One thread may use a kt_mass_factor at a
- * time. */
+ * kt_dynamics_forward solves M a = f in O(nv), without M. Use these factors if M is available anyway, for products, for
+ * one half of the factors, or for many right-hand sides. One thread may use a kt_mass_factor at a time. */
 typedef struct kt_mass_factor kt_mass_factor;
 
 /* Returns the bytes that the factors of a model's mass matrix take. */
@@ -110,11 +109,11 @@ KT_API void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d);
 /* Derivatives of inverse and forward dynamics with respect to positions, velocities and forces. The matrices are nv x
  * nv, column-major. Column j of d/dq is the derivative along q (+) e_j, the joints' exponential map (kt_position_add).
  * Velocities, accelerations or forces are constant. External wrenches are constant in world axes, about the moving
- * origin of the body frame. The derivatives are analytic, by recursion, exact to rounding errors; no differences are
- * taken.
+ * origin of the body frame. The derivatives are analytic, by recursion, exact to rounding errors, without finite
+ * differences.
  *
  * work: the caller's memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, used during the call only.
- * It has some 24 nv (nv + 125) bytes.
+ * The size is some 24 nv (nv + 125) bytes.
  *
  * Errors: KT_ERROR_MEMORY if work is too small or not aligned. Other errors are those of kt_dynamics_inverse and
  * kt_dynamics_forward. On failure outputs are unchanged.
@@ -142,15 +141,15 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
 /* ---- kinematics -------------------------------------------------------------------------------------------------- */
 
 /* Computes poses, twists and accelerations of all bodies at (q, v, a), and stores them in data for the queries and
- * totals below. Only the next successful kt_kinematics_update with these data changes them. Queries return values at
- * the state of this call, even if other calls evaluate other states in between. (In a simulation's own data, its
- * records and sensors update them.) v may be NULL (zero), a may be NULL (zero). Accelerations are those of the motion:
- * they do not contain gravity. All queries and totals are NaN until the first update, and after kt_loop_enable or
- * kt_effect_enable. */
+ * totals below. Only the next successful kt_kinematics_update with these data changes the stored values. Queries return
+ * values at the state of this call, even if other calls evaluate other states in between. (In a simulation's own data,
+ * records and sensors also update these values.) v may be NULL (zero), a may be NULL (zero). Accelerations describe the
+ * motion, and do not contain gravity. All queries and totals are NaN until the first update, and after kt_loop_enable
+ * or kt_effect_enable. */
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                  const double *a, kt_error *error);
 
-/* Returns the pose of the body frame in the world. O(1), as are all queries here but the Jacobian. */
+/* Returns the pose of the body frame in the world. O(1), like all queries of this header except the Jacobian. */
 KT_API kt_pose kt_body_pose(const kt_model *model, const kt_data *data, int body);
 /* Angular velocity and velocity of the body frame's origin, world axes. */
 KT_API kt_twist kt_body_twist(const kt_model *model, const kt_data *data, int body);
@@ -171,9 +170,9 @@ KT_API void kt_point_jacobian(const kt_model *model, const kt_data *data, int bo
 
 /* Returns the kinetic energy of all bodies, and of the rotors of joints with armature, J. */
 KT_API double kt_kinetic_energy(const kt_model *model, const kt_data *data);
-/* Returns the potential energy of gravity, J: -M g . c with M and c of kt_mass_center. It is zero with the centre of
- * mass at the world's origin. Bodies that are fixed to the world do not count in either energy, nor in the absolute
- * formulation. */
+/* Returns the potential energy of gravity, J: -M g . c with M and c of kt_mass_center. The energy is zero if the centre
+ * of mass is at the world's origin. Bodies that are fixed to the world count neither in the potential nor in the
+ * kinetic energy; nor do they in the absolute formulation. */
 KT_API double kt_potential_energy(const kt_model *model, const kt_data *data);
 /* Returns linear momentum (force) and angular momentum about the world's origin (moment), world axes. Rotors have no
  * momentum. */

@@ -28,8 +28,8 @@
  *
  * or, in a scalar joint, effect.joint and effect.joint_force. Scene files have no such effects.
  *
- * Derivatives serve kt_acceleration_derivatives, steps and their gradients, linear systems and implicit methods. They
- * are exact if the effect has a function for its derivatives. This is the function of the example:
+ * Derivatives serve kt_acceleration_derivatives, steps and their gradients, linear systems and implicit methods.
+ * Derivatives are exact if the effect has a function for its derivatives. This is the function of the example:
  *
  *     static int pull_derivatives(void *user, double t, const kt_effect_end *ends,
  *                                 kt_effect_derivatives *derivatives) {
@@ -41,8 +41,8 @@
  *         return 0;
  *     }
  *
- * and effect.wrench_derivatives = pull_derivatives, or effect.joint_force_derivatives in a joint. Otherwise they are
- * found by differences. The error of the differences is reported by kt_data_difference_error.
+ * and effect.wrench_derivatives = pull_derivatives, or effect.joint_force_derivatives in a joint. Without such a
+ * function, the library computes differences. The error of the differences is reported by kt_data_difference_error.
  *
  * Laws. An effect of type expression may have a law in C in place of formulas. The law is a callback. It receives the
  * values of the variables that the effect lists by name. It writes the force and the rates of the auxiliary states that
@@ -94,9 +94,8 @@
  *
  * A callback is a function of its arguments alone. The same arguments must give the same result, at any time and in any
  * order of calls. This includes calls from several threads if these share the model. A callback is called at every
- * stage of every step, also of steps that are not accepted. It is also called when a model with joints that move no
- * mass is compiled. It returns
- *   0: done.
+ * stage of every step, also of steps that are not accepted. Compiling a model with joints that move no mass also calls
+ * the callback. Return values: 0: done.
  *   > 0: the force cannot be computed in this state. An adaptive method tries a smaller step. With a fixed step, the
  *     step fails with KT_ERROR_EFFECT.
  *   < 0: stop. The step fails with KT_ERROR_CALLBACK.
@@ -128,9 +127,9 @@ struct kt_effect_balance {
 };
 
 /* A point of the path of an effect (kt_effect.path), or a surface between two points around which the path leads. All
- * members except `end` are zero unless they are given. The path has the shortest length, without friction. A point
- * within a surface has a straight line to the other point. The length and its gradient are continuous where the line
- * touches the surface.
+ * members except `end` are zero by default. The path has the shortest length, without friction. A point within a
+ * surface has a straight line to the other point. The length and its gradient are continuous where the line touches the
+ * surface.
  *
  * A surface with a side: the line is straight only if it passes the surface on this side, and bent around the surface
  * otherwise. The length jumps where such a line changes the side without touching the surface. */

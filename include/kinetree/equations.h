@@ -1,7 +1,7 @@
-/* Equations of motion in place of the engine's: the caller's accelerations and projection, and the transformation to
+/* Equations of motion in place of the library's: the caller's accelerations and projection, and the transformation to
  * another model of the same mechanism.
  *
- * kt_simulation_options has a member for each of them.
+ * kt_simulation_options has a member for each.
  */
 #ifndef KINETREE_EQUATIONS_H
 #define KINETREE_EQUATIONS_H
@@ -30,8 +30,9 @@ typedef struct kt_instant {
 /* Computes the accelerations v' = a (nv) at any stage of a step, in place of kt_acceleration_evaluate. The result
  * depends on the arguments alone. On entry `rate` (nv) contains v. The function may change `rate`: the positions then
  * change with q' = kt_position_rate(q, rate).
- * Returns 0 on success. Returns a positive number if `a` cannot be computed here but a smaller step may help. Returns a
- * negative number to stop. If the function writes a message to *error, the simulation reports this message. */
+ * Returns 0 on success. Returns a positive number if `a` cannot be computed in this state but a smaller step may help.
+ * Returns a negative number to stop. If the function writes a message to *error, the simulation reports this
+ * message. */
 typedef int kt_right_hand_side(const kt_instant *at, double *rate, double *a, kt_error *error, void *user);
 
 /* Projects the state q (nq), v (nv), in place of kt_state_project. The arrays are at->q and at->v. The simulation calls

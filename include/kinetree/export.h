@@ -28,7 +28,7 @@ typedef void kt_robot_lost(void *user, const char *what, int count);
 /* Writes a mechanism to a stream, which stays open. Numbers have as many digits as their bits need.
  *   - A body becomes a link or body with the same name and frame. Its joint keeps its name. A joint of two or three
  *     coordinates (universal, cylindrical; in MJCF planar, too) becomes as many joints. In MJCF these joints are on the
- *     same body. In URDF there are links between them.
+ *     same body. In URDF, massless links connect these joints.
  *   - Both formats contain mass, com and inertia, rods, boxes, spheres and cylinders, armature, limits, joint_damper
  *     and joint_friction. MJCF also contains gravity, markers, joint_spring, motors and servos. In MJCF the keyframe
  *     `start` is the initial state with closed loops. Springs with a length, and expressions that are a spring and a
@@ -40,9 +40,9 @@ typedef void kt_robot_lost(void *user, const char *what, int count);
  *     joint on another body becomes three slides and a ball.
  *   - If MuJoCo rejects moments of inertia, a fixed body gives its mass to the body that carries it. Moments of other
  *     bodies are raised by the smallest sufficient amount. Masses below 1e-15 kg
- *     are raised likewise. In URDF, so are those of fixed bodies with moments of inertia, which MuJoCo leaves out.
- * The callback `lost` (may be NULL) is called for all omissions and changes. If the description cannot be written,
- * nothing is written.
+ *     are raised likewise. In URDF, masses of fixed bodies with moments of inertia are raised, too, because MuJoCo
+ * would omit such bodies. The callback `lost` (may be NULL) is called for all omissions and changes. If the description
+ * cannot be written, nothing is written.
  * Errors: KT_ERROR_MODEL if the description is wrong; in URDF also for a screw or a spherical joint. KT_ERROR_FILE,
  * KT_ERROR_MEMORY.
  * Cost: O(size), and an assembly if there are loops. */

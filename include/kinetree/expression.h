@@ -24,8 +24,8 @@
  *     primary      number [deg | rad] | name | function(arguments) | (comparison)
  *
  * A number is decimal, such as 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k].
- * It may have hyphens, too, if the name with them exists: a-b is a difference unless there is a symbol 'a-b'. The
- * constant `pi` is predefined. Angles are in radians, and `30 deg` is one. */
+ * A name may have hyphens, too, if a symbol with this name exists: a-b is a difference unless there is a symbol 'a-b'.
+ * The constant `pi` is predefined. Angles are in radians, and `30 deg` is one. */
 #ifndef KINETREE_EXPRESSION_H
 #define KINETREE_EXPRESSION_H
 
@@ -122,8 +122,8 @@ KT_API double kt_expression_evaluate(const kt_expression *expression, const doub
  * and second hold the first and second derivatives of values by s. Both may be NULL (zero). If t is the only symbol,
  * rates {1} and second {0} give a function of time and its derivatives.
  *
- * The derivatives are exact, by the chain rule in each operation. For abs, sign, min, max, step, clamp and comparisons
- * they are those of the active branch. Allocates nothing. O(length). */
+ * The derivatives are exact, by the chain rule in each operation. For abs, sign, min, max, step, clamp and comparisons,
+ * the derivatives are those of the active branch. Allocates nothing. O(length). */
 KT_API void kt_expression_taylor(const kt_expression *expression, const double *values, const double *rates,
                                  const double *second, double out[3]);
 

@@ -1,8 +1,8 @@
 /* Other formulations of the equations of motion, for comparison.
  *
  * The absolute formulation gives each body six coordinates, and makes a loop of each joint. The constraint formulations
- * keep the coordinates of the tree, and treat the equations of its loops in another way than the engine does. A
- * simulation takes either of them as an option. The functions are in libkinetree-study.
+ * keep the coordinates of the tree, and treat the equations of its loops in another way than the library does. A
+ * simulation accepts either formulation as an option. The functions are in libkinetree-study.
  */
 #ifndef KINETREE_FORMULATION_H
 #define KINETREE_FORMULATION_H
@@ -25,8 +25,8 @@ extern "C" {
     X(KT_FORMULATION_TREE, tree)         /* coordinates of the tree's joints */                                        \
     X(KT_FORMULATION_ABSOLUTE, absolute) /* all bodies free, all joints loops */
 
-/* The integrated coordinates. The tree formulation has the coordinates of the tree's joints, as every simulation
- * without options. The absolute formulation is a reference for it. It has the positions of all bodies in the world, and
+/* The integrated coordinates. The tree formulation, the default of every simulation, has the coordinates of the tree's
+ * joints. The absolute formulation is a reference for comparison. It has the positions of all bodies in the world, and
  * every joint is a constraint between two bodies [MSD 7.1]. */
 typedef enum kt_formulation {
 #define KT_FORMULATION_ENUM(id, name) id,
@@ -42,7 +42,7 @@ KT_API const char *kt_formulation_name(kt_formulation formulation);
 typedef struct kt_absolute kt_absolute;
 
 /* Compiles the absolute formulation of a model. The model was compiled from this description and must outlive the
- * absolute formulation. *absolute is allocated and released with kt_absolute_free; threads may share it. options may be
+ * absolute formulation. kt_absolute_free releases *absolute; threads may share the object. options may be
  * NULL.
  * Errors: those of kt_model_compile.
  * Cost: O(size), and the ranks of as many equations as the joints have. */
@@ -53,7 +53,8 @@ KT_API void kt_absolute_free(kt_absolute *absolute);
 
 /* Returns the model that is integrated. Every body is free. Every joint becomes a loop with the name of its body; these
  * loops follow those of the description. Bodies are in the description's order. Massless bodies, NAME.position and
- * NAME.cross, may follow. Relations, effects and oblique universal joints are attached to them. NULL for NULL. */
+ * NAME.cross, may follow. Relations, effects and oblique universal joints are attached to these bodies. NULL for
+ * NULL. */
 KT_API const kt_model *kt_absolute_model(const kt_absolute *absolute);
 
 /* Makes simulations of the model with these options integrate its absolute formulation, which must outlive them. If
@@ -65,10 +66,10 @@ KT_API void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *
 
 /* ---- constraint formulations ------------------------------------------------------------------------------------- */
 
-/* Formulations that keep loops closed without reducing coordinates. They are right-hand sides for
- * kt_simulation_options, with dense algebra in tree coordinates. They serve for comparison with the reduction, which is
- * faster and more accurate. With M a = f + A' lambda (f = tau - h of the tree, effects included), phi(u, t) = 0, A v =
- * b', A a = b'':
+/* Formulations that keep loops closed without reducing coordinates. Each formulation is a right-hand side for
+ * kt_simulation_options, with dense algebra in tree coordinates. The formulations serve for comparison with the
+ * reduction, which is faster and more accurate. With M a = f + A' lambda (f = tau - h of the tree, effects included),
+ * phi(u, t) = 0, A v = b', A a = b'':
  *
  *     gauss       a minimises (a - M^-1 f)' M (a - M^-1 f) with A a = b'' [MSD 4.22, 4.29]; loops drift open
  *     baumgarte   the same with A a = b'' - 2 alpha (A v - b') - beta^2 phi [MSD 8.38]
@@ -125,15 +126,15 @@ typedef struct kt_constraint_formulation_options {
     bool uncapped;
 } kt_constraint_formulation_options;
 
-/* The defaults for steps of this length, s, > 0 (adaptive: the longest expected). They are alpha = beta = 0.1 / step,
- * penalty 1e4 and 12 iterations. The tolerances are 1e-11 and 1e-12.
+/* Returns the defaults for steps of this length in s, > 0 (adaptive: the longest expected step): alpha = beta = 0.1 /
+ * step, penalty 1e4 and 12 iterations. The tolerances are 1e-11 and 1e-12.
  *
  * The reasons for the gains come from the bundled linkages:
  *   Ten times this gain made the errors of rk4 larger by 3 to 100, because the stabilising forces disturb the motion.
  *   With the same gain dopri5 took 5 to 17 times as many evaluations.
  *   The gain alpha = 0.1 / step grows as steps shrink and costs rk4 one or two orders. The order was 3.2 on Andrews'
  *     mechanism and 2.0 on Bricard's. Constant gains keep the order 4.0.
- *   With alpha = 0.1 / step rk4 passes the N-four-bar. With constant gains it does not. */
+ *   With alpha = 0.1 / step, rk4 passes the singular positions of the N-four-bar; with constant gains, rk4 fails. */
 static inline kt_constraint_formulation_options
 kt_constraint_formulation_options_default(kt_constraint_formulation_type type, double step) {
     kt_constraint_formulation_options options;
@@ -155,9 +156,9 @@ typedef struct kt_constraint_formulation kt_constraint_formulation;
 /* Returns the bytes that a formulation needs. */
 KT_API size_t kt_constraint_formulation_size(const kt_model *model);
 
-/* Initialises a formulation in the caller's memory (KT_ALIGNMENT). The model must outlive it. For simulations in the
- * absolute formulation, the model is their kt_absolute_model. The object is scratch and belongs to one thread at a
- * time. data are scratch of this model.
+/* Initialises a formulation in the caller's memory (KT_ALIGNMENT). The model must outlive the formulation. For
+ * simulations in the absolute formulation, the model is their kt_absolute_model. The object is scratch and belongs to
+ * one thread at a time. data are scratch of this model.
  *
  * Errors:
  *   KT_ERROR_ARGUMENT: an option.
@@ -190,19 +191,19 @@ KT_API KT_CHECKED kt_status kt_constraint_formulation_evaluate(kt_constraint_for
  * -alpha +- sqrt(alpha^2 - beta^2) for every equation. Force projection and Gauss' principle add zeros. About a state
  * that is no equilibrium, the eigenvalues hold for an instant.
  *
- * Method: central differences. The error is some 1e-8 of the largest eigenvalue, and for multiple ones the root of
- * that. Allocates, and releases, its matrices.
+ * Method: central differences. The error is some 1e-8 of the largest eigenvalue, or 1e-4 for multiple eigenvalues.
+ * Allocates, and releases, its matrices.
  * Errors: KT_ERROR_MEMORY, KT_ERROR_NOT_FINITE; as kt_constraint_formulation_evaluate.
  * Cost: 4 nv evaluations, and O(nv^3). */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_spectrum(kt_constraint_formulation *formulation, kt_data *data,
                                                                double t, const double *q, const double *v, double *real,
                                                                double *imaginary, kt_error *error);
 
-/* Makes simulations with these options use the formulation, which must outlive them. It serves one simulation at a
- * time. */
+/* Makes simulations with these options use the formulation, which must outlive these simulations. A formulation serves
+ * one simulation at a time. */
 KT_API void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_simulation_options *options);
 
-/* Statistics of a formulation since it was initialised or reset. */
+/* Statistics of a formulation since its initialisation or last reset. */
 typedef struct kt_constraint_formulation_statistics {
     uint64_t evaluations;     /* of kt_constraint_formulation_evaluate */
     double least, least_time; /* the last independent direction of the equations, smallest over largest so far; and
@@ -220,9 +221,9 @@ kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formul
 /* Clears the statistics. */
 KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *formulation);
 
-/* Returns whether the statistics allow the results to be trusted. KT_OK: they do. Otherwise there is a message.
- * Errors: KT_ERROR_CONSTRAINT (loops came apart, redundant equations were treated as independent). KT_ERROR_SINGULAR
- * (the motion passed a singular position, which this formulation cannot cross). */
+/* Returns KT_OK if the statistics show no sign of wrong results. Errors: KT_ERROR_CONSTRAINT (loops came apart,
+ * redundant equations were treated as independent). KT_ERROR_SINGULAR (the motion passed a singular position, which
+ * this formulation cannot cross). */
 KT_API KT_CHECKED kt_status kt_constraint_formulation_verdict(const kt_constraint_formulation *formulation,
                                                               kt_error *error);
 

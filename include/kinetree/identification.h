@@ -4,8 +4,8 @@
  *     tau = Y(q, v, a) pi,        tau = kt_dynamics_inverse(q, v, a) for the model's own pi, without friction
  *
  * The vector pi of the parameters has kt_regressor_columns(model) numbers. These are 10 for each body but the world,
- * and 3 for each velocity coordinate. First come ten for body 1, then ten for body 2, and so on. They refer to the body
- * frame's origin in the body's axes:
+ * and 3 for each velocity coordinate. The first ten parameters belong to body 1, the next ten to body 2, and so on. All
+ * refer to the body frame's origin and the body's axes:
  *   The mass m.
  *   The first moment m c (x, y, z).
  *   The inertia matrix I (xx, yy, zz, xy, xz, yz: its elements).
@@ -36,7 +36,8 @@
 extern "C" {
 #endif
 
-/* Kinds of parameters, in the order of a body's columns; those of coordinates follow. */
+/* Kinds of parameters: first the parameters of a body, in the order of its columns, then the parameters of a
+ * coordinate. */
 typedef enum kt_dynamic_kind {
     KT_DYNAMIC_MASS = 0,   /* m, kg */
     KT_DYNAMIC_MOMENT_X,   /* m c_x, kg m */
@@ -79,7 +80,7 @@ KT_API size_t kt_base_parameters_work_size(const kt_model *model);
 
 /* Finds base parameters. *rank receives their number b. column (columns numbers) receives the order of the parameters.
  * Each of the first b is the first term of a base parameter; the others are further terms. The array `relation` has
- * room for columns x columns numbers. It receives b x (columns - b) coefficients, column-major:
+ * room for columns x columns numbers. On return, it has b x (columns - b) coefficients, column-major:
  *
  *     base_i = pi[column[i]] + sum_k relation[i + k b] pi[column[b + k]],
  *     Y pi = sum_i Y[column[i]] base_i.

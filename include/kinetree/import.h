@@ -20,8 +20,8 @@ extern "C" {
 #endif
 
 /* The link inertias that are accepted although no body can have them. Such an inertia has a negative principal moment,
- * or breaks the triangle inequality of the principal moments. Links that fixed joints connect are judged together, with
- * their inertia as one rigid part. */
+ * or breaks the triangle inequality of the principal moments. Links that fixed joints connect count as one rigid part,
+ * whose total inertia is tested. */
 typedef enum kt_robot_inertia {
     KT_ROBOT_INERTIA_WARN = 0, /* rigid parts that break the inequality by up to 10 %, with a note */
     KT_ROBOT_INERTIA_STRICT,   /* none: every rigid part must have the inertia of a body */
@@ -78,16 +78,17 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *     become scene->meshes if their files exist. Collisions far larger than the robot are omitted.
  *   - The joint's armature is the rotor inertia of the transmission times the square of the reduction.
  *   - Gravity is 9.81 m/s^2 along -z. The scene's inertia_check is `warn`, since inertias of robots are often rounded.
- *     An inertia that no body can have and options->inertia accepts makes it `accept`. So do moving links without any
+ *     If options->inertia accepts an inertia that no body can have, inertia_check becomes `accept`. So do moving links
+ * without any
  *     mass.
  *   - Limits (position, speed, effort) become kt_joint_limits. These data do not change the motion.
- *   - With options->contacts, collisions touch the ground of the options. Their friction is that of Gazebo's `mu1`,
- *     else 1.
+ *   - With options->contacts, collisions touch the ground of the options. Their friction is Gazebo's `mu1` if given,
+ * else 1.
  *   - Omitted: contacts between links, extensions of simulators.
  * MJCF:
  *   - A body becomes a body with the same name. A single joint at the body's origin becomes that body's joint. If there
  *     are several joints, or one elsewhere, each joint carries a massless body with the joint's name. The body itself
- *     follows after these. Positions are those of MuJoCo. A body without joints is fixed. If its parent is the world,
+ *     follows after these. Positions have MuJoCo's meaning. A body without joints is fixed. If its parent is the world,
  *     it is free with `floating`.
  *   - Masses and inertias come from <inertial>, or else from the geoms, including files of meshes. The settings of
  *     <compiler> are then applied.
@@ -112,7 +113,7 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *     carries the link.
  *   - The elements damping, friction and spring_stiffness become effects. Gearboxes and mimics become couplings.
  *   - Mass and inertia come from <inertial>. The default mass is 1 kg. The default inertia is 1 kg m^2. With auto both
- *     come from the collisions. Inertias that no body can have are judged as for URDF.
+ *     come from the collisions. Inertias that no body can have are treated as for URDF.
  *   - Gravity is the gravity of the world. Without a world it is 9.8 m/s^2 along -z.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Missing files are omitted. If nothing
  *     is left then, the world is rejected.
@@ -158,7 +159,7 @@ typedef struct kt_mechanism {
  * read with kt_robot_read and its options, which may be NULL. If run is NULL, a scene uses its own run, and a robot
  * uses the default. On failure *mechanism is untouched.
  * Errors: those of kt_scene_read or kt_robot_read, kt_model_compile, kt_simulation_create and kt_scene_watch_create.
- * They include the position in the file if there is one. */
+ * Messages include the position in the file if known. */
 KT_API KT_CHECKED kt_status kt_mechanism_load(const char *path, const kt_robot_options *options, const kt_run *run,
                                               kt_mechanism *mechanism, kt_error *error);
 

@@ -1,9 +1,9 @@
 /* Integrators: solutions of ordinary differential equations y' = f(t, y), y in R^n, with fixed or adaptive steps and
  * dense output. The methods are in method.h, and their linear stability is in stability.h.
  *
- * An integrator lives in the caller's memory and allocates nothing. It owns the current time, the state and the memory
- * of the step-size control. Two threads may use two integrators at the same time, but never a single integrator. Equal
- * inputs give equal bits, on every instruction set.
+ * An integrator lives in the caller's memory and allocates nothing. The integrator owns the current time, the state and
+ * the memory of the step-size control. Two threads may use two integrators at the same time, but never a single
+ * integrator. Equal inputs give equal bits, on every instruction set.
  *
  *     kt_integrator_options options = kt_integrator_options_default();
  *     options.relative_tolerance = 1e-8;
@@ -47,13 +47,13 @@ typedef struct kt_integrator kt_integrator;
  *
  * A caller can keep its own error message in the object that `user` points to.
  *
- * rhs: dydt = f(t, y), n values, a function of its arguments alone. It is never called with a t beyond the limit given
- * to kt_integrator_step (as long as 0 <= c_i <= 1, as in all built-in methods).
+ * rhs: dydt = f(t, y), n values, a function of its arguments alone. The integrator never calls rhs with a t beyond the
+ * limit given to kt_integrator_step (as long as 0 <= c_i <= 1, as in all built-in methods).
  *
  * project (or NULL): after each accepted try, before it is committed, this function may move y onto a manifold.
  * *changed is true on entry. Set it to false only if not one bit of y was moved. A method with fsal then reuses its
  * last stage as the slope of the next step. Otherwise the slope is evaluated again. With fsal methods, a projection to
- * 1e-16 after each step therefore costs one evaluation a step. A callback avoids this cost if it leaves y unchanged
+ * 1e-16 after each step therefore costs one evaluation a step. A callback that leaves y unchanged avoids this cost
  * while the constraint error is well below the tolerance. State and slope remain consistent to the last bit. */
 typedef struct kt_integrator_callbacks {
     int (*rhs)(double t, const double *y, double *dydt, void *user); /* dydt = f(t, y), n numbers each */
@@ -66,18 +66,18 @@ typedef struct kt_integrator_callbacks {
  * of the callbacks and return values with the same meaning. J and the factors stay in the caller's memory, which
  * belongs to one integrator.
  *
- * jacobian: computes J at (t, y), n values, with f = dydt there, and keeps it. > 0: J cannot be computed there; the
- * previous J must be kept unchanged.
+ * jacobian: computes J at (t, y), n values, with f = dydt at this point, and stores J. > 0: J cannot be computed, and
+ * the previous J must stay stored.
  *
  * factor: factors sigma - J with the J that is kept. Factors for a sigma with im = 0 and for a complex sigma are
- * separate: a method may use one of each. > 0: singular.
+ * separate: a method may use both at the same time. > 0: singular.
  *
  * autonomous (NULL: f may depend on t): returns whether f does not depend on t. A Rosenbrock method then needs no time
  * derivative.
  *
- * time_derivative (NULL: none): writes df/dt at (t, y), with f = dydt there, to slope: n values, which are zero on
- * entry. At a breakpoint of f it is the derivative just after t. > 0: the derivative is not available; it is found by
- * differences of f.
+ * time_derivative (NULL: none): writes df/dt at (t, y), with f = dydt at this point, to slope: n values, which are zero
+ * on entry. At a breakpoint of f, this is the derivative just after t. > 0: the derivative is not available; it is
+ * found by differences of f.
  *
  * solve: replaces re + i im by (sigma - J)^-1 (re + i im), n values less the quadratures, with the last sigma of its
  * kind. `im` is NULL for the real sigma. */
@@ -95,8 +95,8 @@ typedef struct kt_newton {
     X(KT_CONTACT_EVENTS, events) /* impacts and transitions are events at which steps end */                           \
     X(KT_CONTACT_STEPS, steps)   /* time stepping: fixed steps with impulses, which end at no event */
 
-/* The scheme of a simulation. Time stepping is Moreau's midpoint rule, of first order. It needs a fixed step
- * (kt_run.step), has no other method, and follows Newton's rule alone. */
+/* The scheme of a simulation. Time stepping is Moreau's midpoint rule, of first order. Time stepping needs a fixed step
+ * (kt_run.step), replaces the integration method, and supports only Newton's rule of impacts. */
 typedef enum kt_contact_scheme {
 #define KT_CONTACT_SCHEME_ENUM(id, name) id,
     KT_CONTACT_SCHEME_LIST(KT_CONTACT_SCHEME_ENUM)
@@ -104,7 +104,8 @@ typedef enum kt_contact_scheme {
         KT_CONTACT_SCHEME_COUNT /* how many */
 } kt_contact_scheme;
 
-/* The least relative tolerance, the rounding of numbers (2^-52). A smaller one is rejected: no step could meet it. */
+/* The least relative tolerance, the rounding of numbers (2^-52). A smaller tolerance is rejected, because no step could
+ * satisfy it. */
 #define KT_TOLERANCE_LEAST 2.220446049250313e-16
 
 /* How an integrator steps. */
@@ -172,8 +173,8 @@ static inline kt_integrator_options kt_integrator_options_default(void) {
  *     4 n^2 + 15 n                    implicit-euler, crank-nicolson */
 KT_API size_t kt_integrator_size(const kt_method *method, size_t n);
 
-/* Initialises an integrator in the caller's memory. n >= 1. Checks options and, if the method is not a built-in one,
- * the method. Call kt_integrator_start next.
+/* Initialises an integrator in the caller's memory. n >= 1. Checks options and, unless the method is built in, also
+ * checks the method. Call kt_integrator_start next.
  *
  * Ownership: the memory must outlive the integrator; the integrator needs no release.
  *
@@ -196,14 +197,14 @@ KT_API KT_CHECKED kt_status kt_integrator_start(kt_integrator *integrator, doubl
  * Errors: as kt_integrator_start. */
 KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const double *y, kt_error *error);
 
-/* Takes one accepted step towards t_limit, never beyond it, with as many rejected tries as it needs. t_limit is
+/* Takes one accepted step towards t_limit, never beyond it, after as many rejected tries as necessary. t_limit is
  * INFINITY if there is no limit. A t_limit before the current time integrates backwards. The step that reaches t_limit
  * ends at it exactly.
  *
  * Fixed step: ends at t0 + k h, without accumulated rounding. A t_limit between two of these points is an extra stop,
  * after which the steps return to the same grid. A t_limit within rounding of a grid point is that grid point.
  *
- * Adaptive: if less than two steps are left until t_limit, they are made equal.
+ * Adaptive: if less than two steps remain until t_limit, the step size is chosen so that these steps are equal.
  *
  * On failure time, state, control and interpolant keep their bits. Only the counts of work done have grown, and
  * progress is counted anew.
@@ -213,17 +214,18 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *   KT_ERROR_NOT_FINITE: a slope or the new state is not finite. With a fixed step the first such value is an error; at
  *     the current state it is an error in either mode.
  *   KT_ERROR_STEP: the step became too small, max_steps are used up, or there is no progress. Progress is measured over
- *     windows of 10,000 tries, relative to the larger of |t| and |t_limit|. There is none if a window advances by less
- *     than 1e-6, or if five windows in a row advance by less than 1e-5 each. A simulation whose events may end it takes
- *     at most 1e4 s in place of |t_limit|. The same error reports a fixed step or max_step below the rounding of the
+ *     windows of 10,000 tries, relative to the larger of |t| and |t_limit|. The integrator makes no progress if a
+ * window advances by less than 1e-6, or if each of five consecutive windows advances by less than 1e-5. A simulation
+ * whose events may end the run uses at most 1e4 s in place of the limit. The same error reports a fixed step or
+ * max_step below the rounding of the
  *     time, and tolerances below the rounding of the state.
  *   KT_ERROR_CALLBACK: a callback stopped, or failed recoverably with a fixed step.
  *
- * Stabilised (rkc2, rkc4): a fixed step may need more stages than there are, which is KT_ERROR_STEP. An adaptive step
- * is kept short enough for the available stages. The fastest decay of the right-hand side is estimated by differences,
- * with four to eight evaluations. An estimate is made at the start, every 25 steps (5 with a fixed step), and after a
- * rejected try. If the estimate has not settled to a hundredth after eight evaluations, it is used with the usual
- * margin, and counted (capped).
+ * Stabilised (rkc2, rkc4): a fixed step may need more stages than the method has, which is KT_ERROR_STEP. An adaptive
+ * step is kept short enough for the available stages. The fastest decay of the right-hand side is estimated by
+ * differences, with four to eight evaluations. An estimate is made at the start, every 25 steps (5 with a fixed step),
+ * and after a rejected try. If the estimate has not settled to a hundredth after eight evaluations, it is used with the
+ * usual margin, and counted (capped).
  *
  * Multistep (ab2, ab4, bdf2, two-step): steps are fixed. The formula needs past steps of the same length. Too few exist
  * at the start, after kt_integrator_jump, and before and after a step that t_limit cuts short. The one-step method in
@@ -231,24 +233,25 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  * ab2, Kutta's of order 4 for ab4, and a diagonally implicit L-stable one for the others.
  *
  * Rosenbrock (rodas5p): a step solves eight linear systems with one matrix and iterates nothing.
- *   The order depends on an exact Jacobian, which is computed at every step. If it cannot be computed, the old one is
- *     used, or none if the old one misleads. Such a step is counted (capped).
- *   If f depends on time, its time derivative comes from the caller (kt_newton) or from two more evaluations. The
- *     latter have an error of 1e-7 h^4 f_ttt in a step.
- *   Quadratures take two more evaluations, too; they have order 4.
+ *   The order depends on an exact Jacobian, which is computed at every step. If this fails, the old Jacobian is used,
+ * or no Jacobian if the old one would mislead. Such a step is counted (capped).
+ *   If f depends on time, its time derivative comes from the caller (kt_newton) or from two more evaluations.
+ * Differences have an error of 1e-7 h^4 f_ttt in a step.
+ *   Quadratures need two more evaluations, too, and have order 4.
  *   A singular matrix requires a shorter step. With a fixed step this is KT_ERROR_STEP.
  *
  * Implicit (implicit-euler, crank-nicolson, bdf2, two-step, radau5): each try iterates at most 7 times. With fixed
  * steps the limit is 50, and the iteration goes down to rounding.
- *   If an iteration does not converge, a new Jacobian is computed. If it still does not converge, the step is
- *     shortened.
+ *   If an iteration does not converge, a new Jacobian is computed. If this iteration does not converge either, the step
+ * is shortened.
  *   With a fixed step, radau5 fails with KT_ERROR_STEP. The others, which solve for one stage at a time, continue with
- *     damped corrections and a new Jacobian in each iteration. They fail after at most 50 iterations.
- *   The Jacobian is kept as long as the iteration contracts thirtyfold. If it cannot be computed, the old one is kept.
+ *     damped corrections and a new Jacobian in each iteration. The step fails after at most 50 iterations.
+ *   The Jacobian is kept as long as the iteration contracts thirtyfold. If the Jacobian cannot be computed, the old one
+ * is used.
  *
- * Switching (auto): takes steps of dopri5, equal to the last bit, until stability alone bounds them. It then takes
- * steps of radau5, until dopri5 would be cheaper again. The decision is made after an accepted step, from its last two
- * stages or from the Jacobian in use, and takes no evaluation. With a fixed step auto is dopri5.
+ * Switching (auto): takes steps of dopri5, equal to the last bit, until stability alone bounds the step. Then auto
+ * takes steps of radau5, until dopri5 would be cheaper again. The decision is made after an accepted step, from its
+ * last two stages or from the Jacobian in use, and takes no evaluation. With a fixed step auto is dopri5.
  *
  * Cost: for each try, in terms of evaluations and operations:
  *   Explicit methods take s evaluations and O(s^2 n / 2). With fsal they take s - 1 evaluations.
@@ -258,21 +261,21 @@ KT_API KT_CHECKED kt_status kt_integrator_jump(kt_integrator *integrator, const 
  *   Implicit methods take s - 1 evaluations and O(n^2) for each iteration. New factors take O(n^3). */
 KT_API KT_CHECKED kt_status kt_integrator_step(kt_integrator *integrator, double t_limit, kt_error *error);
 
-/* Evaluates y(t), n values, at a time within the last accepted step, its ends included. At the ends the result has the
- * same bits as the states there. Right after the start only the start time is allowed. y_out must not be inside the
+/* Evaluates y(t), n values, at a time within the last accepted step or at its ends. At the ends, the result has the
+ * same bits as the states. Right after the start only the start time is allowed. y_out must not be inside the
  * integrator. Between the ends the value is not projected. No bit of any later step changes.
  *
  * Errors: KT_ERROR_ARGUMENT (t outside), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; y_out is then untouched.
  *
- * Cost: O(s n). Methods without fsal evaluate f(t1, y1) here, and the next step reuses the value. dop853 adds 3
+ * Cost: O(s n). Methods without fsal evaluate f(t1, y1) in this call, and the next step reuses the value. dop853 adds 3
  * evaluations, once a step. */
 KT_API KT_CHECKED kt_status kt_integrator_interpolate(kt_integrator *integrator, double t, double *y_out,
                                                       kt_error *error);
 
 /* Returns f(t, y) at the current time and state: n values, valid until the next call that takes a non-const integrator.
  * The slope is already available after a step with fsal whose projection moved nothing, or after an earlier call of
- * this function. Otherwise it is evaluated here, and the next step reuses it. No evaluation is made twice, and no bit
- * of any later step changes.
+ * this function. Otherwise this call evaluates the slope, and the next step reuses it. No evaluation is made twice, and
+ * no bit of any later step changes.
  *
  * Errors: KT_ERROR_ARGUMENT (not started), KT_ERROR_CALLBACK, KT_ERROR_NOT_FINITE; the integrator is then unchanged. */
 KT_API KT_CHECKED kt_status kt_integrator_derivative(kt_integrator *integrator, const double **slope, kt_error *error);
@@ -324,7 +327,7 @@ typedef struct kt_integrator_memory {
 /* The memory of an integrator. Valid until the next call that takes a non-const integrator. */
 KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
 
-/* Returns how many numbers of earlier steps the method keeps. A checkpoint holds them as `history`.
+/* Returns the number of numbers that the method stores of earlier steps. A checkpoint holds these numbers as `history`.
  *   Explicit methods have none. Their `history` may be NULL below.
  *   Stabilised methods have 2: the rate of the fastest decay, and its age.
  *   Adams methods have 2, and n for each past slope.
@@ -343,8 +346,8 @@ KT_API void kt_integrator_save(const kt_integrator *integrator, kt_integrator_me
                                double *previous_y, double *history);
 
 /* Restores a checkpoint, in an integrator initialised with the same method, n and options. Every later step has the
- * same bits as without the interruption. With previous_y the last step can be interpolated again; its stages are
- * evaluated once more. With NULL it cannot be interpolated.
+ * same bits as without the interruption. With previous_y, kt_integrator_interpolate works for the last step, whose
+ * stages are evaluated once more. With NULL, the last step cannot be interpolated.
  *
  * Errors: as kt_integrator_start. */
 KT_API KT_CHECKED kt_status kt_integrator_restore(kt_integrator *integrator, const kt_integrator_memory *memory,

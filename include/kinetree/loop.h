@@ -1,10 +1,10 @@
 /* Loops: the constraints between links that are not joints of the tree. This header gives the loops of a model, and the
  * rows of their equations. The header description.h describes loops (kt_loop), and reduction.h describes the quantities
- * that are computed from them.
+ * that are computed from loops.
  *
  * A loop on the tree coordinates u is phi(u, t) = 0. Velocities and accelerations satisfy A v = b' and A a = b'' [MSD
  * 7.4, 7.28]. Rolling has only the rows A v = b' [MSD 4.17]. Residuals of orientations are of first order in the error.
- * A loop type therefore has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
+ * Therefore a loop type has as many equations as it removes degrees of freedom (KT_LOOP_LIST has the numbers).
  *
  * Loops are in the order of the description, counted from 0. Every call is O(1) unless its docstring gives another
  * cost, allocates nothing and cannot fail.
@@ -34,8 +34,8 @@ KT_API bool kt_loop_is_stick(const kt_model *model, int loop);
  * Cost: O(loops). */
 KT_API int kt_loop_find(const kt_model *model, const char *name);
 
-/* The equations of a loop among the equations of all loops. They are rows of the matrix, and entries of the vectors,
- * that kt_loop_equations writes. */
+/* The equations of a loop among the equations of all loops. The indices refer to rows of the matrix and entries of the
+ * vectors that kt_loop_equations writes. */
 typedef struct kt_loop_rows {
     int first; /* index of the first row */
     int count; /* number of rows */
@@ -127,19 +127,18 @@ KT_API double kt_loop_arc_length(const kt_model *model, const kt_data *data, int
  *     description.loop_count = 1;
  *
  * Only the residual is required. Moments, forces and rates are then central differences of order four. The steps are
- * 1e-3 of a radian, of a second, and of 1 m + |position|. They are accurate to about 1e-12. The drift is then a second
- * difference of order six. It is accurate to about 1e-10 of the numbers in the callback, if the callback is smooth on
- * the scale of 0.03.
+ * 1e-3 of a radian, of a second, and of 1 m + |position|. These differences are accurate to about 1e-12. Then the drift
+ * is a second difference of order six, accurate to about 1e-10 of the numbers in the callback, if the callback is
+ * smooth on the scale of 0.03.
  *
  * If a callback also gives the rows (KT_LOOP_GIVES_ROWS), the drift is a first difference. A callback that gives all
  * quantities is as exact as the types of the library. A loop without residuals (holonomic = false: rolling, skates)
  * must give its rows. Derivatives of accelerations difference the callback once more. Loops of the caller work in space
  * and in the plane, with every reduction, projection, reaction and formulation. Scene files have no such loops.
  *
- * A callback is a function of its arguments alone, like the callbacks of effects (effect.h). It may be called in any
- * state, even far from a closed state. If several threads share the model, they may call it at the same time. It
- * allocates nothing, and returns
- *   0: done;
+ * A callback is a function of its arguments alone, like the callbacks of effects (effect.h). The library may call the
+ * function in any state, even far from a closed state, and from several threads that share the model at the same time.
+ * The callback must not allocate memory. Return values: 0: done;
  *   > 0: the equations cannot be computed in this state. An adaptive method then tries a smaller step; otherwise the
  *     call fails with KT_ERROR_CONSTRAINT.
  *   < 0: stop. The call fails with KT_ERROR_CALLBACK.

@@ -1,9 +1,9 @@
 /* Whole mechanisms, with loops and effects: the functions that a simulation calls at every stage and after every step.
  *
  * A model without loops and effects costs no more than a tree: its accelerations are those of kt_dynamics_forward, and
- * its projection only renormalises quaternions. No call allocates memory, with one exception. If OpenBLAS may use
- * several threads, it allocates memory when it divides the work on a group of about 90 or more coordinates. The caller
- * can prevent this with OPENBLAS_NUM_THREADS=1 or openblas_set_num_threads(1).
+ * its projection only renormalises quaternions. No call allocates memory, with one exception. OpenBLAS with several
+ * threads allocates memory when it divides the work on a group of about 90 or more coordinates. The caller can prevent
+ * this with OPENBLAS_NUM_THREADS=1 or openblas_set_num_threads(1).
  *
  * Units: the time t is in s.
  *
@@ -58,18 +58,19 @@ KT_API kt_loop_group kt_loop_group_at(const kt_model *model, int group);
 /* Computes the accelerations a (nv) at (t, q, v) by forward dynamics of the whole mechanism, with its loops and
  * effects. Joint forces tau (nv) and external wrenches (as for kt_dynamics_forward) may be NULL.
  *
- * Near a singular position of the loops, equations become dependent for an instant. The acceleration there may be
- * interpolated from six neighbouring states, three on each side along the motion. The motion then passes smoothly
- * through the position. The interpolation is used if it is more accurate than direct computation, and if the path does
- * not bend between the states. The function kt_data_crossings reports these cases. An interpolation takes up to 50
- * further evaluations and projections.
+ * Near a singular position of the loops, equations become dependent for an instant. The acceleration at such a state
+ * may be interpolated from six neighbouring states, three on each side along the motion. The motion then passes
+ * smoothly through the position. The interpolation is used if it is more accurate than direct computation, and if the
+ * path does not bend between the states. The function kt_data_crossings reports these cases. An interpolation takes up
+ * to 50 further evaluations and projections.
  *
  * The model's set decides which contacts are closed (kt_switch_set). If an open hard contact, stop or slack rope
- * touches and does not part, the result would leave its reaction out. The call rejects such a state. It also rejects
- * friction that sticks if the model lets it slip the other way, and a contact that begins to slip. Only the simulation
- * has the direction of its friction (kt_simulation_acceleration). kt_simulation_model has the set of a simulation. Data
- * that a simulation passes to callbacks are exempt, as a simulation follows its contacts. The same holds for all calls
- * that evaluate accelerations, reactions, powers, actuation and derivatives, here and in other headers.
+ * touches and does not part, the result would leave its reaction out. The call rejects such a state. The call also
+ * rejects friction that sticks if the model contains the friction as slipping in the other direction, and a contact
+ * that begins to slip. Only the simulation has the direction of its friction (kt_simulation_acceleration).
+ * kt_simulation_model has the set of a simulation. Data that a simulation passes to callbacks are exempt, as a
+ * simulation follows its contacts. The same holds for all calls that evaluate accelerations, reactions, powers,
+ * actuation and derivatives, in all headers.
  * Errors: KT_ERROR_SINGULAR, KT_ERROR_NOT_FINITE; for effects of the caller KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
  * KT_ERROR_UNSUPPORTED for such a contact. The output a is untouched on failure.
  * Cost: O(bodies) + O(coordinates^3) of each group that is reduced by one dense matrix. */
@@ -86,25 +87,25 @@ KT_API bool kt_model_is_differenced(const kt_model *model);
  * forces. External wrenches are constant in the world frame, and t is constant.
  * Shape: nv x nv, column-major; da_dtau may be NULL.
  * Ownership: work is memory of the caller with work_size >= kt_acceleration_work_size bytes, aligned to KT_ALIGNMENT.
- * It is used only during the call.
+ * This memory is used only during the call.
  *
  * The reduced equations are differentiated at the accelerations and multipliers of the motion. The part of the tree is
  * analytic (kt_dynamics_inverse_derivatives). The library's effects are differentiated in closed form; at a kink of an
  * effect the derivatives are one-sided. The equations of loops are differentiated exactly with dual numbers.
  *
  * Only effects of the caller that give no derivatives (effect.h) are differentiated numerically, by central differences
- * of order eight. The steps are 0.002, and at most 0.008, in rad or m and in the units of their rates. They are shorter
- * if two orders disagree by more than 1e-6. This part is accurate to about 1e-9 if the effects are smooth on that
- * scale. It is inaccurate if they jump or have a kink within it. The function kt_data_difference_error reports the
- * error.
+ * of order eight. The steps are 0.002, and at most 0.008, in rad or m and in the units of their rates. The steps are
+ * shorter if two orders disagree by more than 1e-6. This part is accurate to about 1e-9 if the effects are smooth over
+ * a step, and inaccurate if effects jump or have a kink within a step. The function kt_data_difference_error reports
+ * the error.
  *
  * A single column is the derivative along a direction that may violate the loops. If some of their equations depend on
  * others, only sums of columns along admissible motions are meaningful. In other directions dependent equations
  * contradict each other, and the result depends on the choice of the independent equations.
  * Errors: as kt_acceleration_evaluate. KT_ERROR_MEMORY if work is too small or not aligned. KT_ERROR_SINGULAR also at
- * singular positions of the loops, and near them if accelerations are interpolated. The same error occurs if rounding
- * leaves the derivatives uncertain by more than 1e-3 of the largest. One more evaluation of the acceleration near such
- * positions estimates this error. The outputs are untouched on failure.
+ * singular positions of the loops, and near such positions if accelerations are interpolated. The same error occurs if
+ * rounding leaves the derivatives uncertain by more than 1e-3 of the largest. One more evaluation of the acceleration
+ * near such positions estimates this error. The outputs are untouched on failure.
  * Cost: kt_stiffness_evaluate, one factorisation, two solutions per column and another one for da_dtau: O(nv^2 depth).
  * A loop needs two evaluations of its equations for each coordinate that moves it, and the square of their number.
  * Effects of the caller without derivatives need 16 nv evaluations, at most 64 nv. With loops each solution takes
@@ -123,24 +124,25 @@ KT_API KT_CHECKED kt_status kt_acceleration_derivatives(const kt_model *model, k
  *
  * Without loops f = nv, and with the accelerations a(t, q, v, tau, external)
  *     mass = M,   stiffness = -M da/dq,   damping = -M da/dv
- * These matrices need no solve. They are the derivatives of inverse dynamics at the given a, minus the derivatives of
- * the effects' forces.
+ * These matrices need no solve. The matrices are derivatives of inverse dynamics at the given a, minus the derivatives
+ * of the effects' forces.
  *
  * With loops f = kt_mobility.minimal, and the columns of the basis Z (nv x f) are orthonormal and span the null space
  * of the loops' Jacobian, A Z = 0:
  *     mass = Z' M Z (f x f),   stiffness = -mass (Z' da/dq),   damping = -mass (Z' da/dv)   (f x nv)
- * with the exact derivatives of the accelerations that the loops constrain. They hold for displacements that the loops
- * allow and for others. A Newton iteration on v' = a with the residual r (nv) and g = gamma h is then, with y = r - Z
- * Z' r,
+ * with the exact derivatives of the accelerations that the loops constrain. The matrices hold for displacements that
+ * the loops allow and for other displacements. A Newton iteration on v' = a with the residual r (nv) and g = gamma h is
+ * then, with y = r - Z Z' r,
  *     (mass + g damping Z + g^2 stiffness Z) x = mass Z' r - g (damping + g stiffness) y,   dv = Z x + y
  * This iteration is exact along the loops. Across the loops, without stiffness, it is a fixed-point iteration. The
  * basis may jump from one call to the next; it belongs to the matrices of its own call.
  *
- * The input a holds the accelerations of the motion at this state (kt_acceleration_evaluate); if it is NULL, they are
- * evaluated. Without loops basis may be NULL, or receives the identity. External wrenches are constant in the world
- * frame, and t is constant. The remarks of kt_acceleration_derivatives about effects and dependent equations apply.
- * Ownership: work is memory of the caller with work_size >= kt_stiffness_work_size bytes, aligned to KT_ALIGNMENT. It
- * is used only during the call.
+ * The input a holds the accelerations of the motion at this state (kt_acceleration_evaluate); if NULL, the call
+ * evaluates these accelerations. Without loops basis may be NULL, or receives the identity. External wrenches are
+ * constant in the world frame, and t is constant. The remarks of kt_acceleration_derivatives about effects and
+ * dependent equations apply.
+ * Ownership: work is memory of the caller with work_size >= kt_stiffness_work_size bytes, aligned to KT_ALIGNMENT. This
+ * memory is used only during the call.
  * Errors: as kt_acceleration_derivatives; the outputs are untouched on failure.
  * Cost: without loops O(nv depth), besides clearing and copying the matrices, and O(L^2) for each effect with L
  * coordinates between its ends. Examples in evaluations of the accelerations (meson test plan/plan): 2.4 for the
@@ -156,8 +158,8 @@ KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data
  * --------------------------------------------------------------------------------------------------
  *
  * Auxiliary states x of a mechanism are states besides positions and velocities (kt_state), in the order of the
- * description: x' = f(t, q, v, x). An evaluation reads x as an input from the data (kt_own_states). The data hold the
- * initial values at first. A simulation sets the states in its own data in every evaluation. */
+ * description: x' = f(t, q, v, x). An evaluation reads x as an input from the data (kt_own_states). Initially the data
+ * hold the initial values of the model. A simulation sets the states in its own data in every evaluation. */
 
 /* Return the number of auxiliary states (0 in most models), the name of a state, and the index of a name. The model
  * owns the name, which is NULL if there is no such state. The index is -1 if there is no such name.
@@ -171,7 +173,7 @@ KT_API int kt_own_state_find(const kt_model *model, const char *name);
 KT_API void kt_own_states_initial(const kt_model *model, double *x);
 
 /* Returns the auxiliary states that evaluations with these data read, for the caller to set; NULL if the data belong to
- * another model. The values stay until they are set again.
+ * another model. The values do not change until the caller sets them again.
  * Cost: O(1). */
 KT_API double *kt_own_states(const kt_model *model, kt_data *data);
 
@@ -183,12 +185,12 @@ KT_API KT_CHECKED kt_status kt_own_state_rates(const kt_model *model, kt_data *d
 
 /* ---- quasi-statics -----------------------------------------------------------------------------------------------
  *
- * A joint that moves no mass, but on which springs or dampers act, has no equation of motion. The forces on it are
- * balanced at all times, r(q, v, t) = 0 [MSD 8.1]. If a damper acts on the joint, this balance determines the velocity,
- * and the position is a state of first order. If only springs act on the joint, the balance determines the position. A
- * simulation solves the balance in every evaluation. In an unbalanced state kt_acceleration_evaluate returns the
- * residual force in place of the acceleration of such a joint. In a balanced state this residual is zero, and the
- * acceleration of the joint is not computed. */
+ * A joint that moves no mass, but on which springs or dampers act, has no equation of motion. The forces on such a
+ * joint are balanced at all times, r(q, v, t) = 0 [MSD 8.1]. If a damper acts on the joint, this balance determines the
+ * velocity, and the position is a state of first order. If only springs act on the joint, the balance determines the
+ * position. A simulation solves the balance in every evaluation. In an unbalanced state kt_acceleration_evaluate
+ * returns the residual force in place of the acceleration of such a joint. In a balanced state this residual is zero,
+ * and the acceleration of the joint is not computed. */
 
 /* Return the number of velocity coordinates that move no mass (0 in most models), and the k-th of these coordinates (-1
  * if there is none).
@@ -196,14 +198,15 @@ KT_API KT_CHECKED kt_status kt_own_state_rates(const kt_model *model, kt_data *d
 KT_API int kt_massless_count(const kt_model *model);
 KT_API int kt_massless_coordinate(const kt_model *model, int k);
 
-/* Returns whether velocity coordinate v takes part in the motions that move no mass. The coordinate of such a joint
- * does. So does a joint on it that keeps the mass in place. The accelerations of these coordinates are not computed.
+/* Returns whether velocity coordinate v takes part in the motions that move no mass. The coordinate of a joint without
+ * mass takes part, and so does a joint on it whose motion lets the mass stay at rest. The accelerations of these
+ * coordinates are not computed.
  * Cost: O(kt_massless_count). */
 KT_API bool kt_massless_moves(const kt_model *model, int v);
 
-/* Changes q and v along the motions that move no mass until the forces there are balanced. The inputs q and v must be
- * correct for all bodies with mass. Joint forces are tau (nv, or NULL) and external (as for kt_acceleration_evaluate).
- * For a model without such coordinates q and v are unchanged.
+/* Changes q and v along the motions that move no mass, until the forces along these motions are balanced. The inputs q
+ * and v must be correct for all bodies with mass. Joint forces are tau (nv, or NULL) and external (as for
+ * kt_acceleration_evaluate). For a model without such coordinates q and v are unchanged.
  * Errors: KT_ERROR_SINGULAR if forces do not determine the coordinates; as kt_acceleration_evaluate. Then q and v are
  * untouched.
  * Cost: about ten evaluations of accelerations for one coordinate, and two for each further coordinate. */
@@ -250,8 +253,8 @@ typedef struct kt_impact {
 } kt_impact;
 
 /* Applies a plastic impact: v (nv) becomes the velocity that satisfies the loops and is nearest to v in the mass
- * metric. The impulses of the loops cause this change. The positions q are unchanged, and the loops should be closed
- * there. The call is meant for states after loops have been switched on (kt_loop_enable). The output *impact may be
+ * metric. The impulses of the loops cause this change. The positions q are unchanged, at which the loops should be
+ * closed. The call is meant for states after loops have been switched on (kt_loop_enable). The output *impact may be
  * NULL.
  * Errors: KT_ERROR_CONSTRAINT (the loops contradict each other), KT_ERROR_SINGULAR (no inertia along free directions of
  * the loops), KT_ERROR_NOT_FINITE. Then v is untouched.
@@ -263,8 +266,8 @@ KT_API KT_CHECKED kt_status kt_velocity_impact(const kt_model *model, kt_data *d
  * 7.55 to 7.58]. The flag *changed (may be NULL) reports whether any number changed. At most KT_POSITION_STEPS_MAX and
  * KT_VELOCITY_STEPS_MAX steps are taken. If loops are still open, the call fails. At most 400 further steps then find
  * the gaps that the message reports.
- * Errors: KT_ERROR_CONSTRAINT if loops do not close, naming them and the remaining gaps; KT_ERROR_NOT_FINITE. Then q
- * and v are untouched. */
+ * Errors: KT_ERROR_CONSTRAINT if loops do not close; the message names the loops and the remaining gaps;
+ * KT_ERROR_NOT_FINITE. Then q and v are untouched. */
 KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                              bool *changed, kt_error *error);
 
@@ -280,7 +283,7 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
  * chain. The function kt_initial_changes reports which given initial values have changed, and kt_initial_choices which
  * velocities are neither given nor determined.
  *
- * If the steps do not reach the nearest state, the state is closed, but another one may be nearer. The counter
+ * If the steps do not reach the nearest state, the state is closed, but another closed state may be nearer. The counter
  * kt_data_iterations reports this (capped).
  * Errors: KT_ERROR_CONSTRAINT names the loops that remain open with their gaps, or the equations that contradict each
  * other. Then q and v are untouched.
@@ -290,8 +293,8 @@ KT_API KT_CHECKED kt_status kt_state_project(const kt_model *model, kt_data *dat
 KT_API KT_CHECKED kt_status kt_state_assemble(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                               kt_error *error);
 
-/* Writes the positions (nq) at which the last kt_state_assemble with these data ended with KT_ERROR_CONSTRAINT. The
- * call kt_loop_equations gives the residual of each equation there.
+/* Writes the positions (nq) at which the last kt_state_assemble with these data ended with KT_ERROR_CONSTRAINT.
+ * kt_loop_equations at these positions returns the residual of each equation.
  * Cost: O(nq). */
 KT_API void kt_assembly_reached(const kt_model *model, const kt_data *data, double *q);
 
@@ -305,11 +308,11 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
                                               double *drift, kt_error *error);
 
 /* Computes the reactions at (t, q, v) under tau and external, in joints and in loops. The output `joints` receives one
- * wrench for each body, as kt_joint_reactions. The output `loops` receives one wrench for each loop. It acts on the
- * second end (of rolling, the surface), about the first end's point. For a prescribed motion, the wrench is the torque
- * or force along the joint's axis that drives the joint. For a coupling it is zero, since a coupling acts along its
- * joints; kt_multiplier_evaluate gives its joint forces. Either output may be NULL. Redundant loops can share a
- * reaction in many ways; kt_multiplier_evaluate describes which one is computed.
+ * wrench for each body, as kt_joint_reactions. The output `loops` receives one wrench for each loop. The wrench acts on
+ * the second end (in rolling: on the surface), about the first end's point. For a prescribed motion, the wrench is the
+ * torque or force along the joint's axis that drives the joint. For a coupling the wrench is zero, since a coupling
+ * acts along its joints and loads no bearing; kt_multiplier_evaluate gives its joint forces. Either output may be NULL.
+ * Redundant loops can share a reaction in many ways; kt_multiplier_evaluate describes the computed distribution.
  * Frame: world axes.
  * Errors: as kt_acceleration_evaluate.
  * Cost: an evaluation of accelerations, and kinematics. */
@@ -321,23 +324,23 @@ KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data 
  * for each equation, in the order of kt_loop_equations (kt_loop_rows_of). With its jacobian A and the generalised
  * forces Q of kt_effect_forces
  *     M a + h = tau + J' external + Q + A' lambda,          a = kt_acceleration_evaluate.
- * Units: N if the equation's residual is in m (or m/s), N m if it is in rad. For a coupling, coefficient times lambda
- * is the generalised force on each of its joints. For a motion, lambda drives the joint.
+ * Units: N for an equation with a residual in m (or m/s), N m for a residual in rad. For a coupling, coefficient times
+ * lambda is the generalised force on each of its joints. For a motion, lambda drives the joint.
  *
  * If equations depend on others, only the sum A' lambda is determined. The reduction then decides how the loops share
  * this sum. With `qr` and `partition` dependent equations carry nothing: one of two equal stops carries the whole load.
  * With `svd` lambda is the solution of least norm: each stop carries half of the load. Near a singular position a
  * multiplier may grow like the reciprocal of the size of the direction that is lost.
  * Errors: as kt_acceleration_evaluate. KT_ERROR_NOT_FINITE names the loop whose multiplier overflows.
- * Cost: an evaluation of accelerations, and with planar loops another one by the spatial recursion. */
+ * Cost: an evaluation of accelerations, and with planar loops a second evaluation by the spatial recursion. */
 KT_API KT_CHECKED kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                    const double *v, const double *tau, const kt_wrench *external,
                                                    double *multipliers, kt_error *error);
 
 /* Computes a basis N of the velocities that the loops leave free at (t, q), A N = 0. The number *columns is nv minus
- * the rank at this position: kt_mobility.minimal, and more at a singular position. Coordinates in no loop have columns
- * of their own, which are the last ones. The columns of a group are orthonormal (`qr`, `svd`), or unit vectors in the
- * independent coordinates (`partition`).
+ * the rank at this position: kt_mobility.minimal, and more at a singular position. Each coordinate that belongs to no
+ * loop has its own column, among the last columns. The columns of a group are orthonormal (`qr`, `svd`), or unit
+ * vectors in the independent coordinates (`partition`).
  * Shape: nv x columns, column-major; basis has room for nv x nv.
  * Errors: KT_ERROR_NOT_FINITE.
  * Cost: O(nv^2), O(coordinates^3) for each group that is reduced by one dense matrix, and O(links) per column of the
@@ -357,8 +360,8 @@ KT_API KT_CHECKED kt_status kt_effect_forces(const kt_model *model, kt_data *dat
  * Cost: O(bodies + effects). */
 KT_API double kt_effect_energy(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
 
-/* The load that one effect exerts. The ends are those of its description. A contact has the sphere as first end, then
- * the plane. */
+/* The load that one effect exerts. The ends have the order of the description. For a contact, the first end is the
+ * sphere, the second the plane. */
 typedef struct kt_effect_load {
     int end_count;       /* 0: it acts in a joint */
     kt_vec3 point[2];    /* points of its ends, or of the ends of its loop, world, m */
@@ -369,11 +372,11 @@ typedef struct kt_effect_load {
 
 /* Computes the load of an effect at (t, q, v): the force of a contact or a spring, the torque of a motor. The data must
  * hold the kinematics of this state (kt_kinematics_update, a record, a sensor reading). The argument effect is the
- * index in the description. The force of a contact acts at the sphere's lowest point, so its wrench about the centre
- * also has a moment. Positions are those in the world: far from its origin a wrench loses digits that
- * kt_acceleration_evaluate keeps. The call allocates nothing.
+ * index in the description. The force of a contact acts at the sphere's lowest point, so that its wrench about the
+ * centre also has a moment. Positions are relative to the world's origin. Therefore, far from this origin, a wrench
+ * loses digits that kt_acceleration_evaluate does not lose. The call allocates nothing.
  * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK, which name the effect. KT_ERROR_UNSUPPORTED if a
- * loop carries the force of the effect, since this is hard and closed, or sticks (kt_reaction_evaluate).
+ * loop carries the force of the effect, since the effect is hard and closed, or sticks (kt_reaction_evaluate).
  * KT_ERROR_ARGUMENT if there is no such effect, or if it has ends and the data hold the kinematics of another q or v.
  * The output *load is untouched on failure.
  * Cost: O(nq + log effects). */
@@ -385,7 +388,7 @@ KT_API KT_CHECKED kt_status kt_effect_evaluate(const kt_model *model, const kt_d
  *   - the index of the effect with this name, -1 if there is none;
  *   - the name of an effect, "" if it has none;
  *   - its type, KT_EFFECT_TYPE_COUNT if there is no such effect;
- *   - the body whose joint it acts in, or that carries its end k; -1: none.
+ *   - the body in whose joint the effect acts, or the body that carries end k; -1: none.
  * Cost: O(log effects); the search by name is O(effects). */
 KT_API int kt_effect_count(const kt_model *model);
 KT_API int kt_effect_find(const kt_model *model, const char *name);
@@ -394,19 +397,20 @@ KT_API kt_effect_type kt_effect_type_of(const kt_model *model, int effect);
 KT_API int kt_effect_body(const kt_model *model, int effect, int end);
 
 /* Return the relative coordinate of an effect. The function kt_effect_loop returns the loop in whose relative
- * coordinate the effect acts, as an index in the description. It returns -1 if the effect acts in a joint or has ends.
- * The output *component, which may be NULL, receives the coordinate of the loop. The function kt_effect_coordinate
- * returns the value of the coordinate at q, of which the data hold the kinematics. It returns NaN if the effect has
- * ends, or if there is no such effect.
+ * coordinate the effect acts, as an index in the description. kt_effect_loop returns -1 if the effect acts in a joint
+ * or has ends. The output *component, which may be NULL, receives the coordinate of the loop. The function
+ * kt_effect_coordinate returns the value of the coordinate at q, of which the data hold the kinematics. It returns NaN
+ * if the effect has ends, or if there is no such effect.
  * Units: rad or m.
  * Cost: O(log effects + depth). */
 KT_API int kt_effect_loop(const kt_model *model, int effect, int *component);
 KT_API double kt_effect_coordinate(const kt_model *model, const kt_data *data, const double *q, int effect);
 
-/* Return the quantities of an effect that can be recorded: their number, and one of them (KT_QUANTITY_COUNT: there is
- * none). They are the quantities of its type (kt_descriptor.quantities). An effect of the caller has those of its
- * joint, its wrench, or its line. The function kt_effect_is_sliding returns true if the effect measures a length, as in
- * sliding joints and between two ends. It returns false for an angle. This decides names and units (kt_quantity_name).
+/* Return the quantities of an effect that can be recorded: their number, and the k-th quantity (KT_QUANTITY_COUNT if k
+ * is out of range). These are the quantities of the effect's type (kt_descriptor.quantities). An effect of the caller
+ * has the quantities of its joint, its wrench, or its line. The function kt_effect_is_sliding returns true if the
+ * effect measures a length, as in sliding joints and between two ends. For an angle, the function returns false. This
+ * decides names and units (kt_quantity_name).
  * Cost: O(log effects). */
 KT_API int kt_effect_quantity_count(const kt_model *model, int effect);
 KT_API kt_effect_quantity kt_effect_quantity_at(const kt_model *model, int effect, int k);
@@ -414,8 +418,8 @@ KT_API bool kt_effect_is_sliding(const kt_model *model, int effect);
 
 /* Computes all quantities of all effects at (t, q, v), effect by effect in the description's order. The number of
  * values is the sum of kt_effect_quantity_count over all effects. A value is NaN if a callback cannot compute its
- * force. Forces and powers are NaN while a loop carries them: those of a hard contact or stop that is closed, and of
- * friction that sticks. These are reactions (kt_reaction_evaluate, kt_multiplier_evaluate). Arguments and precision are
+ * force. While a loop carries the force, as in a closed hard contact or stop and in sticking friction, force and power
+ * are NaN, because the force is a reaction (kt_reaction_evaluate, kt_multiplier_evaluate). Arguments and precision are
  * those of kt_effect_evaluate.
  * Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE for q or v. The output values is untouched on failure.
  * Cost: O(nq + effects log effects). */

@@ -1,8 +1,8 @@
-/* Methods for ordinary differential equations y' = f(t, y), y in R^n. There are explicit, stabilised and implicit
- * Runge-Kutta methods, multistep methods, and one method that switches between explicit and implicit steps.
+/* Methods for ordinary differential equations y' = f(t, y), y in R^n. The list has explicit, stabilised and implicit
+ * Runge-Kutta methods, multistep methods, and a method that switches between explicit and implicit steps.
  *
- * A method is a constant struct of coefficients, kt_method. The header integrator.h takes steps with it, and
- * stability.h computes its linear stability.
+ * A method is a constant struct of coefficients, kt_method. integrator.h takes steps with a method, and stability.h
+ * computes the method's linear stability.
  *
  * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
  * (below: HNW), sections II.1 - II.6. Each table names its own source. */
@@ -62,7 +62,7 @@ enum {
     KT_STABILISED_STAGES_MAX = 250 /* of a stabilised method */
 };
 
-/* The table of a Rosenbrock method as its steps compute with it. Opaque. */
+/* The table of a Rosenbrock method in the form that its steps use. Opaque. */
 typedef struct kt_rosenbrock kt_rosenbrock;
 
 /* A Runge-Kutta method, HNW II.1:
@@ -81,8 +81,8 @@ typedef struct kt_rosenbrock kt_rosenbrock;
  * This makes y(theta) C1 across steps, even if a projection has moved y1. The sum over i runs over the s stages, the
  * slope f(t1, y1), and dense_stages further stages, in this order. With fsal, the slope f(t1, y1) is the last stage.
  *
- * A caller's own table: clear the struct, fill in the members that the table has, and pass it to kt_integrator_init.
- * That function calls kt_method_check and rejects a table whose order conditions fail.
+ * For a table of your own, clear the struct, fill in the members that the table has, and pass the struct to
+ * kt_integrator_init. That function calls kt_method_check and rejects a table whose order conditions fail.
  * Ownership: the arrays stay the caller's and must outlive the integrator. */
 typedef struct kt_method {
     const char *name; /* as in scene files: "rk4" */
@@ -147,8 +147,8 @@ KT_API const kt_method *kt_method_at(int index);
  * as in KT_METHOD_LIST ("implicit_euler"). Static storage. */
 KT_API const kt_method *kt_method_find(const char *name);
 
-/* Writes the names of the built-in methods, or only of the adaptive ones, in one line: "euler, midpoint, heun". Writes
- * as much as fits, a NUL included, and returns the length of the whole text, as snprintf does. */
+/* Writes the names of the built-in methods, or only of the adaptive methods, in one line: "euler, midpoint, heun".
+ * Writes as much as fits, including a NUL, and returns the length of the whole text, as snprintf does. */
 KT_API size_t kt_method_names(bool adaptive, char *text, size_t size);
 
 /* "explicit", "stabilised", "adams", "dirk", "two-step", "rosenbrock", "radau", "switching". Static storage. */
@@ -176,8 +176,8 @@ KT_API int kt_method_dense_order(const kt_method *method);
  *   The embedded weights have their order.
  *   The dense output has its order for all theta (HNW II.6).
  *
- * A residual passes if rounding the coefficients to double explains it. The bound is nodes * eps * (the sum of the
- * absolute values of the terms).
+ * A residual passes if the rounding of the coefficients to double explains the residual. The bound is nodes * eps *
+ * (the sum of the absolute values of the terms).
  *
  * Errors: KT_ERROR_ARGUMENT, naming the first condition that fails and its residual.
  *

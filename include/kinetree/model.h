@@ -25,12 +25,13 @@ extern "C" {
 
 /* ---- the model --------------------------------------------------------------------------------------------------- */
 
-/* A compiled mechanism. A model is immutable unless its options make it settable, so threads may share it. */
+/* A compiled mechanism. A model is immutable unless its options make it settable, so that threads may share the
+ * model. */
 typedef struct kt_model kt_model;
 /* The workspace of one thread with a model. */
 typedef struct kt_data kt_data;
 
-/* Instruction sets of the recursions. All of them give the same numbers to the last bit. */
+/* Instruction sets of the recursions. All instruction sets give the same numbers to the last bit. */
 typedef enum kt_isa {
     KT_ISA_AUTO = 0, /* the best set of the processor */
     KT_ISA_BASE,     /* the common set of all processors of this kind */
@@ -63,7 +64,8 @@ typedef enum kt_structure {
     X(KT_FORM_FRONT4, front4)     /* the same in registers, in a plane, with four parameters or fewer */               \
     X(KT_FORM_DELASSUS, delassus) /* range space, of few equations on many links */
 
-/* The form of a constraint group. The compiler chooses it; all forms give the same results except for rounding. */
+/* The form of a constraint group. kt_model_compile chooses the form; all forms give the same results except for
+ * rounding. */
 typedef enum kt_group_form {
 #define KT_GROUP_FORM_ENUM(id, name) id,
     KT_GROUP_FORM_LIST(KT_GROUP_FORM_ENUM)
@@ -77,8 +79,8 @@ typedef enum kt_group_form {
     X(KT_PLAN_SPATIAL, spatial) /* all trees are computed in space */
 
 /* The kernels for trees that move in a plane. All joints of such a tree are revolute about one direction or prismatic
- * normal to it. These trees are computed in the plane (auto), or like all others (spatial). The results differ only by
- * rounding. */
+ * normal to it. These trees are computed in the plane (auto), or in space like all other trees (spatial). The results
+ * differ only by rounding. */
 typedef enum kt_plan {
 #define KT_PLAN_ENUM(id, name) id,
     KT_PLAN_LIST(KT_PLAN_ENUM)
@@ -87,9 +89,9 @@ typedef enum kt_plan {
 } kt_plan;
 
 /* A hard contact without friction, a stop and a slack rope have a switch each. A hard contact with friction and
- * friction of a joint that sticks have two. Up to so many of these switches, each set of contacts has a compiled model.
- * With more, a simulation makes the models of sets from two compiled ones, whose memory grows linearly with the number
- * of contacts. */
+ * friction of a joint that sticks have two. With at most this many switches, each set of contacts has a compiled model.
+ * With more switches, a simulation derives the model of a set from two compiled models, so that memory grows linearly
+ * with the number of contacts. */
 enum { KT_CONTACT_SWITCHES = 2 /* switches of contacts */ };
 
 /* Options of the compilation of a description. */
@@ -121,7 +123,7 @@ static inline kt_model_options kt_model_options_default(void) {
 
 /* Checks, orders and compiles a description. In the core library only this call, the checks of descriptions, the
  * _create calls and kt_spectrum_along allocate memory. The argument options may be NULL.
- * Ownership: *model is allocated; the caller releases it with kt_model_free.
+ * Ownership: the caller releases *model with kt_model_free.
  * Errors: KT_ERROR_MEMORY. KT_ERROR_MODEL for the first fault of kt_description_check or kt_model_check, with its
  * location and a remedy. KT_ERROR_ARGUMENT (an option is out of its range, or model is NULL). KT_ERROR_UNSUPPORTED (an
  * instruction set that this processor does not have). *model is untouched on failure.
@@ -131,8 +133,8 @@ KT_API KT_CHECKED kt_status kt_model_compile(const kt_description *description, 
 /* Checks for faults of the mechanism as a whole. Such a fault is a joint that moves no inertia along one of its degrees
  * of freedom. The joint is accepted if a loop may constrain or drive the bodies on the joint. A loop within one rigid
  * part is also a fault. The function calls report (may be NULL) for every fault, in the order of the description. If
- * the description has faults of kt_description_check, only independent faults are reported. If those faults leave the
- * tree undetermined, none is reported. The function allocates the same memory as a compilation.
+ * kt_description_check finds faults, kt_model_check reports only faults that do not follow from these. If these faults
+ * leave the tree undetermined, kt_model_check reports none. The function allocates the same memory as a compilation.
  * Errors: KT_ERROR_MODEL with the first fault in *error; KT_ERROR_ARGUMENT (NULL), KT_ERROR_MEMORY.
  * Cost: O(size). */
 KT_API KT_CHECKED kt_status kt_model_check(const kt_description *description, kt_report *report, void *user,
@@ -146,8 +148,8 @@ KT_API size_t kt_model_size(const kt_model *model);
 
 /* Copies a model into the caller's memory, at KT_ALIGNMENT. The copy is self-contained: the original may be released.
  * Equal inputs give equal bits with both. A copy may be copied; kt_model_free does nothing with a copy.
- * Ownership: the caller provides kt_model_size(model) bytes, for example static ones. They must stay at their address
- * while the copy is used.
+ * Ownership: the caller provides kt_model_size(model) bytes, for example static ones. This memory must stay at its
+ * address while the copy is used.
  * Errors: KT_ERROR_MEMORY (too small or misaligned; *copy and the memory are then untouched).
  * Cost: O(size). */
 KT_API KT_CHECKED kt_status kt_model_copy(const kt_model *model, void *memory, size_t size, kt_model **copy,
@@ -168,10 +170,10 @@ KT_API double kt_body_mass(const kt_model *model, int body);
  * Cost: O(1). */
 KT_API int kt_body_find(const kt_model *model, const char *name);
 
-/* Returns the name of the joint that carries a body: its own name, or the name of the body. */
+/* Returns the name of the joint that carries a body: the name of the joint if given, else the name of the body. */
 KT_API const char *kt_joint_name(const kt_model *model, int body);
-/* Writes the index of the body that the joint with this name carries. A joint with a name of its own is found only
- * under that name.
+/* Writes the index of the body that the joint with this name carries. A joint with its own name is found only under
+ * this name.
  * Errors: KT_ERROR_ARGUMENT (NULL, or there is no such joint). The message suggests the nearest name.
  * Cost: O(1). */
 KT_API KT_CHECKED kt_status kt_joint_find(const kt_model *model, const char *name, int *body, kt_error *error);
@@ -238,15 +240,15 @@ KT_API kt_energetics kt_model_energetics(const kt_model *model);
 /* ---- loops and effects that are switched ---------------------------------------------------------------------------
  *
  * Loops and effects with `switching` in their description can be switched on and off while a program runs. Examples are
- * feet in stance and swing, clutches, and ropes that are released. Each set of switches that are on has a model of its
- * own. All these models are compiled at once, with the same bodies, coordinates and indices of loops and effects. Each
- * model equals, to the last bit, the compilation of a description without the other loops and effects, and has the same
- * cost. A loop that is off has no equations (kt_loop_rows_of is empty), zero reactions, and costs nothing. To switch,
- * select another model and initialise the data for it. Nothing is allocated.
+ * feet in stance and swing, clutches, and ropes that are released. Each set of active switches has its own model. All
+ * these models are compiled at once, with the same bodies, coordinates and indices of loops and effects. Each model
+ * equals, to the last bit, the compilation of a description without the other loops and effects, and has the same cost.
+ * A loop that is off has no equations (kt_loop_rows_of is empty), zero reactions, and costs nothing. To switch, select
+ * another model and initialise the data for this model. Nothing is allocated.
  *
  * A switch has an index, 0 <= k < kt_switch_count: loops first, then effects, each in the order of the description. A
  * set is a number with the bits 1 << k of the switches that are on. With more than 62 switches, hard contacts and stops
- * come last. They share two bits: bit 62 is set if any of them is closed, and bit 63 if all are.
+ * come last. These share two bits: bit 62 is set if any of these is closed, bit 63 if all are closed.
  *
  * Velocities before a loop is switched on need not be consistent with it; kt_velocity_impact (mechanism.h) makes them
  * consistent. For positions, kt_state_project closes gaps that are no larger than after a step. */
@@ -255,7 +257,7 @@ KT_API kt_energetics kt_model_energetics(const kt_model *model);
 KT_API int kt_switch_count(const kt_model *model);
 /* Returns the name of a switch; NULL unless 0 <= k < kt_switch_count; "" for an effect without a name. */
 KT_API const char *kt_switch_name(const kt_model *model, int k);
-/* Return the switch of a loop, and of an effect; -1 for those that are always on. */
+/* Return the switch of a loop, and of an effect; -1 for a loop or an effect that is always on. */
 KT_API int kt_loop_switch(const kt_model *model, int loop);
 KT_API int kt_effect_switch(const kt_model *model, int effect);
 /* Returns the bits of switch k in a set: 1 << k, or the two bits that contacts share; 0: there is no such switch. */
@@ -272,7 +274,7 @@ KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
 
 /* Switches a loop on or off: *model becomes the model with or without the loop. The data, made for any of these models,
  * are initialised for the new model (data may be NULL). Counts of iterations continue. Nothing is allocated.
- * Errors: KT_ERROR_ARGUMENT (there is no such loop, or it is always on, or the data belong to another mechanism). Model
+ * Errors: KT_ERROR_ARGUMENT (the loop does not exist or is always on, or the data belong to another mechanism). Model
  * and data are then untouched.
  * Cost: the data are cleared. */
 KT_API KT_CHECKED kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
@@ -289,8 +291,8 @@ enum { KT_ALIGNMENT = 64 /* bytes */ };
  * models. */
 KT_API size_t kt_data_size(const kt_model *model);
 
-/* Initialises data in the caller's memory. The data are scratch. Only calls whose docstrings state it read the results
- * of an earlier call in the data.
+/* Initialises data in the caller's memory. The data are scratch. A call reads results of an earlier call from the data
+ * only if its docstring states this.
  * Ownership: the memory must stay at its address while the data are used.
  * Errors: KT_ERROR_MEMORY if the memory is too small or misaligned. */
 KT_API KT_CHECKED kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data **data,
@@ -333,10 +335,10 @@ KT_API kt_crossings kt_data_crossings(kt_data *data);
 
 /* Returns the error of derivatives that are found by differences, for effects of the caller that give none
  * (kt_model_is_differenced). The result is the largest estimated error of a column, relative to the largest number of
- * the column. It covers the time since the data were initialised or this function was last called. A result of 0 means
- * exact to rounding. A result above 1e-6 means that no step was good enough. The force jumps, has a kink, or changes
- * within 1e-5 rad or m or their rates. In this case, supply the derivatives of the force (effect.h). Returns NaN
- * without data. */
+ * the column. The estimate covers the time since the data were initialised or this function was last called. A result
+ * of 0 means exact to rounding. A result above 1e-6 means that no step was good enough. The force jumps, has a kink, or
+ * changes within 1e-5 rad or m or their rates. In this case, supply the derivatives of the force (effect.h). Returns
+ * NaN without data. */
 KT_API double kt_data_difference_error(kt_data *data);
 
 /* ---- parameters ---------------------------------------------------------------------------------------------------
@@ -345,9 +347,9 @@ KT_API double kt_data_difference_error(kt_data *data);
  * targets.
  *
  * A compiled model is immutable, unless its options make it settable. A program changes parameters in a copy of the
- * model (kt_model_copy), in the caller's memory, with one copy for each thread. It finds a parameter by its name once,
- * and sets it in a copy any number of times, without allocation. Data of the original also serve its copies. A
- * parameter that is never set costs nothing: a copy is a model like any other.
+ * model (kt_model_copy), in the caller's memory, with one copy for each thread. The program finds a parameter by its
+ * name once, and sets the parameter in a copy any number of times, without allocation. Data of the original also serve
+ * its copies. A parameter that is never set costs nothing: a copy is a model like any other.
  *
  *     const size_t size = kt_model_size(model);
  *     void *memory = aligned_alloc(KT_ALIGNMENT, size);
@@ -374,10 +376,10 @@ KT_API double kt_data_difference_error(kt_data *data);
  * velocity and acceleration at the time t0, and the time t0 itself. The function continues in this form until the next
  * setting. A distance must be > 0 at t0.
  *
- * The place of a loop is in world axes. The frame that it turns has its z axis along the loop's `axis`. A loop has a
- * place if one of its ends is on the world and it bounds no side. Screws and homokinetic joints count an angle from the
- * start, and have none. In a model that is computed in a plane, places stay in
- * that plane. kt_loop_place_here returns the place that a foot has at the moment: a foothold.
+ * The place of a loop is in world axes. The frame that the rotation vector turns has its z axis along the loop's
+ * `axis`. A loop has a place if an end is on the world and the loop bounds no side. Screws and homokinetic joints
+ * count an angle from the start, and have none. In a model that is computed in a plane, places stay in that plane.
+ * kt_loop_place_here returns the place that a foot has at the moment: a foothold.
  *
  * Decisions of the compilation remain: the plan, the structural ranks, and the sizes below which inertias count as
  * none. Every number is checked as in a description. Relations to other numbers are checked, too. For lower < upper,
@@ -386,8 +388,8 @@ KT_API double kt_data_difference_error(kt_data *data);
  *
  * Derivatives with respect to a parameter follow from the equations of motion r(q, v, a; p) = 0 (kt_dynamics_inverse,
  * minus forces of effects). These equations are linear in gravity, mass, inertia and armature, and in the stiffnesses,
- * dampings and coefficients of friction of effects. They are quadratic in com. The difference (r(p + d) - r(p - d)) /
- * 2d, with d of the size of p, is therefore exact up to rounding. The function kt_step_parameter_derivatives
+ * dampings and coefficients of friction of effects. The equations are quadratic in com. The difference (r(p + d) - r(p
+ * - d)) / 2d, with d of the size of p, is therefore exact up to rounding. The function kt_step_parameter_derivatives
  * (sensitivity.h) gives the derivatives of a whole step. */
 
 /* The largest number of numbers of a parameter. */
@@ -417,7 +419,7 @@ typedef struct kt_parameter {
 } kt_parameter;
 
 /* Finds a parameter by its name.
- * Errors: KT_ERROR_ARGUMENT for a name that does not exist, with the nearest one.
+ * Errors: KT_ERROR_ARGUMENT for a name that does not exist; the message has the nearest name.
  * Cost: O(effects + loops). */
 KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char *name, kt_parameter *parameter,
                                               kt_error *error);
@@ -429,10 +431,11 @@ KT_API KT_CHECKED kt_status kt_parameter_find(const kt_model *model, const char 
 KT_API KT_CHECKED kt_status kt_parameter_get(const kt_model *model, const kt_parameter *parameter, double *values,
                                              kt_error *error);
 
-/* Sets the numbers of a parameter (parameter->count) in a copy of a model, or in a settable model. Equal numbers give
- * the same bits as a model that was compiled with them, except that several bodies on one link may add up in another
- * order. No call may use data with the copy at the same time. While a simulation runs on the copy, use
- * kt_simulation_set_parameter instead. Checkpoints do not contain parameters: set them again before a run is resumed.
+/* Sets the numbers of a parameter (parameter->count) in a copy of a model, or in a settable model. The result has the
+ * same bits as a model that is compiled with these numbers, except that several bodies on one link may be added up in
+ * another order. No call may use data with the copy at the same time. While a simulation runs on the copy, use
+ * kt_simulation_set_parameter instead. Checkpoints do not contain parameters, so that a program must set parameters
+ * again before it resumes a run.
  * Errors: KT_ERROR_ARGUMENT (the model is not a copy, or does not have this parameter). KT_ERROR_MODEL (an invalid
  * number, reported as for a description). The copy is unchanged on failure.
  * Cost: O(1); O(bodies) for mass, com and inertia of a body; O(links) for armature. */
@@ -440,8 +443,8 @@ KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter 
                                              kt_error *error);
 
 /* Writes the numbers of `loop NAME.place` with which the ends of a loop coincide at the positions of the last
- * kt_kinematics_update ("weld here"). Then the equations of welds, hinges and pins are satisfied. So a loop can catch a
- * foot where it stands:
+ * kt_kinematics_update ("weld here"). Then the equations of welds, hinges and pins are satisfied. Thus a loop can hold
+ * a foot at its present position:
  *
  *     double here[KT_PARAMETER_MAX];
  *     status = kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error);
@@ -449,8 +452,8 @@ KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter 
  *
  * Then kt_simulation_set_parameter sets the place, and kt_simulation_switch switches the loop on.
  * Shape: values has 6 numbers.
- * Errors: KT_ERROR_ARGUMENT (no such loop, it has no place, the data belong to another model, or their kinematics are
- * not available). `values` is then unchanged.
+ * Errors: KT_ERROR_ARGUMENT (the loop does not exist or has no place, the data belong to another model, or the
+ * kinematics are not available). `values` is then unchanged.
  * Cost: O(1). */
 KT_API KT_CHECKED kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loop, double *values,
                                                kt_error *error);

@@ -1,6 +1,6 @@
 /* Records: the quantities of a motion at one time, as a recorder receives them.
  *
- * A run selects the quantities by bits (kt_run.record), and kt_simulation_run hands over the records.
+ * A run selects the quantities by bits (kt_run.record), and kt_simulation_run passes the records to a callback.
  */
 #ifndef KINETREE_RECORD_H
 #define KINETREE_RECORD_H
@@ -17,11 +17,11 @@ extern "C" {
 /* The quantities that a record can contain, as bits, in the order in which records are written. X(id, bit, name in
  * scene files)
  *
- * KT_RECORD_BALANCE requests the energies and the works: those of effects, of applied torques and wrenches, and of
- * driven loops. Two additional equations integrate the works with the motion, using the same method. These equations do
- * not affect the step size, so the motion has the same bits with and without a balance. The steps are chosen for the
- * motion; a drift of the balance shows how accurately they integrate the powers. A run without a balance has no
- * additional cost. */
+ * KT_RECORD_BALANCE requests the energies and the work done by effects, by applied torques and wrenches, and by driven
+ * loops. Two additional equations integrate the powers with the motion, using the same method. These equations do not
+ * affect the step size, so the motion has the same bits with and without a balance. The steps are chosen for the
+ * motion, so that a drift of the balance shows how accurately these steps integrate the powers. A run without a balance
+ * has no additional cost. */
 #define KT_RECORD_LIST(X)                                                                                              \
     X(KT_RECORD_POSITION, 1, position)         /* q */                                                                 \
     X(KT_RECORD_VELOCITY, 2, velocity)         /* v */                                                                 \
@@ -55,17 +55,17 @@ enum {
 /* Returns the name of one bit in scene files ("energy"), or NULL for any other value. */
 KT_API const char *kt_record_name(unsigned bit);
 
-/* Works since the start or the last kt_simulation_set_state. Effects have dissipated the first of the two. The second
- * is the work of driving effects, torques, wrenches and driven loops. The works are integrated with the motion and do
- * not change it. Some adaptive steps are too long for the works: a drive that turns evenly, a contact that a drive
- * closes. The powers are then integrated once more along that step, to the tolerances of the motion. With fixed steps
- * the works have the order of the method. */
+/* The work done since the start or the last kt_simulation_set_state. Effects have dissipated the first of the two. The
+ * second is the work done by driving effects, torques, wrenches and driven loops. The powers are integrated with the
+ * motion and do not change the motion. Some adaptive steps are too long for the powers, such as those of an evenly
+ * turning drive, or of a contact that a drive closes. Then the powers are integrated once more along that step, to the
+ * tolerances of the motion. With fixed steps, the work has the order of the method. */
 typedef struct kt_work {
     double dissipated, supplied; /* J */
 } kt_work;
 
-/* Works that are estimated from the powers at the ends of steps (kt_simulation_options.watch_works). All numbers count
- * from the start. They are NaN if works are not estimated. */
+/* The work done, estimated from the powers at the ends of steps (kt_simulation_options.watch_works). All numbers count
+ * from the start. Without an estimate, all numbers are NaN. */
 typedef struct kt_work_estimate {
     double net;    /* dissipated - supplied, J. kinetic + potential + net is constant, up to the errors of the
                       integration and of the estimate */

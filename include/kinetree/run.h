@@ -1,10 +1,10 @@
-/* A run: the settings of a simulation, and the plan, which lists the computations that follow from them.
+/* A run: the settings of a simulation, and the plan, which lists the computations that follow from these settings.
  *
  *     kt_run run = kt_run_default();
  *     run.duration = 10.0;
  *     status = kt_run_check(&run, &error);
  *
- * A scene file contains these settings in its parts `simulate` and `output`. kt_simulation_create reads them.
+ * A scene file contains these settings in its parts `simulate` and `output`. kt_simulation_create reads these settings.
  */
 #ifndef KINETREE_RUN_H
 #define KINETREE_RUN_H
@@ -60,8 +60,8 @@ KT_API kt_run kt_run_default(void);
 /* Checks the settings of a run. kt_simulation_init makes this check as well.
  *   The times are finite and not negative. The duration is 0, or at least KT_DURATION_LEAST.
  *   The step (max_step if the step is adaptive) exceeds the rounding of times up to the duration.
- *   The number of records can be counted: at most 2^53.
- *   With an adaptive step the tolerances are finite and not negative, and one of them is above zero. The relative
+ *   The number of records is at most 2^53. With an adaptive step, the tolerances are finite and not negative, and at
+ * least one is above zero. The relative
  *     tolerance is 0, or at least KT_TOLERANCE_LEAST, the rounding level of numbers.
  *   The value of rho lies between 0 and 1.
  *   The member `record` consists of KT_RECORD_ bits, and marker_count agrees with `markers`.
@@ -79,7 +79,8 @@ enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
  * If the run names no method, the default is auto. In four cases the default is dopri5.
  *   The step is fixed.
  *   The model has more than KT_RUN_IMPLICIT_MOST velocity coordinates.
- *   The caller provides other equations of motion (kt_simulation_options.acceleration), and `model` is NULL here.
+ *   The caller provides other equations of motion (kt_simulation_options.acceleration), and `model` is NULL in this
+ * call.
  *   The library has no implicit methods.
  * The method auto gives the same bits as dopri5 until the motion becomes stiff. If memory is scarce
  * (kt_simulation_size), name dopri5.
@@ -109,7 +110,7 @@ typedef enum kt_phase {
     KT_PHASE_COUNT           /* the number of phases */
 } kt_phase;
 
-/* One step of the plan: a kernel and the number of items that it processes. If this scene leaves the kernel out, the
+/* One step of the plan: a kernel and the number of items that it processes. If the scene does not need the kernel, the
  * step has the reason instead. Texts are static. */
 typedef struct kt_plan_step {
     kt_phase phase;      /* when the kernel runs */

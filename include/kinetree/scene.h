@@ -5,7 +5,7 @@
  *         fprintf((FILE *)user, "%s: %s\n", fault->where, fault->message);
  *     }
  *
- * This callback prints faults. A program passes it to the reader:
+ * This callback prints faults. A program passes the callback to the reader:
  *
  *     kt_scene scene;
  *     kt_model *compiled = NULL;
@@ -23,7 +23,7 @@
  * - An angle may end in ` deg` or ` rad`, and so may an initial angular rate (then per second). A length may not.
  * - Text that YAML reads as a number, boolean or null needs quotes.
  * - A `joint` and a `shape` name their `type`. A key that the type does not have is rejected.
- * - If `mass` and `shape` are given, a missing `com` or `inertia` is that of the shape.
+ * - If `mass` and `shape` are given, the shape determines a missing `com` or `inertia`.
  * - An end of a loop or an effect may also be {body: B, marker: M, rotation: ROTATION}.
  * - Loops have a `name`; effects may have one. Rolling without the contact has `holonomic: false`.
  * - A distance loop without a length has the distance at the given positions, before loops are closed. A spring without
@@ -32,7 +32,8 @@
  *   missing, run.integrator is NULL, and the method is chosen for the model (kt_run_method).
  * - `parameters` is a mapping of names to numbers, angles or expressions of other parameters, in any order. Any number
  *   may be replaced by = and an expression (expression.h) of these parameters (`mass: =rho*area*L`). An expression with
- *   a comma, a bracket or a brace needs quotes. Its units decide whether it counts as an angle: `=2*tilt` is no length.
+ *   a comma, a bracket or a brace needs quotes. The units of the expression decide whether it counts as an angle:
+ * `=2*tilt` is no length.
  * - An event's `when`, and `simulate.until`, are formulas without =. The key `then` is an action or a list of actions.
  *   The actions are stop, record, {call: NAME}, and {set: {NAME: VALUE, ...}} for parameters and states. Each value is
  *   a number or a formula. The actions {release: NAME} and {engage: NAME} act on a loop or an effect, which is then
@@ -88,7 +89,7 @@ typedef struct kt_scene_switch {
 } kt_scene_switch;
 
 /* An assignment of an event to a parameter or an auxiliary state. A parameter that an event sets is an auxiliary state
- * with its name and the rate 0. Formulas, records and checkpoints contain it as an auxiliary state. */
+ * with its name and the rate 0. Formulas, records and checkpoints contain such a parameter as an auxiliary state. */
 typedef struct kt_scene_set {
     const char *name;  /* name of the state; or "velocity.JOINT", "velocity.JOINT[k]" for a velocity of a joint */
     const char *value; /* a formula, as `when`, that is evaluated in the state before the event */
@@ -120,7 +121,7 @@ typedef struct kt_scene_column {
     const char *unit;    /* unit of its values, as text for records and pictures; NULL: not given */
 } kt_scene_column;
 
-/* An item of `meshes`: a surface of triangles, from a file (STL, OBJ). Pictures show it as part of a body.
+/* An item of `meshes`: a surface of triangles, from a file (STL, OBJ). Pictures show the mesh as part of a body.
  * A mesh with a density encloses a solid. When the scene is read, the solid gives its mass, centre and inertia to the
  * body. */
 typedef struct kt_scene_mesh {
@@ -210,7 +211,7 @@ typedef void kt_scene_report(void *user, const kt_error *fault);
 /* Reads a scene from a regular file (`path`), or from `size` bytes of text. For text, `path` is only its name in
  * messages (NULL: "scene"). The form of the file and the mechanism are both checked, and one call reports every fault.
  * Only an error in YAML's own syntax ends the reading at once. Faults beyond 1000 are only counted. A fault that
- * follows from another one is not reported. The callback report may be NULL.
+ * follows from another fault is not reported. The callback report may be NULL.
  * Ownership: on success *scene is filled, and the caller releases it with kt_scene_free. On failure *scene is
  * untouched.
  * Errors: *error is the first fault. KT_ERROR_FILE (the file cannot be read), KT_ERROR_SCENE (its form), KT_ERROR_MODEL
@@ -233,14 +234,14 @@ KT_API KT_CHECKED kt_status kt_scene_parse_with(const char *path, const char *te
  * of kt_description_check and kt_run_check follow when the scene is compiled and run. The call allocates nothing.
  * Errors: the scene is unchanged on failure. KT_ERROR_UNSUPPORTED if a variable affects more than numbers: a formula of
  * time, a rotation, a table. In this case error->where is such a place; read the scene again. KT_ERROR_SCENE if a
- * number would not be finite, or not above 0 although it must be. KT_ERROR_ARGUMENT if there are no variables.
+ * number would not be finite, or not above 0 although it must be. KT_ERROR_ARGUMENT if the scene has no variables.
  * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error);
 
-/* Returns whether the variables of a scene can change while a simulation of it runs. All that follows from them are
- * then numbers that kt_parameter_set sets, or other parameters. Such numbers are gravity, masses, centres, inertias and
- * armatures of bodies, and numbers and constant functions of effects and loops. Returns false for NULL, without
- * variables, and if no number follows.
+/* Returns whether the variables of a scene can change while a simulation of it runs. This is the case if the variables
+ * determine only numbers that kt_parameter_set can set, or other parameters. Such numbers are gravity, masses, centres,
+ * inertias and armatures of bodies, and numbers and constant functions of effects and loops. Returns false for NULL,
+ * without variables, and if no number follows.
  * Cost: O(numbers that follow). */
 KT_API bool kt_scene_is_tunable(const kt_scene *scene);
 
@@ -263,8 +264,8 @@ KT_API bool kt_scene_locate(const kt_scene *scene, kt_error *error);
 KT_API const char *kt_scene_path(const kt_scene *scene);
 
 /* Returns the path of the k-th file that the scene's file names, k from 0, in any order: tables and meshes, but not
- * the result of `initial.from`. Files that are there have absolute paths. A program must not write its results to
- * these files. Returns NULL if there are fewer files, and for scenes of robots.
+ * the result of `initial.from`. Existing files have absolute paths. A program must not write its results to
+ * these files. Returns NULL if k is too large, and for scenes of robots.
  * Ownership: the scene owns the text.
  * Cost: O(k). */
 KT_API const char *kt_scene_file(const kt_scene *scene, size_t k);
@@ -282,8 +283,9 @@ KT_API void kt_scene_free(kt_scene *scene);
 KT_API KT_CHECKED kt_status kt_scene_start_from(kt_scene *scene, const kt_model *model, const double *q,
                                                 const double *v, kt_error *error);
 
-/* Makes the auxiliary states x (description.state_count numbers) the initial ones of the scene. The scene's states are
- * replaced, and loops of `engage_here` move to the places in these states. Other pointers into the scene remain valid.
+/* Makes x (description.state_count numbers) the initial values of the scene's auxiliary states. The scene's states are
+ * replaced, and loops of `engage_here` move to the positions in these states. Other pointers into the scene remain
+ * valid.
  * Errors: KT_ERROR_MEMORY, KT_ERROR_ARGUMENT. The scene is unchanged on failure.
  * Cost: O(states). */
 KT_API KT_CHECKED kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *error);
@@ -307,7 +309,7 @@ KT_API int kt_scene_event_room(const kt_scene *scene);
  * Cost: O(events). */
 KT_API bool kt_scene_sets(const kt_scene *scene);
 
-/* Returns whether the auxiliary state of this name holds a number of the place of a foothold (`engage_here`). Such
+/* Returns whether the auxiliary state of this name holds a number of the position of a foothold (`engage_here`). Such
  * states have the rate 0, and the scene file does not list them.
  * Cost: O(events). */
 KT_API bool kt_scene_is_place_state(const kt_scene *scene, const char *name);
@@ -321,8 +323,8 @@ KT_API uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *
 
 /* Adds the events of a scene to a simulation of its model. Formulas are evaluated in the simulation's own data, and
  * allocate nothing.
- * Ownership: *watch holds the formulas. It must outlive the simulation, as must the model and `calls`, and is released
- * with kt_scene_watch_free. The scene may be released earlier.
+ * Ownership: *watch holds the formulas. *watch, the model and `calls` must outlive the simulation; kt_scene_watch_free
+ * releases *watch. The scene may be released earlier.
  * Errors: KT_ERROR_MODEL (a body is not in the model). KT_ERROR_SCENE for a faulty formula, or for a call that is not
  * among `calls`. If call_count is -1, calls are omitted. KT_ERROR_MEMORY. KT_ERROR_ARGUMENT (kt_scene_sets, and the
  * model is immutable).
@@ -339,8 +341,8 @@ KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const k
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
                                                 kt_error *error);
 /* Returns whether the comparison `until` of the scene is true in the simulation's state. An event is a change: if the
- * comparison is true at the start, it must first become false before it can end the run. Returns false if there is no
- * `until`, if its formula compares nothing, and for NULL. The call allocates nothing.
+ * comparison is true at the start, it must first become false before it can end the run. Returns false without `until`,
+ * if its formula compares nothing, and for NULL. The call allocates nothing.
  * Cost: O(variables); with markers O(bodies). */
 KT_API bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation);
 /* The velocities that events of the scene could not set. Loops, or velocities which the same event has set before,
@@ -361,7 +363,7 @@ KT_API void kt_scene_watch_free(kt_scene_watch *watch);
  * have as many digits as are needed to read back the same bits. Parameters and expressions are written as numbers.
  * Reading the file gives the same description and run to the bit. This applies to the members of each struct that
  * belong to its type. If a parent or the body of an end is "world", it comes back as NULL. Writing the result again
- * gives the same bytes. The scene is checked first; if it has a fault, nothing is written.
+ * gives the same bytes. The scene is checked first, and a scene with a fault is not written.
  * Errors: those of kt_description_check, KT_ERROR_ARGUMENT (the run), KT_ERROR_UNSUPPORTED, KT_ERROR_FILE (the stream
  * fails). */
 KT_API KT_CHECKED kt_status kt_scene_write(const kt_scene *scene, FILE *stream, kt_error *error);

@@ -8,9 +8,9 @@
  *     double *A = malloc(6 * nv * nv * sizeof *A), *B = A + 4 * nv * nv;
  *     status = kt_step_derivatives(model, data, work, size, &step, q, v, NULL, NULL, A, B, &error);
  *
- * Tangent coordinates. A change of the state is dx = (xi, dv) with 2 nv numbers. It leads to q (+) xi (kt_position_add)
- * and to v + dv. For a quaternion p, xi is the change of orientation in the body frame: dp = p o (0, xi) / 2. The
- * matrices
+ * Tangent coordinates. A change of the state is dx = (xi, dv) with 2 nv numbers. This change leads to q (+) xi
+ * (kt_position_add) and to v + dv. For a quaternion p, xi is the change of orientation in the body frame: dp = p o (0,
+ * xi) / 2. The matrices
  *
  *     A = d(state after) / d(state before)     2 nv x 2 nv
  *     B = d(state after) / d(tau)              2 nv x nv
@@ -57,8 +57,8 @@
  * The projection of the velocities, M (v+ - v) = A' mu with A v+ = b', is differentiated likewise. So A and B stay
  * exact if steps are coarse and a step leaves the loops open by a large amount. If equations of loops are redundant,
  * the choice of the independent equations decides how an open state is closed. The derivatives use the choice of the
- * projection; at the stages they use the choice of kt_acceleration_derivatives. They are then exact to the gap of the
- * loops at the stages.
+ * projection; at the stages they use the choice of kt_acceleration_derivatives. In this case, derivatives are exact to
+ * the gap of the loops at the stages.
  *
  * Parameters. With r(q, v, a; p) = M a + h - J' external - Q, at fixed q and v, the term a_p dp replaces a_tau dtau:
  *
@@ -70,9 +70,9 @@
  * Auxiliary states (kt_state) of a model are part of the state of a step. The members kt_step.x and kt_rollout.x give
  * their values at the start, so that the result is a function of the arguments alone. NULL selects the values in the
  * data (kt_own_states). After a successful kt_step_evaluate or kt_step_derivatives the data hold the values after the
- * step. With NULL the next step continues from there. All other calls, and calls that fail, leave the values in the
- * data unchanged. With m auxiliary states a change is (xi, dv, dx) with 2 nv + m numbers, and so are the gradients with
- * respect to a state. A, B and C then have 2 nv + m rows, and A as many columns. Adjoints then form A and B.
+ * step. With NULL the next step continues from these values. All other calls, and calls that fail, leave the values in
+ * the data unchanged. With m auxiliary states a change is (xi, dv, dx) with 2 nv + m numbers, and so are the gradients
+ * with respect to a state. A, B and C then have 2 nv + m rows, and A as many columns. Adjoints then form A and B.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents). Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints). Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
@@ -111,14 +111,14 @@ KT_API size_t kt_step_work_size(const kt_model *model, const kt_method *method);
 /* Takes the step from q (nq) and v (nv) to next_q and next_v, which may be the same arrays. An explicit method gives
  * the same bits as a simulation's fixed step from the same state (kt_simulation_step). If forces or loops depend on
  * time, step->end must be the time of the simulation after the step. The steps of a simulation end at multiples of h,
- * which may differ from t + h in the last digit. An implicit method has bits of its own, which differ by rounding: the
+ * which may differ from t + h in the last digit. With an implicit method, the results differ by rounding, because the
  * iteration of a simulation starts from stored values of earlier steps.
  * Errors: KT_ERROR_ARGUMENT if h is not finite, if `end` is not t + h, or if the method is of another kind. Stabilised
  * methods, auto and explicit multistep methods depend on earlier steps. KT_ERROR_MEMORY. KT_ERROR_STEP if the stages
  * cannot be solved.
  * KT_ERROR_UNSUPPORTED if an event occurs within the step. A hard contact, stop or slack rope closes, or its reaction
- * begins to pull, or friction sticks (joint_friction with stick). Use a kt_simulation for these, which handles events.
- * Further errors are those of kt_acceleration_evaluate and kt_state_project, and for implicit methods those of
+ * begins to pull, or friction sticks (joint_friction with stick). For such steps, use a kt_simulation, which handles
+ * events. Further errors are those of kt_acceleration_evaluate and kt_state_project, and for implicit methods those of
  * kt_acceleration_derivatives. Outputs are untouched on failure.
  * Cost: as many evaluations as the method has stages (one less with fsal), and the projection. An implicit method needs
  * a Jacobian and about four evaluations for each solved stage; rodas5p needs one Jacobian. */
@@ -150,16 +150,16 @@ KT_API size_t kt_step_parameter_work_size(const kt_model *model, const kt_method
 
 /* Takes the step, and computes C (2 nv x parameter->count), the derivatives with respect to the numbers of a parameter.
  * The derivatives hold at the present values (kt_parameter_find, kt_parameter_get). For gravity, masses, coms, inertias
- * and armature they are exact to rounding. For effects they are differences over 1/1024 of a number. For a number that
- * is zero, the difference is over the same fraction of its unit. Away from kinks these differences are exact to about
- * 1e-12.
+ * and armature, the derivatives are exact to rounding. For effects, the derivatives are differences over 1/1024 of a
+ * number. For a number that is zero, the difference is over the same fraction of its unit. Away from kinks these
+ * differences are exact to about 1e-12.
  *
  * The model may be a compiled model or a copy. The call changes neither the model nor the numbers of the parameter. The
  * parameter inertia has the six independent entries; masses and inertias change with constant com. A function of time
  * must be constant or set by kt_parameter_set, since other functions do not have the numbers of a parameter. Over many
  * steps dx/dp follows S+ = A S + C.
- * Errors: as kt_step_derivatives. KT_ERROR_ARGUMENT if the parameter is hold (it is not a number) or another function
- * of time. KT_ERROR_UNSUPPORTED for the place of a loop. C is untouched on failure.
+ * Errors: as kt_step_derivatives. KT_ERROR_ARGUMENT if the parameter is hold (which is not a number) or another
+ * function of time. KT_ERROR_UNSUPPORTED for the place of a loop. C is untouched on failure.
  * Cost: B of a step. Each number needs two inverse dynamics at each stage, and four for effects and loops. */
 KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model, kt_data *data, void *work,
                                                           size_t work_size, const kt_step *step,
@@ -174,9 +174,9 @@ KT_API KT_CHECKED kt_status kt_step_parameter_derivatives(const kt_model *model,
  * with accelerations, and not with the derivatives themselves.
  * Cost: O(n) in all if effects act only in joints. Each stage then needs an evaluation, and the response w to mu (M w =
  * mu + J' pi, J w = 0). A sweep gives the gradient of the scalar product of w and the inverse dynamics. With loops each
- * stage also needs the multipliers and the gradient of one sum of the equations; the projection costs the same. Effects
- * between bodies, effects of the caller, and implicit methods need the derivatives at each stage. For rodas5p A and B
- * are formed. */
+ * stage also needs the multipliers and the gradient of one sum of the equations; the projection costs as much as a
+ * stage. Effects between bodies, effects of the caller, and implicit methods need the derivatives at each stage. For
+ * rodas5p A and B are formed. */
 KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                             const kt_step *step, const double *q, const double *v,
                                             const double *by_next, double *by_state, double *by_tau, kt_error *error);
@@ -187,17 +187,17 @@ KT_API KT_CHECKED kt_status kt_step_adjoint(const kt_model *model, kt_data *data
  * Cost: about 96 nv^2 bytes, kt_step_work_size, a checkpoint and data. */
 KT_API size_t kt_motion_work_size(const kt_simulation *simulation);
 
-/* Advances the simulation to t_end with the same bits as kt_simulation_advance, and computes how the state there
- * changes. A (2 nv x 2 nv) is the derivative with respect to the present state. B (2 nv x nv) is the derivative with
- * respect to joint forces that are added to those of the simulation over the whole interval. Either may be NULL. Models
- * with auxiliary states have 2 nv + m numbers, as for a step.
+/* Advances the simulation to t_end with the same bits as kt_simulation_advance, and computes the derivatives of the
+ * state at t_end. A (2 nv x 2 nv) is the derivative with respect to the present state. B (2 nv x nv) is the derivative
+ * with respect to joint forces that are added to those of the simulation over the whole interval. Either may be NULL.
+ * Models with auxiliary states have 2 nv + m numbers, as for a step.
  *
  * A and B are products of the matrices of the steps and, at events, of saltation matrices. These events are impacts,
- * and contacts, stops and ropes that close and open. They are also joint friction that comes to rest or begins to slip,
- * and actions that are declared repeatable (kt_event). The derivatives of the steps are exact. At an event they are the
- * derivatives of the motion. A and B therefore agree with differences of the simulation to the error of its steps. The
- * effect of an event is differenced, to about 1e-10 of its size. If an event stops the motion, A and B belong to the
- * state at that time.
+ * and contacts, stops and ropes that close and open. Joint friction that comes to rest or begins to slip is an event,
+ * too, and so are actions that are declared repeatable (kt_event). The derivatives of the steps are exact. At an event,
+ * the derivatives of the motion are used. A and B therefore agree with differences of the simulation to the error of
+ * its steps. The effect of an event is differenced, to about 1e-10 of its size. If an event stops the motion, A and B
+ * belong to the state at that time.
  *
  * If the steps of a method depend on earlier steps, the derivatives of radau5 over the same steps are used. For bdf2
  * and two-step, the derivatives are those of steps that begin anew.
@@ -232,11 +232,11 @@ typedef struct kt_cost_point {
     const double *x;     /* auxiliary states (kt_own_state_count); NULL: none */
 } kt_cost_point;
 
-/* Computes the cost of a point and writes it to *value. If by_state and by_tau are not NULL, it writes the gradients of
- * the cost. The output by_state is the gradient with respect to the state: xi and dv (2 nv numbers), then the auxiliary
- * states. The output by_tau (nv) is the gradient with respect to tau. All outputs are 0 on entry. The scalar is the sum
- * of the values of the points 0 .. steps. The function returns 0, or another number to stop. It may be called more than
- * once for a point. */
+/* Computes the cost of a point and writes the cost to *value and, unless by_state and by_tau are NULL, its gradients.
+ * The output by_state is the gradient with respect to the state: xi and dv (2 nv numbers), then the auxiliary states.
+ * The output by_tau (nv) is the gradient with respect to tau. All outputs are 0 on entry. The scalar is the sum of the
+ * values of the points 0 .. steps. The function returns 0, or another number to stop. The library may call this
+ * function more than once for a point. */
 typedef int kt_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);
 
 /* Returns the number of bytes of work memory, which must be aligned to KT_ALIGNMENT. The size is that of a step, and
@@ -252,9 +252,9 @@ KT_API size_t kt_rollout_work_size(const kt_model *model, const kt_rollout *roll
  * output by_inputs (nv x steps) is the gradient with respect to all inputs. Either may be NULL.
  *
  * The motion runs once. States at the start of steps, with the accelerations of these steps, are kept as checkpoints.
- * The adjoints then run backwards from the end. A step that is not kept is computed again from the last checkpoint
- * before it. With c checkpoints each step runs at most r times, if (c + r)! / (c! r!) reaches the number of steps. With
- * sqrt(2 steps) checkpoints each step runs twice, and once more for its adjoint.
+ * The adjoints then run backwards from the end. A step that is not stored is computed again from the last checkpoint
+ * before this step. With c checkpoints each step runs at most r times, if (c + r)! / (c! r!) reaches the number of
+ * steps. With sqrt(2 steps) checkpoints each step runs twice, and once more for its adjoint.
  * Errors: as kt_step_adjoint; KT_ERROR_CALLBACK if the cost stops; KT_ERROR_NOT_FINITE. Outputs are untouched on
  * failure.
  * Cost: independent of the number of inputs. With a checkpoint for every step, the cost is 3 to 4 runs of the motion
@@ -280,7 +280,7 @@ typedef struct kt_rollout_task {
 } kt_rollout_task;
 
 /* Returns how many motions of a model are computed at once, with one motion in each lane of the processor's vectors.
- * There are 8 lanes with x86-64-v4, four with v3, and otherwise two. Returns 1 if each motion is computed separately;
+ * x86-64-v4 has 8 lanes, v3 has four; all other processors have two. Returns 1 if each motion is computed separately;
  * *why (may be NULL) is then the reason, and otherwise NULL. Lanes compute trees, in space and in the plane, with
  * explicit methods. The effects of these trees must act in joints; formulas and effects of the caller are excluded. */
 KT_API size_t kt_rollout_width(const kt_model *model, const kt_rollout *rollout, const char **why);
@@ -293,11 +293,11 @@ KT_API size_t kt_rollout_gradients_work_size(const kt_model *model, const kt_rol
 /* Computes the gradients of `count` motions. For each motion, value, by_start and by_inputs have the same bits as
  * kt_rollout_gradient and do not depend on the other motions.
  *
- * Groups of kt_rollout_width consecutive tasks are computed together under two conditions. They have the same method
- * and the same numbers of steps and checkpoints. Their models differ only in gravity, masses, centres of mass, inertias
- * and lengths. Times, step lengths, inputs and costs belong to each task. All other tasks are computed one after the
- * other. If work_size is less than kt_rollout_gradients_work_size, all tasks are computed one after the other. It must
- * be at least kt_rollout_work_size. The result task->in_lanes reports this.
+ * Groups of kt_rollout_width consecutive tasks are computed together under two conditions. These tasks must have the
+ * same method, and the same numbers of steps and checkpoints. Their models differ only in gravity, masses, centres of
+ * mass, inertias and lengths. Times, step lengths, inputs and costs belong to each task. All other tasks are computed
+ * one after the other. If work_size is less than kt_rollout_gradients_work_size, all tasks are computed one after the
+ * other. work_size must be at least kt_rollout_work_size. The result task->in_lanes reports this.
  *
  * The cost is called in turns for the motions of a group. If a motion fails in lanes, the cost is called again from the
  * start of this motion. A failure of one motion does not affect the others: task->status reports it, and the outputs of

@@ -14,8 +14,8 @@
  *         status = kt_simulation_run(simulation, print_record, stdout, &error);
  *     kt_simulation_free(simulation);
  *
- * Control code calls kt_simulation_init with memory of its own. In every period it calls kt_simulation_set_torque,
- * kt_simulation_advance and kt_simulation_sense, which allocate nothing.
+ * Control code calls kt_simulation_init with its own memory. In every period, control code calls
+ * kt_simulation_set_torque, kt_simulation_advance and kt_simulation_sense, which allocate nothing.
  *
  * A simulation belongs to one thread at a time; any number of simulations may share a model.
  * Units: SI and radians. Unless a comment differs, the arrays q and v have the lengths nq and nv of the caller's model.
@@ -44,8 +44,8 @@ extern "C" {
 /* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
-/* Reports how far a run has come. The callback must not change the simulation. It returns 0 to continue; another value
- * ends the run with KT_ERROR_CALLBACK. */
+/* Reports how far a run has come. The callback must not change the simulation. The callback returns 0 to continue;
+ * another value ends the run with KT_ERROR_CALLBACK. */
 typedef int kt_progress_callback(const struct kt_simulation *simulation, void *user);
 
 /* Options of a simulation that a scene file does not contain. */
@@ -134,7 +134,7 @@ KT_API KT_CHECKED kt_status kt_simulation_init(const kt_model *model, const kt_r
                                                const kt_simulation_options *options, void *memory, size_t size,
                                                kt_simulation **simulation, kt_error *error);
 
-/* Allocates memory and initialises a simulation in it, as kt_simulation_init does.
+/* Allocates memory, and initialises a simulation in this memory like kt_simulation_init.
  * Ownership: kt_simulation_free releases the simulation. */
 KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt_run *run,
                                                  const kt_simulation_options *options, kt_simulation **simulation,
@@ -143,8 +143,8 @@ KT_API KT_CHECKED kt_status kt_simulation_create(const kt_model *model, const kt
 KT_API void kt_simulation_free(kt_simulation *simulation);
 
 /* Returns the present time, s, and the positions (nq) and velocities (nv) at that time. The two pointers are valid and
- * unchanged for the life of the simulation. They always point to the state after the last call, so a controller needs
- * to request them only once. */
+ * unchanged for the life of the simulation. Both always point to the state after the last call, so that a controller
+ * needs to request the pointers only once. */
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
@@ -166,7 +166,7 @@ KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, d
 KT_API KT_CHECKED kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error);
 
 /* Sets the torques and forces of the joints, which are constant from the next step until the next call. A recorder may
- * set them, too. Multistep methods start anew unless kt_simulation_options.smooth_inputs is set.
+ * set torques and forces, too. Multistep methods start anew unless kt_simulation_options.smooth_inputs is set.
  * Shape: nv, in the order of velocities; NULL: none.
  * Errors: KT_ERROR_NOT_FINITE with the name of the joint; the previous torques then remain in force.
  * Cost: O(nv). */
@@ -207,17 +207,17 @@ KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_m
 KT_API KT_CHECKED kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench *wrenches,
                                                        kt_error *error);
 
-/* Takes one accepted step towards t_limit and not beyond it; t_limit = HUGE_VAL sets no limit. With a fixed step, steps
- * end at multiples of it. Between two multiples, they also end at t_limit, at events, and where the speed of a drive
- * jumps. On failure the state keeps its bits. If the search for an event fails, the integrator discards stored
+/* Takes one accepted step towards t_limit and not beyond it; t_limit = HUGE_VAL sets no limit. With a fixed step h,
+ * steps end at multiples of h. Between two multiples, steps also end at t_limit, at events, and where the speed of a
+ * drive jumps. On failure the state keeps its bits. If the search for an event fails, the integrator discards stored
  * derivatives and step lengths, and later steps of an adaptive or multistep method may have other bits.
  * Errors: each has the time, and the name of the body if one is at fault.
  *   KT_ERROR_NOT_FINITE, KT_ERROR_SINGULAR, KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
- *   KT_ERROR_STEP: the step is too small, there is no progress, or max_steps or steps_per_call is used up.
+ *   KT_ERROR_STEP: the step is too small, the run makes no progress, or max_steps or steps_per_call is used up.
  *   KT_ERROR_ARGUMENT: t_limit is not after the current time.
  *   KT_ERROR_CONSTRAINT, with the names of the loops that do not close. The code also covers loops that change with
- *     time and cannot be closed from now on: they are out of reach or contradict each other. The message then has the
- *     remaining gaps one step later. With an adaptive step it has the gaps one interval between records later. The
+ *     time and cannot be closed from now on: such loops are out of reach or contradict each other. Then the message has
+ * the remaining gaps one step later or, with an adaptive step, one interval between records later. The
  *     search for these gaps takes at most 800 additional closing steps, once, after the step has failed. */
 KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error *error);
 
@@ -225,35 +225,35 @@ KT_API KT_CHECKED kt_status kt_simulation_step(kt_simulation *simulation, double
 KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_error *error);
 
 /* Steps over one period of a controller, s, above zero. The k-th period since the start, or since the last
- * kt_simulation_set_state, ends at start + k period. Rounding errors therefore do not add up; with t += 1e-3 they would
- * add a step of about 1e-14 s to many periods. If the period is a multiple of a fixed step, it takes that many whole
- * steps.
- * A period may begin elsewhere, after kt_simulation_advance or after another period. It then ends at its own start plus
- * the period. On failure the state is that of the last successful step, and the next call begins there.
+ * kt_simulation_set_state, ends at start + k period. Therefore rounding errors do not add up; with t += 1e-3, many
+ * periods would end with an extra step of about 1e-14 s. A period that is a multiple of a fixed step takes whole steps.
+ * A period may begin elsewhere, after kt_simulation_advance or after another period. Such a period ends at its own
+ * start plus the period. On failure the state is that of the last successful step, and the next call begins at this
+ * state.
  * Errors: as for a step. KT_ERROR_ARGUMENT if the period is not finite, not above zero, or too short to change the
  * time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
 /* Changes the state at the present time: positions q (nq) and velocities v (nv). Either may be NULL for no change. The
- * new state is projected: quaternions get unit norm, and loops are closed. Time, counts, records and works go on; the
- * integrator discards stored derivatives. With a balance, lost energy counts as dissipated, and gained energy counts as
- * supplied. The call is meant for the actions of events, and for use between calls. Nothing is allocated.
+ * new state is projected: quaternions get unit norm, and loops are closed. Time, counts, records and the work done
+ * continue; the integrator discards stored derivatives. With a balance, lost energy counts as dissipated, and gained
+ * energy counts as supplied. The call is meant for the actions of events, and for use between calls. Nothing is
+ * allocated.
  * Errors: KT_ERROR_NOT_FINITE and KT_ERROR_ARGUMENT, each with the name of the joint. KT_ERROR_CONSTRAINT. On failure
  * the simulation is unchanged.
  * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v,
                                                kt_error *error);
 
-/* Switches loops and effects at the present time (model.h). From now on those with their bits in the set are on, and
- * all others are off. Hard contacts ignore the set, since they close and open by themselves.
- * Loops that are switched on exert an impulse, which projects the velocities onto them. This is a plastic impact: the
+/* Switches loops and effects at the present time (model.h). From now on, loops and effects whose bits are in the set
+ * act, and all others do not. Hard contacts ignore the set, since the library closes and opens them. A loop that is
+ * switched on exerts an impulse, which projects the velocities onto the closed loop. This is a plastic impact: the
  * change of velocities has the least kinetic energy. The call writes the loss of kinetic energy, J, to *loss (may be
- * NULL); it is negative if moving loops supply energy. Loops with a gap of at most kt_simulation_options.switch_gap are
- * closed with the least change of positions, as kt_state_project closes them.
- * With a balance, two losses count as dissipated: that of the impulse, and the energy of springs that are switched off.
- * The energy of springs that are switched on counts as supplied.
- * The integrator discards stored derivatives. Checkpoints contain the set. The call is meant for the actions of events,
- * and for use between calls. Nothing is allocated.
+ * NULL); negative if moving loops supply energy. Loops with a gap of at most kt_simulation_options.switch_gap are
+ * closed with the least change of positions, as kt_state_project closes them. With a balance, two losses count as
+ * dissipated: the loss of the impulse, and the energy of springs that are switched off. The energy of springs that are
+ * switched on counts as supplied. The integrator discards stored derivatives. Checkpoints contain the set. The call is
+ * meant for the actions of events, and for use between calls. Nothing is allocated.
  * Errors: KT_ERROR_ARGUMENT (the set has other bits; another formulation is integrated). KT_ERROR_CONSTRAINT (a larger
  * gap of a loop in the set; contradictory velocities). On failure the simulation is unchanged, with one exception: if
  * the hard contacts cannot be resolved after the switch, the simulation cannot continue.
@@ -261,7 +261,7 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
 KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
                                                  kt_error *error);
 /* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick),
- * at the present time. Those with their switches (kt_loop_switch) in the set do not act from now on, for all gaps and
+ * at the present time. Items whose switches (kt_loop_switch) are in the set do not act from now on, for all gaps and
  * rates. All others act, beginning at their present gaps and rates. Friction that begins to act sticks if its joint is
  * at rest, and slips otherwise. The description selects the initial set (KT_SWITCHED_OFF). Checkpoints contain the set.
  * The call is meant for the actions of events, and for use between calls. Nothing is allocated.
@@ -269,9 +269,9 @@ KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint
  * boundary); the simulation cannot continue after this error.
  * Cost: that of kt_simulation_switch. */
 KT_API KT_CHECKED kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error);
-/* Returns the loop of an effect's friction that sticks. Returns -1 if the effect has no such friction, or if there is
- * no such effect. Friction of a joint has two switches, that of the loop and that of the effect (kt_effect_switch), and
- * therefore four models.
+/* Returns the loop of an effect's friction that sticks. Returns -1 if the effect has no such friction or does not
+ * exist. Friction of a joint has two switches, for the loop and for the effect (kt_effect_switch), and therefore four
+ * models.
  *   None is on: the joint slips forwards.
  *   The effect's alone is on: the joint slips backwards.
  *   The loop's alone is on: the joint sticks.
@@ -286,11 +286,11 @@ KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches of the next step. Coordinates
  * that move without mass (kt_massless_moves) get NaN, since their accelerations are not computed.
  * Errors: as for a step; a is then unchanged.
- * Cost: that of kt_acceleration_evaluate. The next step does not use the result; it does use that of
+ * Cost: that of kt_acceleration_evaluate. The next step does not reuse the result, whereas it reuses the result of
  * kt_simulation_sense. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
-/* Returns the works up to the present time. They are NaN unless KT_RECORD_BALANCE is requested. */
+/* Returns the work done up to the present time; NaN unless KT_RECORD_BALANCE is requested. */
 KT_API kt_work kt_simulation_work(const kt_simulation *simulation);
 
 /* ---- events ------------------------------------------------------------------------------------------------------ */
@@ -303,10 +303,9 @@ typedef enum kt_direction {
 } kt_direction;
 
 /* Computes the value of an event; a change of its sign is the event. The value depends on the arguments alone. The
- * instant belongs to the simulation's own model. Its data are scratch, for kt_kinematics_update and the queries that
- * follow it.
- * Returns 0 on success. Any other number, or a value of NaN, ends the stepping call with an error. The function may
- * write the message. */
+ * instant belongs to the simulation's own model. The data of the instant are scratch, for kt_kinematics_update and
+ * subsequent queries. Returns 0 on success. Any other number, or a value of NaN, ends the stepping call with an error.
+ * The function may write the message. */
 typedef int kt_event_function(const kt_instant *at, double *value, kt_error *error, void *user);
 
 /* An occurrence of an event, for its action. */
@@ -317,15 +316,14 @@ typedef struct kt_occurrence {
     uint64_t count;               /* the number of occurrences, including this one */
 } kt_occurrence;
 
-/* The action of an event. It may read the state, and it may call these functions:
+/* The action of an event. The action may read the state, and may call these functions:
  *   kt_simulation_jump, kt_simulation_switch, kt_simulation_release;
  *   kt_simulation_set_torque, kt_simulation_set_wrenches;
  *   kt_simulation_set_parameter, kt_simulation_change;
- *   kt_simulation_sense, except while kt_simulation_run hands over records.
- * It cannot move the simulation in time: calls that step, kt_simulation_set_state and kt_simulation_restore return
- * KT_ERROR_ARGUMENT. The same holds for a recorder.
- * Returns 0 to continue. Returns a positive number to end the stepping call (kt_simulation_stopped). Returns a negative
- * number for an error, with an optional message in *error. */
+ *   kt_simulation_sense, except while kt_simulation_run passes records. The action cannot move the simulation in time:
+ * calls that step, kt_simulation_set_state and kt_simulation_restore return KT_ERROR_ARGUMENT. The same holds for a
+ * recorder. Returns 0 to continue. Returns a positive number to end the stepping call (kt_simulation_stopped). Returns
+ * a negative number for an error, with an optional message in *error. */
 typedef int kt_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
 
 /* An event: a function of the motion and an action. */
@@ -352,13 +350,13 @@ typedef struct kt_event {
  * Their times are accurate to the order of the method, and resolved to four units of rounding. Events within 1e-12 s,
  * or within eight units of rounding, happen together, in the order in which they were added.
  *
- * A value that is zero at the start, or that an action has set to zero, is on neither side of zero. The first side that
- * it reaches is no event.
+ * A value that is zero at the start, or that an action has set to zero, is on neither side of zero. Reaching the first
+ * side is no event.
  *
  * Each step is searched in parts. A part ends at the next breakpoint of the event's value (kt_event.corner). Within a
  * part no joint turns by more than half a turn, according to its rates at both ends of the step. Each part has five
- * values. Two changes of sign within a part are found if these values show them, or parabolas through three of the
- * values. The option max_step bounds the changes that remain undetected.
+ * values. Two changes of sign within a part are found if these values, or parabolas through three of the values, show
+ * both changes. The option max_step bounds the changes that remain undetected.
  *
  * The stepping call fails with KT_ERROR_STEP if events accumulate, as for a ball that bounces ever lower. The criterion
  * is that all further events lie within 1e-9 of the interval between records, or that 64 in a row follow each other as
@@ -370,16 +368,17 @@ typedef struct kt_event {
  * The callback `corner` is called once for each breakpoint that the motion passes. Nothing is allocated. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
-/* Returns the event that ended the last stepping call before its time, or NULL if there was none. Stepping calls are
- * kt_simulation_run, _step, _advance, _tick, and kt_motion_derivatives. The next call continues from there. */
+/* Returns the event that ended the last stepping call before its time, or NULL if no event ended the call. Stepping
+ * calls are kt_simulation_run, _step, _advance, _tick, and kt_motion_derivatives. The next call continues from the
+ * event. */
 KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
 
 /* Returns the number of occurrences of the event with this name, since the start or the last kt_simulation_set_state.
  * Returns 0 if there is no such event. */
 KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
 
-/* Returns the name of the k-th event, k from 0: those of hard contacts first, then those that were added. Returns NULL
- * if there are fewer events. */
+/* Returns the name of the k-th event, k from 0: events of hard contacts come first, then the added events. Returns NULL
+ * if k is too large. */
 KT_API const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k);
 
 /* Searches for the time of an event that reached the limit kt_simulation_options.event_evaluations. Events may have
@@ -398,7 +397,7 @@ KT_API kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation);
  * remains. When the event is armed again, the sign of its present value decides its side. Events are armed when they
  * are added. Checkpoints contain the armed events, and kt_simulation_set_state does not change them. The call is meant
  * for the actions of events, and for use between calls.
- * Errors: KT_ERROR_ARGUMENT if there is no event of this name, or if it belongs to a hard contact;
+ * Errors: KT_ERROR_ARGUMENT if no event has this name, or if the event belongs to a hard contact;
  * kt_simulation_release disarms contacts.
  * Cost: O(events). */
 KT_API KT_CHECKED kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed,
@@ -448,18 +447,17 @@ KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation)
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
-/* Returns the number of records of a whole run: one at each time k * interval, k = 0, 1, ..., before the duration, and
- * one at the duration. If the interval divides the duration up to rounding, it counts as a divisor. */
+/* Returns the number of records of a whole run: a record at each time k * interval, k = 0, 1, ..., before the duration,
+ * and a record at the duration. An interval that divides the duration up to rounding counts as a divisor. */
 KT_API int64_t kt_simulation_record_count(const kt_simulation *simulation);
 
 /* Runs from the current time to the duration and passes a record to `record` at each record time from then on. Records
- * do not shorten steps: they come from the dense output of the method. After an error, or after a recorder has stopped
- * the run, another call continues with the next record.
- * On failure all records up to the last time have been handed over, with one exception. Dense output needs the
- * acceleration at the end of a step. If it cannot be computed at the end of the last step, the records within that step
- * are missing.
- * The acceleration at a dead point of drives is of no use. Records within such a step are interpolated between the ends
- * of the step, and counted (`joined`).
+ * do not shorten steps, because the dense output of the method supplies the records. After an error, or after a
+ * recorder has stopped the run, another call continues with the next record. On failure all records up to the last time
+ * have been handed over, with one exception. Dense output needs the acceleration at the end of a step. If the
+ * acceleration cannot be computed at the end of the last step, the records within that step are missing. The
+ * acceleration at a dead point of drives is of no use. Records within such a step are interpolated between the ends of
+ * the step, and counted (`joined`).
  * Errors: as for a step. KT_ERROR_CALLBACK if the recorder stopped the run. A simulation at or past the duration has no
  * records left, and the call does nothing. */
 KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void *user,
@@ -470,11 +468,11 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  *   KT_RECORD_ACCELERATION or KT_RECORD_MARKER_ACCELERATION requests accelerations.
  *   KT_RECORD_REACTION requests wrenches in joints and loops, and multipliers.
  *   KT_RECORD_MULTIPLIER requests multipliers alone.
- *   The option `kinematics` requests positions and velocities of points. With one of the first two bits it also
- *     requests their accelerations. Queries such as kt_point_position read them from record->data.
- * If the speed of a drive jumps, accelerations and all quantities that need them are those after the jump.
- * Ownership: the simulation owns all that the record points to. It is valid until the next call with a simulation that
- * is not const.
+ *   The option `kinematics` requests positions and velocities of points. Together with one of the first two bits,
+ * `kinematics` also requests their accelerations. Queries such as kt_point_position read these quantities from
+ * record->data. If the speed of a drive jumps, accelerations and all quantities that depend on them have their values
+ * after the jump. Ownership: the simulation owns all data to which the record points. The data are valid until the next
+ * call with a simulation that is not const.
  * Errors: as for a step; *record is then unchanged.
  *
  * The sequence
@@ -545,7 +543,7 @@ KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simula
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
 /* Returns the number of bytes of a checkpoint. A checkpoint is one flat block without pointers: memcpy may copy it, and
- * a file may store it. It is valid for the same model, run and options, on the same version and machine. */
+ * a file may store it. A checkpoint is valid for the same model, run and options, on the same version and machine. */
 KT_API size_t kt_simulation_state_size(const kt_simulation *simulation);
 
 /* Writes a checkpoint into `block`, which has the alignment of a double. Equal runs give equal bytes. */
@@ -562,9 +560,9 @@ KT_API void kt_simulation_save(const kt_simulation *simulation, void *block);
  *   The options `unprojected`, `smooth_inputs`, and whether the caller provides the acceleration or the projection.
  *   The library's version.
  * The block may come from anywhere. A sum for each part detects any accidental change; the error names the part and its
- * bytes. Sums do not authenticate, because anybody can compute them. Therefore each index, count and flag is also
- * compared with its range, and no block makes a later call access memory that is not the simulation's. A block that
- * was made on purpose may still hold any state.
+ * bytes. Sums do not authenticate, because anybody can compute a valid sum. Therefore each index, count and flag is
+ * also compared with its range, and no block makes a later call access memory that is not the simulation's. A block
+ * that was made on purpose may still hold any state.
  * Errors: KT_ERROR_ARGUMENT with the name of the difference, or for a block that is no checkpoint. KT_ERROR_NOT_FINITE.
  * On failure the simulation is unchanged.
  *

@@ -48,8 +48,8 @@ typedef struct kt_stability {
 KT_API KT_CHECKED kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability,
                                               kt_error *error);
 
-/* The number of stages that a stabilised method takes if `z` is the step times the largest |lambda|, its margin
- * included. For a tableau, its own number. KT_STABILISED_STAGES_MAX + 1 if no allowed number is sufficient. */
+/* The number of stages that a stabilised method takes if `z` is the step times the largest |lambda|, including the
+ * margin. For a tableau, the number of its stages. KT_STABILISED_STAGES_MAX + 1 if no allowed number is sufficient. */
 KT_API int kt_stability_stages(const kt_method *method, double z);
 
 /* The function kt_stability_value returns R(z). For a multistep method, this is the root nearest to e^z. The function
@@ -65,9 +65,9 @@ KT_API void kt_stability_grid(const kt_stability *stability, kt_complex low, kt_
                               double *gain);
 
 /* The function kt_stability_real_limit returns the largest x for which |R| <= 1 on [-x, 0] of the real axis. The
- * function kt_stability_imaginary_limit returns the largest y for which |R| <= 1 on [-iy, iy] of the imaginary axis. It
- * returns 0 if there is none (Euler, Heun, midpoint). Both limits are exact to a few roundings. HUGE_VAL if an implicit
- * method has no limit. */
+ * function kt_stability_imaginary_limit returns the largest y for which |R| <= 1 on [-iy, iy] of the imaginary axis.
+ * The function returns 0 if no such y exists (Euler, Heun, midpoint). Both limits are exact to a few roundings.
+ * HUGE_VAL if an implicit method has no limit. */
 KT_API double kt_stability_real_limit(const kt_stability *stability);
 KT_API double kt_stability_imaginary_limit(const kt_stability *stability);
 
@@ -80,24 +80,24 @@ typedef struct kt_stability_verdict {
 } kt_stability_verdict;
 
 /* Judges a method by its stability function, on the imaginary axis and to the left of it. The points have |z|
- * from 1e-4 to 1e6. On the axis there are 40 points per factor of ten. The verdicts hold to 1e-7.
+ * from 1e-4 to 1e6. The axis has 40 points per factor of ten. The verdicts hold to 1e-7.
  * Cost: 1,000 values of R, for an implicit method only. */
 KT_API kt_stability_verdict kt_stability_judge(const kt_stability *stability);
 
 /* The spurious growth of a mode: the factor, over a run of `duration`, by which a numerical solution of y' = lambda y
- * exceeds the exact one. If the exact solution decays, the factor is relative to the initial value:
+ * exceeds the exact solution. If the exact solution decays, the factor is relative to the initial value:
  *
  *     growth = (|R(h lambda)| / max(1, e^(h Re lambda)))^(duration / h)
  *
- * The factor is at most 1 if the method damps the mode. An undamped mode, on the imaginary axis, is judged by the same
- * factor, not by rounding. A method that is unstable there (Euler, Heun, midpoint) makes it grow slowly, and the
- * duration of the run decides whether this is visible.
+ * The factor is at most 1 if the method damps the mode. The factor also applies to an undamped mode, on the imaginary
+ * axis. With a method that is unstable on this axis (Euler, Heun, midpoint), such a mode grows slowly, and the duration
+ * of the run decides whether the growth is visible.
  *
  * If the exact solution grows, the mode is followed for at most the time 1 / Re lambda, in which it grows by e. The
  * motion is no longer linear after that time.
  *
  * R of an implicit method has poles in the half plane of growing modes. Near these poles the numerical solution grows
- * faster than the exact one, which is an error of accuracy. Such a mode is replaced by the undamped mode of its
+ * faster than the exact solution, which is an error of accuracy. Such a mode is replaced by the undamped mode of its
  * frequency, Re lambda = 0.
  *
  * HUGE_VAL if the factor cannot be computed. `step`, `duration` > 0. */
@@ -115,9 +115,9 @@ KT_API double kt_stability_period_error(const kt_stability *stability, kt_comple
 
 /* The largest step up to which kt_stability_growth stays within `growth` (> 1; KT_STABILITY_GROWTH) for every
  * eigenvalue. HUGE_VAL if no eigenvalue bounds the step, 0 if the method's sizes are out of range. *index (or NULL)
- * receives the eigenvalue that bounds it, or -1. Rounding of an eigenvalue that is zero, or on the imaginary axis, does
- * not change the result. A stabilised method takes the stages that each step needs, as in a run. Its step stays within
- * the range that the largest number of stages covers. The result is accurate to 1e-12. Allocates nothing.
+ * receives the eigenvalue that bounds the step, or -1. Rounding of an eigenvalue that is zero, or on the imaginary
+ * axis, does not change the result. A stabilised method takes the stages that each step needs, as in a run. Its step
+ * stays within the range that the largest number of stages covers. The result is accurate to 1e-12. Allocates nothing.
  * Cost: some hundred values of R for the fastest eigenvalue, fewer for the others. A stabilised method takes a thousand
  * values for each. */
 KT_API double kt_stability_step(const kt_method *method, const kt_complex *eigenvalues, size_t count, double duration,

@@ -7,8 +7,8 @@
  * the call returns KT_ERROR_ARGUMENT and names the argument. Arrays of no numbers may be NULL. Velocities that are an
  * input of an evaluation may be NULL everywhere: zero.
  *
- * Some calls cannot fail. If an index is out of range, a pointer is NULL or data belong to another model, they return
- * NULL, -1, 0 or NaN and write nothing.
+ * Some calls cannot fail. If an index is out of range, a pointer is NULL or data belong to another model, such a call
+ * returns NULL, -1, 0 or NaN and writes nothing.
  */
 #ifndef KINETREE_STATUS_H
 #define KINETREE_STATUS_H
@@ -27,7 +27,7 @@ extern "C" {
 #define KT_VERSION "0.2.0"
 
 /* Attributes: a function of the library, a status that must be used, and a printf-like text with its first argument.
- * They are empty for compilers without such attributes. */
+ * For compilers without such attributes, the macros are empty. */
 #if defined(__GNUC__)
 #define KT_API __attribute__((visibility("default")))
 #define KT_CHECKED __attribute__((warn_unused_result))
@@ -83,7 +83,7 @@ KT_API const char *kt_status_text(kt_status status);
 KT_API kt_status kt_error_set(kt_error *error, kt_status code, const char *where, const char *format, ...)
     KT_PRINTF(4, 5);
 
-/* Returns the version of the loaded library, "MAJOR.MINOR.PATCH". KT_VERSION is that of the headers. */
+/* Returns the version of the loaded library, "MAJOR.MINOR.PATCH". KT_VERSION is the version of the headers. */
 KT_API const char *kt_version(void);
 
 /* Returns the size of a public struct in the loaded library by its name. For example, kt_struct_size("kt_run") is

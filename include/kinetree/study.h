@@ -1,6 +1,6 @@
 /* Comparisons, which no simulation needs: other reductions of the loop equations, and a work-precision study. The
- * header includes other formulations (formulation.h) and differential-algebraic baselines (dae.h). It also runs batches
- * on several threads, because the core library has no threads. These functions form a library of their own,
+ * header includes other formulations (formulation.h) and differential-algebraic baselines (dae.h). The header also runs
+ * batches on several threads, because the core library has no threads. These functions form a library of their own,
  * libkinetree-study.
  *
  * An accuracy study runs a scene with every method at many steps and tolerances. The error of each run is measured
@@ -50,15 +50,15 @@ extern "C" {
 
 /* ---- a batch by several threads ---------------------------------------------------------------------------------- */
 
-/* Does a job for all states of a batch (kt_batch_compute) with `threads` threads, the calling thread included. There
- * may be at most as many threads as the batch was made for. They start and end within the call. They take blocks one
- * after the other, and the results have the same bits for any number of threads.
+/* Does a job for all states of a batch (kt_batch_compute) with `threads` threads, the calling thread included. The
+ * number of threads is at most the number for which the batch was made. The threads start and end within the call. Each
+ * thread computes one block after the other, and the results have the same bits for any number of threads.
  *
- * *used (may be NULL) receives the number of threads that computed. It is below `threads` if the system starts no more.
- * The core library starts no threads, and this call is therefore not a part of it.
+ * *used (may be NULL) receives the number of threads that computed. This number is below `threads` if the system does
+ * not start more. The core library starts no threads, and this call is therefore not a part of it.
  *
- * Errors: those of kt_batch_compute, of the first state that failed. KT_ERROR_ARGUMENT if there are no threads, or the
- * batch was made for fewer.
+ * Errors: those of kt_batch_compute, of the first state that failed. KT_ERROR_ARGUMENT if `threads` is below 1 or above
+ * the number for which the batch was made.
  * Cost: starting a thread takes some 20 us. A job should last longer. */
 KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *job, size_t threads, size_t *used,
                                          kt_error *error);
@@ -89,16 +89,16 @@ KT_API KT_CHECKED kt_status kt_step_run(const kt_model *model, kt_data *const *d
                                         size_t work_size, size_t threads, kt_step_task *tasks, size_t count,
                                         size_t *used, kt_error *error);
 
-/* Computes the gradients of `count` motions on `threads` threads, the calling thread included. Each thread takes one
- * group of motions after the other and computes it with kt_rollout_gradients. The size of a group is kt_rollout_width
- * of the first motion. Every motion has the same bits as alone, for any number of threads. Several threads call the
- * cost at the same time.
+/* Computes the gradients of `count` motions on `threads` threads, the calling thread included. Each thread computes one
+ * group of motions after the other with kt_rollout_gradients. The size of a group is kt_rollout_width of the first
+ * motion. Every motion has the same bits as alone, for any number of threads. Several threads call the cost at the same
+ * time.
  *
  * data and work have an entry for each thread. An entry of work has work_size bytes: the most that
- * kt_rollout_gradients_work_size returns for these motions. If it has kt_rollout_work_size bytes only, motions are
- * computed one by one. *used (may be NULL) receives the number of threads that computed.
+ * kt_rollout_gradients_work_size returns for these motions. If an entry has only kt_rollout_work_size bytes, motions
+ * are computed one by one. *used (may be NULL) receives the number of threads that computed.
  *
- * Errors: that of the first motion that failed. KT_ERROR_ARGUMENT if there are no threads or more than 256, or if a
+ * Errors: that of the first motion that failed. KT_ERROR_ARGUMENT if `threads` is below 1 or above 256, or if a
  * thread has no entry. A failed motion does not affect the others, and its outputs stay unchanged. */
 KT_API KT_CHECKED kt_status kt_rollout_run(const kt_model *model, kt_data *const *data, void *const *work,
                                            size_t work_size, size_t threads, kt_rollout_task *tasks, size_t count,
@@ -124,8 +124,8 @@ typedef enum kt_reduction {
 /* Returns the name, such as "qr"; NULL for a value out of range. */
 KT_API const char *kt_reduction_name(kt_reduction reduction);
 
-/* Returns the method of a reduction, for kt_model_options. It is NULL for QR, the default, and for any value out of
- * range. */
+/* Returns the method of a reduction, for kt_model_options. The result is NULL for QR, the default, and for any value
+ * out of range. */
 KT_API const kt_reduction_method *kt_reduction_method_of(kt_reduction reduction);
 
 /* ---- accuracy study ---------------------------------------------------------------------------------------------- */
@@ -314,8 +314,8 @@ typedef enum kt_accuracy_unit {
 /* The largest number of instants of events that a study compares. */
 enum { KT_ACCURACY_INSTANTS_MAX = 2000 /* instants of events */ };
 
-/* The instant of an event: of one that the scene lists, or of a hard contact, stop, slack rope or sticking friction
- * (kt_simulation_event_name). Contacts have an instant if one of them closes, opens, sticks, slips or bounces. */
+/* The instant of an event of the scene, or of an event of a hard contact, stop, slack rope or sticking friction
+ * (kt_simulation_event_name). A contact has an instant whenever it closes, opens, sticks, slips or bounces. */
 typedef struct kt_accuracy_instant {
     double time;   /* s */
     char name[56]; /* the name of the event; a longer one is cut */
@@ -368,7 +368,7 @@ typedef struct kt_accuracy kt_accuracy;
 /* Performs the whole study; kt_accuracy_free releases it. options may be NULL. A run that fails becomes a point of the
  * study and is not an error of the call.
  * Errors: those of kt_model_compile and kt_simulation_create; KT_ERROR_ARGUMENT (an option, a scene in which nothing
- * moves); KT_ERROR_CALLBACK (progress stopped it); the error that stopped the reference. */
+ * moves); KT_ERROR_CALLBACK (the progress function stopped the study); the error that stopped the reference. */
 KT_API KT_CHECKED kt_status kt_accuracy_create(const kt_description *description, const kt_run *run,
                                                const kt_accuracy_options *options, kt_accuracy **study,
                                                kt_error *error);
@@ -381,8 +381,8 @@ KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
 /* Returns the model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);
 
-/* The size of a difference of two states: the largest angle or rotation, and the largest length. Of positions, they are
- * in rad and m; of velocities, in rad/s and m/s. */
+/* The size of a difference of two states: the largest angle or rotation, and the largest length. Differences of
+ * positions are in rad and m, differences of velocities in rad/s and m/s. */
 typedef struct kt_difference {
     double angle, length; /* the largest change of an angle, rad or rad/s, and of a length, m or m/s */
 } kt_difference;
@@ -392,9 +392,9 @@ typedef struct kt_difference {
  * does NULL. */
 KT_API kt_difference kt_difference_size(const kt_model *model, const double *difference, bool of_velocities);
 
-/* Returns the index of the cheapest point that reaches a goal; -1: none. Its error (error.judged), the reference's
- * uncertainty included, is at most `goal`, and so are the errors of all tighter settings of its curve that ran to the
- * end. A setting whose error is small by chance does not count. */
+/* Returns the index of the cheapest point that reaches a goal; -1: none. The error of this point (error.judged),
+ * including the reference's uncertainty, is at most `goal`, and so are the errors of all tighter settings of its curve
+ * that ran to the end. A setting whose error is small by chance does not count. */
 KT_API int kt_accuracy_best(const kt_accuracy *study, double goal);
 
 /* The same for one curve: `count` points by decreasing setting, of this study or of another program. Returns the index
@@ -410,7 +410,7 @@ KT_API KT_CHECKED kt_status kt_accuracy_measure(kt_accuracy *study, const kt_var
  * (results.records + 1). A row has seven numbers for each body of the model but the world, in the model's order: the
  * origin of its frame (m, world axes) and the quaternion w, x, y, z of its rotation.
  * Sets point->status, usable, believed and error.position and end_position; other errors are NaN. If a number is not
- * finite, or a quaternion is none, the status is KT_ERROR_STEP and the error infinite.
+ * finite, or a quaternion is zero, the status is KT_ERROR_STEP and the error infinite.
  * Errors: those of kt_absolute_create; KT_ERROR_MEMORY. */
 KT_API KT_CHECKED kt_status kt_accuracy_compare(kt_accuracy *study, const double *poses, kt_accuracy_point *point,
                                                 kt_error *error);
