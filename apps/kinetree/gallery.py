@@ -1,7 +1,8 @@
 """A picture of every bundled scene, light and dark, by `kinetree draw`, with a link to its motion, by `kinetree view`.
 
-gallery.py COMMAND SCENES OUTPUT DEPENDENCIES
-    writes OUTPUT/figures.html, the pictures and views beside it, and DEPENDENCIES, a rule for ninja
+gallery.py COMMAND SCENES OUTPUT DEPENDENCIES [--live]
+    writes OUTPUT/figures.html, the pictures and views beside it, and DEPENDENCIES, a rule for ninja. With --live each
+    page runs its scene. All pages share the engine, OUTPUT/engine.js
 """
 import concurrent.futures
 import html
@@ -30,24 +31,41 @@ def words_of(scene):
     return next((text[:end] for end in ends if text[:end].count("(") == text[:end].count(")")), text)
 
 
-def draw(command, scene, output):
+ENGINE = re.compile(r'<script type="text/plain" id="engine">([^<]*)</script>')
+
+
+def share_engine(page):
+    """Takes the engine out of a live page, which then loads engine.js from its folder. Returns the engine."""
+    text = page.read_text()
+    engine = ENGINE.search(text).group(1)
+    text = ENGINE.sub('<script src="engine.js"></script>', text).replace("script-src 'sha256-", "script-src 'self' 'sha256-", 1)
+    page.write_text(text)
+    return engine
+
+
+def draw(command, scene, output, live):
     for dark in (False, True):
         picture = output / f"{scene.stem}{'-dark' if dark else ''}.svg"
         run = subprocess.run([command, "draw", str(scene), "--out", str(picture)] + ["--dark"] * dark,
                              capture_output=True, text=True)
         if run.returncode != 0:
             raise SystemExit(f"{scene.name}: {run.stderr}")
-    run = subprocess.run([command, "view", str(scene), "--view", str(output / f"{scene.stem}.html"), "--quiet"], capture_output=True, text=True)
+    page = output / f"{scene.stem}.html"
+    run = subprocess.run([command, "view", str(scene), "--view", str(page), "--quiet"] + ["--live"] * live, capture_output=True, text=True)
     if run.returncode != 0:
         raise SystemExit(f"{scene.name}: {run.stderr}")
+    return share_engine(page) if live else None
 
 
 def main():
     command, scenes, output, dependencies = sys.argv[1], *map(pathlib.Path, sys.argv[2:5])
+    live = sys.argv[5:] == ["--live"]
     scenes = sorted(scenes.glob("*.yaml"))
     output.mkdir(parents=True, exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(lambda scene: draw(command, scene, output), scenes))
+        engines = list(pool.map(lambda scene: draw(command, scene, output, live), scenes))
+    if live:
+        (output / "engine.js").write_text(f'globalThis.kinetree_engine = "{engines[0]}";\n')
     figures = [FIGURE.format(name=scene.stem, title=html.escape(scene.stem), words=html.escape(words_of(scene)))
                for scene in scenes]
     (output / "figures.html").write_text("\n".join(["<div class=\"gallery\">", *figures, "</div>"]) + "\n")

@@ -115,7 +115,7 @@ class Browser:
                 all_of_them.append(p["exceptionDetails"].get("exception", {}).get("description", "an exception"))
             elif method == "Log.entryAdded":
                 all_of_them.append(p["entry"]["text"])
-            elif method == "Network.requestWillBeSent" and not p["request"]["url"].startswith(("file:", "data:")):
+            elif method == "Network.requestWillBeSent" and not p["request"]["url"].startswith(("file:", "data:", "blob:")):
                 all_of_them.append("request of " + p["request"]["url"])
         return all_of_them
 

@@ -102,7 +102,8 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
 
 /* ---- parts of the command ---------------------------------------------------------------------------------------- */
 
-static int write_view(const kt_outcome *outcome, const kt_motion *motion, const char *path) {
+static int write_view(const kt_run_arguments *arguments, const kt_outcome *outcome, const kt_motion *motion,
+                      const char *path) {
     const kt_method_words method = kt_describe_method(outcome->run);
     char *notes = kt_json_print(kt_warnings_describe(&outcome->warnings), JSON_COMPACT | JSON_REAL_PRECISION(9));
     if (notes == NULL)
@@ -112,6 +113,7 @@ static int write_view(const kt_outcome *outcome, const kt_motion *motion, const 
                           .method = method.text,
                           .run = outcome->run,
                           .notes = notes,
+                          .live = arguments->engine,
                           .failed = outcome->failed.code != KT_OK ? &outcome->failed : NULL};
     const int code = kt_view_write(motion, &view, path);
     free(notes);
@@ -132,7 +134,7 @@ static int write_run_result(const kt_run_arguments *arguments, const kt_outcome 
     case KT_RESULT_PLOT:
         return write_plot(arguments, outcome, results->plot, path);
     case KT_RESULT_VIEW:
-        return write_view(outcome, results->motion, path);
+        return write_view(arguments, outcome, results->motion, path);
     case KT_RESULT_GLB:
         return kt_glb_write(results->motion, outcome->name, path);
     default:
@@ -513,8 +515,21 @@ int kt_command_view(int argc, char **argv) {
     return kt_run_command(argc, argv, &manner);
 }
 
+/* Reads the engine and the scene of a live page. Returns -1, or an exit code after printing the error. */
+static int prepare_live(kt_run_arguments *arguments, const char *path, const kt_scene *scene, kt_live *live) {
+    if (!arguments->live)
+        return -1;
+    kt_settings all = arguments->settings;
+    kt_live_setting texts[KT_LIVE_SETTINGS];
+    int code = kt_run_live_settings(arguments, texts, &all);
+    code = code < 0 ? kt_live_find_engine(live) : code;
+    arguments->engine = live;
+    return code < 0 ? kt_live_take_scene(live, path, &all, scene) : code;
+}
+
 int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
     kt_run_arguments arguments;
+    kt_live live = {0};
     kt_scene scene;
     kt_model *model = NULL;
     kt_absolute *absolute = NULL;
@@ -536,6 +551,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         code = kt_say_no_memory(NULL);
     } else {
         code = kt_run_override(&arguments, &scene);
+        code = code < 0 ? prepare_live(&arguments, path, &scene, &live) : code;
         if (code < 0)
             code = kt_compile_scene(&scene, &model);
         if (code == KT_EXIT_DONE && model != NULL)
@@ -544,6 +560,7 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
             code = run_model(&arguments, path, &scene, model, absolute, base, manner);
     }
     free(base);
+    kt_live_free(&live);
     kt_absolute_free(absolute);
     kt_model_free(model);
     kt_scene_free(&scene);

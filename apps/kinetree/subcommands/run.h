@@ -31,7 +31,8 @@ typedef struct kt_run_arguments {
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
     double checkpoint_interval;
-    bool unprojected, native, check_error, dark, boxes, modes, quiet;
+    bool unprojected, native, check_error, dark, boxes, live, modes, quiet;
+    struct kt_live *engine; /* of --live; NULL: none */
     kt_settings settings;
 } kt_run_arguments;
 
@@ -47,6 +48,15 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner);
 
 /* Parses the command line. Returns -1 if the command can continue, else an exit code. */
 int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_arguments *arguments);
+
+/* Options of the method as settings of the scene of a live page: the page begins with the run of the command. Adds them
+ * to `settings`. Returns -1, or an exit code after printing the error. */
+enum { KT_LIVE_SETTINGS = 5 };
+typedef struct kt_live_setting {
+    char text[128];
+} kt_live_setting;
+int kt_run_live_settings(const kt_run_arguments *arguments, kt_live_setting texts[KT_LIVE_SETTINGS],
+                         kt_settings *settings);
 
 /* view --modes: writes a page that animates the modes of the scene. Returns an exit code. */
 int kt_run_view_modes(const kt_run_arguments *arguments, const char *path);

@@ -58,13 +58,20 @@ static const kt_option options[] = {
               "write a checkpoint every S seconds of the clock; default: 10"),
     KT_OPTION(TEXT, "resume", resume, "FILE",
               "continue from a checkpoint of the same run; the records continue in --out"),
+    KT_FLAG("live", live,
+            "let the page run the scene itself, with sliders for its numbers (needs a build with -Dbrowser=enabled)"),
     KT_FLAG("modes", modes,
             "show the modes instead of a run: about rest, or about the initial state if it moves; 'kinetree modes "
-            "--view' has more choices"), /* of `view` alone: the last one */
+            "--view' has more choices"), /* of `view` alone: the last two */
 };
 
-static const kt_option_group groups[] = {{"Input", "set"},           {"Method", "duration"}, {"Output", "interval"},
-                                         {"Recovery", "checkpoint"}, {"Modes", "modes"},     {NULL, NULL}};
+static const kt_option_group groups[] = {{"Input", "set"},
+                                         {"Method", "duration"},
+                                         {"Output", "interval"},
+                                         {"Recovery", "checkpoint"},
+                                         {"Live page", "live"},
+                                         {"Modes", "modes"},
+                                         {NULL, NULL}};
 
 static const char not_with_time[] =
     "--view and --glb would not show the time before the checkpoint; leave --resume or them out";
@@ -88,7 +95,11 @@ static const kt_option_rule rules[] = {
      "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,check-"
      "error,"
      "interval,record,markers,summary,scene,plot,size,dark,glb,checkpoint,checkpoint-interval,resume",
-     "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last one */
+     "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last two */
+    {"live", false,
+     "from,max-step,rho,formulation,reduction,metric,plan,unprojected,native,record,markers,boxes,checkpoint,"
+     "checkpoint-interval,resume,modes",
+     "a live page runs the scene of the file; write what it needs into the scene, and leave out --"},
 };
 enum { RULES = sizeof rules / sizeof rules[0] };
 
@@ -107,10 +118,10 @@ const kt_usage kt_usage_run = {
              "If a run fails and NAME does not exist yet, NAME keeps the records until the failure.\n"
              "If NAME exists, it stays unchanged, and NAME.partial keeps these records.\n",
     .options = options,
-    .option_count = sizeof options / sizeof options[0] - 1,
+    .option_count = sizeof options / sizeof options[0] - 2,
     .groups = groups,
     .rules = rules,
-    .rule_count = RULES - 1,
+    .rule_count = RULES - 2,
 };
 
 const kt_usage kt_usage_view = {
@@ -118,6 +129,7 @@ const kt_usage kt_usage_view = {
     .examples = "  kinetree view pendulum.yaml\n"
                 "  kinetree view four-bar.yaml --duration 2 --view four-bar.html\n"
                 "  kinetree make chain --links 20 | kinetree view -\n"
+                "  kinetree view four-bar.yaml --live                    sliders, and the engine in the page\n"
                 "  kinetree view engine-mounts.yaml --modes\n",
     .operands = "SCENE",
     .about = "Simulates a scene and writes a page that shows its motion: NAME.html.\n"
@@ -196,6 +208,35 @@ int kt_run_arguments_read(const kt_usage *usage, int argc, char **argv, kt_run_a
         return kt_misuse(
             "%s: records on standard output cannot be taken up again: --checkpoint and --resume need a file",
             arguments->command);
+    return -1;
+}
+
+/* The fixed step of the scene, if there is one, would not go with a tolerance. */
+int kt_run_live_settings(const kt_run_arguments *arguments, kt_live_setting texts[KT_LIVE_SETTINGS],
+                         kt_settings *settings) {
+    const struct {
+        const char *path;
+        double value;
+    } numbers[] = {{"simulate.duration", arguments->duration},
+                   {"simulate.step", arguments->step},
+                   {"output.interval", arguments->interval}};
+    int count = 0;
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
+        if (!isnan(numbers[i].value))
+            (void)snprintf(texts[count++].text, sizeof texts->text, "%s=%.17g", numbers[i].path, numbers[i].value);
+    if (arguments->integrator != NULL)
+        (void)snprintf(texts[count++].text, sizeof texts->text, "simulate.integrator=%s", arguments->integrator);
+    if (arguments->tolerance != NULL) {
+        const char *comma = strchr(arguments->tolerance, ',');
+        const int first = comma != NULL ? (int)(comma - arguments->tolerance) : (int)strlen(arguments->tolerance);
+        (void)snprintf(texts[count++].text, sizeof texts->text, "simulate.tolerance={relative: %.*s, absolute: %s}",
+                       first, arguments->tolerance, comma != NULL ? comma + 1 : arguments->tolerance);
+    }
+    for (int i = 0; i < count; i++) {
+        if (settings->count == KT_SETTINGS_MAX)
+            return kt_misuse("view: --set and the options of the method are more than %d", KT_SETTINGS_MAX);
+        settings->text[settings->count++] = texts[i].text;
+    }
     return -1;
 }
 

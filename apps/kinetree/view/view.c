@@ -93,26 +93,60 @@ static void put_frames(const kt_motion *motion, FILE *file) {
 typedef struct view_page {
     const kt_motion *motion;
     const kt_json_writer *json;
+    const kt_live *live;  /* NULL: the page shows the motion alone */
+    kt_json_writer scene; /* of a live page */
 } view_page;
+
+static void put_base64(const kt_bytes *from, FILE *file) {
+    base64 out;
+    start_letters(&out, file);
+    put_base64_bytes(&out, (const unsigned char *)from->text, from->used);
+    flush_letters(&out);
+}
+
+#define PUT_PART(name, file) (void)fwrite(kt_page_##name, 1, kt_page_##name##_size, file)
 
 static void write_page(FILE *file, const void *what) {
     const view_page *page = what;
     (void)setvbuf(file, NULL, _IONBF, 0); /* the parts are large already */
-    (void)fwrite(kt_page_head, 1, kt_page_head_size, file);
+    PUT_PART(head, file);
     (void)fwrite(page->json->text, 1, page->json->used, file);
-    (void)fwrite(kt_page_middle, 1, kt_page_middle_size, file);
+    PUT_PART(middle, file);
     put_frames(page->motion, file);
-    (void)fwrite(kt_page_tail, 1, kt_page_tail_size, file);
+    PUT_PART(tail, file);
+}
+
+static void write_live_page(FILE *file, const void *what) {
+    const view_page *page = what;
+    (void)setvbuf(file, NULL, _IONBF, 0);
+    PUT_PART(live_head, file);
+    (void)fwrite(page->json->text, 1, page->json->used, file);
+    PUT_PART(live_middle, file);
+    put_frames(page->motion, file);
+    PUT_PART(live_scene, file);
+    (void)fwrite(page->scene.text, 1, page->scene.used, file);
+    PUT_PART(live_engine, file);
+    put_base64(&page->live->engine, file);
+    PUT_PART(live_tail, file);
 }
 
 int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path) {
     if (motion->count == 0)
         return KT_EXIT_DONE; /* there are no frames, and the reason was printed */
     kt_json_writer json = {0};
+    view_page page = {.motion = motion, .json = &json, .live = view->live};
     kt_view_describe(&json, motion, view);
-    const int code =
-        json.is_short ? kt_say_no_memory("the view") : kt_output_write(path, write_page, &(view_page){motion, &json});
+    if (view->live != NULL) {
+        kt_put_open(&page.scene, NULL, '{');
+        kt_put_text(&page.scene, "scene", view->live->scene.text);
+        kt_put_integer(&page.scene, "engine_size", (long long)view->live->engine.used);
+        kt_put_close(&page.scene, '}');
+    }
+    const int code = json.is_short || page.scene.is_short
+                         ? kt_say_no_memory("the view")
+                         : kt_output_write(path, view->live != NULL ? write_live_page : write_page, &page);
     free(json.text);
+    free(page.scene.text);
     return code;
 }
 

@@ -4,6 +4,7 @@
 
 #include "records/marks.h"
 #include "text/json_writer.h"
+#include "view/live.h"
 #include "view/motion.h"
 
 /* A mode, which a page animates. */
@@ -25,7 +26,8 @@ typedef struct kt_view {
     const kt_error *failed;    /* the reason of an early end; NULL: the run is complete */
     const kt_view_mode *modes; /* instead of a motion: the one frame is the state of linearisation; NULL: none */
     int mode_count;
-    bool is_overlay; /* two frames, to be seen over each other */
+    const kt_live *live; /* the page runs the scene itself; NULL: it does not */
+    bool is_overlay;     /* two frames, to be seen over each other */
 } kt_view;
 
 /* Adds the content of a page besides its frames, as JSON. */

@@ -1,0 +1,66 @@
+"""Compiles the engine of live pages for WebAssembly.
+
+compile.py core CLANG KINETREE-FMU.c OUTPUT.o
+    the source of FMUs, which has the core, the scene reader and the functions of FMI
+compile.py module CLANG ROOT CORE.o OUTPUT.wasm.gz DEPENDENCIES SOURCE.c...
+    the functions of the page, linked with it: the functions that apps/browser/engine.js calls, and what they need.
+    DEPENDENCIES is a rule for ninja.
+
+Sizes decide over speed: a page is loaded more often than a long run is made. Sums and products are rounded one by one, as on
+other processors. Instructions for vectors (-msimd128) are left out: clang 14 then computes wrong inertias of planar trees, and
+test/browser/engine.py fails for apps/scenes/chain.yaml.
+"""
+import gzip
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+FLAGS = ["--target=wasm32-wasi", "--sysroot=/usr", "-std=c17", "-Oz", "-fno-math-errno", "-ffp-contract=off",
+         "-ffunction-sections", "-fdata-sections", "-fvisibility=hidden", "-D_XOPEN_SOURCE=700", "-Wno-psabi"]
+STACK = 1 << 20  # bytes
+CALLS = ("malloc", "free", "fmi3SetFloat64", "fmi3GetFloat64", "fmi3EnterInitializationMode", "fmi3ExitInitializationMode",
+         "fmi3DoStep", "fmi3GetNumberOfContinuousStates", "fmi3GetContinuousStates",
+         "sin", "cos", "exp")  # for test/browser/engine.py
+STOREYS = ("math", "model", "mechanics", "motion", "study", "files", "output")
+
+
+def run(*words):
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"compile.py: {' '.join(map(str, words[:3]))} ... failed\n{done.stderr}")
+
+
+def calls_of_page(sources):
+    """The functions that page.c declares for the page."""
+    page = next(pathlib.Path(source) for source in sources if source.endswith("page.c"))
+    return re.findall(r"^KT_PAGE\([^(]*?(\w+)\(", page.read_text(), re.M)
+
+
+def compile_module(clang, root, core, output, dependencies, *sources):
+    root = pathlib.Path(root)
+    include = [f"-I{root / path}" for path in ("apps/browser", "apps/fmu", "apps/kinetree", "include", *(f"lib/{s}" for s in STOREYS))]
+    read = set()
+    with tempfile.TemporaryDirectory() as folder:
+        objects = []
+        for i, source in enumerate(sources):
+            objects.append(pathlib.Path(folder, f"{i}.o"))
+            run(clang, *FLAGS, *include, "-DKT_NO_LAPACK=1", "-DKT_ISA=baseline", "-MD", "-MF", f"{objects[-1]}.d", "-c", source, "-o", objects[-1])
+            read.update(pathlib.Path(f"{objects[-1]}.d").read_text().replace("\\\n", " ").split()[1:])
+        module = pathlib.Path(folder, "kinetree.wasm")
+        run(clang, *FLAGS[:2], "-mexec-model=reactor", *objects, core, "-lm", "-Wl,--gc-sections", "-Wl,--strip-all", "-Wl,--wrap=fopen", "-Wl,--stack-first",
+            f"-Wl,-z,stack-size={STACK}", *(f"-Wl,--export={name}" for name in (*CALLS, *calls_of_page(sources))), "-o", module)
+        pathlib.Path(output).write_bytes(gzip.compress(module.read_bytes(), 9, mtime=0))
+    pathlib.Path(dependencies).write_text(f"{output}: {' '.join(sorted(read))}\n")
+
+
+def main():
+    if sys.argv[1] == "core":
+        clang, source, output = sys.argv[2:]
+        run(clang, *FLAGS, "-w", "-c", source, "-o", output)
+    else:
+        compile_module(*sys.argv[2:])
+
+
+main()
