@@ -62,6 +62,9 @@ typedef struct kt_subcommand {
 /* Returns the subcommand of this name; NULL, after printing an error with the nearest name, if there is none. */
 const kt_subcommand *kt_subcommand_find(const char *name);
 
+/* Prints the version, the compiler, the instruction set, the libraries and the system, for a report of a fault. */
+void kt_print_version(void);
+
 /* Prints a part of a message on standard error: a line of several, or what follows. All messages escape the characters
  * that a terminal would obey. Newlines at both ends of the format are kept, and others are escaped. */
 void kt_print(const char *format, ...) KT_PRINTF(1, 2);

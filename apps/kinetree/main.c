@@ -26,7 +26,7 @@ int main(int argc, char **argv) {
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)
         return kt_command_help(1, (char *[]){help, NULL});
     if (strcmp(argv[1], "--version") == 0) {
-        printf("kinetree %s\n", kt_version());
+        kt_print_version();
         return kt_finish_output(KT_EXIT_DONE);
     }
     const kt_subcommand *subcommand = kt_subcommand_find(argv[1]);
