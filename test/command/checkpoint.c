@@ -164,7 +164,7 @@ KT_TEST(checkpoint_that_does_not_fit_is_rejected_in_words) {
               "cp good bad; printf x | dd of=bad bs=1 seek=900 conv=notrunc 2>/dev/null; $K run chain.yaml %s %s bad",
               options, resume);
     kt_expect(2, "No such file", "$K run chain.yaml %s %s none", options, resume);
-    kt_expect(2, "it is not a file", "$K run chain.yaml %s %s .", options, resume);
+    kt_expect(2, ".: this is a directory; name a checkpoint", "$K run chain.yaml %s %s .", options, resume);
     kt_expect(
         1, "these are not the records until the checkpoint",
         "head -c 20 part.csv.partial >short.csv; $K run chain.yaml %s --out short.csv --summary s.json --resume good",

@@ -31,7 +31,8 @@ KT_TEST(what_is_no_file_is_rejected_by_every_command) {
     }
     kt_expect(2, "(standard input):1:1: ", BOUNDED "$K check - </dev/null");
     kt_shell("$K make pendulum >p.yaml");
-    kt_expect(2, "it is not a file", BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
+    kt_expect(2, "pipe: this is a pipe; name a checkpoint",
+              BOUNDED "$K run p.yaml --quiet --out o.csv --checkpoint c --resume pipe");
 }
 
 /* A file that cannot be read has one exit status, whichever option names the file. */

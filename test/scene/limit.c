@@ -1,4 +1,5 @@
 /* Files that are no scenes, and scenes that are too much: a clear word, in bounded time and memory. */
+#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -68,6 +69,28 @@ static void check_unreadable(const char *path, const char *message) {
     kt_check_text("where", error.where, path);
     kt_check_text("message", error.message, message);
     kt_check_equal_int("faults reported", faults.count, 0);
+}
+
+/* /proc/kmsg reports to be a regular file, and a read of it waits. Here a pipe without a writer's bytes is such a file:
+ * the writing end stays open, and the reading end does not wait. */
+KT_TEST(read_that_would_wait_is_an_error) {
+    static const kt_file_kind kind = {"a table", "a file with a table", 1 << 10, true};
+    const char *written[] = {"", "time,x\n0,1\n"};
+    for (size_t i = 0; i < sizeof written / sizeof *written; i++) {
+        kt_error error = {KT_OK, "", ""};
+        char *text = NULL;
+        size_t size = 0;
+        int ends[2];
+        kt_need(kt_check_true("a pipe", pipe(ends) == 0 && fcntl(ends[0], F_SETFL, O_NONBLOCK) == 0));
+        kt_check_true("written", write(ends[1], written[i], strlen(written[i])) == (ssize_t)strlen(written[i]));
+        kt_check_equal_int("status", kt_file_read_open(ends[0], "kmsg", &kind, &text, &size, &error), KT_ERROR_FILE);
+        kt_check_text("where", error.where, "kmsg");
+        kt_check_text("message", error.message,
+                      "a read of it waits until something is written; name a file with a table");
+        kt_check_true("there is no text", text == NULL);
+        (void)close(ends[0]);
+        (void)close(ends[1]);
+    }
 }
 
 KT_TEST(what_is_no_file_is_said_in_words) {

@@ -3,6 +3,7 @@
 #include "open/start.h"
 #include "records/output.h"
 #include "text/bytes.h"
+#include "text/input.h"
 
 #include "kinetree/import.h"
 #include "kinetree/study.h"
@@ -12,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- standard input ---------------------------------------------------------------------------------------------- */
@@ -63,10 +63,8 @@ static bool is_xml(const char *text, size_t size) {
 /* Returns whether a regular file begins as XML does. The name of the file does not matter. */
 static bool is_xml_file(const char *path) {
     char text[512];
-    struct stat status;
-    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
-        return false;
-    FILE *file = fopen(path, "r");
+    kt_error error = {0};
+    FILE *file = kt_input_open(path, &kt_input_scene, &error);
     if (file == NULL)
         return false;
     const size_t size = fread(text, 1, sizeof text, file);

@@ -17,6 +17,7 @@
 
 #include "base/sum.h"
 #include "kinetree/kinetree.h"
+#include "text/input.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -325,17 +326,35 @@ static void reject_checkpoint(kt_checkpoint_content *content, const char *what) 
     snprintf(content->wrong, sizeof content->wrong, "%s", what);
 }
 
-bool kt_checkpoint_is_one(const char *path) {
+/* Returns NULL after printing the error. */
+static FILE *open_checkpoint(const char *path) {
+    kt_error error = {0};
+    FILE *file = kt_input_open(path, &kt_input_checkpoint, &error);
+    if (file == NULL)
+        kt_say_error(&error);
+    return file;
+}
+
+int kt_checkpoint_check(const char *path) {
     static const char kind[] = "kinetree run ";
     char begin[sizeof kind - 1];
-    struct stat status;
-    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
-        return true; /* the error of reading it describes it */
-    FILE *file = fopen(path, "rb");
-    const size_t count = file != NULL ? fread(begin, 1, sizeof begin, file) : 0;
-    if (file != NULL)
-        (void)fclose(file);
-    return count == 0 || (count == sizeof begin && memcmp(begin, kind, sizeof begin) == 0);
+    kt_error error = {0};
+    FILE *file = open_checkpoint(path);
+    if (file == NULL)
+        return KT_EXIT_SCENE;
+    const size_t count = fread(begin, 1, sizeof begin, file);
+    if (ferror(file))
+        (void)kt_file_reject(path, &kt_input_checkpoint, errno, &error);
+    (void)fclose(file);
+    if (error.code != KT_OK) {
+        kt_say_error(&error);
+        return KT_EXIT_SCENE;
+    }
+    if (count == 0 || (count == sizeof begin && memcmp(begin, kind, sizeof begin) == 0))
+        return -1;
+    return kt_misuse("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from starts "
+                     "from the summary or the records of a run",
+                     kt_show(path).text);
 }
 
 static bool check_file_head(const kt_checkpoint *checkpoint, const kt_checkpoint_head *head,
@@ -442,12 +461,9 @@ static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *c
 
 int kt_checkpoint_resume(kt_checkpoint *checkpoint, const char *path, kt_outcome *outcome) {
     kt_checkpoint_content content = {.words = NULL};
-    struct stat status;
-    const bool is_other = stat(path, &status) == 0 && !S_ISREG(status.st_mode);
-    FILE *file = is_other ? NULL : fopen(path, "rb");
+    FILE *file = open_checkpoint(path);
     if (file == NULL)
-        return kt_reject(KT_EXIT_SCENE, "checkpoint %s cannot be read: %s", path,
-                         is_other ? "it is not a file" : strerror(errno));
+        return KT_EXIT_SCENE;
     read_checkpoint_parts(file, checkpoint, outcome->extremes.count, &content);
     (void)fclose(file);
     if (content.wrong[0] == '\0')

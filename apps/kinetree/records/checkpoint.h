@@ -43,9 +43,9 @@ bool kt_checkpoint_is_due(const kt_checkpoint *checkpoint);
  * after printing an error of the records or of memory. */
 int kt_checkpoint_write(kt_checkpoint *checkpoint, kt_outcome *outcome, const kt_lines *lines);
 
-/* Returns false if a file is certainly no checkpoint. An empty file counts as a checkpoint before its first record. A
- * file that is not regular counts as one, too: the error of reading it describes it. */
-bool kt_checkpoint_is_one(const char *path);
+/* Checks that a file can be read and begins as a checkpoint does. An empty file counts as a checkpoint before its first
+ * record. Returns -1, else an exit code after printing the error. */
+int kt_checkpoint_check(const char *path);
 
 /* Resumes a run from a checkpoint. Restores the simulation, the watch on modes, and the results and warnings so far in
  * *outcome. Sets checkpoint->records to the records that belong to the checkpoint. Returns -1 on success, else an exit

@@ -4,21 +4,13 @@
 #include "records/checkpoint.h"
 #include "subcommands/run.h"
 
-#include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 int kt_run_check_files(const kt_run_arguments *arguments, const char *path, const kt_result_names *names) {
-    if (arguments->resume != NULL && access(arguments->resume, R_OK) != 0)
-        return kt_reject(KT_EXIT_SCENE, "checkpoint %s cannot be read: %s", arguments->resume, strerror(errno));
-    if (arguments->resume != NULL && !kt_checkpoint_is_one(arguments->resume))
-        return kt_misuse("%s is no checkpoint; --resume takes the file that --checkpoint has written, and --from "
-                         "starts from the summary or the records of a run",
-                         kt_show(arguments->resume).text);
     const kt_file_use states[] = {{"the checkpoint", arguments->resume, false},
                                   {"--checkpoint", arguments->checkpoint, true}};
-    int code = -1;
+    int code = arguments->resume != NULL ? kt_checkpoint_check(arguments->resume) : -1;
     for (size_t i = 0; i < sizeof states / sizeof states[0] && code < 0; i++) {
         const kt_file_use uses[] = {{"the scene", path, false},    states[i],
                                     {"--out", names->out, true},   {"--summary", names->summary, true},

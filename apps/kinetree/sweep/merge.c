@@ -123,10 +123,14 @@ static int say_sweep_part(const part *p, const char *what) {
 /* Reads the next line. Returns 1; 0 at the end; -1 after printing the error. */
 static int read_part_line(part *p) {
     const int found = kt_input_line(p->file, &p->line);
-    if (found < 0)
-        (void)say_sweep_part(p, errno == EINVAL  ? "the file has bytes of zero, so it is no text; compute the part anew"
-                                : errno == EFBIG ? "a line is longer than any line of a sweep; compute the part anew"
-                                                 : strerror(errno));
+    if (found < 0 && (errno == EINVAL || errno == EFBIG)) {
+        (void)say_sweep_part(p, errno == EINVAL ? "the file has bytes of zero, so it is no text; compute the part anew"
+                                                : "a line is longer than any line of a sweep; compute the part anew");
+    } else if (found < 0) {
+        kt_error error = {0};
+        (void)kt_file_reject(p->name, &kt_input_lines, errno, &error);
+        kt_say_error(&error);
+    }
     return found;
 }
 

@@ -14,6 +14,7 @@ enum { TABLE_MOST = 1 << 30, LINE_MOST = 16 << 20 /* bytes */ };
 const kt_file_kind kt_input_table = {"a table", "a file with a table (CSV)", TABLE_MOST, true};
 const kt_file_kind kt_input_result = {"a result", "a file with records (CSV) or a summary (JSON)", TABLE_MOST, true};
 const kt_file_kind kt_input_summary = {"a summary", "the file of a summary (JSON)", KT_FILE_SIZE_MAX, true};
+const kt_file_kind kt_input_checkpoint = {"a checkpoint", "a checkpoint of `run --checkpoint`", SIZE_MAX, false};
 const kt_file_kind kt_input_lines = {"a sweep", "a file with lines of a sweep (CSV)", SIZE_MAX, true};
 const kt_file_kind kt_input_scene = {"a scene", "a scene file", KT_FILE_SIZE_MAX, false};
 

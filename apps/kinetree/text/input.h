@@ -12,7 +12,8 @@ extern const kt_file_kind kt_input_table;   /* records, lines of a sweep, the va
 extern const kt_file_kind kt_input_result;  /* a table or a summary */
 extern const kt_file_kind kt_input_summary; /* a summary */
 extern const kt_file_kind kt_input_scene;   /* a scene or a robot */
-extern const kt_file_kind kt_input_lines;   /* lines of a sweep that are read one by one, of any number */
+extern const kt_file_kind kt_input_checkpoint;
+extern const kt_file_kind kt_input_lines; /* lines of a sweep that are read one by one, of any number */
 
 /* Reads a whole file, or all of standard input ("-"). A byte of zero follows the text, which the caller frees. Errors:
  * those of kt_file_read_as. */

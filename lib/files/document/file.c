@@ -11,8 +11,13 @@
 
 static const kt_file_kind scene_file = {.thing = "a scene", .file = "a scene file", .most = KT_FILE_SIZE_MAX};
 
-static kt_status reject_scene_file(kt_error *error, const char *path, int number) {
+/* /proc/kmsg and pipes of traces report to be regular files, and a read of them waits for what others write. The file is
+ * opened without waiting, and EAGAIN is the answer in place of the wait. */
+kt_status kt_file_reject(const char *path, const kt_file_kind *kind, int number, kt_error *error) {
     char reason[160];
+    if (number == EAGAIN)
+        return kt_error_set(error, KT_ERROR_FILE, path, "a read of it waits until something is written; name %s",
+                            kind->file);
     if (strerror_r(number, reason, sizeof reason) != 0)
         (void)snprintf(reason, sizeof reason, "error %d", number);
     return kt_error_set(error, KT_ERROR_FILE, path, "cannot be read: %s", reason);
@@ -26,7 +31,7 @@ static const char *file_kind_of(mode_t mode) {
 static kt_status check_kind(const char *path, const kt_file_kind *kind, int file, kt_error *error) {
     struct stat status;
     if (fstat(file, &status) != 0)
-        return reject_scene_file(error, path, errno);
+        return kt_file_reject(path, kind, errno, error);
     if (!S_ISREG(status.st_mode))
         return kt_error_set(error, KT_ERROR_FILE, path, "this is %s; name %s", file_kind_of(status.st_mode),
                             kind->file);
@@ -39,7 +44,7 @@ static kt_status check_kind(const char *path, const kt_file_kind *kind, int file
 kt_status kt_file_open(const char *path, const kt_file_kind *kind, int *file, kt_error *error) {
     const int opened = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (opened < 0)
-        return reject_scene_file(error, path, errno);
+        return kt_file_reject(path, kind, errno, error);
     const kt_status status = check_kind(path, kind, opened, error);
     if (status == KT_OK)
         *file = opened;
@@ -75,7 +80,7 @@ kt_status kt_file_read_open(int file, const char *path, const kt_file_kind *kind
             if (got < 0)
                 free(bytes);
             if (got < 0)
-                return reject_scene_file(error, path, number);
+                return kt_file_reject(path, kind, number, error);
             *text = bytes;
             *size = length;
             return KT_OK;

@@ -18,6 +18,9 @@ typedef struct kt_file_kind {
     bool is_text;      /* a byte of zero is an error */
 } kt_file_kind;
 
+/* Reports that a file cannot be read: number is errno after open() or read(). Returns KT_ERROR_FILE. */
+kt_status kt_file_reject(const char *path, const kt_file_kind *kind, int number, kt_error *error);
+
 /* Opens a regular file of at most kind->most bytes for reading. *file: its descriptor, which the caller closes. Errors:
  * KT_ERROR_FILE, with the path and the reason in words. */
 kt_status kt_file_open(const char *path, const kt_file_kind *kind, int *file, kt_error *error);
