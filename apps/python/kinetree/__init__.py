@@ -25,7 +25,7 @@ from .mechanism import Body, mechanism, prismatic, revolute, rod
 from .model import Model, ModelCopy, integrators
 from .recording import Recording
 from .records import Run, Table
-from .results import Picture
+from .results import Page, Picture
 from .scene import Scene, load
 from .simulation import Simulation
 
@@ -37,5 +37,5 @@ else:
 __version__ = _text(lib.kt_version())
 
 __all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Gradient", "Instant",
-           "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Picture", "PointForce", "Recording", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
+           "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Page", "Picture", "PointForce", "Recording", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
            "command", "effect", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

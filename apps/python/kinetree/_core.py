@@ -52,7 +52,16 @@ class Error(RuntimeError):
 
 
 class ArgumentError(Error, ValueError):
-    """An argument has a wrong value, shape or type."""
+    """An argument has a wrong value, shape or type. With a wrong type, the error is a `TypeError`, too."""
+
+
+class _ArgumentTypeError(ArgumentError, TypeError):
+    pass
+
+
+def mistyped(what: str, expected: str, value: Any) -> ArgumentError:
+    """The error of an argument whose type is wrong."""
+    return _ArgumentTypeError(lib.KT_ERROR_ARGUMENT, what, f"expected {expected}, got {value!r}")
 
 
 class SceneError(Error, ValueError):
@@ -125,6 +134,8 @@ class Busy(RuntimeError):
 
 for _kind in (_NoFileError, _NoPermissionError, _FolderError):
     _kind.__name__ = _kind.__qualname__ = "FileError"
+_ArgumentTypeError.__name__ = _ArgumentTypeError.__qualname__ = "ArgumentError"
+_ArgumentTypeError.__module__ = "kinetree"
 for _name in __all__:  # a traceback shows the name that a program uses, kinetree.SceneError
     globals()[_name].__module__ = "kinetree"
 
@@ -187,8 +198,10 @@ def hint(word: Any, names: Sequence[str]) -> str:
 
 def name_of(word: Any, what: str) -> bytes:
     """The bytes of a name; a name has no zero byte."""
-    if not isinstance(word, str) or "\0" in word:
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a name as a str, got {word!r}")
+    if not isinstance(word, str):
+        raise mistyped(what, "a name as a str", word)
+    if "\0" in word:
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a name without a byte of zero, got {word!r}")
     return encoded(word, what)
 
 
@@ -217,7 +230,7 @@ def finite(value: Any, what: str, least: Optional[float] = None) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a number, got {value!r}") from None
+        raise mistyped(what, "a number", value) from None
     if not math.isfinite(number) or (least is not None and number < least):
         bound = "" if least is None else f" of at least {least}"
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a finite number{bound}, got {number}")
@@ -309,7 +322,7 @@ def doubles(value: Any, shape: Shape, what: str) -> Vector:
         array = np.asarray(array, np.float64, order="C")
     except (TypeError, ValueError):
         kind = f"an array of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {kind}") from None
+        raise _ArgumentTypeError(lib.KT_ERROR_ARGUMENT, what, f"expected numbers of shape {shape}, got {kind}") from None
     if array.shape != shape:
         if shape == (0,) and array.size == 0:
             return np.zeros(0)
@@ -341,6 +354,8 @@ def output(out: Optional[Vector], shape: Shape, what: str = "out", order: str = 
     """`out` if it can be written to in place, or a new array."""
     if out is None:
         return np.empty(shape, order=order)  # type: ignore[call-overload, no-any-return]
+    if not isinstance(out, np.ndarray):
+        raise mistyped(what, f"an array of shape {shape}", out)
     if type(out) is not np.ndarray or out.dtype != np.float64 or out.shape != shape or not out.flags.writeable or \
             not (out.flags.c_contiguous if order == "C" else out.flags.f_contiguous):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a writable array of float64 in {order} order of shape {shape}")
@@ -351,7 +366,9 @@ def outputs(out: Optional[Sequence[Vector]], shapes: Sequence[Shape], order: str
     """`output` for a call with several results, which must not overlap. An output may be a whole input, and not a part of one."""
     if out is None:
         return tuple(output(None, shape, order=order) for shape in shapes)
-    if not isinstance(out, (tuple, list)) or len(out) != len(shapes):
+    if not isinstance(out, (tuple, list)):
+        raise mistyped("out", f"a tuple of {len(shapes)} arrays", out)
+    if len(out) != len(shapes):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", f"expected a tuple of {len(shapes)} arrays")
     found = tuple(output(each, shape, f"out[{i}]", order) for i, (each, shape) in enumerate(zip(out, shapes)))
     for i, each in enumerate(found):

@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, method_of, output, outputs, pointer
+from ._core import ArgumentError, Fixed, Guard, Memory, Numbers, Vector, doubles, fail, ffi, finite, lib, method_of, mistyped, output, outputs, pointer
 from .model import Model, ModelCopy
 
 _PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts in {  # of parts of a motion
@@ -17,7 +17,9 @@ _PLACES = {name: sum(ffi.offsetof(*each) for each in parts) // 8 for name, parts
 
 
 def _count(value: Any, least: int, most: int, what: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+    if not isinstance(value, (int, np.integer)):
+        raise mistyped(what, f"an integer from {least} to {most}", value)
+    if isinstance(value, bool) or not least <= value <= most:
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected an integer from {least} to {most}, got {value!r}")
     return int(value)
 

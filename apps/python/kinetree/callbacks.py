@@ -6,7 +6,7 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple, TypeVar, Unio
 
 import numpy as np
 
-from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, name_of, number, text, unmasked
+from ._core import ArgumentError, Numbers, Vector, doubles, ffi, lib, mistyped, name_of, number, text, unmasked
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -148,8 +148,8 @@ def address_of(function: Any, what: str, kinds: str) -> Optional[int]:
         return ctypes.cast(function, ctypes.c_void_p).value
     if callable(function):
         return None
-    remedy = "; wrap an address: kinetree.Compiled(address)" if isinstance(function, int) else ""
-    raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"expected a function, got {type(function).__name__}{remedy}")
+    wrapped = " (wrap an address: kinetree.Compiled(address))" if isinstance(function, int) else ""
+    raise mistyped(what, f"a function{wrapped}", function)
 
 
 class Force:
@@ -158,6 +158,8 @@ class Force:
     _compiled_as = _kinds = ""  # the type of a compiled function, and its arguments
 
     def __init__(self, function: Any, name: Optional[str]) -> None:
+        if name is not None:
+            name_of(name, "name")
         self.function, self.name = function, name
         self.address = address_of(function, "function", self._kinds)
         self.calls = Calls()
@@ -217,6 +219,7 @@ class JointForce(Force):
 
     def __init__(self, joint: str, function: Union[Callable[[float, float, float], float], Compiled, Any], name: Optional[str] = None) -> None:
         super().__init__(function, name)
+        name_of(joint, "joint")
         self.joint = joint
 
     def _place(self, effect: Any) -> None:
@@ -314,5 +317,5 @@ class PointForce(Force):
 def forces(effects: Any) -> Tuple[Force, ...]:
     """The effects of a list, which has no other objects."""
     if not isinstance(effects, (list, tuple)) or not all(isinstance(each, Force) for each in effects):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "effects", f"expected a list of JointForce and PointForce, got {effects!r}")
+        raise mistyped("effects", "a list of JointForce and PointForce", effects)
     return tuple(effects)

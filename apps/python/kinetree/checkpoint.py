@@ -7,7 +7,7 @@ from typing import Any, List, Sequence
 
 import numpy as np
 
-from ._core import ArgumentError, Guard, Json, Memory, Vector, ffi, lib
+from ._core import ArgumentError, Guard, Json, Memory, Vector, ffi, lib, mistyped
 from .laws import Event
 from .model import Model
 from .watch import Watch
@@ -53,9 +53,10 @@ class Checkpoint:
         """
         size = lib.kt_simulation_state_size(self._simulation)
         whole = _DIGEST + size + self.torque.nbytes
-        if not isinstance(block, (bytes, bytearray)) or len(block) != whole:
-            found = f"{len(block)} bytes" if isinstance(block, (bytes, bytearray)) else type(block).__name__
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {found}")
+        if not isinstance(block, (bytes, bytearray)):
+            raise mistyped("block", "the bytes of `save`", block)
+        if len(block) != whole:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", f"a checkpoint of this simulation has {whole} bytes, got {len(block)} bytes")
         content = bytes(block[_DIGEST:])
         if _digest(content) != block[:_DIGEST]:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "restore", "the checkpoint is damaged: its bytes are not those that save() returned")

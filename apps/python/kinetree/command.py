@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Completed = subprocess.CompletedProcess[str]
 
-from ._core import ArgumentError, ConstraintError, Error, Json, SceneError, StepError, file_error, hint, unmasked
+from ._core import ArgumentError, ConstraintError, Error, Json, SceneError, StepError, file_error, hint, mistyped, unmasked
 
 _KINDS = {1: ArgumentError, 2: SceneError, 3: ConstraintError, 4: StepError}
 
@@ -92,14 +92,14 @@ def file_name(word: str, what: str) -> bytes:
         raise ArgumentError(1, what, f"{word[fault.start]!r} is no character: Unicode has it as half of a pair only") from None
 
 
-def plain(value: Any) -> Any:
+def plain(value: Any, where: str = "scene") -> Any:
     """Numbers and arrays of numpy, and bodies, as the standard types of a scene."""
-    unmasked(value, "scene")
+    unmasked(value, where)
     if hasattr(value, "tolist"):
         return value.tolist()
     if hasattr(value, "as_dict"):
         return value.as_dict()
-    raise ArgumentError(1, "scene", f"a scene has numbers, texts, lists and mappings, and no {type(value).__name__}")
+    raise mistyped(where, "numbers, texts, lists and mappings", value)
 
 
 def in_notebook() -> bool:

@@ -1,11 +1,11 @@
 """Loops, reactions and contacts at a state, and positions that reach targets."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import (ArgumentError, ConstraintError, Guard, Json, Numbers, Vector, address, doubles, ffi, finite, hint, lib, name_of, output, pointer,
+from ._core import (ArgumentError, ConstraintError, Guard, Json, Numbers, Vector, address, doubles, ffi, finite, hint, lib, mistyped, name_of, output, pointer,
                     text)
 from .model import Model, ModelCopy
 
@@ -200,8 +200,8 @@ class Constraints:
 
     def _holding(self, joints: Sequence[str]) -> "Constraints":
         """Data of a copy of the model whose assembly keeps these joints."""
-        if isinstance(joints, str) or not all(isinstance(each, str) for each in joints):
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "hold", f"expected a list of names of joints, got {joints!r}")
+        if isinstance(joints, str) or not isinstance(joints, Iterable) or not all(isinstance(each, str) for each in joints):
+            raise mistyped("hold", "a list of names of joints", joints)
         key = tuple(joints)
         if key not in self._held:
             names = {text(lib.kt_joint_name(self._m, i)): text(lib.kt_body_name(self._m, i)) for i in range(1, self.model.body_count)}

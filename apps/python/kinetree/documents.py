@@ -16,8 +16,18 @@ _ITEM = re.compile(r'(?:"((?:[^"\\]|\\.)*)": )?(.*?),?$')
 _PLACE = re.compile(r"scene:(\d+):(\d+)")
 
 
+def _check_values(content: Any, value: Any, path: List[Union[str, int]]) -> None:
+    """Reject an object that a scene cannot hold, with its place."""
+    if isinstance(value, (dict, list, tuple)):
+        for key, each in value.items() if isinstance(value, dict) else enumerate(value):
+            _check_values(content, each, [*path, key])
+    elif value is not None and not isinstance(value, (str, int, float)):
+        command.plain(value, _label(content, path))
+
+
 def written(content: Json) -> str:
     """The text of a scene that is a dict. YAML knows no pairs of escapes."""
+    _check_values(content, content, [])
     return json.dumps(content, default=command.plain, indent=1, ensure_ascii=False)
 
 
@@ -26,7 +36,7 @@ def _label(content: Any, path: List[Union[str, int]]) -> str:
     words: List[str] = []
     at: Any = content
     for key in path:
-        at = at.get(key) if isinstance(at, dict) else at[int(key)] if isinstance(at, list) and int(key) < len(at) else None
+        at = at.get(key) if isinstance(at, dict) else at[int(key)] if isinstance(at, (list, tuple)) and int(key) < len(at) else None
         if isinstance(key, int) and isinstance(at, dict) and isinstance(at.get("name"), str):
             words[-1:] = [f"{words[-1] if words else ''} '{at['name']}':".strip()]
         elif isinstance(key, int):

@@ -5,7 +5,7 @@ from typing import Any, Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Guard, Memory, Numbers, Vector, address, doubles, ffi, finite, lib, method_of, number, output, pointer
+from ._core import ArgumentError, Guard, Memory, Numbers, Vector, address, doubles, ffi, finite, lib, method_of, mistyped, number, output, pointer
 from .callbacks import Calls
 from .laws import copied
 from .model import Model
@@ -35,6 +35,8 @@ class Cost:
     """A cost of Python that C evaluates at each point."""
 
     def __init__(self, model: Model, function: CostFunction) -> None:
+        if not callable(function):
+            raise mistyped("cost", "a function", function)
         self.model, self.function, self.calls = model, function, Calls()
 
     def evaluate(self, at: Any, value: Any, by_state: Any, by_tau: Any) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, List, Optional
 
 import numpy as np
 
-from ._core import Fixed, Memory, Numbers, Vector, doubles, ffi, lib, pointer
+from ._core import Fixed, Memory, Numbers, Vector, doubles, ffi, lib, mistyped, pointer
 from .model import Model
 
 if TYPE_CHECKING:
@@ -80,6 +80,8 @@ class Feedback(Fixed):
     """
 
     def __init__(self, simulation: Simulation, gain: Numbers, q: Optional[Numbers], v: Optional[Numbers], torque: Optional[Numbers]) -> None:
+        if not hasattr(simulation, "_loop"):
+            raise mistyped("simulation", "a kinetree.Simulation", simulation)
         model = simulation.model
         nq, nv = model.nq, model.nv
         self._memory = Memory(8 * (2 * nv * nv + nq + 4 * nv))

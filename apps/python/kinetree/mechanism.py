@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
 
-from ._core import ArgumentError, Json, ffi, lib, text
+from ._core import ArgumentError, Json, ffi, lib, mistyped, name_of, text
 from .scene import Scene
 
 
@@ -109,6 +109,7 @@ class Body:
     """
 
     def __init__(self, name: str, joint: Optional[Json] = None, parent: Any = None, **values: Any) -> None:
+        name_of(name, "name")
         self.name, self.joint, self.parent, self.values = name, joint, parent, values
 
     def __repr__(self) -> str:
@@ -154,7 +155,7 @@ def mechanism(bodies: List[Body], *, loops: Optional[List[Json]] = None, effects
     Scene
     """
     if not isinstance(bodies, (list, tuple)) or not all(isinstance(body, Body) for body in bodies):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "bodies", f"expected a list of kinetree.Body, got {bodies!r}")
+        raise mistyped("bodies", "a list of kinetree.Body", bodies)
     content: Dict[str, Any] = {"kinetree": 1}
     given = {"name": name, "gravity": gravity, "bodies": [body.as_dict() for body in bodies], "loops": loops, "effects": effects}
     content.update({key: value for key, value in given.items() if value is not None and not (isinstance(value, (list, tuple, str)) and len(value) == 0)})

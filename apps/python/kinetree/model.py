@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Un
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, apart, check, count, doubles, fail, ffi, hint, lib, name_of, output, pointer, text)
+from ._core import (ArgumentError, Fixed, Guard, Memory, Numbers, Vector, apart, check, count, doubles, fail, ffi, hint, lib, mistyped, name_of, output, pointer, text)
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -31,6 +31,8 @@ class Model(Fixed):
     """
 
     def __init__(self, scene: Any, effects: Sequence[callbacks.Force] = ()) -> None:
+        if not hasattr(scene, "_scene"):
+            raise mistyped("scene", "a kinetree.Scene", scene)
         self.scene, self.effects = scene, callbacks.forces(effects)
         record = scene._scene
         options = ffi.new("kt_model_options *", lib.kt_model_options_default())

@@ -1,11 +1,11 @@
 """Records of a simulation that Python drives, as a `Run`."""
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ._core import ArgumentError, Array, Json, Vector, ffi, finite, lib, text
+from ._core import ArgumentError, Array, Json, Vector, ffi, finite, lib, mistyped, text
 from .model import Model
 from .records import Run
 
@@ -27,8 +27,8 @@ def _columns(model: Model, kind: str, is_position: bool) -> List[Tuple[str, str]
 
 def sensor_bits(sensors: Sequence[str]) -> int:
     names = {name: getattr(lib, f"KT_RECORD_{name.upper()}") for name in ("acceleration", "energy", "reaction")}
-    if isinstance(sensors, str) or not all(isinstance(each, str) and each in names for each in sensors):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, "sensors", f"expected a list of {', '.join(names)}; got {sensors!r}")
+    if isinstance(sensors, str) or not isinstance(sensors, Iterable) or not all(isinstance(each, str) and each in names for each in sensors):
+        raise mistyped("sensors", f"a list of {', '.join(names)}", sensors)
     return sum({names[each] for each in sensors})
 
 

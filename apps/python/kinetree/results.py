@@ -1,6 +1,7 @@
 """What the command leaves: files of records and summaries, tables and pictures."""
 from __future__ import annotations
 
+import html
 import json
 import pathlib
 from typing import Optional, Sequence
@@ -17,6 +18,13 @@ class Picture(str):
 
     def _repr_svg_(self) -> str:
         return str(self)
+
+
+class Page(str):
+    """A page that plays a motion, as HTML, which a notebook shows in a frame of its own."""
+
+    def _repr_html_(self) -> str:
+        return f'<iframe sandbox="allow-scripts" srcdoc="{html.escape(self)}" width="100%" height="480" style="border:0"></iframe>'
 
 
 def warn_of_failures(table: Table, varied: Sequence[str]) -> None:

@@ -12,12 +12,12 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from . import command, documents
-from ._core import ArgumentError, Error, Json, check, count, encoded, ffi, fail, finite, lib, sentence, text, unmasked, warn
+from ._core import ArgumentError, Error, Json, check, count, encoded, ffi, fail, finite, lib, mistyped, name_of, sentence, text, unmasked, warn
 from .callbacks import Force
 from .files import Files
 from .model import Model
 from .records import Run, Table, read_csv
-from .results import Picture, Result, run_of, warn_of_failures
+from .results import Page, Picture, Result, run_of, warn_of_failures
 from .simulation import Simulation
 
 Path = Union[str, "os.PathLike[str]"]
@@ -61,6 +61,8 @@ def load(path: Path, set: Optional[Mapping[str, Any]] = None, **options: Any) ->
     SceneError
         The message has file, line, column and the remedy.
     """
+    if path is None:
+        raise mistyped("path", "a str or an os.PathLike", path)
     return Scene(None, path=path, set=set, **options)
 
 
@@ -83,13 +85,13 @@ class Scene:
         if isinstance(content, dict):
             content, self._is_made = documents.written(content), True
         elif content is not None and not isinstance(content, str):
-            raise ArgumentError(1, "Scene", f"expected text or a dict, got {type(content).__name__}")
+            raise mistyped("content", "text or a dict", content)
         elif content is not None and "\n" not in content and content.lower().endswith((".yaml", ".yml", *_ROBOTS)):
             raise ArgumentError(1, "Scene", f"expected the text of a scene, got the name of a file; kinetree.load({content!r}) reads it")
         if not isinstance(set or {}, Mapping):
-            raise ArgumentError(1, "set", f"expected a mapping, such as {{'bodies.crank.mass': 2}}, got {set!r}")
+            raise mistyped("set", "a mapping, such as {'bodies.crank.mass': 2}", set)
         if path is not None and not isinstance(path, (str, bytes, os.PathLike)):
-            raise TypeError(f"path: expected a str or an os.PathLike, got {type(path).__name__}")
+            raise mistyped("path", "a str or an os.PathLike", path)
         self.path = None if path is None else documents.found(os.fsdecode(path)) if _files is None else os.fsdecode(path)
         self._place = self.path and os.path.abspath(self.path)  # the file, also if the program changes its folder later
         self.text = content
@@ -170,7 +172,10 @@ class Scene:
             elif name == "ground":
                 chosen.ground, chosen.has_ground = _height(value), True
             elif name in fields:
-                setattr(chosen, fields[name], value)
+                try:
+                    setattr(chosen, fields[name], value)
+                except TypeError:
+                    raise mistyped(name, "a number or a truth value", value) from None
             else:
                 raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'ground', 'keyframe', 'search'])}")
         return keep, chosen
@@ -253,6 +258,7 @@ class Scene:
         subprocess.CompletedProcess
             With ``stdout`` and ``stderr`` as str.
         """
+        name_of(subcommand, "subcommand")
         if self.is_robot and (self.options or self.set):
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
@@ -353,6 +359,8 @@ class Scene:
             As `vary`, for names without a point.
         """
         _check_file("out", out)
+        if vary is not None and not isinstance(vary, Mapping):
+            raise mistyped("vary", "a mapping, such as {'bodies.crank.mass': [1, 2]}", vary)
         varied = {**(vary or {}), **values}
         if not varied:
             raise ArgumentError(1, "sweep", "give the values to vary, as in sweep(L=[0.5, 1, 2])")
@@ -480,6 +488,7 @@ class Scene:
 
     def _written(self, subcommand: str, option: str, suffix: str, *, keep: Optional[Path] = None, **options: Any) -> str:
         """The text that a subcommand writes, which `keep` keeps. A picture in another format is written besides the text."""
+        _check_file("out", keep)
         with _folder() as folder:
             kept = pathlib.Path(keep) if keep is not None else None
             file = kept if kept is not None and kept.suffix == suffix else pathlib.Path(folder) / f"result{suffix}"
@@ -507,8 +516,8 @@ class Scene:
         """
         return Picture(self._written("draw", "out", ".svg", keep=out, **options))
 
-    def view(self, *, out: Optional[Path] = None, **options: Any) -> str:
-        """The page of ``kinetree view`` that plays the motion, as HTML.
+    def view(self, *, out: Optional[Path] = None, **options: Any) -> "Page":
+        """The page of ``kinetree view`` that plays the motion, as HTML. A notebook shows it.
 
         Parameters
         ----------
@@ -519,10 +528,10 @@ class Scene:
 
         Returns
         -------
-        str
+        Page
             The text of the page.
         """
-        return self._written("view", "view", ".html", keep=out, quiet=True, **options)
+        return Page(self._written("view", "view", ".html", keep=out, quiet=True, **options))
 
     def export(self, format: str = "mjcf") -> str:
         """The scene as a robot. A KinetreeWarning lists the parts that the format does not have.
@@ -537,7 +546,7 @@ class Scene:
         str
             The text of the file.
         """
-        chosen: Json = {format: True}
+        chosen: Json = {name_of(format, "format").decode(): True}
         return self._written("export", "out", ".xml", **chosen)
 
     def _repr_html_(self) -> str:
@@ -565,11 +574,13 @@ def _again(content: Any, path: Any, set: Any, options: Any, files: Optional[File
 def _height(value: Any) -> float:
     """The height of a ground; True is no number here."""
     if isinstance(value, bool):
-        raise ArgumentError(1, "ground", f"expected a height in m, such as 0, got {value!r}")
+        raise mistyped("ground", "a height in m, such as 0", value)
     return finite(value, "ground")
 
 
 def _check_file(name: str, path: Optional[Path]) -> None:
+    if path is not None and not isinstance(path, (str, bytes, os.PathLike)):
+        raise mistyped(name, "a str or an os.PathLike", path)
     if path is not None and os.fsdecode(path) in ("-", "", "."):
         raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
 

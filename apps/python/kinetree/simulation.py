@@ -8,7 +8,7 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, name_of,
+from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, mistyped, name_of,
                     output, pointer, text)
 from ._kinetree import turns
 from .checkpoint import Checkpoint
@@ -52,6 +52,8 @@ class Simulation(Checkpoint, Fixed):
 
     def __init__(self, model: Model, *, step: Optional[float] = None, duration: Optional[float] = None,
                  integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = ()) -> None:
+        if not isinstance(model, Model):
+            raise mistyped("model", "a kinetree.Model", model)
         scene = model.scene._scene
         self._given, self._sets = model, bool(lib.kt_scene_sets(scene))
         if self._sets and not isinstance(model, ModelCopy):
@@ -245,6 +247,7 @@ class Simulation(Checkpoint, Fixed):
         value : float or array
             In SI units and radians.
         """
+        name_of(name, "name")
         if not isinstance(self.model, ModelCopy):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "the model is immutable; make the simulation with model=scene.model.copy()")
         found, values = self.model._given(name, value)
@@ -295,7 +298,10 @@ class Simulation(Checkpoint, Fixed):
         period : float
             Length, s. It may be many steps of the method.
         """
-        status = _tick(self._flag, self._loop, period, self._error)
+        try:
+            status = _tick(self._flag, self._loop, period, self._error)
+        except TypeError:
+            raise mistyped("period", "a number", period) from None
         if status:
             self._check(status)
 
@@ -540,7 +546,9 @@ class Simulation(Checkpoint, Fixed):
         stop : bool
             The event ends a run.
         """
-        if direction not in _DIRECTIONS:
+        if action is not None and not callable(action):
+            raise mistyped("action", "a function", action)
+        if not isinstance(direction, str) or direction not in _DIRECTIONS:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
         if len(self._events) == _ROOM:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"a simulation takes {_ROOM} events by functions; write others into `events` of the scene")

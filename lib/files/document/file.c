@@ -11,7 +11,7 @@
 
 static const kt_file_kind scene_file = {.thing = "a scene", .file = "a scene file", .most = KT_FILE_SIZE_MAX};
 
-/* /proc/kmsg and pipes of traces report to be regular files, and a read of them waits for what others write. The file is
+/* /proc/kmsg and pipes of traces report to be regular files, and a read of them waits for what others write. Files are
  * opened without waiting, and EAGAIN is the answer in place of the wait. */
 kt_status kt_file_reject(const char *path, const kt_file_kind *kind, int number, kt_error *error) {
     char reason[160];
