@@ -270,7 +270,7 @@ def test_sensors_are_those_of_closed_forms_and_of_the_command(scenes, held):
         wrench = [run[f"reaction.{body}.{each}"][1] for each in ("mx", "my", "mz", "fx", "fy", "fz")]
         held(np.abs(seen["reaction"][i] - wrench).max(), 0.0, f"reaction of {body}, N and N m")
     for wrong in (["acceleraton"], ["momentum"], "energy"):  # `sense` has no momentum
-        with pytest.raises(kt.ArgumentError, match="sensors: expected a list of acceleration, energy, reaction; got"):
+        with pytest.raises(kt.ArgumentError, match="sensors: expected a list of acceleration, energy, reaction, got"):
             bar.simulation(step=1e-3, sensors=wrong)
 
 

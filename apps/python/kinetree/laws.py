@@ -34,7 +34,7 @@ class Instant:
 class Event:
     """A function of the state whose change of sign is located in time."""
 
-    def __init__(self, simulation: Simulation, name: str, function: Any, action: Any, direction: str, stop: bool) -> None:
+    def __init__(self, simulation: Any, name: str, function: Any, action: Any, direction: str, stop: bool) -> None:
         self.simulation, self.function, self.action = simulation, function, action
         self.how = {"name": name, "function": function, "action": action, "direction": direction, "stop": stop}
         self.calls = simulation._calls

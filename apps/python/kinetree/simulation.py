@@ -8,23 +8,21 @@ from typing import Any, Callable, ContextManager, Dict, Iterator, List, Optional
 import numpy as np
 
 from . import callbacks
-from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, check, doubles, fail, ffi, finite, hint, lib, method_of, mistyped, name_of,
+from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, doubles, fail, ffi, finite, lib, method_of, mistyped, name_of,
                     output, pointer, text)
 from ._kinetree import turns
-from .checkpoint import Checkpoint
 from .data import Data
-from .laws import Event, Feedback, Instant, Law, Recorder, copied
+from .events import ROOM, Events
+from .laws import Event, Feedback, Law, Recorder, copied
 from .model import Model, ModelCopy
 from .present import Present, Stepped
 from .recording import Recording, sensor_bits
 from .watch import Watch, issue
 
-_ROOM = 16  # events that a program may add
 _tick, _time = lib.kt_python_tick, lib.kt_simulation_time
-_DIRECTIONS = {"either": lib.KT_DIRECTION_EITHER, "rising": lib.KT_DIRECTION_RISING, "falling": lib.KT_DIRECTION_FALLING}
 
 
-class Simulation(Checkpoint, Fixed):
+class Simulation(Events, Fixed):
     """A simulation of a model from its initial state.
 
     Iterate over it for a control loop: each turn is one period of `step`, until `duration`.
@@ -65,7 +63,7 @@ class Simulation(Checkpoint, Fixed):
         self._events: List[Event] = []
         self._error = ffi.new("kt_error *")
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
-        options.events = lib.kt_scene_event_room(scene) + _ROOM
+        options.events = lib.kt_scene_event_room(scene) + ROOM
         options.contact = scene.contact
         self._sensed = lib.kt_run_record(run, model._pointer) | sensor_bits(sensors)
         options.record = self._sensed | (0 if model.effects else lib.KT_RECORD_ENERGY)  # for the watch
@@ -526,71 +524,6 @@ class Simulation(Checkpoint, Fixed):
         """Steps, evaluations, factorisations and others since the start."""
         found = lib.kt_simulation_counts_get(self._simulation)
         return {name: int(getattr(found, name)) for name in ("steps", "rejected", "evaluations", "factorizations", "jacobians", "switches", "capped")}
-
-    # ---- events -----------------------------------------------------------------------------------------------------
-
-    def on(self, name: str, function: Callable[[Instant], float], action: Optional[Callable[["Simulation"], Any]] = None, *,
-           direction: str = "either", stop: bool = False) -> None:
-        """Add an event: steps end where ``function(instant)`` changes its sign. A simulation takes 16 events by functions.
-
-        Parameters
-        ----------
-        name : str
-            For `stopped` and `event_count`.
-        function : callable
-            A value of the state (`Instant`: t, q, v, x). It must depend on its argument alone. Or a compiled
-            ``int f(const kt_instant *at, double *value, kt_error *error, void *user)``, as in `control`.
-        action : callable, optional
-            Called with this simulation at the event. It may call `jump`, `set_torque`, `set` and `switch`. A true result ends the call that stepped.
-        direction : {"either", "rising", "falling"}
-        stop : bool
-            The event ends a run.
-        """
-        if action is not None and not callable(action):
-            raise mistyped("action", "a function", action)
-        if not isinstance(direction, str) or direction not in _DIRECTIONS:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "direction", f"expected one of {', '.join(_DIRECTIONS)}, got {direction!r}")
-        if len(self._events) == _ROOM:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"a simulation takes {_ROOM} events by functions; write others into `events` of the scene")
-        address = callbacks.address_of(function, "function", callbacks.EVENT)
-        event = Event(self, name, function, action, direction, stop)
-        handle, label = ffi.new_handle(event), ffi.new("char[]", name_of(name, "name"))
-        record = ffi.new("kt_event *", {"name": label, "user": handle, "direction": _DIRECTIONS[direction], "stop": stop})
-        record.function = lib.kt_python_event_value if address is None else ffi.cast("kt_event_function *", address)
-        if action is not None:
-            record.action = lib.kt_python_event_action
-        with self._guard:
-            self._check(lib.kt_simulation_event_add(self._simulation, record, self._error))
-        self._events.append(event)
-        self._keep += [handle, label]
-        self._start = self.save() if self._start is not None and self.counts["evaluations"] == 0 else None
-
-    @property
-    def stopped(self) -> Optional[str]:
-        """The name of the event that ended the last call, or None."""
-        found = lib.kt_simulation_stopped(self._simulation)
-        return None if found == ffi.NULL else text(found.name)
-
-    @property
-    def events(self) -> List[str]:
-        """The names of all events: of hard contacts, of the scene, and of `on`."""
-        names: List[str] = []
-        while (found := lib.kt_simulation_event_name(self._simulation, len(names))) != ffi.NULL:
-            names.append(text(found))
-        return names
-
-    def event_count(self, name: str) -> int:
-        """How often an event has happened.
-
-        Parameters
-        ----------
-        name : str
-            The name in `on`, or in the scene.
-        """
-        wanted, names = name_of(name, "name"), self.events
-        if name not in names:
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "name", f"there is no event {name!r}{hint(name, names)}")
-        return int(lib.kt_simulation_event_count(self._simulation, wanted))
 
     @property
     def pointer(self) -> Any:
