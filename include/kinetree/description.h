@@ -55,7 +55,12 @@ typedef struct kt_end {
     X(KT_LOOP_RATES, rates)             /* 1 of velocities: terms = function */                                        \
     X(KT_LOOP_HOMOKINETIC, homokinetic) /* 4: constant-velocity joint */                                               \
     X(KT_LOOP_SURFACE, surface)         /* 1: the second point stays on a surface */                                   \
-    X(KT_LOOP_CURVE, curve)             /* 2: on a curve, and 1 if its arc length is given */
+    X(KT_LOOP_CURVE, curve)             /* 2: on a curve, and 1 if its arc length is given */                          \
+    X(KT_LOOP_GEAR, gear)               /* 1: two toothed wheels mesh */                                               \
+    X(KT_LOOP_RACK, rack)               /* 1: a toothed wheel meshes with a rack */                                    \
+    X(KT_LOOP_WORM, worm)               /* 1: a worm meshes with a wheel */                                            \
+    X(KT_LOOP_SPAN, span)               /* 1: a rope runs from one pulley to another */                                \
+    X(KT_LOOP_BELT, belt)               /* 2: a belt around two pulleys */
 
 /* Types of constraints between two ends, or between joints. */
 typedef enum kt_loop_type {
@@ -174,7 +179,7 @@ typedef struct kt_loop {
                              the direction without velocity, in the second end's frame */
     kt_vec3 axis2;        /* orthogonal, universal: in the second end's frame; rolling: the surface's normal */
     double pitch;         /* screw, m per radian */
-    double radius;        /* rolling, m */
+    double radius;        /* rolling, m; gear, rack, worm, span, belt: see below */
     bool holonomic;       /* rolling: the contact (wheel touches the surface) is a third equation; default true */
     kt_function function; /* distance: the length (not given: the distance in the given positions, before loops are
                              closed). For motion: the joint's position. For rates: the sum of the terms (not given: 0).
@@ -202,6 +207,21 @@ typedef struct kt_loop {
     double rest_velocity;   /* likewise: slower impacts do not bounce, m/s or rad/s; default 1e-6 */
     bool poisson;           /* likewise: restitution is a ratio of impulses of expansion and compression (Poisson's
                                rule), not of speeds (Newton's rule); default: false */
+
+    /* Wheels and ropes. `radius` is the pitch radius of the first wheel, or the radius of the first pulley. */
+    kt_vec3 second_axis;   /* gear, worm, span, belt: axis in the second end's frame; default: as `axis`. For rack: the
+                              direction of the pitch line in the second end's frame */
+    double radius2;        /* gear: of the second wheel; 0, the default: from the teeth. A negative radius is that of a
+                              ring. For span and belt: of the second pulley. A radius of a span is positive if the rope
+                              passes the centre on the left, looking along the rope with the axis towards the viewer; 0:
+                              the rope is tied to the point */
+    double teeth, teeth2;  /* gear: whole numbers, negative for a ring; 0, the default: from the radii. For worm: starts
+                              of the worm, negative for left-handed threads, and teeth of the wheel */
+    double module;         /* gear: of the normal section, m; 0, the default: from the distance of the axes */
+    double pressure_angle; /* gear, rack, worm: of the normal section, rad; default: 20 degrees */
+    double helix_angle;    /* gear: at the pitch circle, rad; positive: right-handed teeth on the first wheel */
+    double tension;        /* span, belt: of the rope at rest, N, in addition to what the multipliers give */
+    bool crossed;          /* belt: its spans cross, so that the pulleys turn in opposite senses */
 } kt_loop;
 
 /* Types of effects. X(type, name in scene files) */

@@ -380,14 +380,94 @@ def crane(p, _):
         p.text((right + 5, y - 8), words, "m", "start")
 
 
+def gear_loop(p, loop):
+    gear(p, (106, 88), 30, 12, "p", 0.0)
+    gear(p, (196, 88), 60, 24, "b", 0.5)
+    p.axis((60, 88), (276, 88))
+    p.dot((136, 88), 3)
+    p.arrow((136, 88), (154, 38), "f")
+    p.text((142, 36), "F", "i f")
+    flat_turn(p, (106, 88), 43, 190, 250)
+    p.text((92, 120), "r_1", "i")
+    p.text((222, 104), "r_2", "i")
+    p.text((160, 183), "r_1 β_1 + r_2 β_2 = constant", "i")
+
+
+def rack(p, loop):
+    gear(p, (160, 76), 48, 20, "p", 0.0)
+    teeth = []
+    for k in range(17):
+        x = 32 + 16 * k
+        teeth += [(x, 130), (x + 3, 120), (x + 8, 120), (x + 11, 130)]
+    p.path([(32, 146), *teeth, (300, 130), (300, 146)], "b2", True)
+    p.axis((24, 125), (306, 125))
+    p.dot((160, 125), 3)
+    flat_turn(p, (160, 76), 62, 150, 30)
+    p.arrow((160, 125), (214, 143), "f")
+    p.text((226, 158), "F", "i f")
+    p.text((160, 183), "t · d ∓ r γ = constant", "i")
+
+
+def worm(p, loop):
+    gear(p, (160, 66), 48, 20, "b", 0.0)
+    p.path([(60, 118), (260, 118), (260, 150), (60, 150)], "p2", True)
+    for k in range(12):
+        p.path([(70 + 16 * k, 150), (78 + 16 * k, 118)], "thin")
+    p.axis((40, 134), (284, 134))
+    p.dot((160, 116), 3)
+    p.arrow((160, 116), (212, 100), "f")
+    p.text((224, 98), "F", "i f")
+    flat_turn(p, (160, 66), 62, 60, 120)
+    p.text((160, 183), "z_1 / z_2 β_1 ± β_2 = constant", "i")
+
+
+def pulley(p, at, radius, style):
+    p.path([(at[0] + radius * math.cos(math.radians(10 * k)), at[1] + radius * math.sin(math.radians(10 * k))) for k in range(36)], style, True)
+    p.dot(at, 3)
+
+
+def rope(p, one, two, first, second, style="line"):
+    """The line that leaves both circles on the left, if their radii are positive."""
+    d = (two[0] - one[0], two[1] - one[1])
+    a = math.hypot(*d)
+    e, n, sine = (d[0] / a, d[1] / a), (d[1] / a, -d[0] / a), (first - second) / a
+    along = [math.sqrt(1 - sine * sine) * e[k] - sine * n[k] for k in range(2)]
+    m = (along[1], -along[0])
+    p.path([(one[0] + first * m[0], one[1] + first * m[1]), (two[0] + second * m[0], two[1] + second * m[1])], style)
+
+
+def span(p, loop):
+    pulley(p, (80, 110), 36, "p2")
+    pulley(p, (216, 58), 24, "b2")
+    rope(p, (80, 110), (216, 58), 36, 24)
+    p.path([(240, 58), (240, 128)], "line")
+    p.path([(226, 128), (254, 128), (254, 156), (226, 156)], "b2", True)
+    p.text((80, 132), "ρ_1", "i")
+    p.text((206, 76), "ρ_2", "i")
+    p.text((136, 50), "L", "i")
+    p.text((160, 183), "L - ρ_1 χ_1 + ρ_2 χ_2 = constant", "i")
+
+
+def belt(p, loop):
+    pulley(p, (84, 96), 24, "p2")
+    pulley(p, (220, 96), 52, "b2")
+    rope(p, (84, 96), (220, 96), 24, 52)
+    rope(p, (84, 96), (220, 96), -24, -52)
+    flat_turn(p, (84, 96), 38, 150, 215)
+    p.text((84, 116), "ρ_1", "i")
+    p.text((220, 116), "ρ_2", "i")
+    p.text((160, 183), "ρ_1 q_1 = ρ_2 q_2", "i")
+
+
 PAIRS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, free]
 LOOPS = [fixed, revolute, prismatic, screw, cylindrical, planar, universal, spherical, parallel, orthogonal, coaxial,
-         inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve]
+         inline, inplane, distance, coupling, motion, rolling, knife_edge, rates, homokinetic, surface, curve,
+         gear_loop, rack, worm, span, belt]
 FAMILIES = {"joint": PAIRS, "loop": LOOPS, "effect": EFFECTS, "page": [reactions, crane]}
 
 
 def name_of(noun, draw):
-    return "weld" if noun == "loop" and draw is fixed else draw.__name__
+    return "weld" if noun == "loop" and draw is fixed else draw.__name__.removesuffix("_loop")
 
 
 def main():

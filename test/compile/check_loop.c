@@ -73,7 +73,8 @@ static int faults_when(kt_loop_type type, void (*spoil)(kt_loop *)) {
     m.loops[CLOSE].joint = "crank";
     m.loops[CLOSE].terms = m.terms;
     m.loops[CLOSE].term_count = 2;
-    m.loops[CLOSE].radius = 1.0;
+    m.loops[CLOSE].radius = m.loops[CLOSE].radius2 = 1.0;
+    m.loops[CLOSE].teeth = m.loops[CLOSE].teeth2 = 2.0;
     m.loops[CLOSE].surface = (kt_surface){.type = KT_SURFACE_TORUS, .radius = 1.0, .tube = 0.5};
     m.loops[CLOSE].curve = (kt_track){.type = KT_TRACK_HELIX, .radius = 1.0, .pitch = 0.5};
     kt_check_equal_int("faults of the sound loop", mechanism_faults(&m.description).count, 0);
@@ -108,7 +109,8 @@ KT_TEST(each_loop_type_reads_what_the_format_says) {
         {KT_LOOP_WELD, "10000000000"},       {KT_LOOP_UNIVERSAL, "11100000000"},   {KT_LOOP_COUPLING, "00000001100"},
         {KT_LOOP_MOTION, "00000110000"},     {KT_LOOP_ROLLING, "11101000000"},     {KT_LOOP_KNIFE_EDGE, "11000000000"},
         {KT_LOOP_RATES, "00000101000"},      {KT_LOOP_HOMOKINETIC, "11000000000"}, {KT_LOOP_SURFACE, "11000000010"},
-        {KT_LOOP_CURVE, "11000100001"},
+        {KT_LOOP_CURVE, "11000100001"},      {KT_LOOP_GEAR, "11000000000"},        {KT_LOOP_RACK, "11001000000"},
+        {KT_LOOP_WORM, "11001000000"},       {KT_LOOP_SPAN, "11000000000"},        {KT_LOOP_BELT, "11001000000"},
     };
     kt_check_equal_int("types in the table", sizeof table / sizeof *table, KT_LOOP_TYPE_COUNT);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {

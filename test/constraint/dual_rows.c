@@ -203,7 +203,7 @@ KT_TEST(loops_change_as_differences_of_their_equations_do) {
     tangle_plan plan = tangle_plan_default();
     plan.loops = 3;
     plan.tree.bodies = 10;
-    check_all(plan, KT_LOOP_TYPE_COUNT, 0);
+    check_all(plan, KT_LOOP_GEAR, 0);
 }
 
 /* Screws and rolling have no form in a plane; curves are drawn in space alone. */
@@ -211,5 +211,5 @@ KT_TEST(loops_in_a_plane_change_as_differences_of_their_equations_do) {
     tangle_plan plan = tangle_plan_planar();
     plan.loops = 3;
     plan.tree.bodies = 10;
-    check_all(plan, KT_LOOP_TYPE_COUNT - 3, 10);
+    check_all(plan, KT_LOOP_GEAR - 3, 10);
 }

@@ -29,7 +29,8 @@ static void evaluate(const tangle *g, double t, const double *q, const double *v
 static bool is_holonomic(const tangle *g, int row) {
     for (int i = 0; i < g->loops; i++) {
         const int count = kt_loop_type_of(g->tree.model, i) == KT_LOOP_ROLLING ? (g->loop[i].holonomic ? 3 : 2) : -1;
-        static const int rows[KT_LOOP_TYPE_COUNT] = {3, 2, 1, 1, 3, 2, 1, 5, 5, 5, 4, 3, 6, 4, 1, 1, 2, 1, 1, 4, 1, 2};
+        static const int rows[KT_LOOP_TYPE_COUNT] = {3, 2, 1, 1, 3, 2, 1, 5, 5, 5, 4, 3, 6, 4,
+                                                     1, 1, 2, 1, 1, 4, 1, 2, 1, 1, 1, 1, 2};
         const bool is_driven = g->loop[i].type == KT_LOOP_CURVE && g->loop[i].function.type != KT_FUNCTION_NONE;
         const int all = count < 0 ? rows[g->loop[i].type] + is_driven : count;
         if (row < all)

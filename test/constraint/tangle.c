@@ -230,7 +230,7 @@ static bool draw_loop(tangle *g, const tangle_plan *plan, kt_random *random, int
     snprintf(g->name[i], sizeof g->name[i], "loop%d", i);
     loop->name = g->name[i];
     do
-        loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_TYPE_COUNT - 1);
+        loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_GEAR - 1);
     while (!(plan->types & 1U << loop->type));
     if (loop->type == KT_LOOP_COUPLING || loop->type == KT_LOOP_MOTION || loop->type == KT_LOOP_RATES)
         return draw_relation(g, random, loop, g->term[i], plan);

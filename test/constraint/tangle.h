@@ -8,7 +8,11 @@
 
 #include "kinetree/mechanism.h"
 
-enum { TANGLE_LOOPS = 8, TANGLE_ROWS = 6 * TANGLE_LOOPS, TANGLE_ALL_TYPES = (1 << KT_LOOP_TYPE_COUNT) - 1 };
+enum {
+    TANGLE_LOOPS = 8,
+    TANGLE_ROWS = 6 * TANGLE_LOOPS,
+    TANGLE_ALL_TYPES = (1 << KT_LOOP_GEAR) - 1 /* wheels need axes that keep their distance */
+};
 enum { TANGLE_PLANAR_TYPES = TANGLE_ALL_TYPES & ~(1 << KT_LOOP_SCREW | 1 << KT_LOOP_ROLLING | 1 << KT_LOOP_CURVE) };
 
 typedef struct tangle_plan {

@@ -189,7 +189,7 @@ static void add_in_loop(stage *s, kt_random *random, bool planar) {
         body--;
     *loop = kt_loop_default();
     do
-        loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_TYPE_COUNT - 1);
+        loop->type = (kt_loop_type)kt_random_int(random, 0, KT_LOOP_GEAR - 1);
     while (kt_relative_count(loop->type) == 0 || (planar && loop->type != KT_LOOP_REVOLUTE));
     loop->name = "pin";
     loop->between[0] = end_at(s, random, -1);

@@ -50,7 +50,7 @@ CODE = [
     ("freedom", "dof", ()),
     ("freedoms", "dofs", ()),
     ("slide", "prismatic", ("lib/mechanics/dynamics/aba_inverse_passes.c", "lib/mechanics/dynamics/inertia_check.c", "lib/mechanics/control/frame.c", "lib/mechanics/compile/find_planar.c")),
-    ("helix", "screw", ("lib/files/scene/scene_form.c", "lib/model/loop/point_on_curve.c", "lib/output/picture/stroke.c", "include/kinetree/description.h")),  # a curve
+    ("helix", "screw", ("lib/files/scene/scene_form.c", "lib/model/loop/gear.c", "lib/model/loop/point_on_curve.c", "lib/output/picture/stroke.c", "include/kinetree/description.h")),  # a curve, and the angle of teeth
     ("ball", "spherical", ("lib/files/robot/write_mjcf.c", "lib/files/robot/mjcf_force.c", "apps/kinetree/draw/solid.c")),  # MJCF's; a solid
     ("node", "constraint group",  # of a text; of the recursion over degrees of freedom; of glTF; of a graph of operations; of a finite element
      ("lib/output/codegen/", "lib/files/scene/", "lib/files/document/", "lib/mechanics/dynamics/", "lib/mechanics/derivative/effect_", "lib/mechanics/derivative/gravity_force.c", "lib/mechanics/evaluate/effects.h", "lib/mechanics/evaluate/singular_crossing.c", "lib/model/loop/", "lib/motion/simulation/", "apps/kinetree/view/")),

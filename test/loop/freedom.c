@@ -25,6 +25,9 @@ static const dof dofs[KT_LOOP_TYPE_COUNT] = {
     [KT_LOOP_ROLLING] = {2, {true, true, true}, '*'},       [KT_LOOP_KNIFE_EDGE] = {1, {true, true, true}, '*'},
     [KT_LOOP_RATES] = {1, {false, false, false}, '0'},      [KT_LOOP_HOMOKINETIC] = {4, {false, false, false}, 'H'},
     [KT_LOOP_SURFACE] = {1, {false, false, false}, '*'},    [KT_LOOP_CURVE] = {2, {false, false, false}, '*'},
+    [KT_LOOP_GEAR] = {1, {false, false, false}, '0'},       [KT_LOOP_RACK] = {1, {false, false, false}, '0'},
+    [KT_LOOP_WORM] = {1, {false, false, false}, '0'},       [KT_LOOP_SPAN] = {1, {false, false, false}, '0'},
+    [KT_LOOP_BELT] = {2, {false, false, false}, '0'},
 };
 
 static void turn_by(moving *m, int k, jet angle) {
@@ -90,9 +93,11 @@ static moving allowed(const kt_loop_record *loop, double t, const jet free[6]) {
     return m;
 }
 
-/* Types whose equations are all about the relative pose. */
+/* Types whose equations are all about the relative pose. Wheels are about axes that keep their distance
+ * (test/command/wheels.py). */
 static bool is_about_poses(int type) {
-    return kt_loop_kinds_baseline[type]->rows > 0 && type != KT_LOOP_ROLLING && type != KT_LOOP_KNIFE_EDGE;
+    return kt_loop_kinds_baseline[type]->rows > 0 && type < KT_LOOP_GEAR && type != KT_LOOP_ROLLING &&
+           type != KT_LOOP_KNIFE_EDGE;
 }
 
 /* Rounding of numbers up to 20 (the turns of the screw); measured over forty seeds: at most 0.8 of the bounds. */

@@ -107,6 +107,7 @@ kt_loop_end moving_end(const moving *m, kt_v4 acceleration[2]) {
     end.point = lanes(m->p[0].x, m->p[1].x, m->p[2].x);
     end.velocity = lanes(m->p[0].d, m->p[1].d, m->p[2].d);
     end.omega = lanes(rate[1].x, rate[2].x, rate[3].x);
+    end.turn = 0.0;
     end.alpha = end.linear = kt_v4_splat((double)NAN);
     if (acceleration) {
         acceleration[0] = lanes(bend[1].x, bend[2].x, bend[3].x);
@@ -129,6 +130,13 @@ kt_loop_record moving_loop(kt_random *random, int type, double numbers[MOVING_NU
                                           : kt_random_int(random, KT_TRACK_LINE, KT_TRACK_HELIX);
     if (type == KT_LOOP_SURFACE || (type == KT_LOOP_CURVE && loop.form != KT_TRACK_HELIX))
         loop.pitch = 0.0;
+    for (int k = 0; k < 2 && type >= KT_LOOP_GEAR; k++) {
+        loop.gain[k] = kt_random_uniform(random, 0.02, 0.1) * (kt_random_int(random, 0, 1) ? 1.0 : -1.0);
+        loop.bearing[k] = kt_random_uniform(random, -3.0, 3.0);
+        loop.phase[k] = kt_random_uniform(random, -1.0, 1.0);
+    }
+    loop.slope[1] = type >= KT_LOOP_GEAR ? kt_random_uniform(random, -0.5, 0.5) : 0.0;
+    loop.sense = type >= KT_LOOP_GEAR && kt_random_int(random, 0, 1) ? 1.0 : -1.0;
     loop.row_count = 2; /* of a curve: its arc length is free */
     return loop;
 }
@@ -251,6 +259,58 @@ static int curve(const kt_loop_record *loop, double t, const moving *r, jet phi[
     return loop->row_count;
 }
 
+static jet nearest(jet a, double b) {
+    const jet apart = less(a, b);
+    return jet_make(remainderl(apart.x, 8.0L * atanl(1.0L)), apart.d, apart.dd);
+}
+
+/* The angles of d in the frames of both ends, from those at the start. */
+static void bearings(const kt_loop_record *loop, const moving *r, jet beta[2]) {
+    jet axes[3][3];
+    moving_axes(r->q, axes);
+    const jet second = jet_atan2(jet_dot(r->p, axes[1]), jet_dot(r->p, axes[0]));
+    beta[0] = nearest(jet_atan2(r->p[1], r->p[0]), loop->bearing[0]);
+    const jet alike = jet_scale((long double)loop->sense, beta[0]);
+    beta[1] = jet_add(alike, nearest(jet_sub(second, alike), loop->bearing[1]));
+}
+
+/* The length of a straight span and of what it loses on the pulleys. */
+static jet span(const kt_loop_record *loop, const moving *r, double side, double phase) {
+    jet beta[2];
+    const long double one = (long double)(side * loop->gain[0]), two = (long double)(side * loop->gain[1]);
+    const jet D = jet_constant(one - two);
+    const jet square = jet_add(jet_mul(r->p[0], r->p[0]), jet_mul(r->p[1], r->p[1]));
+    const jet length = jet_sqrt(jet_sub(square, jet_mul(D, D)));
+    bearings(loop, r, beta);
+    const jet wound = jet_sub(jet_scale(two * (long double)loop->sense, beta[1]), jet_scale(one, beta[0]));
+    return less(jet_add(jet_add(length, jet_mul(D, jet_atan2(D, length))), wound), phase);
+}
+
+static int wheels(const kt_loop_record *loop, const moving *r, jet phi[6]) {
+    jet axes[3][3], beta[2];
+    moving_axes(r->q, axes);
+    bearings(loop, r, beta);
+    if (loop->type == KT_LOOP_SPAN) {
+        phi[0] = span(loop, r, 1.0, loop->phase[0]);
+        return 1;
+    }
+    if (loop->type == KT_LOOP_BELT) {
+        const jet one = span(loop, r, 1.0, loop->phase[0]), two = span(loop, r, -1.0, loop->phase[1]);
+        phi[0] = jet_scale(0.5L, jet_sub(one, two));
+        phi[1] = jet_add(one, two);
+        return 2;
+    }
+    if (loop->type == KT_LOOP_RACK) {
+        const jet gamma = nearest(jet_atan2(axes[2][1], axes[2][0]), loop->bearing[0]);
+        phi[0] = less(jet_sub(jet_dot(axes[2], r->p), jet_scale((long double)loop->gain[0], gamma)), loop->phase[0]);
+        return 1;
+    }
+    phi[0] = jet_add(jet_scale((long double)loop->gain[0], beta[0]), jet_scale((long double)loop->gain[1], beta[1]));
+    if (loop->type == KT_LOOP_GEAR)
+        phi[0] = less(jet_add(phi[0], jet_scale((long double)loop->slope[1], r->p[2])), loop->phase[0]);
+    return 1;
+}
+
 static int lower_pair(const kt_loop_record *loop, const moving *r, jet phi[6]) {
     const bool point[KT_LOOP_TYPE_COUNT][3] = {
         [KT_LOOP_SPHERICAL] = {true, true, true},    [KT_LOOP_INLINE] = {true, true, false},
@@ -311,6 +371,8 @@ int moving_equations(const kt_loop_record *loop, double t, const moving *first, 
         phi[0] = surface(loop, &r);
         return 1;
     }
+    if (loop->type >= KT_LOOP_GEAR)
+        return wheels(loop, &r, phi);
     if (loop->type == KT_LOOP_KNIFE_EDGE) {
         phi[0] = knife_edge(&r);
         return 1;

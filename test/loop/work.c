@@ -65,6 +65,14 @@ static bool is_smooth(const kt_loop_record *loop, const moving m[2]) {
     jet axes[3][3];
     moving_axes(r.q, axes);
     const double c = (double)axes[2][2].x;
+    if (loop->type >= KT_LOOP_GEAR) { /* away from an axis, and from half a turn */
+        const double x = (double)r.p[0].x, y = (double)r.p[1].x, u = (double)jet_dot(r.p, axes[0]).x;
+        const double v = (double)jet_dot(r.p, axes[1]).x, one = atan2(y, x) - loop->bearing[0];
+        const double two = atan2(v, u) - loop->bearing[1] - loop->sense * one, turn = 6.283185307179586;
+        const double line = atan2((double)axes[2][1].x, (double)axes[2][0].x) - loop->bearing[0];
+        return hypot(x, y) > 1.5 && hypot(u, v) > 1.5 && fabs(c) < 0.6 && fabs(remainder(one, turn)) < 2.8 &&
+               fabs(remainder(two, turn)) < 2.8 && fabs(remainder(line, turn)) < 2.8;
+    }
     if (type == KT_LOOP_ORTHOGONAL || type == KT_LOOP_UNIVERSAL || type == KT_LOOP_ROLLING)
         return fabs(c) < 0.7;
     if (type == KT_LOOP_DISTANCE)

@@ -10,9 +10,10 @@ KT_TEST(types_have_the_names_of_the_scene_format) {
                                          "planar", "universal", "spherical", "free"};
     static const char *const shapes[] = {"none", "point", "rod", "box", "sphere", "cylinder", "polygon"};
     static const char *const loops[] = {
-        "spherical", "inline",     "inplane",     "distance",    "parallel", "coaxial",   "orthogonal", "revolute",
-        "prismatic", "screw",      "cylindrical", "planar",      "weld",     "universal", "coupling",   "motion",
-        "rolling",   "knife_edge", "rates",       "homokinetic", "surface",  "curve"};
+        "spherical", "inline",    "inplane", "distance",    "parallel", "coaxial",     "orthogonal",
+        "revolute",  "prismatic", "screw",   "cylindrical", "planar",   "weld",        "universal",
+        "coupling",  "motion",    "rolling", "knife_edge",  "rates",    "homokinetic", "surface",
+        "curve",     "gear",      "rack",    "worm",        "span",     "belt"};
     static const char *const effects[] = {"spring",  "joint_spring", "joint_damper", "joint_friction", "joint_limit",
                                           "bushing", "motor",        "servo",        "force",          "torque",
                                           "drag",    "attraction",   "contact",      "expression",     "thrust"};

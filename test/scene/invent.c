@@ -324,6 +324,20 @@ static void invent_loop(inventor *v, int i) {
         loop->radius = positive(v);
         loop->holonomic = chance(v);
     }
+    if (loop->type >= KT_LOOP_GEAR) {
+        loop->radius = loop->radius2 = positive(v);
+        loop->second_axis = axis(v);
+        loop->tension = loop->type >= KT_LOOP_SPAN ? positive(v) : 0.0;
+        loop->crossed = loop->type == KT_LOOP_BELT && chance(v);
+        if (loop->type == KT_LOOP_RACK || loop->type == KT_LOOP_WORM)
+            loop->radius2 = 0.0;
+        if (loop->type == KT_LOOP_WORM)
+            loop->teeth = loop->teeth2 = 2.0;
+        if (loop->type <= KT_LOOP_WORM)
+            loop->pressure_angle = positive(v);
+        if (loop->type == KT_LOOP_GEAR)
+            loop->helix_angle = any(v);
+    }
     if (loop->type == KT_LOOP_DISTANCE && chance(v))
         loop->function = function(v, v->out->numbers[i], true);
     if (loop->type == KT_LOOP_MOTION) {

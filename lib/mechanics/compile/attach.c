@@ -5,6 +5,7 @@
  */
 #include "compile/attach.h"
 
+#include "algebra/vector_parts.h"
 #include "base/aligned.h"
 #include "compile/find_planar.h"
 #include "dynamics/dynamics.h"
@@ -116,6 +117,55 @@ static void prepare_loop(const kt_loop *loop, kt_model *m, kt_loop_record *r, si
     *number += loop_number_count(loop);
 }
 
+/* By how many radians a link turns an end about its z axis for each radian of its coordinate: 1, -1 or 0. *counts
+ * becomes false if the link turns about another axis, or has no such coordinate. */
+static double turn_of_link(const kt_attach *a, int32_t index, kt_vec3 z, bool *counts) {
+    const kt_link *link = &a->tree->link[index];
+    const kt_motion_facts facts = kt_motion_facts_of(link->motion);
+    if (facts.angles + facts.quaternions == 0)
+        return 0.0;
+    const double along = kt_vec3_dot(kt_mat3_column(a->pose[index].rotation, link->axis), z);
+    const bool is_about = facts.positions == 1 && fabs(fabs(along) - 1.0) < 1e-12;
+    *counts = *counts && is_about;
+    return is_about ? copysign(1.0, along) : 0.0;
+}
+
+static kt_loop_start start_of_loop(const kt_attach *a, const kt_loop_record *r) {
+    kt_loop_start at = {.end = {end_pose(a, r, 0), end_pose(a, r, 1)}, .counted = {true, true}};
+    for (int k = 0; k < 2; k++)
+        for (int32_t i = r->link[k]; i != r->ancestor; i = a->tree->link[i].parent) {
+            const double turn = turn_of_link(a, i, at.end[k].rotation.z, &at.counted[k]);
+            at.turn[k] += turn != 0.0 ? turn * a->tree->q0[a->tree->link[i].q] : 0.0;
+        }
+    return at;
+}
+
+/* Completes a record from the given positions; a loop that does not fit them is rejected. */
+static kt_status start_loop(const kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_error *error) {
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
+    if (kind->initial_angle)
+        r->angle = relative_angle(a, r);
+    if (!kind->start)
+        return KT_OK;
+    const kt_loop_start at = start_of_loop(a, r);
+    kt_error reason;
+    char where[KT_WHERE_SIZE];
+    (void)snprintf(where, sizeof where, "loop '%.100s'", loop->name);
+    return kind->start(loop, &at, r, &reason) ? KT_OK
+                                              : kt_error_set(error, KT_ERROR_MODEL, where, "%s", reason.message);
+}
+
+/* The signs with which the joints on both paths count the turns of a loop's ends. */
+static void fill_loop_turns(const kt_attach *a, kt_model *m, kt_loop_record *r, size_t *number) {
+    r->turn = *number;
+    for (int k = 0; k < 2 && r->counted && !kt_loop_is_off(r); k++) {
+        const kt_vec3 z = end_pose(a, r, k).rotation.z;
+        bool ignored = true;
+        for (int i = 0; i < r->length[k]; i++)
+            m->number[(*number)++] = turn_of_link(a, m->path[r->path[k] + i], z, &ignored);
+    }
+}
+
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
     for (int i = 0; i < d->loop_count; i++) {
@@ -143,14 +193,16 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
             kt_status status = trace_frames(a, loop, r, error);
             if (status != KT_OK)
                 return status;
-            if (kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)]->initial_angle)
-                r->angle = relative_angle(a, r);
-            status = check_distance(a, loop, r, error);
+            n->load += kt_loop_kinds_baseline[r->kind]->load != NULL && !off;
+            status = start_loop(a, loop, r, error);
+            if (status == KT_OK)
+                status = check_distance(a, loop, r, error);
             if (status != KT_OK)
                 return status;
         }
         const kt_function function = loop_function_of(a, loop, r);
         n->number += kt_curve_number_count(&function) + loop_number_count(loop);
+        n->number += r->counted && !off ? (size_t)(r->length[0] + r->length[1]) : 0;
         n->text += strlen(loop->name) + 1;
     }
     return KT_OK;
@@ -189,6 +241,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         r->curve = kt_loop_is_off(r) && curve.type != KT_FUNCTION_NONE ? no_curve : curve;
         *number += kt_curve_number_count(&function);
         prepare_loop(loop, m, r, number);
+        fill_loop_turns(a, m, r, number);
         m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
         r->name = kt_model_keep_text(m, text, loop->name);
     }

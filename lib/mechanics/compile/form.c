@@ -55,10 +55,11 @@ static void set_form(kt_group *group, kt_group_form form, kt_form_reason reason)
     group->reason = reason;
 }
 
-/* Whether the equation of a loop is a formula: its row varies, and fronts take that of a coupling for constant. */
+/* Whether the equation of a loop is a formula: its row varies, and fronts take that of a coupling for constant. Fronts
+ * do not count the turns of ends, either. */
 static bool has_formula(const kt_model *model, const kt_group *group) {
     for (int32_t i = group->loop; i < group->loop + group->loop_count; i++)
-        if (kt_has_formula_row(&model->loop[model->group_loop[i]]))
+        if (kt_has_formula_row(&model->loop[model->group_loop[i]]) || model->loop[model->group_loop[i]].counted)
             return true;
     return false;
 }

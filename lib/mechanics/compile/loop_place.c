@@ -28,7 +28,8 @@ static const double flat_enough = 1e-9;
 int kt_loop_place_end(const kt_loop_record *r) {
     if (r->side != KT_SIDE_NONE)
         return -1;
-    if (kt_attach_is_relation(r->type) || kt_loop_kinds_baseline[r->kind]->initial_angle)
+    const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
+    if (kt_attach_is_relation(r->type) || kind->initial_angle || kind->start)
         return -1;
     return r->link[0] == 0 ? 0 : r->link[1] == 0 ? 1 : -1;
 }

@@ -29,7 +29,8 @@ static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, con
 }
 
 static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                              const kt_loop_record *loop, const int32_t *slot, double t, kt_wrench *bodies) {
+                              const kt_loop_record *loop, const int32_t *slot, double t, kt_wrench *bodies,
+                              kt_wrench *idle) {
     const kt_v4 none = kt_v4_splat(0.0);
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
@@ -38,13 +39,21 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
         kt_end_follow(model, data, loop, k, false, NULL, &end[k]);
         arm[k] = kt_v4_apply(data->motion[loop->link[k]].axes, kt_v4_from(loop->frame[k].position));
     }
-    const int count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, end, t, rows);
-    for (int r = 0; r < count; r++)
-        if (slot[r] >= 0) {
-            moment += kt_v4_splat(w->multiplier[slot[r]]) * rows[r].moment;
-            force += kt_v4_splat(w->multiplier[slot[r]]) * rows[r].force;
-        }
-    const kt_v4 d = end[1].point - end[0].point;
+    const kt_loop_kind *kind = KT_KERNEL(kt_loop_kinds)[loop->kind];
+    const int count = kind->evaluate(loop, model->number, end, t, rows);
+    double lambda[KT_LOOP_ROW_MAX];
+    for (int r = 0; r < count; r++) {
+        lambda[r] = slot[r] >= 0 ? w->multiplier[slot[r]] : 0.0;
+        moment += kt_v4_splat(lambda[r]) * rows[r].moment;
+        force += kt_v4_splat(lambda[r]) * rows[r].force;
+    }
+    const kt_v4 d = end[1].point - end[0].point, rows_moment = moment, rows_force = force;
+    if (kind->load)
+        kind->load(loop, end, lambda, &moment, &force);
+    if (kind->load && idle) {
+        add_to_body(model, data, loop->body[1], moment - rows_moment, force - rows_force, arm[1], idle);
+        add_to_body(model, data, loop->body[0], rows_moment - moment, rows_force - force, arm[0] + d, idle);
+    }
     add_to_body(model, data, loop->body[1], moment, force, arm[1], bodies);
     add_to_body(model, data, loop->body[0], -moment, -force, arm[0] + d, bodies);
     kt_wrench out;
@@ -78,7 +87,8 @@ static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops) {
+void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *idle,
+                         kt_wrench *loops) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -88,10 +98,10 @@ void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, k
             const int32_t *slot = kt_rows_slots(model, group, loop);
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
-            else if (kt_group_has_fronts(group))
+            else if (kt_group_has_fronts(group) && !KT_KERNEL(kt_loop_kinds)[loop->kind]->load)
                 loops[index] = front_wrench(model, data, &w, loop, slot, bodies);
             else
-                loops[index] = frame_wrench(model, data, &w, loop, slot, t, bodies);
+                loops[index] = frame_wrench(model, data, &w, loop, slot, t, bodies, idle);
         }
     }
 }

@@ -26,6 +26,7 @@ KT_INLINE kt_real3 kt_end_follow(const kt_model *model, const kt_data *data, con
                                  bool moving, const kt_real1 *v, kt_loop_end *end) {
     const kt_real3 none = kt_zero3();
     const kt_mat3 *own = &loop->frame[k].rotation;
+    end->turn = kt_real1_splat(0.0);
     if (loop->link[k] == 0) { /* the ground, at rest */
         end->axes[0] = kt_from3(own->x);
         end->axes[1] = kt_from3(own->y);
@@ -67,6 +68,15 @@ KT_INLINE kt_real3 kt_end_follow(const kt_model *model, const kt_data *data, con
     end->alpha = alpha;
     end->linear = kt_add3(kt_add3(linear, kt_cross3(alpha, arm)), kt_cross3(omega, kt_cross3(omega, arm)));
     return arm;
+}
+
+/* The turns of both ends, of a loop that counts them. */
+KT_INLINE void kt_ends_count(const kt_model *model, const kt_loop_record *loop, const kt_real1 *q, kt_loop_end end[2]) {
+    const double *sign = model->number + loop->turn;
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < loop->length[k]; i++, sign++)
+            if (*sign != 0.0)
+                end[k].turn += *sign * q[model->link[model->path[loop->path[k] + i]].q];
 }
 
 /* A point of a body above a plane on the ground (KT_LOOP_INPLANE): contacts with the ground. The frame at rest leaves
@@ -165,13 +175,15 @@ KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, cons
 }
 
 KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                              const kt_loop_record *loop, const int32_t *slot, bool moving, const kt_real1 *v,
-                              kt_real1 t) {
+                              const kt_loop_record *loop, const int32_t *slot, bool moving, const kt_real1 *q,
+                              const kt_real1 *v, kt_real1 t) {
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_real3 arm[2];
     for (int k = 0; k < 2; k++)
         arm[k] = kt_end_follow(model, data, loop, k, moving, v, &end[k]);
+    if (loop->counted)
+        kt_ends_count(model, loop, q, end);
     const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
 #ifndef KT_LANES
     if (loop->equations != NULL)
@@ -323,7 +335,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
         else if (kt_loop_is_over_ground(loop))
             kt_rows_over_ground(model, data, &w, loop, slot[0], moving);
         else
-            kt_rows_frames(model, data, &w, loop, slot, moving, v, t);
+            kt_rows_frames(model, data, &w, loop, slot, moving, q, v, t);
     }
 }
 

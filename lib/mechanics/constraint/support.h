@@ -121,6 +121,7 @@ static inline kt_loop_end kt_support_end_dual(const kt_support_end *e, const kt_
         }
     }
     kt_loop_end end;
+    end.turn = kt_real_of(0.0); /* of residuals alone */
     for (int k = 0; k < 3; k++)
         end.axes[k] = kt_vector_of(e->axes[k], axes[k]);
     end.point = kt_vector_of(e->point, point);

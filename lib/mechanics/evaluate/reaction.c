@@ -31,6 +31,25 @@ void kt_multipliers_put(const kt_model *model, kt_data *data, const double *mult
     }
 }
 
+/* Some loops press on their bearings with forces that do no work, such as the parting force of teeth
+ * (kt_loop_kind.load). Bearings that are joints of the tree need no more. If a bearing is a loop, its multipliers have
+ * to balance these forces: they act on the bodies, and the equations are solved once more. The multipliers on which the
+ * forces depend do not change. */
+static void balance_idle_wrenches(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    kt_dynamic_state loaded = *at;
+    for (size_t i = 0; i < model->n.body; i++)
+        if (at->external) {
+            data->idle[i].moment = kt_vec3_add(data->idle[i].moment, at->external[i].moment);
+            data->idle[i].force = kt_vec3_add(data->idle[i].force, at->external[i].force);
+        }
+    loaded.external = data->idle;
+    (void)kernels->forward(model, data, &loaded, false, data->scratch);
+    kernels->multipliers(model, data, at->v, a);
+    kt_copy_or_clear(data->loaded, at->external, model->n.body * sizeof *data->loaded);
+    kernels->react(model, data, at->t, data->loaded, NULL, data->loop_wrench);
+}
+
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     model = kt_model_now(model, data);
@@ -42,7 +61,11 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
     kernels->multipliers(model, data, at->v, a);
     if (data->given_multipliers != NULL)
         kt_multipliers_put(model, data, data->given_multipliers);
-    kernels->react(model, data, at->t, data->loaded, data->loop_wrench);
+    if (model->n.load > 0)
+        memset(data->idle, 0, model->n.body * sizeof *data->idle);
+    kernels->react(model, data, at->t, data->loaded, model->n.load > 0 ? data->idle : NULL, data->loop_wrench);
+    if (model->n.load > 0 && data->given_multipliers == NULL)
+        balance_idle_wrenches(model, data, &loaded, a);
 }
 
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {

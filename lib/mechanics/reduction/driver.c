@@ -81,6 +81,8 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
             .residual = kt_dot3(kt_from3(of->frame[0].rotation.z), kt_point_over_ground(model, data, of, &arm))};
     for (int k = 0; k < 2; k++)
         kt_end_follow(model, data, of, k, v != NULL, v, &end[k]);
+    if (of->counted)
+        kt_ends_count(model, of, q, end);
     (void)kt_loop_evaluate(of, model->number, end, t, rows);
     if (of->equations != NULL)
         kt_stop_note(model, data, of, rows[0].rate);

@@ -101,8 +101,8 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
         e->velocity[1] = KT_PART3(m->velocity, 1) + w * e->arm[0];
     }
     kt_planar_relate(f->data, flat, end, &r);
-    const int count =
-        kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot}, end, &r, t, rows);
+    const int count = kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot}, end, &r,
+                                              NULL, t, rows);
     kt_planar_rows_vanishing(&f->w, flat, slot);
     for (int i = flat->count; i < flat->count + flat->vanishing_count; i++)
         if (slot[flat->row[i].row] >= 0)
@@ -130,6 +130,7 @@ static kt_real3 place_end(const kt_front *f, const kt_loop_record *loop, int k, 
     const kt_real3 frame[3] = {kt_from3(own->x), kt_from3(own->y), kt_from3(own->z)};
     kt_multiply3(link->axes, frame, end->axes);
     end->point = kt_add3(m->point, arm);
+    end->turn = kt_real1_splat(0.0); /* loops that count turns are reduced with dense matrices */
     end->omega = omega;
     end->velocity = kt_add3(m->velocity, kt_cross3(omega, arm));
     end->alpha = m->alpha;

@@ -48,7 +48,8 @@ typedef struct kt_reduction_kernels {
     /* Computes the null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
     void (*basis)(const kt_model *model, kt_data *data);
     /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
-    void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *loops);
+    void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *idle,
+                  kt_wrench *loops);
     /* Compute only the poses of the links, then their velocities; likewise NULL. */
     void (*pose)(const kt_model *model, kt_data *data, const double *q);
     void (*move)(const kt_model *model, kt_data *data, const double *v);

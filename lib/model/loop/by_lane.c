@@ -15,6 +15,7 @@ static void take_end(const double *x, size_t width, kt_loop_end *end) {
     end->point = take3(x + 9 * width, width);
     end->omega = take3(x + 12 * width, width);
     end->velocity = take3(x + 15 * width, width);
+    end->turn = x[18 * width];
     end->alpha = end->linear = kt_v4_splat(0.0);
 }
 

@@ -17,7 +17,7 @@ typedef kt_real3 kt_vector; /* of which loop.h makes ends and rows of several st
 typedef struct kt_loop_lanes {
     size_t width;
     const double *t;
-    const double *end[2]; /* axes, point, omega, velocity; of a relation end[0] is the sum */
+    const double *end[2]; /* axes, point, omega, velocity, turn; of a relation end[0] is the sum */
     double *row;          /* moment, force, residual, rate, drift; of a relation the last three */
     size_t row_stride;    /* from a row to the next one */
 } kt_loop_lanes;

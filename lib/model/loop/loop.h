@@ -17,8 +17,16 @@ typedef struct kt_loop_end {
     kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_vector point;
     kt_vector omega, velocity;
+    kt_real turn; /* about z, as the joints from the ancestor on count it; 0 unless the loop counts (kt_loop_kind) */
     kt_vector alpha, linear;
 } kt_loop_end;
+
+/* The ends in the given positions, world axes. */
+typedef struct kt_loop_start {
+    kt_pose end[2];
+    double turn[2];  /* as in kt_loop_end */
+    bool counted[2]; /* all joints from the ancestor on turn about z, or slide */
+} kt_loop_start;
 
 /* One equation phi = 0. With d = point_2 - point_1, and the second end's motion relative to the first's frame,
  *     w = omega_2 - omega_1,   u  = v_2 - v_1 - omega_1 x d,
@@ -75,6 +83,13 @@ typedef struct kt_loop_kind {
     /* Copies the members of the loop that the type needs into the record; the loop is not read later. Fills the type's
      * numbers from record->number on. NULL: pitch, radius and holonomic are enough. */
     void (*prepare)(const kt_loop *loop, double *numbers, kt_loop_record *record);
+    /* Completes the record from the ends in the given positions, world axes. Returns false, with the reason in *error,
+     * if the loop does not fit them. NULL: nothing to complete. */
+    bool (*start)(const kt_loop *loop, const kt_loop_start *at, kt_loop_record *record, kt_error *error);
+    /* The wrench on the second end, about its point, for multipliers of the rows: where it is not their sum, as rows
+     * give only the part that does work. NULL: the sum. */
+    void (*load)(const kt_loop_record *loop, const kt_loop_end end[2], const double *lambda, kt_vector *moment,
+                 kt_vector *force);
     /* The arc length of the point of a curve that is nearest to p, in the first end's frame; NULL: no curve. */
     double (*arc_length)(const kt_loop_record *loop, const double *numbers, const double p[3]);
     /* Writes the rows and returns their number, which does not depend on the state. */

@@ -46,8 +46,12 @@ kt_term kt_loop_term(const kt_loop *loop, int k) {
 }
 
 kt_vec3 kt_loop_axis(const kt_loop *loop, int end) {
-    const bool two = kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(axis2));
-    return end == 1 && two ? loop->axis2 : loop->axis;
+    const kt_descriptor *descriptor = kt_loop_descriptor(loop->type);
+    const kt_vec3 second = loop->second_axis;
+    if (end == 1 && kt_descriptor_reads(descriptor, KT_LOOP_AT(axis2)))
+        return loop->axis2;
+    const bool two = kt_descriptor_reads(descriptor, KT_LOOP_AT(second_axis)) && kt_vec3_dot(second, second) > 0.0;
+    return end == 1 && two ? second : loop->axis;
 }
 
 int kt_loop_count(const kt_model *model) { return model ? (int)model->n.loop : 0; }

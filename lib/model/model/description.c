@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 static const kt_vec3 axis_z = {0.0, 0.0, 1.0};
+static const double pi = 3.14159265358979323846;
 
 kt_joint kt_joint_default(void) {
     const double none = (double)INFINITY;
@@ -21,7 +22,12 @@ kt_body kt_body_default(void) {
 kt_end kt_end_default(void) { return (kt_end){.body = NULL}; }
 
 kt_loop kt_loop_default(void) {
-    return (kt_loop){.name = NULL, .axis = axis_z, .axis2 = axis_z, .holonomic = true, .rest_velocity = 1e-6};
+    return (kt_loop){.name = NULL,
+                     .axis = axis_z,
+                     .axis2 = axis_z,
+                     .holonomic = true,
+                     .pressure_angle = pi / 9.0,
+                     .rest_velocity = 1e-6};
 }
 
 kt_effect kt_effect_default(void) {

@@ -23,6 +23,7 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t slip;       /* hard contacts that slip */
+    size_t load;       /* loops whose wrenches have parts that do no work (kt_loop_kind.load) */
     size_t slip_work;  /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
     size_t dense;                             /* numbers that the groups' matrices take in the data */
@@ -416,6 +417,7 @@ typedef struct kt_slip_frame {
     X(kt_wrench, wrench, n->body, "wrenches on bodies: sums towards the root")                                         \
     X(kt_wrench, applied, kt_where(n->force_link, n->body), "wrenches on bodies: external ones and effects")           \
     X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
+    X(kt_wrench, idle, kt_where(n->load, n->body), "wrenches on bodies: parts of the loops' that do no work")          \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")                                                           \
     X(int32_t, stopped, kt_where(n->loop, 2), "the loop (from 1) whose callback stopped in this call, and its code")
 

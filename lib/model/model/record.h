@@ -139,10 +139,23 @@ typedef struct kt_loop_record {
     int32_t given;               /* custom: kt_loop_given */
     kt_loop_callback *equations; /* custom */
     void *user;                  /* custom: of the callback */
-    uint32_t name;               /* offset in the model's text */
-    bool comes;                  /* it is off at first, and is switched on later */
-    bool released;               /* a contact or friction that does not act by itself at first */
-    int32_t side;                /* kt_side */
+
+    /* gear, rack, worm, span, belt */
+    double gain[2];    /* gear, worm: lengths for a radian of each wheel; rack: of the wheel; span, belt: radii */
+    double bearing[2]; /* angles of the line of the ends in their frames, without the ends' turns, at the start */
+    double turned[2];  /* the ends' turns at the start */
+    double sense;      /* 1, or -1 if the axes of the ends are opposite */
+    double phase[2];   /* of each row, at the start */
+    double period;     /* after which residuals repeat; 0: never */
+    double slope[3];   /* parting, axial and tangential force of teeth for each unit of the multiplier */
+    double tension;
+    size_t turn;  /* where the signs with which the joints on both paths count turns begin among the numbers */
+    bool counted; /* joints count the turns of its ends */
+
+    uint32_t name;                     /* offset in the model's text */
+    bool comes;                        /* it is off at first, and is switched on later */
+    bool released;                     /* a contact or friction that does not act by itself at first */
+    int32_t side;                      /* kt_side */
     double restitution, rest_velocity; /* of one that bounds a side */
     bool poisson;                      /* likewise: its restitution is of impulses */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */

@@ -51,7 +51,7 @@ static void add_wrenches(kt_simulation *simulation, double t, const double *q, c
         kernels->pose(c->all, c->data, q);
     kt_multipliers_put(c->all, c->data, m->multiplier);
     kt_clear(m->loop, c->all->n.loop * sizeof *m->loop);
-    kernels->react(c->all, c->data, t, m->external, m->loop);
+    kernels->react(c->all, c->data, t, m->external, NULL, m->loop);
 }
 
 kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *error) {

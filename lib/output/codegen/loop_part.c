@@ -31,6 +31,11 @@ static const unsigned char part_of_type[KT_LOOP_TYPE_COUNT][KT_LOOP_ROW_MAX] = {
     [KT_LOOP_CURVE] = {KT_CODE_CURVE_FIRST, KT_CODE_CURVE_SECOND, KT_CODE_CURVE_ALONG},
     [KT_LOOP_ROLLING] = {KT_CODE_ROLL_X, KT_CODE_ROLL_Y, KT_CODE_ROLL_GAP},
     [KT_LOOP_KNIFE_EDGE] = {KT_CODE_EDGE},
+    [KT_LOOP_GEAR] = {KT_CODE_WHEEL},
+    [KT_LOOP_RACK] = {KT_CODE_WHEEL},
+    [KT_LOOP_WORM] = {KT_CODE_WHEEL},
+    [KT_LOOP_SPAN] = {KT_CODE_WHEEL},
+    [KT_LOOP_BELT] = {KT_CODE_WHEEL, KT_CODE_WHEEL_SECOND},
 };
 
 /* Equations of velocities, which have no residual. */

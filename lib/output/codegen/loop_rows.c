@@ -5,7 +5,7 @@
  *   along e        phi = e . d,           f = e
  *   distance       phi = |d| - L,         f = n = d / |d|,  drift = |n x u|^2 / |d| - L'',  rate = L'
  *
- * loop_orientation.c, loop_surface.c and loop_rolling.c have the others.
+ * loop_orientation.c, loop_surface.c, loop_rolling.c and loop_wheel.c have the others.
  *
  * If two points coincide, the axes e are those of the ancestor, turned with the first end at this instant. The library
  * takes those of the first end. Both sets are equal but for a constant rotation, and have the same solutions. In a
@@ -103,4 +103,6 @@ void kt_code_add_end_rows(const kt_code_closing *c, kt_code_loop_rows *rows) {
         kt_code_add_rolling(c, rows, active);
     if (active & 1u << KT_CODE_EDGE)
         kt_code_add_edge(c, rows);
+    if (active & 3u << KT_CODE_WHEEL)
+        kt_code_add_wheels(c, rows, active);
 }

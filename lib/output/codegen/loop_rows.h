@@ -16,7 +16,9 @@ enum {
     KT_CODE_ROLL_X, /* rolling: velocities in the plane, and the gap */
     KT_CODE_ROLL_Y,
     KT_CODE_ROLL_GAP,
-    KT_CODE_EDGE, /* knife_edge */
+    KT_CODE_EDGE,  /* knife_edge */
+    KT_CODE_WHEEL, /* gear, rack, worm, span; belt: its first span, and its second one */
+    KT_CODE_WHEEL_SECOND,
 };
 
 #define KT_CODE_POINT (1u << KT_PART_X | 1u << KT_PART_Y | 1u << KT_PART_Z)
@@ -83,6 +85,9 @@ void kt_code_add_curve(const kt_code_closing *c, kt_code_loop_rows *rows, unsign
 /* Rolling and skating (loop_rolling.c). */
 void kt_code_add_rolling(const kt_code_closing *c, kt_code_loop_rows *rows, unsigned active);
 void kt_code_add_edge(const kt_code_closing *c, kt_code_loop_rows *rows);
+
+/* Wheels that mesh, and ropes between pulleys (loop_wheel.c). */
+void kt_code_add_wheels(const kt_code_closing *c, kt_code_loop_rows *rows, unsigned active);
 
 /* Adds the equations of the loop. */
 void kt_code_add_end_rows(const kt_code_closing *c, kt_code_loop_rows *rows);

@@ -181,6 +181,19 @@ bool kt_code_read_loops(kt_code_tree *tree) {
     return !tree->graph->failed;
 }
 
+/* The numbers that loop_wheel.c folds. */
+static void hash_wheels(const kt_model *model, const kt_loop_record *r, kt_code_hash *hash, uint64_t *h) {
+    hash(h, r->gain, sizeof r->gain);
+    hash(h, r->bearing, sizeof r->bearing);
+    hash(h, r->turned, sizeof r->turned);
+    hash(h, &r->sense, sizeof r->sense);
+    hash(h, r->phase, sizeof r->phase);
+    hash(h, &r->period, sizeof r->period);
+    hash(h, &r->slope[1], sizeof r->slope[1]);
+    if (r->counted && !kt_loop_is_off(r))
+        hash(h, model->number + r->turn, (size_t)(r->length[0] + r->length[1]) * sizeof *model->number);
+}
+
 void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) {
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
@@ -195,6 +208,8 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
         }
         hash(h, fixed, sizeof fixed);
         hash(h, &rows, sizeof rows);
+        if (r->type >= KT_LOOP_GEAR && r->type <= KT_LOOP_BELT)
+            hash_wheels(model, r, hash, h);
         for (int k = 0; k < r->term_count; k++)
             hash(h, &model->term[r->term + k].link, sizeof model->term->link);
         for (int k = 0; k < 2 && r->term_count == 0; k++) {
