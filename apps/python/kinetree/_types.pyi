@@ -88,6 +88,22 @@ class _Loop:
     def curve(self, *, between: Sequence[End], curve: Any, name: str = ..., switched: bool = ..., axis: Axis = ..., distance: Union[Number, Json] =
         ...) -> Json:
         """the second point stays on a curve; its arc length may be given"""
+    def gear(self, *, between: Sequence[End], name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis = ..., radius: Number = ...,
+        radius2: Number = ..., teeth: Number = ..., teeth2: Number = ..., module: Number = ..., pressure_angle: Number = ..., helix_angle: Number =
+        0.0) -> Json:
+        """two toothed wheels mesh, with parallel or intersecting axes; the bearings carry the force of the teeth"""
+    def rack(self, *, between: Sequence[End], radius: Number, name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis = ...,
+        pressure_angle: Number = ...) -> Json:
+        """a toothed wheel meshes with a rack; bearings and guides carry the force of the teeth"""
+    def worm(self, *, between: Sequence[End], radius: Number, teeth: Number, teeth2: Number, name: str = ..., switched: bool = ..., axis: Axis = ...,
+        axis2: Axis = ..., pressure_angle: Number = ...) -> Json:
+        """a worm drives a wheel whose axis is at a right angle; the bearings carry the force of the teeth"""
+    def span(self, *, between: Sequence[End], name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis = ..., radius: Number = 0.0,
+        radius2: Number = 0.0, tension: Number = 0.0) -> Json:
+        """a rope runs straight from one pulley to another without slip; bearings carry its tension"""
+    def belt(self, *, between: Sequence[End], radius: Number, radius2: Number, name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis =
+        ..., crossed: Union[bool, str] = False, tension: Number = 0.0) -> Json:
+        """a belt runs around two pulleys without slip; the bearings carry both spans"""
     def __dir__(self) -> List[str]: ...
 
 loop: _Loop
