@@ -25,7 +25,8 @@ class Control {
     }
 
     show() {
-        this.number.value = Number((this.value * this.factor).toPrecision(5));
+        const shown = Number((this.value * this.factor).toPrecision(5));
+        this.number.value = this.log && Math.abs(shown) < 1e-3 ? shown.toExponential() : shown;
         if (this.slider !== null)
             this.slider.value = this.log ? log10(this.value) : this.value * this.factor;
     }

@@ -82,6 +82,25 @@ class Live {
         this.controls.tolerance.number.closest("label").hidden = has_step;
     }
 
+    /* Values that the address of the page gives, as a figure of a text does: #method=rk4&step=0.01&unprojected=1&start.crank=1.2&compare=1. */
+    take_address() {
+        const {parameters, joints, tolerance, step, duration} = this.controls, given = new URLSearchParams(location.hash.slice(1)), number = (key) => Number(given.get(key));
+        const put = (control, key) => { if (given.has(key) && Number.isFinite(number(key))) { control.value = number(key); control.show(); } };
+        if (this.state.methods.some(({name}) => name === given.get("method")))
+            find("integrator").value = given.get("method");
+        if (given.has("step") || given.has("tolerance"))
+            find("stepping").value = given.has("step") ? "step" : "tolerance";
+        [[tolerance, "tolerance"], [step, "step"], [duration, "duration"]].forEach(([control, key]) => put(control, key));
+        this.state.parameters.filter(({name}) => given.has(`parameter.${name}`)).forEach(({name, reference}) =>
+            put(parameters.find((one) => one.reference === reference).control, `parameter.${name}`));
+        joints.filter(({name}) => given.has(`start.${name}`)).forEach(({name, control}) => { this.held = name; put(control, `start.${name}`); });
+        find("unprojected").checked = number("unprojected") === 1;
+        find("compare").checked = number("compare") === 1;
+        this.choose_stepping();
+        if ([...given].length > 0)
+            this.change(true);
+    }
+
     get has_own_method() {
         const {state, controls: {step, tolerance}} = this, stepping = find("stepping").value;
         return find("integrator").value !== state.method || stepping !== (state.step > 0 ? "step" : "tolerance") || (stepping === "step" ? step : tolerance).is_changed;
@@ -130,18 +149,20 @@ class Live {
             return;
         }
         const {page} = this, {data, frames, state, faults, notes, ms} = answer;
-        if (this.state === null && state !== undefined)
+        const is_first = this.state === null && state !== undefined;
+        if (is_first)
             this.list_controls(state);
         page.notes = notes;
         page.show_notes();
         if (state !== undefined)
             this.show_start(state);
         this.show_faults(data, faults);
-        if (data === undefined) {
-            this.report("There is no motion.");
-            return;
-        }
-        this.take(data, frames, state, ms);
+        if (data === undefined)
+            this.report("There is no motion.", this.bench.next !== null);
+        else
+            this.take(data, frames, state, ms);
+        if (is_first)
+            this.take_address();
     }
 
     /* The positions of joints that were not moved: assembly may have moved them. */
@@ -163,7 +184,7 @@ class Live {
         this.show(data, frames);
         Object.assign(run, {method: data.method, evaluations: state.evaluations, ms, drift: this.largest_drift(), gap: state.gap, label: state.used, data, motion: page.motion});
         this.runs = this.runs.filter(({method}) => method !== undefined).slice(-RUNS_MAX);
-        this.report(`${state.steps} steps${state.rejected > 0 ? ` (${state.rejected} rejected)` : ""}, ${state.evaluations} evaluations, ${short(ms)} ms`);
+        this.report(`${state.steps} steps${state.rejected > 0 ? ` (${state.rejected} rejected)` : ""}, ${state.evaluations} evaluations, ${short(ms)} ms`, this.bench.next !== null);
         this.list_runs();
         this.paint();
         this.answered = (this.answered ?? 0) + 1;
@@ -276,7 +297,7 @@ class Live {
         const canvas = find(id), ratio = window.devicePixelRatio || 1, {clientWidth: width, clientHeight: height} = canvas, {theme} = this.page;
         canvas.width = Math.max(1, Math.round(width * ratio));
         canvas.height = Math.max(1, Math.round(height * ratio));
-        const c = canvas.getContext("2d"), left = 40, right = 6, top = 16, bottom = 18;
+        const c = canvas.getContext("2d"), left = 40, right = 6, top = 18, bottom = 18;
         c.scale(ratio, ratio);
         c.font = "11px system-ui, sans-serif";
         const x = (v) => left + ((v - x0) / (x1 - x0)) * (width - left - right), y = (v) => height - bottom - ((v - y0) / (y1 - y0)) * (height - top - bottom);
@@ -287,10 +308,11 @@ class Live {
         const decades = Math.max(1, Math.ceil((y1 - y0) / 5));
         for (let k = Math.ceil(y0); k <= y1; k += decades) {
             stroke(c, [[left, y(k)], [width - right, y(k)]]);
-            c.fillText(`1e${k}`, left - 4, y(k));
+            if (y(k) > top + 2)
+                c.fillText(`1e${k}`, left - 4, y(k));
         }
         c.textAlign = "left";
-        c.fillText(words, 2, 7);
+        c.fillText(shorten(words, width - 4, (text) => c.measureText(text).width), 2, 7);
         return {c, x, y, width, height, left, right, bottom};
     }
 
@@ -304,7 +326,7 @@ class Live {
 
     error_columns(data) {
         const drift = data.columns.findIndex(({name}) => name === DRIFT), gap = this.state.loops > 0 ? data.columns.findIndex(({name}) => name.startsWith("constraint")) : -1;
-        return [[drift, "energy change, J"], [gap, "loop gap"]].filter(([column]) => column >= 0);
+        return [[drift, "energy error, J"], [gap, "loop gap"]].filter(([column]) => column >= 0);
     }
 
     paint_errors() {
@@ -336,11 +358,14 @@ class Live {
         const points = this.runs.map((run, i) => ({i, x: log10(run.evaluations), y: log10(run.drift), run})).filter(({x, y}) => x > -30 && y > -30);
         const xs = points.map((p) => p.x), ys = points.map((p) => p.y);
         const span = (all, least) => { const low = Math.min(...all), high = Math.max(...all), room = Math.max(0.15 * (high - low), least); return all.length > 0 ? [low - room, high + room] : [0, 1]; };
-        const {c, x, y, width, height, left, bottom} = this.start_plot("costs", span(xs, 0.3), span(ys, 0.7), "energy change, J, by evaluations");
+        const {c, x, y, width, height, bottom} = this.start_plot("costs", span(xs, 0.3), span(ys, 0.7), "energy error, J, by evaluations");
         const [x0, x1] = span(xs, 0.3);
         c.textAlign = "center";
-        for (let k = Math.floor(x0); k <= x1 + 1; k++)
-            [1, 2, 5].forEach((m) => { const v = k + Math.log10(m); if (v >= x0 && v <= x1 && (x1 - x0 < 1.6 || m === 1)) c.fillText(short(m * 10 ** k), clamp(x(v), left, width - 16), height - bottom + 10); });
+        for (let k = Math.floor(x0), last = -Infinity; k <= x1 + 1; k++)
+            for (const v of [1, 2, 5].map((m) => k + Math.log10(m)).filter((v) => v >= x0 && v <= x1 && x(v) > last + 32 && x(v) < width - 14)) {
+                c.fillText(short(Math.round(10 ** v)), x(v), height - bottom + 10);
+                last = x(v);
+            }
         points.forEach(({i, x: px, y: py}) => {
             c.fillStyle = this.colour(i);
             c.beginPath();

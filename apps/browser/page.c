@@ -11,6 +11,7 @@
 #include "records/method_words.h"
 #include "view/view.h"
 
+#include "kinetree/analysis.h"
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 
@@ -156,13 +157,17 @@ KT_PAGE(void *kt_page_instance(kt_page *page)) { return page->fmu; }
 
 /* ---- runs -------------------------------------------------------------------------------------------------------- */
 
-/* Records have what the page shows besides the scene's columns: reactions as arrows, the energy and the gaps. */
+/* Records have what the page shows besides the scene's columns: reactions as arrows, the energy and the gaps. If forces
+ * dissipate or supply energy, works complete the energy to a balance, whose change is an error (kt_shown_energy_of). */
 static kt_simulation_options choose_page_options(const kt_page *page, bool unprojected) {
     kt_simulation_options options = kt_simulation_options_default();
     options.unprojected = unprojected;
     options.record_contacts = options.kinematics = true;
     options.record = KT_RECORD_REACTION | KT_RECORD_ENERGY | KT_RECORD_CONSTRAINT;
     options.contact = page->fmu->scene.contact;
+    if (kt_energy_watch_start(page->fmu->model).energetics != KT_ENERGY_CONSERVED &&
+        options.contact != KT_CONTACT_STEPS)
+        options.record |= KT_RECORD_BALANCE;
     options.events = kt_scene_event_room(&page->fmu->scene);
     return options;
 }

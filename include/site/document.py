@@ -409,6 +409,40 @@ def manual(troff):
     return "\n".join(out) + "\n"
 
 
+# Live figures: the page, the scene of the gallery with values in the address (apps/browser/live.js), and what to try.
+FIGURES = [
+    ("method-drift", "four-bar", "method=rk4&step=0.01&unprojected=1", "Drift, and what the projection does",
+     "The linkage runs with steps of 10 ms, and its loop drifts open. Clear <em>Let loops drift</em>: the gap falls to rounding. "
+     "Choose <em>Compare</em> to keep the last run as a shadow."),
+    ("method-singular", "n-four-bar-2", "method=dopri5&tolerance=1e-8", "Through singular positions",
+     "All rods of these windows lie flat ten times in 10 s, and three freedoms exist for an instant. Move <em>Tolerance</em>: the energy follows it, "
+     "and the gap of the loops stays at rounding. Elimination by QR finds the rank in each state."),
+    ("choosing-a-method", "double-pendulum", "method=rk4&step=0.01&duration=2", "The order of a method",
+     "Halve <em>Step</em> several times. Each half divides the error of the energy by about 2<sup>4</sup> or more, since the method has order four. Then choose "
+     "<code>heun</code>, of order two."),
+    ("method-contacts", "clutch", "", "Stick and slip",
+     "Friction drives a load until both wheels turn alike. Then the friction sticks: it is a loop that bears at most its static limit. After 3 s the "
+     "motor pushes harder, and the plates slip again. Give the wheels other positions or another <em>push</em>, and choose the velocities below <em>Columns</em>."),
+]
+
+FIGURE = """
+```{{raw}} html
+<figure class="live"><figcaption><strong>{title}.</strong> {words} <a href="gallery/{scene}.html{address}">Open this figure alone.</a></figcaption>
+<iframe src="gallery/{scene}.html{address}" title="{title}" loading="lazy"></iframe></figure>
+```
+"""
+
+
+def add_live_figures(source, gallery):
+    """Adds the figures to the pages of the site, if the pages of the gallery are live."""
+    if not (pathlib.Path(gallery) / "engine.js").exists():
+        return
+    for name, scene, values, title, words in FIGURES:
+        address = f"#{values.replace('&', '&amp;')}" if values else ""
+        with open(source / f"{name}.md", "a", encoding="utf-8") as page:
+            page.write(FIGURE.format(title=title, words=words, scene=scene, address=address))
+
+
 def gather(output, command, gallery):
     """The sources of the site: the pages, the pictures, a page for each header, and one for each subcommand."""
     source, extra = output / "source", output / "extra"
@@ -431,6 +465,7 @@ def gather(output, command, gallery):
         shutil.copytree(gallery, extra / "gallery", dirs_exist_ok=True)
         with open(source / "gallery.md", "a", encoding="utf-8") as page:
             page.write(f"\n```{{raw}} html\n{(extra / 'gallery/figures.html').read_text()}```\n")
+        add_live_figures(source, gallery)
 
 
 def name_anonymous(folder):
