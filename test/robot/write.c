@@ -379,6 +379,61 @@ KT_TEST(forces_limits_couplings_and_the_start_come_back) {
     kt_check_contains("told", t.text, "gravity that is not 9.81 m/s^2 1\n");
 }
 
+/* Of a ball joint stiffness and damping, and of a free joint its damping, which MJCF has for all axes at once. */
+KT_TEST(damping_of_ball_and_free_joints_comes_back) {
+    kt_body bodies[2] = {make_body("drone", NULL, KT_JOINT_FREE), make_body("ball", "drone", KT_JOINT_SPHERICAL)};
+    kt_effect effects[2] = {kt_effect_default(), kt_effect_default()};
+    kt_description d = kt_description_default();
+    told t;
+    bodies[1].joint.at = kt_vec3_make(0.0, 0.5, 0.0);
+    for (int i = 0; i < 2; i++) {
+        effects[i].type = KT_EFFECT_BUSHING;
+        effects[i].between[0] = kt_end_default();
+        effects[i].between[1] = kt_end_default();
+        effects[i].between[1].body = bodies[i].name;
+        for (int k = i == 0 ? 0 : 3; k < 6; k++)
+            effects[i].dampings[k] = 0.7 + i;
+    }
+    effects[1].between[0].body = "drone";
+    effects[1].between[0].at = bodies[1].joint.at;
+    for (int k = 3; k < 6; k++)
+        effects[1].stiffnesses[k] = 4.0;
+    d.bodies = bodies;
+    d.body_count = 2;
+    d.effects = effects;
+    d.effect_count = 2;
+    const kt_description back = come_back(&d, KT_ROBOT_MJCF, NULL, &t)->description;
+    kt_need(kt_check_equal_int("effects", back.effect_count, 2));
+    for (int i = 0; i < 2; i++) {
+        const kt_effect *e = &back.effects[i];
+        const int own = strcmp(e->between[1].body, "drone") == 0 ? 0 : 1;
+        kt_check_equal_int("type", (int)e->type, KT_EFFECT_BUSHING);
+        for (int k = 0; k < 6; k++) {
+            kt_check_near("damping", e->dampings[k], effects[own].dampings[k], 0.0);
+            kt_check_near("stiffness", e->stiffnesses[k], effects[own].stiffnesses[k], 0.0);
+        }
+    }
+    effects[0].dampings[2] = 3.0; /* MJCF has no such damping */
+    (void)come_back(&d, KT_ROBOT_MJCF, NULL, &t);
+    kt_check_contains("what is lost", t.text, "effects of type bushing");
+}
+
+/* Each body of a chain is within the one before. */
+KT_TEST(long_chains_come_back) {
+    enum { LINKS = 1500 };
+    static kt_body bodies[LINKS];
+    static char names[LINKS][8];
+    kt_description d = kt_description_default();
+    told t;
+    for (int i = 0; i < LINKS; i++) {
+        (void)snprintf(names[i], sizeof names[i], "b%d", i);
+        bodies[i] = make_body(names[i], i > 0 ? names[i - 1] : NULL, KT_JOINT_REVOLUTE);
+    }
+    d.bodies = bodies;
+    d.body_count = LINKS;
+    kt_check_equal_int("bodies", come_back(&d, KT_ROBOT_MJCF, NULL, &t)->description.body_count, LINKS);
+}
+
 KT_TEST(loops_between_bodies_come_back_where_they_were) {
     kt_body bodies[] = {make_body("a", NULL, KT_JOINT_REVOLUTE), make_body("b", NULL, KT_JOINT_FREE)};
     told t;

@@ -196,10 +196,11 @@ static void print_notes(const kt_scene *scene, const kt_settings *settings) {
 static bool reject_robot_options(const char *name, const kt_settings *settings) {
     const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
     if (how == NULL || (!how->floating && !how->contacts && how->ground == NULL && how->keyframe == NULL &&
-                        how->search == NULL && how->allow == NULL))
+                        how->search == NULL && how->allow == NULL && how->inertia == 0 && how->stops == 0.0 &&
+                        how->stop_damping == 0.0 && how->density == 0.0))
         return false;
-    kt_say("%s: --floating, --keyframe, --contacts, --ground, --search and --allow are for robots in URDF, MJCF or "
-           "SDF; this is a scene",
+    kt_say("%s: --floating, --keyframe, --contacts, --ground, --stops, --stop-damping, --inertia, --density, --search "
+           "and --allow are for robots in URDF, MJCF or SDF; this is a scene",
            name);
     return true;
 }
@@ -269,6 +270,14 @@ bool kt_robot_how_apply(const struct kt_robot_how *how, kt_robot_options *option
     options->keyframe = how->keyframe;
     options->search = how->search;
     options->allow = how->allow;
+    options->inertia = (kt_robot_inertia)how->inertia;
+    options->stop_stiffness = how->stops;
+    options->stop_damping = how->stop_damping;
+    options->density = how->density;
+    if (how->stop_damping != 0.0 && how->stops == 0.0) {
+        kt_say("--stop-damping has nothing to act on: --stops STIFFNESS goes with it");
+        return false;
+    }
     options->has_ground = how->ground != NULL;
     if (how->ground == NULL)
         return true;

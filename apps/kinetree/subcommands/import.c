@@ -7,33 +7,18 @@
 
 typedef struct kt_import_arguments {
     const char *out;
-    int inertia; /* kt_robot_inertia */
-    double stops, stop_damping, density;
     kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
 } kt_import_arguments;
 
 #define KT_AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
     KT_OPTION(TEXT, "out", out, "FILE.yaml", "write to this file; default: standard output"),
-    KT_OPTION(POSITIVE, "stops", stops, "STIFFNESS",
-              "make limits of position elastic stops, N m/rad or N/m; default: they are left out"),
-    KT_OPTION(POSITIVE, "stop-damping", stop_damping, "DAMPING",
-              "set the damping of these stops, N m s/rad or N s/m; default: 0"),
-    KT_CHOICE("inertia", inertia, "HOW",
-              "treat impossible inertias: 'warn' accepts those of rigid parts that are off by up to 10 %, with a "
-              "warning; 'strict' accepts none, 'accept' all; default: warn",
-              "warn|strict|accept"),
-    KT_OPTION(POSITIVE, "density", density, "DENSITY",
-              "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia of "
-              "their shapes, kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2"),
     KT_OPTION(SETTING, "mass", masses, "LINK=MASS",
               "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated"),
     KT_ROBOT_OPTIONS,
     KT_QUIET_OPTION,
     KT_VERBOSE_OPTION,
 };
-
-static const kt_option_rule rules[] = {{"stop-damping", true, "stops", NULL}};
 
 const kt_usage kt_usage_import = {
     .command = "import",
@@ -44,18 +29,16 @@ const kt_usage kt_usage_import = {
                 "  kinetree import rover.sdf --out rover.yaml\n"
                 "  kinetree view arm.urdf --duration 2\n",
     .operands = "ROBOT.urdf",
-    .about =
-        "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
-        "Loops, effects and settings can be added to this scene.\n"
-        "Every subcommand that reads a SCENE, but sweep, also takes such a file itself.\n"
-        "These subcommands have the options --floating, --keyframe, --contacts, --ground, --search and --allow, too.\n"
-        "A body has the name of its link, and a joint keeps its name.\n"
-        "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
-        "Those that change the motion are warnings.\n"
-        "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
-        "Meshes are for pictures (draw, view).\n",
+    .about = "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
+             "Loops, effects and settings can be added to this scene.\n"
+             "Every subcommand that reads a SCENE, but sweep, also takes such a file itself.\n"
+             "These subcommands have all options of import but --out and --mass.\n"
+             "A body has the name of its link, and a joint keeps its name.\n"
+             "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
+             "Those that change the motion are warnings.\n"
+             "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
+             "Meshes are for pictures (draw, view).\n",
     KT_OPTIONS_OF(options),
-    KT_RULES_OF(rules),
 };
 
 int kt_command_import(int argc, char **argv) {
@@ -63,12 +46,7 @@ int kt_command_import(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, NULL);
     if (code >= 0)
         return code;
-    kt_robot_options how = {.stop_stiffness = a.stops,
-                            .stop_damping = a.stop_damping,
-                            .inertia = (kt_robot_inertia)a.inertia,
-                            .density = a.density,
-                            .masses = a.masses.text,
-                            .mass_count = a.masses.count};
+    kt_robot_options how = {.masses = a.masses.text, .mass_count = a.masses.count};
     if (!kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
     code = kt_check_result("import", "the robot", argv[1], "--out", a.out);

@@ -21,7 +21,7 @@ typedef enum kt_option_type {
 } kt_option_type;
 
 /* Values that replace those of the scene: kt_scene_options. */
-enum { KT_SETTINGS_MAX = 256 };
+enum { KT_SETTINGS_MAX = 16384 };
 typedef struct kt_settings {
     const char *text[KT_SETTINGS_MAX];
     int count;
@@ -31,6 +31,8 @@ typedef struct kt_settings {
     struct kt_robot_how {
         bool floating, contacts;
         const char *ground, *keyframe, *search, *allow; /* NULL: none */
+        int inertia;                                    /* kt_robot_inertia */
+        double stops, stop_damping, density;            /* 0: none */
     } robot;                                            /* how the file of a robot is read */
 } kt_settings;
 
@@ -70,6 +72,18 @@ typedef struct kt_option {
                       "reference positions"),                                                                          \
         KT_ROBOT_FLAG(contacts, "let the collisions of a robot's file touch planes; default: they touch nothing"),     \
         KT_ROBOT_TEXT(ground, "HEIGHT", "add a floor at this height, m, to --contacts; default: none"),                \
+        KT_OPTION(POSITIVE, "stops", settings.robot.stops, "STIFFNESS",                                                \
+                  "make limits of position of a robot's file elastic stops, N m/rad or N/m; default: with --contacts " \
+                  "as soft as MuJoCo's, otherwise they do not act"),                                                   \
+        KT_OPTION(POSITIVE, "stop-damping", settings.robot.stop_damping, "DAMPING",                                    \
+                  "set the damping of --stops, N m s/rad or N s/m; default: 0"),                                       \
+        KT_CHOICE("inertia", settings.robot.inertia, "HOW",                                                            \
+                  "treat impossible inertias of a robot's file: 'warn' accepts those of rigid parts that are off by "  \
+                  "up to 10 %, with a warning; 'strict' accepts none, 'accept' all; default: warn",                    \
+                  "warn|strict|accept"),                                                                               \
+        KT_OPTION(POSITIVE, "density", settings.robot.density, "DENSITY",                                              \
+                  "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia "   \
+                  "of their shapes, kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2"),       \
         KT_ROBOT_TEXT(search, "FOLDER:FOLDER",                                                                         \
                       "find meshes of package:// and model://, and models that SDF includes, in these folders first; " \
                       "then in those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and "                  \

@@ -54,7 +54,8 @@ def load(path: Path, set: Optional[Mapping[str, Any]] = None, **options: Any) ->
     **options
         For robots: ``floating=True`` frees the base, ``contacts=True`` lets shapes touch planes, and ``ground=0`` adds a floor at this height,
         m, with contacts. ``keyframe`` is the name of a keyframe, ``search`` a folder of meshes, ``density`` that of bodies without a mass,
-        kg/m^3. ``stops`` and ``stop_damping`` are the stiffness and the damping of stops, N m/rad and N m s/rad.
+        kg/m^3. ``stops`` and ``stop_damping`` are the stiffness and the damping of stops, N m/rad and N m s/rad. ``inertia`` is
+        warn, strict or accept, and ``allow`` a folder of included files.
 
     Raises
     ------
@@ -163,10 +164,13 @@ class Scene:
         chosen, keep = ffi.new("kt_robot_options *"), []  # None is the default of each
         fields = {"floating": "floating", "density": "density", "stops": "stop_stiffness", "stop_damping": "stop_damping",
                   "contacts": "contacts"}
+        judgements = ("warn", "strict", "accept")
         for name, value in self.options.items():
-            if value is None and name in (*fields, "ground", "keyframe", "search"):
+            if value is None and name in (*fields, "ground", "keyframe", "search", "allow", "inertia"):
                 continue
-            if name in ("keyframe", "search"):
+            if name == "inertia" and value in judgements:
+                chosen.inertia = judgements.index(value)
+            elif name in ("keyframe", "search", "allow"):
                 keep.append(ffi.new("char[]", command.file_name(str(value), name)))
                 setattr(chosen, name, keep[-1])
             elif name == "ground":
@@ -177,7 +181,8 @@ class Scene:
                 except TypeError:
                     raise mistyped(name, "a number or a truth value", value) from None
             else:
-                raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'ground', 'keyframe', 'search'])}")
+                raise ArgumentError(1, "load", f"there is no option '{name}' of robots; there are {', '.join([*fields, 'ground', 'keyframe', 'search', 'allow'])}, and "
+                                       f"inertia, which is {', '.join(judgements)}")
         return keep, chosen
 
     def __reduce__(self) -> Any:

@@ -25,7 +25,7 @@ typedef struct kt_xml_late {
     uint32_t line, column; /* 0: there is none */
 } kt_xml_late;
 
-enum { KT_XML_DEPTH_MAX = 256 /* elements within one another */ };
+enum { KT_XML_DEPTH_MAX = 4096 /* elements within one another */ };
 
 /* The most elements of all files that a reader reads. A file that is included several times counts as often. This
  * limits the memory that small files can claim. */

@@ -140,6 +140,10 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
     return count;
 }
 
+static bool collision_moves(const touching *t, const kt_collision *item) {
+    return item->body >= 0 && t->moves[item->body];
+}
+
 /* Makes contacts of a collision with all planes. */
 static void meet_planes(touching *t, const kt_collision *item, const kt_collision *floor) {
     const kt_body *body = kt_draft_body_at(t->d, item->body);
@@ -158,7 +162,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
         shape.point_count = read_touching_points(t, item, points);
     for (int i = floor != NULL ? -1 : 0; i < t->c->items.count && !t->d->r->out_of_memory; i++) {
         const kt_collision *plane = i < 0 ? floor : collision_at(t->c, i);
-        if (!plane->is_plane || (plane->mask & item->mask) == 0 || (plane->body >= 0 && t->moves[plane->body]))
+        if (!plane->is_plane || (plane->mask & item->mask) == 0 || collision_moves(t, plane))
             continue;
         const kt_ground ground = {.body = plane->body >= 0 ? kt_draft_body_at(t->d, plane->body)->name : NULL,
                                   .pose = plane->pose};
@@ -166,6 +170,30 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
         law.friction = fmin(item->friction, plane->friction);
         kt_contact_make(t->d, &shape, &ground, &law, &cone, t->gravity, &t->c->touched);
     }
+}
+
+/* Makes boxes that are ground planes. */
+static void find_floors(touching *t, kt_vec3 gravity) {
+    kt_floors floors;
+    kt_pose plane;
+    if (!kt_floors_begin(&floors, t->d, gravity, t->c->items.count))
+        return;
+    for (int i = 0; i < t->c->items.count; i++) {
+        const kt_collision *item = collision_at(t->c, i);
+        if (!item->is_plane && collision_moves(t, item))
+            kt_floors_add(&floors, kt_draft_body_at(t->d, item->body)->name, item->pose);
+    }
+    for (int i = 0; i < t->c->items.count; i++) {
+        kt_collision *item = (kt_collision *)t->c->items.items + i;
+        const char *body = item->body >= 0 ? kt_draft_body_at(t->d, item->body)->name : NULL;
+        if (item->solid != KT_SOLID_BOX || item->mask == 0 || collision_moves(t, item) ||
+            !kt_floors_find(&floors, body, item->pose, item->size, &plane))
+            continue;
+        item->is_plane = true;
+        item->pose = plane;
+        kt_left_count(&t->c->touched.floors, item->element);
+    }
+    kt_floors_end(&floors);
 }
 
 void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, kt_vec3 gravity) {
@@ -179,17 +207,19 @@ void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source
     if (!o->contacts || d->parents == NULL || !prepare_bodies(&t) ||
         !kt_namer_init(&t.names, d->r, KT_CONTACT_POINTS_MOST * (c->items.count + 1)))
         return;
+    find_floors(&t, gravity);
     if (o->has_ground)
         kt_left_count(&c->touched.planes, d->root);
     for (int i = 0; i < c->items.count; i++)
-        if (collision_at(c, i)->is_plane && (collision_at(c, i)->body < 0 || !t.moves[collision_at(c, i)->body]))
+        if (collision_at(c, i)->is_plane && !collision_moves(&t, collision_at(c, i)))
             kt_left_count(&c->touched.planes, collision_at(c, i)->element);
     for (int i = 0; i < c->items.count && c->touched.planes.count > 0 && !d->r->out_of_memory; i++) {
         const kt_collision *item = collision_at(c, i);
-        if (!item->is_plane && item->body >= 0 && t.moves[item->body])
+        if (!item->is_plane && collision_moves(&t, item))
             meet_planes(&t, item, o->has_ground ? &floor : NULL);
     }
-    c->touched.depth = kt_contact_depth(d);
+    c->touched.depth = kt_contact_settle(d);
+    c->stops = (kt_left){.first = d->root, .count = d->soft_stops.count};
 }
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */
@@ -209,6 +239,8 @@ static const kt_note friction_notes[] = {
 static const kt_note near_notes[] = {
     KT_NOTE(kt_contact_tally, lost, MOTION,
             "collision shapes that touch planes, left out, since they have no mesh that can be read, or no mass:"),
+    KT_NOTE(kt_contact_tally, made, START, KT_NOTE_STIFF),
+    KT_NOTE(kt_contact_tally, floors, START, KT_NOTE_FLOORS),
     KT_NOTE(kt_contact_tally, rounded, MOTION, KT_NOTE_ROUNDED),
     KT_NOTE(kt_contact_tally, edged, MOTION, KT_NOTE_EDGED),
 };
@@ -226,6 +258,7 @@ void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot
     kt_note_put(notes, KT_NOTE_RANK_START, &c->touched.made,
                 "collision shapes that touch planes (%d), and nothing else: %d", c->touched.planes.count,
                 c->touched.made.count);
+    kt_note_put(notes, KT_NOTE_RANK_START, &c->stops, KT_NOTE_SOFT_STOPS " %d", c->stops.count);
     KT_NOTES_PUT(notes, c, friction_notes);
     KT_NOTES_PUT(notes, &c->touched, near_notes);
     if (falls && c->touched.planes.count == 0)

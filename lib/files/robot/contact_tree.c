@@ -2,6 +2,9 @@
  *
  * The mobility of a point is the mean of (J M^-1 J')_ii over the three directions, with the mass matrix M and the
  * Jacobian J of the point. It is the acceleration per force, averaged over the directions of the force.
+ *
+ * A stop without a stiffness is as soft as MuJoCo's default for limits, under a force that accelerates its joint by
+ * 9.81 rad/s^2 or m/s^2: the mobility is (M^-1)_jj, at the start.
  */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
@@ -58,13 +61,50 @@ double kt_contact_mobility(const kt_contact_tree *tree, int body, kt_vec3 at, co
 
 /* ---- the start --------------------------------------------------------------------------------------------------- */
 
-static kt_pose pose_of(const kt_contact_tree *tree, const kt_end *end) {
+kt_pose kt_contact_pose(const kt_contact_tree *tree, const kt_end *end) {
     const int body = end->body != NULL ? kt_body_find(tree->model, end->body) : 0;
     const kt_pose own = {.rotation = kt_matrix_of_rotation(&end->rotation), .position = end->at};
     return body > 0 ? kt_pose_compose(kt_body_pose(tree->model, tree->data, body), own) : own;
 }
 
-double kt_contact_depth(kt_draft *d) {
+/* The Cholesky factor of the mass matrix, and behind it room for a vector; NULL if there is none. */
+static double *factor_tree(kt_draft *d, const kt_contact_tree *tree) {
+    const size_t nv = (size_t)kt_model_nv(tree->model);
+    double *mass = kt_reader_take(d->r, &d->r->scratch, nv * nv + nv + 1, sizeof *mass);
+    if (mass == NULL || kt_dynamics_mass(tree->model, tree->data, tree->q, mass, NULL) != KT_OK ||
+        !kt_dense_cholesky(mass, nv, (int)nv, NULL))
+        return NULL;
+    return mass;
+}
+
+/* (M^-1)_jj of the joint of a stop; 1 if it is in a loop. */
+static double stop_mobility(const kt_draft *d, const kt_contact_tree *tree, double *factors, const char *joint) {
+    const int nv = kt_model_nv(tree->model);
+    double *x = factors + (size_t)nv * (size_t)nv;
+    for (int i = 0; i < d->bodies.count; i++) {
+        const kt_body *body = kt_draft_body_at(d, i);
+        if (strcmp(kt_joint_name_of(body), joint) != 0)
+            continue;
+        const kt_coordinates c = kt_body_coordinates(tree->model, kt_body_find(tree->model, body->name));
+        memset(x, 0, (size_t)nv * sizeof *x);
+        x[c.v] = 1.0;
+        kt_dense_solve(factors, nv, x);
+        return c.nv == 1 ? x[c.v] : 1.0;
+    }
+    return 1.0;
+}
+
+static void soften_stops(kt_draft *d, const kt_contact_tree *tree) {
+    const kt_contact_law law = kt_contact_law_standard();
+    double *factors = d->soft_stops.count > 0 ? factor_tree(d, tree) : NULL;
+    for (int i = 0; factors != NULL && i < d->soft_stops.count; i++) {
+        kt_effect *stop = (kt_effect *)d->effects.items + ((const int *)d->soft_stops.items)[i];
+        const double a = stop_mobility(d, tree, factors, stop->joint);
+        (void)kt_contact_law_yield(&law, 0.0, a, 9.81 / a, &stop->stiffness, &stop->damping);
+    }
+}
+
+double kt_contact_settle(kt_draft *d) {
     kt_contact_tree tree;
     kt_error error;
     double depth = 0.0;
@@ -77,10 +117,11 @@ double kt_contact_depth(kt_draft *d) {
         const kt_effect *e = (const kt_effect *)d->effects.items + i;
         if (e->type != KT_EFFECT_CONTACT)
             continue;
-        const kt_pose point = pose_of(&tree, &e->between[0]), plane = pose_of(&tree, &e->between[1]);
+        const kt_pose point = kt_contact_pose(&tree, &e->between[0]), plane = kt_contact_pose(&tree, &e->between[1]);
         const kt_vec3 apart = kt_vec3_sub(point.position, plane.position);
         depth = fmax(depth, e->radius - kt_vec3_dot(plane.rotation.z, apart));
     }
+    soften_stops(d, &tree);
     kt_contact_tree_free(&tree);
     return depth;
 }

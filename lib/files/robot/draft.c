@@ -1,5 +1,5 @@
 /* The scene that a reader of robots builds: bodies, loops and effects, each with its element of the file. */
-#include "robot/robot.h"
+#include "robot/robot_contact.h"
 
 #include <string.h>
 
@@ -46,7 +46,7 @@ static bool has_own_joint_name(const kt_draft *d, int body) {
 
 /* Joints without a name of their own have that of their body. Those that move keep it; a body that is fixed without a
  * joint of the file takes another one, if a joint of the file has it. */
-void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed) {
+void kt_draft_name_joints(kt_draft *d, kt_namer *joints) {
     for (int pass = 0; pass < 3; pass++)
         for (int i = 0; i < d->bodies.count; i++) {
             kt_body *body = kt_draft_body_at(d, i);
@@ -55,11 +55,27 @@ void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed) {
                 continue;
             const char *wanted = has_own ? *kt_draft_joint_name(d, i) : body->name;
             const char *name = kt_namer_make(joints, wanted);
-            if (has_own && strcmp(name, wanted) != 0)
-                kt_left_count(renamed, ((const kt_element *const *)d->body_elements.items)[i]);
+            kt_renamed *renamed = has_own && strcmp(name, wanted) != 0
+                                      ? kt_list_add(d->r, &d->r->scratch, &d->renamed, sizeof *renamed)
+                                      : NULL;
+            if (renamed != NULL)
+                *renamed = (kt_renamed){((const kt_element *const *)d->body_elements.items)[i], wanted, name};
             if (has_own || strcmp(name, wanted) != 0)
                 body->joint.name = name;
         }
+}
+
+void kt_note_renamed_joints(kt_notes *notes, const kt_draft *d) {
+    enum { PAGE = 40 };
+    const kt_renamed *renamed = d->renamed.items;
+    for (int i = 0; i < d->renamed.count && i < PAGE; i++)
+        kt_note_put(notes, KT_NOTE_RANK_NAME, &(kt_left){.first = renamed[i].element, .count = 1},
+                    "joint %s is called '%s', since names have letters, digits, _ and -, and each joint its own",
+                    kt_name_quote(renamed[i].before).text, renamed[i].now);
+    if (d->renamed.count > PAGE)
+        kt_note_put(notes, KT_NOTE_RANK_NAME, &(kt_left){.first = renamed[PAGE].element, .count = 1},
+                    "further joints that have other names: %d; the scene has them in this order",
+                    d->renamed.count - PAGE);
 }
 
 void kt_joint_set_free(kt_joint *joint, kt_pose pose) {
@@ -144,13 +160,19 @@ bool kt_draft_lift(kt_draft *d, const kt_element *e, const kt_body *body, kt_vec
 
 void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
                    double upper) {
-    kt_effect *stop = o->stop_stiffness != 0.0 ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_LIMIT, joint) : NULL;
+    kt_effect *stop = kt_robot_has_stops(o) ? kt_draft_joint_effect(d, e, KT_EFFECT_JOINT_LIMIT, joint) : NULL;
     if (stop == NULL)
         return;
     stop->stiffness = o->stop_stiffness;
     stop->damping = o->stop_damping;
     stop->lower = lower;
     stop->upper = upper;
+    const kt_contact_law law = kt_contact_law_standard();
+    if (o->stop_stiffness == 0.0)
+        (void)kt_contact_law_yield(&law, 0.0, 1.0, 9.81, &stop->stiffness, &stop->damping);
+    int *soft = o->stop_stiffness == 0.0 ? kt_list_add(d->r, &d->r->scratch, &d->soft_stops, sizeof *soft) : NULL;
+    if (soft != NULL)
+        *soft = d->effects.count - 1;
 }
 
 int kt_terms_merge(kt_term *terms, int count) {
@@ -203,12 +225,22 @@ static void fill_description(kt_draft *d, const char *name, kt_description *to) 
     to->name = name != NULL ? kt_reader_text(d->r, &d->r->keep, name, strlen(name)) : NULL;
 }
 
+/* Contacts with friction that builds up over a small slip are stiff, of which explicit steps take too many. */
+static bool draft_has_contacts(const kt_draft *d) {
+    for (int i = 0; i < d->effects.count; i++)
+        if (((const kt_effect *)d->effects.items)[i].type == KT_EFFECT_CONTACT)
+            return true;
+    return false;
+}
+
 bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, kt_scene *scene) {
     kt_error error;
     if (d->parents == NULL)
         (void)kt_draft_find_parents(d);
     kt_appearance_finish(appearance, d, scene);
     fill_description(d, name, &scene->description);
+    if (draft_has_contacts(d))
+        scene->run.integrator = KT_ROBOT_STIFF_METHOD;
     if (!d->r->out_of_memory && kt_description_check(&scene->description, take_fault, d, &error) == KT_ERROR_MEMORY)
         (void)kt_reader_out_of_memory(d->r);
     return !kt_draft_is_wrong(d) &&

@@ -16,7 +16,6 @@ static const kt_note body_notes[] = {
             "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
     KT_NOTE(kt_mjcf, offsets, DETAIL,
             "joints that are not at the origin of their body, on a body of their own, named after the joint:"),
-    KT_NOTE(kt_mjcf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_mjcf, attached, MOTION,
             "bodies of this model that it attaches again (attach without a model), left out:"),
     KT_NOTE(kt_mjcf, incomplete, MOTION,
@@ -62,6 +61,7 @@ static const kt_note force_notes[] = {
             "joints in which actuators act by a formula, with the control at the start, since the sum of their "
             "forces is bounded, their stiffness or damping is below zero, or they are muscles:"),
     KT_NOTE(kt_mjcf, limits, MOTION, "limits of position, which do not act without --stops:"),
+    KT_NOTE(kt_mjcf, soft_stops, START, KT_NOTE_SOFT_STOPS),
     KT_NOTE(kt_mjcf, lost_limits, START, "limits of ball joints that are left out:"),
     KT_NOTE(kt_mjcf, fluid, MOTION, "bodies with geoms of fluidshape=\"ellipsoid\", on which no medium acts:"),
 };
@@ -76,6 +76,8 @@ static const kt_note contact_notes[] = {
     KT_NOTE(kt_mjcf, touched.lost, MOTION,
             "geoms that touch planes, left out, since they have no mesh that can be read, no mass, or a solref without "
             "stiffness:"),
+    KT_NOTE(kt_mjcf, touched.made, START, KT_NOTE_STIFF),
+    KT_NOTE(kt_mjcf, touched.floors, START, KT_NOTE_FLOORS),
     KT_NOTE(kt_mjcf, touched.rounded, MOTION, KT_NOTE_ROUNDED),
     KT_NOTE(kt_mjcf, touched.edged, MOTION, KT_NOTE_EDGED),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
@@ -126,6 +128,7 @@ static void make_mjcf_notes(const kt_mjcf *m, kt_scene *scene) {
     KT_NOTES_PUT(&n, m, last_notes);
     note_contacts(&n, m);
     kt_note_each(&n, &m->forces, "a force or an equality that is left out, ", "");
+    kt_note_renamed_joints(&n, &m->draft);
     kt_notes_end(&n, &m->strange, scene);
 }
 

@@ -190,12 +190,13 @@ typedef struct kt_mjcf {
 
     kt_strange strange;         /* elements and attributes that are left out */
     kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
-    kt_left limits, contacts, pictures, mesh_files, builtins, renamed_joints, offsets, several, mocap, soft, inactive,
-        keys, tied, tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
+    kt_left limits, contacts, pictures, mesh_files, builtins, offsets, several, mocap, soft, inactive, keys, tied,
+        tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
     kt_phrase massless_names; /* bodies of mesh_masses */
     kt_appearance appearance;
     kt_contact_tally touched;
     kt_left contacts_between; /* geoms that touch others than planes */
+    kt_left soft_stops;
     kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
         motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
 } kt_mjcf;

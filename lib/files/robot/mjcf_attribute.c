@@ -173,6 +173,12 @@ static void read_numbers_of_classes(const kt_mjcf *m, int class, const char *tag
     }
 }
 
+/* Whether an attribute has bounds, such as `range` or `forcerange`. The weights of groups are none. */
+static bool is_bounds(const char *name) {
+    const size_t length = strlen(name);
+    return length >= 5 && strcmp(name + length - 5, "range") == 0 && strcmp(name, "inertiagrouprange") != 0;
+}
+
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values) {
     double read[16];
@@ -180,7 +186,7 @@ int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char
     const int room = most < 16 ? most : 16;
     if (text == NULL)
         return 0;
-    const int count = kt_parse_numbers(text, room, read);
+    const int count = is_bounds(name) ? kt_parse_bounds(text, room, read) : kt_parse_numbers(text, room, read);
     if (count < least) {
         if (least == most)
             (void)kt_mjcf_fault(m, e, "%s: expected %d number%s, found '%.60s'", name, least, least > 1 ? "s" : "",
@@ -236,8 +242,12 @@ bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *
 bool kt_mjcf_is_limited(kt_mjcf *m, const kt_element *e, const char *tag, const char *limited, const char *range) {
     static const char *const words[] = {"false", "true", "auto", NULL};
     const int choice = kt_mjcf_choice(m, e, tag, limited, words, 2);
-    return choice == 1 ||
-           (choice == 2 && kt_mjcf_settings_of(m, e)->autolimits && kt_mjcf_text(m, e, tag, range) != NULL);
+    const char *text = kt_mjcf_text(m, e, tag, range);
+    double bounds[2];
+    if (text != NULL && kt_parse_bounds(text, 2, bounds) == 2 && isinf(bounds[0]) && isinf(bounds[1]) &&
+        bounds[0] < bounds[1])
+        return false; /* from -inf to inf */
+    return choice == 1 || (choice == 2 && kt_mjcf_settings_of(m, e)->autolimits && text != NULL);
 }
 
 /* ---- orientations ------------------------------------------------------------------------------------------------ */

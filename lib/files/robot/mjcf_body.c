@@ -35,7 +35,7 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
     if (j->lower > j->upper)
         (void)kt_mjcf_fault(m, j->element, "range: the lower limit, %g, is above the upper one, %g", range[0],
                             range[1]);
-    if (m->source->options->stop_stiffness == 0.0)
+    if (!kt_robot_has_stops(m->source->options))
         kt_left_count(&m->limits, j->element);
 }
 
@@ -332,7 +332,7 @@ static void make_markers(kt_mjcf *m) {
 
 static void name_mjcf_joints(kt_mjcf *m) {
     const kt_body *bodies = m->draft.bodies.items;
-    kt_draft_name_joints(&m->draft, &m->joints_named, &m->renamed_joints);
+    kt_draft_name_joints(&m->draft, &m->joints_named);
     for (int i = 0; i < m->joints.count; i++) {
         kt_mjcf_joint *j = kt_mjcf_joint_at(m, i);
         j->name = kt_joint_name_of(&bodies[j->carrier_index]);

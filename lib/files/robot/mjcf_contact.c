@@ -154,6 +154,10 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
     return can_close;
 }
 
+static const char *body_name(const kt_mjcf *m, const surface *s) {
+    return s->body > 0 ? kt_mjcf_body_at(m, s->body)->name : NULL;
+}
+
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
 static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
@@ -172,7 +176,7 @@ static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surf
     memcpy(shape.size, s->size, sizeof shape.size);
     if (s->is_mesh)
         shape.points = kt_mjcf_mesh_points(m, s->element, &shape.point_count);
-    kt_ground ground = {.body = plane->body > 0 ? kt_mjcf_body_at(m, plane->body)->name : NULL, .pose = plane->pose};
+    kt_ground ground = {.body = body_name(m, plane), .pose = plane->pose};
     ground.pose.position =
         kt_vec3_add(ground.pose.position, kt_vec3_scale(l.distance, ground.pose.rotation.z)); /* the normal */
     kt_contact_make(&m->draft, &shape, &ground, &l, of, kt_vec3_norm(m->gravity), &m->touched);
@@ -193,6 +197,27 @@ static void count_others(kt_mjcf *m) {
         }
 }
 
+/* Makes boxes that are ground planes. */
+static void find_mjcf_floors(kt_mjcf *m) {
+    kt_floors floors;
+    kt_pose plane;
+    if (!kt_floors_begin(&floors, &m->draft, m->gravity, m->surfaces.count))
+        return;
+    for (int i = 0; i < m->surfaces.count; i++)
+        if (!surface_at(m, i)->is_plane && !is_still(m, surface_at(m, i)->body))
+            kt_floors_add(&floors, body_name(m, surface_at(m, i)), surface_at(m, i)->pose);
+    for (int i = 0; i < m->surfaces.count; i++) {
+        surface *s = surface_at(m, i);
+        if (s->solid != KT_SOLID_BOX || (s->type == 0 && s->affinity == 0) || !is_still(m, s->body) ||
+            !kt_floors_find(&floors, body_name(m, s), s->pose, s->size, &plane))
+            continue;
+        s->is_plane = true;
+        s->pose = plane;
+        kt_left_count(&m->touched.floors, s->element);
+    }
+    kt_floors_end(&floors);
+}
+
 void kt_mjcf_contacts(kt_mjcf *m) {
     const kt_robot_options *o = m->source->options;
     const kt_contact_law standard = kt_contact_law_standard();
@@ -200,6 +225,7 @@ void kt_mjcf_contacts(kt_mjcf *m) {
     if (!o->contacts)
         return;
     const kt_contact_cone of = read_cone(m);
+    find_mjcf_floors(m);
     floor.pose = kt_pose_identity();
     floor.pose.position.z = o->ground;
     for (int p = o->has_ground ? -1 : 0; p < m->surfaces.count && !m->r->out_of_memory; p++) {
@@ -212,5 +238,6 @@ void kt_mjcf_contacts(kt_mjcf *m) {
                 add_plane_contacts(m, &of, plane, surface_at(m, i));
     }
     count_others(m);
-    m->touched.depth = kt_contact_depth(&m->draft);
+    m->touched.depth = kt_contact_settle(&m->draft);
+    m->soft_stops = (kt_left){.first = m->root, .count = m->draft.soft_stops.count};
 }

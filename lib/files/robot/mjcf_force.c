@@ -74,12 +74,12 @@ static void add_line_friction(kt_mjcf *m, const kt_mjcf_line *l) {
         kt_left_count(&m->friction, l->element);
 }
 
-/* Whether limits become stops. */
-static bool has_stops(const kt_mjcf *m) { return m->source->options->stop_stiffness != 0.0 && !m->off.limits; }
+/* Whether limits of tendons become stops. The default softness is for joints: a length has no inertia of its own. */
+static bool tendons_have_stops(const kt_mjcf *m) { return m->source->options->stop_stiffness != 0.0 && !m->off.limits; }
 
 static void add_line_stop(kt_mjcf *m, const kt_mjcf_line *l, double lower, double upper) {
     const double a = lower / l->factor, b = upper / l->factor;
-    if (has_stops(m))
+    if (!m->off.limits)
         kt_draft_stop(&m->draft, l->element, m->source->options, l->joint, fmin(a, b), fmax(a, b));
 }
 
@@ -275,7 +275,7 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (armature != 0.0 && !is_chain(m, t))
         kt_left_count(&m->branches, e);
     if (!springs && !damps && line_friction_of(m, e, "tendon") == 0.0 && !(armature != 0.0 && t->count > 1) &&
-        !(is_limited && has_stops(m)))
+        !(is_limited && tendons_have_stops(m)))
         return;
     if (!kt_mjcf_find_length(m, t))
         return;
@@ -289,7 +289,7 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (damps)
         add_damping(m, &l, damping);
     add_line_friction(m, &l);
-    if (is_limited)
+    if (is_limited && tendons_have_stops(m))
         add_line_stop(m, &l, range[0], range[1]);
 }
 

@@ -261,22 +261,21 @@ static void keep_axes(kt_mjcf_body *b) {
 
 /* Principal moments below the least become the least. */
 static void bound_inertia(kt_mjcf *m, double least, kt_mjcf_body *b) {
-    const kt_mat3 axes = kt_mjcf_axes_of_body(b);
-    const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), b->inertia);
-    if (d.xx >= least && d.yy >= least && d.zz >= least)
+    kt_sym3 raised = b->inertia;
+    if (!kt_inertia_raise(&raised, kt_mjcf_axes_of_body(b), least))
         return;
     keep_axes(b);
-    b->inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
+    b->inertia = raised;
     kt_left_count(&m->bounded, b->element);
 }
 
 /* An inertia that no body has becomes that of a sphere with the same trace. */
 static void balance(kt_mjcf *m, kt_mjcf_body *b) {
-    const double mean = (b->inertia.xx + b->inertia.yy + b->inertia.zz) / 3.0;
-    if (kt_inertia_check(b->inertia, NULL) != KT_INERTIA_TRIANGLE)
+    kt_sym3 balanced = b->inertia;
+    if (!kt_inertia_balance(&balanced))
         return;
     keep_axes(b);
-    b->inertia = kt_sym3_make(mean, mean, mean, 0.0, 0.0, 0.0);
+    b->inertia = balanced;
     kt_left_count(&m->balanced, b->element);
 }
 

@@ -279,20 +279,30 @@ void kt_element_hang(kt_element *parent, kt_element *e) {
 
 /* ---- numbers, places --------------------------------------------------------------------------------------------- */
 
-int kt_parse_numbers(const char *text, int most, double *values) {
+/* Parses numbers of which the text has only `characters`; `word` begins an infinite one. */
+static int parse_numbers_of(const char *text, const char *characters, const char *word, int most, double *values) {
     static const char space[] = " \t\r\n";
     int count = 0;
-    if (text[strspn(text, "+-.0123456789eE \t\r\n")] != '\0')
+    if (text[strspn(text, characters)] != '\0')
         return -1; /* neither nan nor hexadecimal digits */
     for (text += strspn(text, space); *text != '\0'; text += strspn(text, space)) {
         char *end;
         const double value = strtod(text, &end);
-        if (end == text || !isfinite(value) || (*end != '\0' && strchr(space, *end) == NULL) || count == most)
+        const bool is_word = text[strspn(text, "+-")] != '\0' && strchr(word, text[strspn(text, "+-")]) != NULL;
+        if (end == text || isfinite(value) == is_word || (*end != '\0' && strchr(space, *end) == NULL) || count == most)
             return -1;
         values[count++] = value;
         text = end;
     }
     return count;
+}
+
+int kt_parse_numbers(const char *text, int most, double *values) {
+    return parse_numbers_of(text, "+-.0123456789eE \t\r\n", "", most, values);
+}
+
+int kt_parse_bounds(const char *text, int most, double *values) {
+    return parse_numbers_of(text, "+-.0123456789eEinftyINFTY \t\r\n", "iI", most, values);
 }
 
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {

@@ -105,9 +105,6 @@ void kt_notes_put(kt_notes *notes, const void *object, const kt_note *list, size
 void kt_note_massless(kt_phrase *names, kt_left *left, const char *body, const kt_element *e);
 
 /* Notes of all formats: changed names of joints, each item that changes the motion, and names that are left out. */
-#define KT_NOTE_RENAMED_JOINTS                                                                                         \
-    "names of joints that are changed, with '_' in place of what is not allowed, or a number where another joint has " \
-    "the name:"
 #define KT_NOTE_SMOOTH_FRICTION                                                                                        \
     "dry friction that is smooth here (joint_friction), so that a joint at rest creeps, at up to about 0.001 rad/s "   \
     "or "                                                                                                              \
@@ -193,6 +190,9 @@ void kt_element_hang(kt_element *parent, kt_element *e);
  * else, a number that is not finite, or more numbers. */
 int kt_parse_numbers(const char *text, int most, double *values);
 
+/* The same for bounds, each of which may be infinite: "inf", "-inf" or "infinity", with capitals or without. */
+int kt_parse_bounds(const char *text, int most, double *values);
+
 /* A rotation for a description: none if it is the identity. */
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 
@@ -230,6 +230,8 @@ typedef struct kt_draft {
     const int *parents;   /* of bodies; -1: the world; NULL: not found yet */
     bool has_link_places; /* faults of masses are at elements in the links */
     kt_namer loop_names;
+    kt_list renamed;    /* kt_renamed: joints */
+    kt_list soft_stops; /* int: effects whose stiffness follows from the inertia of their joints */
 } kt_draft;
 
 /* New items, with defaults; of a loop with a name of its own that is like `name`. NULL: no memory. */
@@ -255,9 +257,18 @@ bool kt_draft_find_parents(kt_draft *d);
 
 static inline kt_body *kt_draft_body_at(const kt_draft *d, int i) { return (kt_body *)d->bodies.items + i; }
 
-/* Gives joints the names of the file, if those are not the bodies'; names of joints differ. If a name had to be
- * changed, `renamed` counts it. joints: a namer for twice as many names as there are bodies. */
-void kt_draft_name_joints(kt_draft *d, kt_namer *joints, kt_left *renamed);
+/* Gives joints the names of the file, if those are not the bodies'; names of joints differ. Those that had to
+ * be changed are in `renamed`. joints: a namer for twice as many names as there are bodies. */
+void kt_draft_name_joints(kt_draft *d, kt_namer *joints);
+
+/* A joint whose name in the file is not that in the scene. */
+typedef struct kt_renamed {
+    const kt_element *element;
+    const char *before, *now;
+} kt_renamed;
+
+/* A note of each joint that has another name, and of how many there are beyond a page of them. */
+void kt_note_renamed_joints(kt_notes *notes, const kt_draft *d);
 
 /* Makes a joint free, which starts at a pose in the world. */
 void kt_joint_set_free(kt_joint *joint, kt_pose pose);
@@ -274,7 +285,11 @@ void kt_draft_resistance(kt_draft *d, const kt_element *e, const char *joint, do
 /* Adds a force against a share of the weight of a body. Returns whether there is such a force. */
 bool kt_draft_lift(kt_draft *d, const kt_element *e, const kt_body *body, kt_vec3 gravity, double share);
 
-/* Adds a stop at the limits of a joint, if the options ask for stops. */
+/* Whether limits of position act: by a stiffness, or as shapes touch. */
+static inline bool kt_robot_has_stops(const kt_robot_options *o) { return o->stop_stiffness != 0.0 || o->contacts; }
+
+/* Adds a stop at the limits of a joint, if limits act. Without a stiffness it is as soft as MuJoCo's by default
+ * (kt_contact_settle). */
 void kt_draft_stop(kt_draft *d, const kt_element *e, const kt_robot_options *o, const char *joint, double lower,
                    double upper);
 
@@ -340,6 +355,19 @@ typedef struct kt_robot_source {
     kt_xml_late late;
 } kt_robot_source;
 
+/* ---- robot_mass.c, with solids and files ------------------------------------------------------------------------- */
+
+/* Add a solid of a density to the mass, com and inertia of a body. False: it has no volume, or the mesh cannot be read,
+ * or is not closed. */
+bool kt_mass_add_solid(kt_body *body, kt_solid solid, const double size[3], kt_pose pose, double density);
+bool kt_mass_add_mesh(kt_reader *r, const kt_robot_source *source, kt_body *body, const char *name, kt_pose pose,
+                      kt_vec3 scale, double density);
+
+/* MuJoCo's `balanceinertia`: an inertia that no body has becomes that of a sphere with the same trace. And
+ * `boundinertia`: moments about the principal axes below the least become the least. False: nothing changes. */
+bool kt_inertia_balance(kt_sym3 *inertia);
+bool kt_inertia_raise(kt_sym3 *inertia, kt_mat3 axes, double least);
+
 /* ---- search.c, appearance.c: pictures of robots ------------------------------------------------------------------ */
 
 /* The path of a mesh's file, package:// and model:// among them; NULL: there is none. */
@@ -377,6 +405,9 @@ void kt_appearance_end(kt_appearance *appearance, bool of_collisions, const kt_e
 /* Gives the scene the meshes, and takes collision shapes away that are far larger than the robot. */
 void kt_appearance_finish(kt_appearance *appearance, const kt_draft *d, kt_scene *scene);
 void kt_appearance_notes(kt_notes *notes, const kt_appearance *appearance);
+
+/* The method of robots with contacts. */
+#define KT_ROBOT_STIFF_METHOD "radau5"
 
 /* Makes the scene of a draft and the pictures, checks it and marks its items; returns false after reporting. `name` may
  * be NULL. */

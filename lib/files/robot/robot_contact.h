@@ -68,6 +68,7 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
 /* What touches planes. */
 typedef struct kt_contact_tally {
     kt_left planes, made, lost; /* lost: shapes that no contact can represent */
+    kt_left floors;             /* boxes that are planes */
     kt_left rounded, edged;     /* ellipsoids and cylinders, of which contacts are near */
     double depth;               /* of the deepest contact at the start */
 } kt_contact_tally;
@@ -90,6 +91,9 @@ kt_vec3 kt_contact_direction(int i, kt_vec3 extent);
     "ellipsoids that touch planes, each as 26 spheres inside it, so that it sinks by up to 8 % of its longest half "   \
     "axis:"
 
+#define KT_NOTE_STIFF                                                                                                  \
+    "contacts are stiff: the method is " KT_ROBOT_STIFF_METHOD " (--integrator names another); shapes that touch:"
+
 #define KT_NOTE_EDGED                                                                                                  \
     "cylinders that touch planes, each with 16 points of both rims, so that a lying or rolling one sinks by up to "    \
     "1.9 % of its radius:"
@@ -111,8 +115,37 @@ void kt_contact_tree_free(kt_contact_tree *tree);
  * factor of the mass matrix; `room` has space for 7 vectors of nv. */
 double kt_contact_mobility(const kt_contact_tree *tree, int body, kt_vec3 at, const double *factors, double *room);
 
-/* The depth of the deepest contact at the start, in m; zero if none is closed, or if the tree cannot be computed. */
-double kt_contact_depth(kt_draft *d);
+/* Gives stops their stiffness and damping that have none. Returns the depth of the deepest contact at the start, in m;
+ * zero if none is closed, or if the tree cannot be computed. */
+double kt_contact_settle(kt_draft *d);
+
+#define KT_NOTE_SOFT_STOPS                                                                                             \
+    "limits of position that act as stops, since shapes touch, as soft as MuJoCo's by default (--stops gives another " \
+    "stiffness):"
+
+/* The pose of an end in the world, at the start. */
+kt_pose kt_contact_pose(const kt_contact_tree *tree, const kt_end *end);
+
+/* ---- contact_floor.c: boxes as ground ---------------------------------------------------------------------------- */
+
+typedef struct kt_floors {
+    kt_draft *d;
+    kt_contact_tree tree;
+    kt_vec3 up;       /* against gravity; z without gravity */
+    kt_vec3 *middles; /* of the shapes that move, at the start */
+    int count;
+} kt_floors;
+
+/* For up to `most` shapes that move; on success the caller ends the search. False if there is no tree. */
+bool kt_floors_begin(kt_floors *f, kt_draft *d, kt_vec3 gravity, int most);
+void kt_floors_end(kt_floors *f);
+void kt_floors_add(kt_floors *f, const char *body, kt_pose pose);
+
+/* Whether a box that does not move is ground for all shapes. `plane` receives the pose of its upper face in the
+ * body. */
+bool kt_floors_find(const kt_floors *f, const char *body, kt_pose pose, const double half[3], kt_pose *plane);
+
+#define KT_NOTE_FLOORS "boxes that do not move, and are ground for the shapes above them, as planes without edges:"
 
 /* ---- collision.c: collisions of URDF and SDF --------------------------------------------------------------------- */
 
@@ -134,6 +167,7 @@ typedef struct kt_collisions {
     kt_left all;
     kt_contact_tally touched;
     bool moves_freely;                       /* a body has a free joint */
+    kt_left stops;                           /* soft ones */
     kt_left directional, disputed, standing; /* frictions that differ: by direction, of simulators, at rest */
 } kt_collisions;
 

@@ -6,6 +6,7 @@
 #include "robot/robot.h"
 #include "scene/shapes.h"
 
+#include <math.h>
 #include <string.h>
 
 static const kt_shape *shape_at(const kt_body *body, int i) {
@@ -51,6 +52,49 @@ bool kt_mass_by_shapes(kt_body *body, double density) {
     body->mass = mass;
     body->com = com;
     body->inertia = inertia;
+    return true;
+}
+
+bool kt_mass_add_solid(kt_body *body, kt_solid solid, const double size[3], kt_pose pose, double density) {
+    const kt_vec3 middle = kt_vec3_make(0.0, 0.0, solid == KT_SOLID_CONE ? -0.5 * size[1] : 0.0);
+    const double volume = kt_solid_volume(solid, size);
+    const kt_vec3 moments = kt_vec3_scale(volume, kt_solid_moments(solid, size));
+    const kt_sym3 own = kt_sym3_make(moments.x, moments.y, moments.z, 0.0, 0.0, 0.0);
+    const kt_enclosed part = {
+        .volume = volume, .com = kt_pose_apply(pose, middle), .inertia = kt_sym3_rotate(pose.rotation, own)};
+    if (volume > 0.0)
+        kt_body_add_enclosed(body, density, &part);
+    return volume > 0.0;
+}
+
+bool kt_mass_add_mesh(kt_reader *r, const kt_robot_source *source, kt_body *body, const char *name, kt_pose pose,
+                      kt_vec3 scale, double density) {
+    const char *path = name != NULL ? kt_mesh_path(r, source, name) : NULL;
+    const kt_scene_mesh mesh = {
+        .file = path, .scale = scale, .at = pose.position, .rotation = kt_rotation_of_matrix(pose.rotation)};
+    kt_enclosed part = {.volume = 0.0};
+    kt_error error = {0};
+    const kt_status status = path != NULL ? kt_scene_mesh_enclosed(&mesh, &part, &error) : KT_ERROR_FILE;
+    if (status == KT_ERROR_MEMORY)
+        (void)kt_reader_out_of_memory(r);
+    if (status == KT_OK)
+        kt_body_add_enclosed(body, density, &part);
+    return status == KT_OK;
+}
+
+bool kt_inertia_balance(kt_sym3 *inertia) {
+    const double mean = (inertia->xx + inertia->yy + inertia->zz) / 3.0;
+    if (kt_inertia_check(*inertia, NULL) != KT_INERTIA_TRIANGLE)
+        return false;
+    *inertia = kt_sym3_make(mean, mean, mean, 0.0, 0.0, 0.0);
+    return true;
+}
+
+bool kt_inertia_raise(kt_sym3 *inertia, kt_mat3 axes, double least) {
+    const kt_sym3 d = kt_sym3_rotate(kt_mat3_transpose(axes), *inertia);
+    if (d.xx >= least && d.yy >= least && d.zz >= least)
+        return false;
+    *inertia = kt_sym3_rotate(axes, kt_sym3_make(fmax(d.xx, least), fmax(d.yy, least), fmax(d.zz, least), 0, 0, 0));
     return true;
 }
 

@@ -60,7 +60,6 @@ static const kt_note first_notes[] = {
             "models before SDF 1.7 that have the name of another one, and are called NAME_1 here, or a later number:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
-    KT_NOTE(kt_sdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_sdf, renamed_frames, DETAIL,
             "frames before SDF 1.7 that have the name of another item, and are called NAME_frame here:"),
     KT_NOTE(kt_sdf, floating, START, "links that move freely, since no joint connects them with the world:"),
@@ -119,6 +118,7 @@ static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
     kt_collisions_notes(&n, &m->collisions, m->source->options, m->root, m->gravity);
+    kt_note_renamed_joints(&n, &m->draft);
     kt_notes_end(&n, &m->strange, scene);
 }
 

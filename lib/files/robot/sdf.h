@@ -79,8 +79,8 @@ typedef struct kt_sdf {
 
     const kt_known_list *known; /* of the format */
     kt_strange strange;         /* what the files have besides */
-    kt_left renamed, renamed_joints, renamed_frames, renamed_models, unversioned, others, missing, newer, older,
-        no_gravity, floating, reserved, at_rest, kinematic, freed;
+    kt_left renamed, renamed_frames, renamed_models, unversioned, others, missing, newer, older, no_gravity, floating,
+        reserved, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;
     kt_phrase massless_names; /* links of lost_masses */
     kt_left offsets, halves, reversed, loops, loop_forces, still_joints, outside, limits, disordered, friction;

@@ -158,7 +158,7 @@ static void make_sdf_body(kt_sdf *m, int index) {
 
 /* Effects and loops call joints by their names. */
 static void name_sdf_joints(kt_sdf *m) {
-    kt_draft_name_joints(&m->draft, &m->joints_named, &m->renamed_joints);
+    kt_draft_name_joints(&m->draft, &m->joints_named);
     for (int i = 0; i < m->joints.count; i++) {
         kt_sdf_joint *j = kt_sdf_joint_at(m, i);
         if (j->body >= 0 && j->type != KT_JOINT_FIXED)

@@ -75,14 +75,14 @@ bool kt_sdf_resist(kt_sdf *m, const kt_sdf_joint *j, const char *name) {
     const bool has_order = has_limits && lower <= upper;
     if (name == NULL)
         return damping != 0.0 || friction != 0.0 || stiffness != 0.0 || has_order;
-    if (has_order && options->stop_stiffness == 0.0)
+    if (has_order && !kt_robot_has_stops(options))
         kt_left_count(&m->limits, limit_of(j));
     if (stiffness != 0.0)
         kt_draft_spring(&m->draft, j->element, name, stiffness, kt_sdf_number(m, dynamics, "spring_reference", 0.0));
     kt_draft_resistance(&m->draft, j->element, name, damping, friction);
     if (friction != 0.0)
         kt_left_count(&m->friction, j->element);
-    if (has_order && options->stop_stiffness != 0.0)
+    if (has_order)
         kt_draft_stop(&m->draft, j->element, options, name, lower, upper);
     if (has_order && j->name == NULL && (lower > 0.0 || upper < 0.0)) /* in a loop, which starts at zero */
         kt_left_count(&m->outside, limit_of(j));

@@ -14,7 +14,6 @@
 typedef struct solid {
     kt_solid type;
     double size[3]; /* half sizes; radius, half length */
-    bool is_mesh;
 } solid;
 
 /* The solid of a <geometry>. Missing numbers have the format's defaults. */
@@ -26,7 +25,7 @@ static solid read_solid(kt_sdf *m, const kt_element *geometry) {
                                         [KT_SOLID_CYLINDER] = "cylinder",
                                         [KT_SOLID_CONE] = "cone",
                                         [KT_SOLID_BOX] = "box"};
-    solid s = {.type = KT_SOLID_NONE, .is_mesh = kt_xml_child(geometry, "mesh") != NULL};
+    solid s = {.type = KT_SOLID_NONE};
     for (int i = 1; i < (int)(sizeof names / sizeof *names); i++) {
         const kt_element *e = kt_xml_child(geometry, names[i]);
         if (e == NULL)
@@ -55,23 +54,29 @@ static bool solid_has_size(const solid *s) {
 
 /* ---- masses ------------------------------------------------------------------------------------------------------ */
 
-/* Adds a collision to mass, first moment and inertia about the link's origin. A mesh adds nothing. */
-static void add_sdf_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double density, kt_body *body,
+/* The mesh of an included model is next to the model's file. */
+static const char *sdf_mesh_uri(kt_sdf *m, const kt_element *e, const kt_element *mesh) {
+    const char *uri = kt_sdf_text(mesh, "uri");
+    if (uri == NULL || m->source->folder == NULL || uri[0] == '/' || strstr(uri, "://") != NULL)
+        return uri;
+    const char *near = kt_include_relative(m->r, m->source, e, uri);
+    return near != NULL && kt_include_is_there(m->r, m->source, near) ? near : uri;
+}
+
+/* Adds a collision to mass, com and inertia. A mesh that cannot be read, or is not closed, adds nothing. */
+static void add_sdf_collision(kt_sdf *m, const kt_sdf_link *link, const kt_element *e, double standard, kt_body *body,
                               bool *has_mesh) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     const solid s = geometry != NULL ? read_solid(m, geometry) : (solid){.type = KT_SOLID_NONE};
-    if (s.type == KT_SOLID_NONE || !solid_has_size(&s)) {
-        *has_mesh = *has_mesh || s.is_mesh;
-        return;
-    }
     const kt_pose pose = kt_sdf_pose_within(m, e, link->frame);
-    const double mass = kt_sdf_number(m, e, "density", density) * kt_solid_volume(s.type, s.size);
-    const kt_vec3 low = kt_vec3_make(0.0, 0.0, s.type == KT_SOLID_CONE ? -0.5 * s.size[1] : 0.0);
-    const kt_vec3 com = kt_pose_apply(pose, low), d = kt_vec3_scale(mass, kt_solid_moments(s.type, s.size));
-    const kt_sym3 inertia = kt_sym3_rotate(pose.rotation, kt_sym3_make(d.x, d.y, d.z, 0.0, 0.0, 0.0));
-    body->mass += mass;
-    body->com = kt_vec3_add(body->com, kt_vec3_scale(mass, com));
-    body->inertia = kt_sym3_add(body->inertia, kt_sym3_shift(inertia, mass, com));
+    const double density = kt_sdf_number(m, e, "density", standard);
+    if (s.type != KT_SOLID_NONE && solid_has_size(&s))
+        (void)kt_mass_add_solid(body, s.type, s.size, pose, density);
+    else if (mesh != NULL && !(density > 0.0 &&
+                               kt_mass_add_mesh(m->r, m->source, body, sdf_mesh_uri(m, geometry, mesh), pose,
+                                                kt_sdf_vector(m, mesh, "scale", kt_vec3_make(1.0, 1.0, 1.0)), density)))
+        *has_mesh = true;
 }
 
 static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, kt_body *body) {
@@ -81,10 +86,6 @@ static bool sum_collisions(kt_sdf *m, const kt_sdf_link *link, double density, k
         add_sdf_collision(m, link, e, density, body, &has_mesh);
     if (has_mesh)
         kt_note_massless(&m->massless_names, &m->lost_masses, link->body, link->element);
-    if (body->mass > 0.0) {
-        body->com = kt_vec3_scale(1.0 / body->mass, body->com);
-        body->inertia = kt_sym3_shift(body->inertia, -body->mass, body->com);
-    }
     return body->mass > 0.0;
 }
 
@@ -119,15 +120,6 @@ void kt_sdf_masses(kt_sdf *m, const kt_sdf_link *link, kt_body *body) {
 }
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
-
-/* The mesh of an included model is next to the model's file. */
-static const char *sdf_mesh_uri(kt_sdf *m, const kt_element *e, const kt_element *mesh) {
-    const char *uri = kt_sdf_text(mesh, "uri");
-    if (uri == NULL || m->source->folder == NULL || uri[0] == '/' || strstr(uri, "://") != NULL)
-        return uri;
-    const char *near = kt_include_relative(m->r, m->source, e, uri);
-    return near != NULL && kt_include_is_there(m->r, m->source, near) ? near : uri;
-}
 
 /* Adds a visual or collision to the link's picture. Returns whether it has a solid or mesh that pictures support. */
 static bool add_sdf_visual(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {

@@ -15,7 +15,6 @@ static const kt_note link_notes[] = {
 static const kt_note joint_notes[] = {
     KT_NOTE(kt_urdf, renamed, DETAIL,
             "names of links that names of bodies cannot be, with '_' in place of what is not allowed:"),
-    KT_NOTE(kt_urdf, renamed_joints, DETAIL, KT_NOTE_RENAMED_JOINTS),
     KT_NOTE(kt_urdf, starts, START, "joints that start at a limit, since zero is outside their limits:"),
     KT_NOTE(kt_urdf, limits, MOTION, "limits of position, which do not act without --stops:"),
     KT_NOTE(kt_urdf, disordered, START, "joints whose limits of position are left out, since lower is above upper:"),
@@ -29,6 +28,14 @@ static const kt_note joint_notes[] = {
 static const kt_note mass_notes[] = {
     KT_NOTE(kt_urdf, by_density, DETAIL,
             "links without <inertial> that have mass and inertia of their shapes, by --density:"),
+    KT_NOTE(kt_urdf, by_geoms, DETAIL,
+            "links that have mass and inertia of their collisions, by 'inertiafromgeom' of <mujoco>:"),
+    KT_NOTE(kt_urdf, hollow, MOTION,
+            "meshes of links that have mass and inertia of their shapes, left out of the mass, since they cannot be "
+            "read or are not closed:"),
+    KT_NOTE(kt_urdf, doubled, MOTION, "links with several <inertial>, of which the first counts:"),
+    KT_NOTE(kt_urdf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
+    KT_NOTE(kt_urdf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
     KT_NOTE(kt_urdf, massless, MOTION,
             "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
             "masses by shapes, --mass LINK=MASS one)"),
@@ -75,6 +82,7 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
     kt_appearance_notes(&n, &u->appearance);
     KT_NOTES_PUT(&n, u, last_notes);
     kt_collisions_notes(&n, &u->collisions, u->source->options, u->robot, u->gravity);
+    kt_note_renamed_joints(&n, &u->draft);
     kt_notes_end(&n, &u->strange, scene);
 }
 

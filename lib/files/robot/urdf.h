@@ -35,6 +35,12 @@ typedef struct kt_urdf_link {
     bool is_light;    /* without weight */
 } kt_urdf_link;
 
+/* <compiler> of <mujoco>: what changes masses. */
+typedef struct kt_urdf_compiler {
+    bool balances, from_geoms;                    /* balanceinertia, inertiafromgeom */
+    double mass_least, inertia_least, total_mass; /* 0: none */
+} kt_urdf_compiler;
+
 enum { LINKS = 0, JOINTS = 1 }; /* scopes of names */
 
 typedef struct kt_urdf {
@@ -50,29 +56,35 @@ typedef struct kt_urdf {
     kt_namer namer; /* of bodies */
     kt_strange strange;
     kt_collisions collisions;
-    kt_left shapes, limits, rates, scales, words, starts, renamed, renamed_joints;
+    kt_left shapes, limits, rates, scales, words, starts, renamed;
     kt_left disordered;                      /* limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */
     kt_judge judge;
     kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
-    kt_left by_density;                 /* links with a mass by density */
-    kt_left undeclared, freed;          /* the link `world`; links on it that move freely */
-    kt_left no_gravity;                 /* links without weight */
+    kt_left by_density, by_geoms;       /* links with a mass by density, or by inertiafromgeom */
+    kt_left hollow, doubled;            /* meshes without a mass; second <inertial> */
+    kt_left bounded, balanced;          /* by MuJoCo's compiler */
+    kt_urdf_compiler compiler;
+    kt_left undeclared, freed; /* the link `world`; links on it that move freely */
+    kt_left no_gravity;        /* links without weight */
     kt_vec3 gravity;
     bool has_gravity; /* the file gives it */
 } kt_urdf;
 
 /* ---- urdf_attribute.c: numbers ----------------------------------------------------------------------------------- */
 
-/* Reads an attribute of one or three numbers. Without it, or if e is NULL, values stay as they are. Returns whether
- * there were numbers, and reports a text that is no number. */
+/* Reads an attribute of one, three or four numbers. Without it, or if e is NULL, values stay as they are. Returns
+ * whether there were numbers, and reports a text that is no number. */
 bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values);
 void kt_urdf_need_number(kt_reader *r, const kt_element *e, const char *name, double *value);
 kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_vec3 standard);
 
-/* The place and the rotation of an element's `origin`. */
-void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy);
+/* Reads a bound, which may be infinite. Returns whether there is one, and reports a text that is none. */
+bool kt_urdf_bound(kt_reader *r, const kt_element *e, const char *name, double *value);
+
+/* The pose of an element's `origin`, and its rotation as the file gives it. */
+kt_pose kt_urdf_origin(kt_reader *r, const kt_element *e, kt_rotation *rotation);
 
 /* ---- urdf_tree.c: links and joints ------------------------------------------------------------------------------- */
 
@@ -106,6 +118,9 @@ void kt_urdf_extend(kt_urdf *u);
 
 /* Gives links the masses that the options name. */
 void kt_urdf_given_masses(kt_urdf *u);
+
+/* Masses by the settings of MuJoCo's compiler. */
+void kt_urdf_settle_masses(kt_urdf *u);
 
 /* Bodies, loops and effects of the draft. */
 void kt_urdf_bodies(kt_urdf *u);

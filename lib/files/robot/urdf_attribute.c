@@ -1,19 +1,20 @@
 /* Attributes of URDF: numbers, and the faults of texts that are none. */
 #include "robot/urdf.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- attributes -------------------------------------------------------------------------------------------------- */
 
 /* Reads an attribute of numbers; without it, values stay as they are. Returns whether there are numbers now. */
 bool kt_urdf_numbers(kt_reader *r, const kt_element *e, const char *name, int count, double *values) {
-    double read[3];
+    static const char *const words[] = {"no numbers", "a number", "two numbers", "three numbers", "four numbers"};
+    double read[4];
     const char *text = e != NULL ? kt_xml_attribute(e, name) : NULL;
     if (text == NULL)
         return false;
     if (kt_parse_numbers(text, count, read) != count)
-        return kt_robot_fault(r, e, "%s: expected %s, found '%.60s'", name, count == 1 ? "a number" : "three numbers",
-                              text);
+        return kt_robot_fault(r, e, "%s: expected %s, found '%.60s'", name, words[count], text);
     memcpy(values, read, (size_t)count * sizeof *values);
     return true;
 }
@@ -31,10 +32,34 @@ kt_vec3 kt_urdf_vector(kt_reader *r, const kt_element *e, const char *name, kt_v
     return kt_vec3_make(v[0], v[1], v[2]);
 }
 
-/* The place and the rotation of an element's `origin`. */
-void kt_urdf_origin(kt_reader *r, const kt_element *e, kt_vec3 *at, kt_vec3 *rpy) {
+bool kt_urdf_bound(kt_reader *r, const kt_element *e, const char *name, double *value) {
+    const char *text = kt_xml_attribute(e, name);
+    if (text == NULL)
+        return false;
+    if (kt_parse_bounds(text, 1, value) != 1)
+        return kt_robot_fault(r, e, "%s: expected a number or inf, found '%.60s'", name, text);
+    return true;
+}
+
+/* The place and the rotation of an element's `origin`. Version 1.1 of the format has quaternions x y z w, of which the
+ * length has no meaning. */
+kt_pose kt_urdf_origin(kt_reader *r, const kt_element *e, kt_rotation *rotation) {
     const kt_vec3 zero = kt_vec3_make(0.0, 0.0, 0.0);
     const kt_element *origin = kt_xml_child(e, "origin");
-    *at = kt_urdf_vector(r, origin, "xyz", zero);
-    *rpy = kt_urdf_vector(r, origin, "rpy", zero);
+    const kt_vec3 at = kt_urdf_vector(r, origin, "xyz", zero), rpy = kt_urdf_vector(r, origin, "rpy", zero);
+    double x[4] = {0.0, 0.0, 0.0, 1.0};
+    *rotation = (kt_rotation){.type = KT_ROTATION_NONE};
+    if (rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0)
+        *rotation = kt_rotation_rpy(rpy.x, rpy.y, rpy.z);
+    if (kt_urdf_numbers(r, origin, "quat_xyzw", 4, x)) {
+        const kt_quat q = kt_quat_make(x[3], x[0], x[1], x[2]);
+        const double norm = kt_quat_norm_squared(q);
+        if (kt_xml_attribute(origin, "rpy") != NULL)
+            (void)kt_robot_fault(r, origin, "rpy and quat_xyzw both give the rotation; leave one of them out");
+        else if (!(norm > 0.0) || !isfinite(norm))
+            (void)kt_robot_fault(r, origin, "quat_xyzw: the length is %g; it must be above zero", sqrt(norm));
+        else
+            *rotation = kt_rotation_of_matrix(kt_matrix_from_quat(q));
+    }
+    return (kt_pose){.rotation = kt_matrix_of_rotation(rotation), .position = at};
 }

@@ -6,29 +6,14 @@
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-static kt_rotation rotation_of(kt_vec3 rpy) {
-    const kt_rotation none = {.type = KT_ROTATION_NONE};
-    return rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? kt_rotation_rpy(rpy.x, rpy.y, rpy.z) : none;
-}
-
-/* I = R I' R' takes an inertia from the axes of `inertial` to those of the link. */
-static kt_sym3 turn_urdf_inertia(kt_sym3 s, kt_vec3 rpy) {
-    kt_mat3 inertia;
-    inertia.x = kt_vec3_make(s.xx, s.xy, s.xz);
-    inertia.y = kt_vec3_make(s.xy, s.yy, s.yz);
-    inertia.z = kt_vec3_make(s.xz, s.yz, s.zz);
-    const kt_mat3 turn = kt_matrix_from_rpy(rpy);
-    const kt_mat3 m = kt_mat3_multiply(kt_mat3_multiply(turn, inertia), kt_mat3_transpose(turn));
-    return kt_sym3_make(m.x.x, m.y.y, m.z.z, 0.5 * (m.x.y + m.y.x), 0.5 * (m.x.z + m.z.x), 0.5 * (m.y.z + m.z.y));
-}
-
 static void read_urdf_inertial(kt_reader *r, const kt_element *link, kt_body *body) {
     const kt_element *e = kt_xml_child(link, "inertial");
     kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    kt_vec3 rpy;
+    kt_rotation rotation;
     if (e == NULL)
         return;
-    kt_urdf_origin(r, e, &body->com, &rpy);
+    const kt_pose pose = kt_urdf_origin(r, e, &rotation);
+    body->com = pose.position;
     const kt_element *mass = kt_xml_child(e, "mass"), *inertia = kt_xml_child(e, "inertia");
     if (mass == NULL || inertia == NULL) {
         (void)kt_robot_fault(r, e, "<%s/> is missing", mass == NULL ? "mass" : "inertia");
@@ -41,7 +26,7 @@ static void read_urdf_inertial(kt_reader *r, const kt_element *link, kt_body *bo
     } entries[] = {{"ixx", &s.xx}, {"iyy", &s.yy}, {"izz", &s.zz}, {"ixy", &s.xy}, {"ixz", &s.xz}, {"iyz", &s.yz}};
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
         kt_urdf_need_number(r, inertia, entries[i].name, entries[i].value);
-    body->inertia = rpy.x != 0.0 || rpy.y != 0.0 || rpy.z != 0.0 ? turn_urdf_inertia(s, rpy) : s;
+    body->inertia = rotation.type != KT_ROTATION_NONE ? kt_sym3_rotate(pose.rotation, s) : s;
 }
 
 /* The solid of a geometry: half sizes, or radius and half length; NONE if it is none that a scene has. */
@@ -53,13 +38,20 @@ static kt_solid read_urdf_solid(kt_reader *r, const kt_element *geometry, double
         memcpy(size, (const double[]){0.5 * sides.x, 0.5 * sides.y, 0.5 * sides.z}, 3 * sizeof *size);
         return KT_SOLID_BOX;
     }
-    if (e == NULL || (strcmp(e->name, "cylinder") != 0 && strcmp(e->name, "sphere") != 0))
-        return KT_SOLID_NONE;
-    if (strcmp(e->name, "cylinder") == 0)
-        kt_urdf_need_number(r, e, "length", &length);
-    kt_urdf_need_number(r, e, "radius", &radius);
-    memcpy(size, (const double[]){radius, 0.5 * length, 0.0}, 3 * sizeof *size);
-    return strcmp(e->name, "cylinder") == 0 ? KT_SOLID_CYLINDER : KT_SOLID_SPHERE;
+    static const struct {
+        const char *name;
+        kt_solid solid;
+    } round[] = {{"sphere", KT_SOLID_SPHERE}, {"cylinder", KT_SOLID_CYLINDER}, {"capsule", KT_SOLID_CAPSULE}};
+    for (size_t i = 0; e != NULL && i < sizeof round / sizeof *round; i++) {
+        if (strcmp(e->name, round[i].name) != 0)
+            continue;
+        if (round[i].solid != KT_SOLID_SPHERE)
+            kt_urdf_need_number(r, e, "length", &length);
+        kt_urdf_need_number(r, e, "radius", &radius);
+        memcpy(size, (const double[]){radius, 0.5 * length, 0.0}, 3 * sizeof *size);
+        return round[i].solid;
+    }
+    return KT_SOLID_NONE;
 }
 
 /* The scale of a picture is three numbers. A single number applies to all axes. Any other count is noted, and the scale
@@ -81,14 +73,11 @@ static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     double size[3];
-    kt_pose pose;
-    kt_vec3 rpy;
+    kt_rotation rotation;
     const kt_solid solid = mesh == NULL ? read_urdf_solid(u->r, geometry, size) : KT_SOLID_NONE;
     if (mesh == NULL && solid == KT_SOLID_NONE)
         return false;
-    kt_urdf_origin(u->r, e, &pose.position, &rpy);
-    pose.rotation = kt_matrix_from_rpy(rpy);
-    const kt_rotation rotation = rotation_of(rpy);
+    const kt_pose pose = kt_urdf_origin(u->r, e, &rotation);
     if (mesh == NULL)
         (void)kt_appearance_add_solid(&u->appearance, e, solid, size, pose, &rotation);
     else
@@ -102,13 +91,12 @@ static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
 static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
-    kt_vec3 rpy;
+    kt_rotation rotation;
     kt_collision item = {
         .element = e, .body = u->draft.bodies.count - 1, .friction = KT_FRICTION_STANDARD, .mask = ~0U};
     if (u->source->options->contacts) {
         item.friction = kt_urdf_friction(u, link, e);
-        kt_urdf_origin(u->r, e, &item.pose.position, &rpy);
-        item.pose.rotation = kt_matrix_from_rpy(rpy);
+        item.pose = kt_urdf_origin(u->r, e, &rotation);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
         item.mesh = mesh != NULL ? kt_xml_attribute(mesh, "filename") : NULL;
         if (mesh == NULL)
@@ -119,8 +107,8 @@ static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_el
 
 /* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
-/* The picture: all visuals, or all collisions where no visual can be seen. */
-static void read_picture(kt_urdf *u, const kt_urdf_link *of, kt_body *body) {
+/* The picture: all visuals, or all collisions where no visual can be seen. Returns whether a visual is. */
+static bool read_picture(kt_urdf *u, const kt_urdf_link *of, kt_body *body) {
     const kt_element *link = of->element;
     kt_appearance_begin(&u->appearance, body->name);
     for (const kt_element *e = kt_xml_child(link, "visual"); e != NULL; e = kt_xml_next(e, "visual"))
@@ -133,13 +121,42 @@ static void read_picture(kt_urdf *u, const kt_urdf_link *of, kt_body *body) {
             (void)add_urdf_visual(u, e);
     }
     kt_appearance_end(&u->appearance, !is_seen, link, body);
+    return is_seen;
 }
 
-/* Mass and inertia, from the shapes that are seen, of a link that has none. */
-static void set_mass_of_shape(kt_urdf *u, const kt_element *link, kt_body *body) {
-    if (u->source->options->density > 0.0 && kt_xml_child(link, "inertial") == NULL &&
-        kt_mass_by_shapes(body, u->source->options->density))
-        kt_left_count(&u->by_density, link);
+/* Adds the solid of a visual or collision to the mass of a body. */
+static void add_urdf_mass(kt_urdf *u, const kt_element *e, double density, kt_body *body) {
+    const kt_element *geometry = kt_xml_child(e, "geometry");
+    const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
+    double size[3];
+    kt_rotation rotation;
+    const kt_pose pose = kt_urdf_origin(u->r, e, &rotation);
+    const kt_solid solid = mesh == NULL ? read_urdf_solid(u->r, geometry, size) : KT_SOLID_NONE;
+    if (solid != KT_SOLID_NONE)
+        (void)kt_mass_add_solid(body, solid, size, pose, density);
+    else if (mesh != NULL && !kt_mass_add_mesh(u->r, u->source, body, kt_xml_attribute(mesh, "filename"), pose,
+                                               read_scale(u, mesh), density))
+        kt_left_count(&u->hollow, mesh);
+}
+
+/* Mass and inertia of the shapes of a link: of its visuals, or its collisions where no visual is seen; with
+ * `inertiafromgeom` of its collisions, as MuJoCo discards visuals. */
+static void set_mass_of_shape(kt_urdf *u, const kt_element *link, bool is_seen, kt_body *body) {
+    static const double water = 1000.0;
+    const double given = u->source->options->density;
+    const bool from_geoms = u->compiler.from_geoms, has_inertial = kt_xml_child(link, "inertial") != NULL;
+    const char *tag = from_geoms || !is_seen ? "collision" : "visual";
+    kt_body part = kt_body_default();
+    if (!from_geoms && (has_inertial || !(given > 0.0)))
+        return;
+    for (const kt_element *e = kt_xml_child(link, tag); e != NULL; e = kt_xml_next(e, tag))
+        add_urdf_mass(u, e, given > 0.0 ? given : water, &part);
+    if (!(part.mass > 0.0) && !from_geoms)
+        return;
+    body->mass = part.mass;
+    body->com = part.com;
+    body->inertia = part.inertia;
+    kt_left_count(from_geoms ? &u->by_geoms : &u->by_density, link);
 }
 
 static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
@@ -151,17 +168,18 @@ static void make_urdf_body(kt_urdf *u, kt_urdf_link *link) {
     body->name = link->body;
     *kt_draft_link_name(&u->draft, link->index) = kt_element_name(link->element, NULL);
     read_urdf_inertial(u->r, link->element, body);
-    read_picture(u, link, body);
-    set_mass_of_shape(u, link->element, body);
+    if (kt_xml_child(link->element, "inertial") != NULL &&
+        kt_xml_next(kt_xml_child(link->element, "inertial"), "inertial") != NULL)
+        kt_left_count(&u->doubled, kt_xml_next(kt_xml_child(link->element, "inertial"), "inertial"));
+    const bool is_seen = read_picture(u, link, body);
+    set_mass_of_shape(u, link->element, is_seen, body);
     if (j == NULL) {
         body->joint.type = u->source->options->floating ? KT_JOINT_FREE : KT_JOINT_FIXED;
         return;
     }
-    kt_vec3 rpy;
     *kt_draft_joint_name(&u->draft, link->index) = kt_element_name(j->element, NULL);
     body->parent = j->parent >= 0 ? u->links[j->parent].body : NULL;
-    kt_urdf_origin(u->r, j->element, &body->joint.at, &rpy);
-    body->joint.rotation = rotation_of(rpy);
+    body->joint.at = kt_urdf_origin(u->r, j->element, &body->joint.rotation).position;
     if (j->kind == NULL)
         return;
     body->joint.type = j->kind->type;
@@ -191,7 +209,7 @@ static void make_urdf_effects(kt_urdf *u, const kt_urdf_joint *j) {
         return;
     }
     kt_draft_resistance(&u->draft, j->element, j->name, damping, friction);
-    if (isfinite(j->lower))
+    if (isfinite(j->lower) || isfinite(j->upper))
         kt_draft_stop(&u->draft, j->element, u->source->options, j->name, j->lower, j->upper);
 }
 
@@ -215,7 +233,7 @@ static void name_urdf_joints(kt_urdf *u) {
     kt_namer joints;
     if (!kt_namer_init(&joints, u->r, 2 * u->draft.bodies.count))
         return;
-    kt_draft_name_joints(&u->draft, &joints, &u->renamed_joints);
+    kt_draft_name_joints(&u->draft, &joints);
     for (int i = 0; i < u->link_count; i++)
         if (u->links[i].carrier >= 0 && u->links[i].index >= 0)
             u->joints[u->links[i].carrier].name = kt_joint_name_of(&bodies[u->links[i].index]);
@@ -229,6 +247,7 @@ void kt_urdf_bodies(kt_urdf *u) {
             make_urdf_body(u, &u->links[i]);
     if (u->r->out_of_memory || !kt_namer_init(&u->draft.loop_names, u->r, u->joint_count + 1))
         return;
+    kt_urdf_settle_masses(u);
     name_urdf_joints(u);
     for (int i = 0; i < u->joint_count && !u->r->out_of_memory; i++)
         if (u->joints[i].kind != NULL && u->joints[i].name != NULL) {

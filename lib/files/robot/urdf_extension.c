@@ -15,6 +15,27 @@ static void read_urdf_gravity(kt_urdf *u) {
     u->has_gravity = option != NULL && kt_xml_attribute(option, "gravity") != NULL;
 }
 
+static bool read_flag(kt_urdf *u, const kt_element *e, const char *name) {
+    const char *text = kt_xml_attribute(e, name);
+    if (text != NULL && !kt_words_have(" true false auto ", text))
+        (void)kt_robot_fault(u->r, e, "%s: expected true or false, found '%.40s'", name, text);
+    return kt_text_is(text, "true");
+}
+
+/* Later elements count before earlier ones. */
+static void read_urdf_compiler(kt_urdf *u) {
+    const kt_element *mujoco = kt_xml_child(u->robot, "mujoco");
+    const kt_element *e = mujoco != NULL ? kt_xml_child(mujoco, "compiler") : NULL;
+    kt_urdf_compiler *c = &u->compiler;
+    for (; e != NULL; e = kt_xml_next(e, "compiler")) {
+        c->balances = read_flag(u, e, "balanceinertia") || c->balances;
+        c->from_geoms = read_flag(u, e, "inertiafromgeom") || c->from_geoms;
+        (void)kt_urdf_numbers(u->r, e, "boundmass", 1, &c->mass_least);
+        (void)kt_urdf_numbers(u->r, e, "boundinertia", 1, &c->inertia_least);
+        (void)kt_urdf_numbers(u->r, e, "settotalmass", 1, &c->total_mass);
+    }
+}
+
 /* ---- Gazebo ------------------------------------------------------------------------------------------------------ */
 
 static const char *extension_text(const kt_element *e) {
@@ -98,6 +119,7 @@ void kt_urdf_read_extensions(kt_urdf *u) {
             extend_joint(u, e, &u->joints[joint]);
     }
     read_urdf_gravity(u);
+    read_urdf_compiler(u);
 }
 
 /* ---- friction ---------------------------------------------------------------------------------------------------- */

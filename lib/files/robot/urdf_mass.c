@@ -2,7 +2,10 @@
  *
  * A rotor of inertia J behind a reduction n, which turns n times as fast as the joint, has the armature n^2 J.
  */
+#include "robot/mjcf_axes.h"
 #include "robot/urdf.h"
+
+#include "algebra/vector_parts.h"
 
 /* ---- transmissions ----------------------------------------------------------------------------------------------- */
 
@@ -54,6 +57,53 @@ static void read_transmission(kt_urdf *u, const kt_element *e) {
 void kt_urdf_transmissions(kt_urdf *u) {
     for (const kt_element *e = kt_xml_child(u->robot, "transmission"); e != NULL; e = kt_xml_next(e, "transmission"))
         read_transmission(u, e);
+}
+
+/* ---- settings of MuJoCo's compiler ------------------------------------------------------------------------------- */
+
+/* Adds masses of bodies that a joint of their path moves: MuJoCo makes others parts of the world. */
+static double moving_mass(const kt_urdf *u, double scale) {
+    double total = 0.0;
+    if (u->draft.parents == NULL)
+        return 0.0;
+    for (int i = 0; i < u->draft.bodies.count; i++) {
+        kt_body *body = kt_draft_body_at(&u->draft, i);
+        int at = i;
+        for (int steps = 0; steps < u->draft.bodies.count && at >= 0; steps++) {
+            if (kt_draft_body_at(&u->draft, at)->joint.type != KT_JOINT_FIXED)
+                break;
+            at = u->draft.parents[at];
+        }
+        if (at < 0)
+            continue;
+        total += body->mass;
+        body->mass *= scale;
+        body->inertia = kt_sym3_scaled(scale, body->inertia);
+    }
+    return total;
+}
+
+void kt_urdf_settle_masses(kt_urdf *u) {
+    const kt_urdf_compiler *c = &u->compiler;
+    for (int i = 0; i < u->link_count; i++) {
+        const kt_urdf_link *link = &u->links[i];
+        kt_body *body = link->index >= 0 && link->carrier >= 0 ? kt_draft_body_at(&u->draft, link->index) : NULL;
+        if (body == NULL)
+            continue;
+        const bool is_light = body->mass < c->mass_least;
+        body->mass = is_light ? c->mass_least : body->mass;
+        const bool is_raised =
+            c->inertia_least > 0.0 && kt_inertia_raise(&body->inertia, kt_mjcf_axes(body->inertia), c->inertia_least);
+        if (is_light || is_raised)
+            kt_left_count(&u->bounded, link->element);
+        if (c->balances && kt_inertia_balance(&body->inertia))
+            kt_left_count(&u->balanced, link->element);
+    }
+    if (!(c->total_mass > 0.0) || u->draft.bodies.count == 0 || !kt_draft_find_parents(&u->draft))
+        return;
+    const double total = moving_mass(u, 1.0);
+    if (total > 0.0)
+        (void)moving_mass(u, c->total_mass / total);
 }
 
 /* ---- masses of the options --------------------------------------------------------------------------------------- */

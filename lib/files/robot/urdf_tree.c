@@ -15,11 +15,13 @@ static const kt_known known[] = {
     {" link visual collision material ", " name "},
     {" contact surface friction ode drake:proximity_properties ", " "},
     {" joint ", " name type "},
-    {" origin ", " xyz rpy "},
+    {" origin ", " xyz rpy quat_xyzw "},
     {" axis ", " xyz "},
     {" parent child ", " link "},
-    {" inertial geometry mujoco compiler ", " "},
-    {" mass mu mu1 mu2 lateral_friction drake:mu_static drake:mu_dynamic static kinematic enable_wind gravity "
+    {" inertial geometry mujoco ", " "},
+    {" compiler ", " balanceinertia inertiafromgeom boundmass boundinertia settotalmass "},
+    {" mass mu mu1 mu2 lateral_friction drake:mu_static drake:mu_dynamic static "
+     "kinematic enable_wind gravity "
      "turnGravityOff springStiffness springReference ",
      " value "},
     {" inertia ", " ixx ixy ixz iyy iyz izz "},
@@ -27,7 +29,7 @@ static const kt_known known[] = {
     {" dynamics ", " damping friction "},
     {" mimic ", " joint multiplier offset "},
     {" box ", " size "},
-    {" cylinder ", " radius length "},
+    {" cylinder capsule ", " radius length "},
     {" sphere ", " radius "},
     {" mesh ", " filename scale "},
     {" gazebo ", " reference "},
@@ -46,12 +48,12 @@ static const kt_known_list all_known = {
                 "selfCollide laserRetro provideFeedback implicitSpringDamper stopCfm stopErp "
                 "fudgeFactor cfmDamping disableFixedJointLumping preserveFixedJoint angle "
                 "eulerseq meshdir texturedir assetdir strippath discardvisual fusestatic "
-                "balanceinertia autolimits convexhull usethread timestep integrator solver "
+                "autolimits convexhull usethread timestep integrator solver "
                 "iterations tolerance cone impratio jacobian size contact_cfm contact_erp stiffness "
                 "damping friction_anchor inertia_scaling " KT_COMPLIANCE_OF_DRAKE,
     .moving = " plugin rolling_friction spinning_friction torsional bullet slip1 slip2 restitution bounce "
-              "dampingFactor velocity_decay boundmass boundinertia "
-              "settotalmass inertiafromgeom density viscosity wind flag "
+              "dampingFactor velocity_decay "
+              "density viscosity wind flag "
               "loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
@@ -114,7 +116,7 @@ static const kt_urdf_kind *find_urdf_kind(kt_urdf *u, const kt_element *e) {
 static double limit_of(kt_urdf *u, const kt_element *limit, const char *name) {
     const char *text = kt_xml_attribute(limit, name);
     double value;
-    if (text != NULL && kt_parse_numbers(text, 1, &value) == 1 && value >= 0.0)
+    if (text != NULL && kt_parse_bounds(text, 1, &value) == 1 && value >= 0.0)
         return value;
     if (text != NULL)
         kt_left_count(&u->rates, limit);
@@ -134,8 +136,8 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
         j->effort = limit_of(u, limit, "effort");
         j->speed = limit_of(u, limit, "velocity");
     }
-    const bool has_lower = kt_urdf_numbers(u->r, limit, "lower", 1, &lower);
-    const bool has_upper = kt_urdf_numbers(u->r, limit, "upper", 1, &upper);
+    const bool has_lower = kt_urdf_bound(u->r, limit, "lower", &lower);
+    const bool has_upper = kt_urdf_bound(u->r, limit, "upper", &upper);
     const bool is_faulty = (!has_lower && kt_xml_attribute(limit, "lower") != NULL) ||
                            (!has_upper && kt_xml_attribute(limit, "upper") != NULL);
     if (!j->kind->is_limited || is_faulty || (!has_lower && !has_upper))
@@ -149,8 +151,10 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
     }
     j->lower = lower;
     j->upper = upper;
+    if (isinf(lower) && isinf(upper))
+        return;
     j->start = fmin(fmax(0.0, lower), upper);
-    if (u->source->options->stop_stiffness == 0.0)
+    if (!kt_robot_has_stops(u->source->options))
         kt_left_count(&u->limits, limit);
 }
 

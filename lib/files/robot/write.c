@@ -13,6 +13,41 @@
 
 static bool is_motor(const kt_effect *e) { return e->type == KT_EFFECT_MOTOR || e->type == KT_EFFECT_SERVO; }
 
+/* Whether numbers are equal. */
+static bool are_equal(const double *values, int count) {
+    for (int i = 1; i < count; i++)
+        if (values[i] != values[0])
+            return false;
+    return true;
+}
+
+static bool end_is_origin(const kt_end *end) {
+    const kt_vec3 at = end->at;
+    return end->marker == NULL && at.x == 0.0 && at.y == 0.0 && at.z == 0.0 && end->rotation.type == KT_ROTATION_NONE;
+}
+
+/* The stiffness and damping of a ball or free joint, which MJCF has for all axes at once: those of a bushing between
+ * the body and its parent that acts alike along and about all axes. A free joint has a damping alone. */
+static bool take_bushing(kt_export *x, const kt_effect *e) {
+    const int body = e->type == KT_EFFECT_BUSHING ? kt_export_find(x, e->between[1].body) : -1;
+    const kt_joint *joint = body >= 0 ? &kt_export_body(x, body)->joint : NULL;
+    if (joint == NULL || !end_is_origin(&e->between[1]) || x->role[body] != KT_EXPORT_BODY ||
+        kt_export_find(x, e->between[0].body) != x->parent[body])
+        return false;
+    const kt_pose rest = kt_export_end(x, &e->between[0]), frame = {kt_matrix_of_rotation(&joint->rotation), joint->at};
+    const double none[3] = {0.0, 0.0, 0.0};
+    const bool turns = memcmp(e->stiffnesses, none, sizeof none) == 0 && memcmp(e->dampings, none, sizeof none) == 0 &&
+                       are_equal(e->stiffnesses + 3, 3) && are_equal(e->dampings + 3, 3) &&
+                       (e->stiffnesses[3] == 0.0 || memcmp(&rest, &frame, sizeof rest) == 0);
+    const bool moves = are_equal(e->dampings, 6) && are_equal(e->stiffnesses, 6) && e->stiffnesses[0] == 0.0;
+    if (!(joint->type == KT_JOINT_SPHERICAL && turns) &&
+        !(joint->type == KT_JOINT_FREE && moves && !kt_export_is_deep(x, body)))
+        return false;
+    x->forces[body].damping += e->dampings[3];
+    x->forces[body].stiffness += e->stiffnesses[3];
+    return true;
+}
+
 static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format) {
     static const char *const names[KT_EFFECT_TYPE_COUNT] = {
 #define KT_NAME(id, name) [id] = "effects of type " #name,
@@ -36,7 +71,8 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
         f->damping += e->damping;
     } else if (f != NULL && is_motor(e) && format == KT_ROBOT_MJCF) {
         x->motors[x->motor_count++] = (kt_export_motor){e, body};
-    } else if (format != KT_ROBOT_MJCF || !(kt_export_take_rope(x, e) || kt_export_take_actuator(x, e))) {
+    } else if (format != KT_ROBOT_MJCF ||
+               !(take_bushing(x, e) || kt_export_take_rope(x, e) || kt_export_take_actuator(x, e))) {
         kt_export_lose(x, (unsigned)e->type < KT_EFFECT_TYPE_COUNT ? names[e->type] : "effects of a caller's own");
     }
 }

@@ -86,6 +86,8 @@ static void write_mjcf_joint(kt_export *x, const act *a, const kt_export_step *s
     if (is_whole && nv == 1) {
         write_limits(x, a->body);
         write_mjcf_forces(x, &x->forces[a->body]);
+    } else if (is_ball || is_free) {
+        write_mjcf_forces(x, &x->forces[a->body]);
     }
     kt_export_print(x, "/>");
 }

@@ -47,8 +47,7 @@ static kt_status read_mesh_surface(const kt_scene_mesh *mesh, kt_triangles *surf
     return status;
 }
 
-/* In the body frame. */
-static kt_status find_enclosed_solid(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
+kt_status kt_scene_mesh_enclosed(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error) {
     kt_triangles surface = {.vertices = NULL};
     kt_mat3 r = kt_mat3_identity();
     kt_status status = kt_rotation_evaluate(&mesh->rotation, &r, error);
@@ -72,8 +71,7 @@ static kt_status find_enclosed_solid(const kt_scene_mesh *mesh, kt_enclosed *sol
     return status;
 }
 
-/* The body's mass so far is that of meshes before this one. */
-static void add_solid(kt_body *body, double density, const kt_enclosed *solid) {
+void kt_body_add_enclosed(kt_body *body, double density, const kt_enclosed *solid) {
     const double m = density * solid->volume, all = body->mass + m;
     const kt_vec3 com = kt_vec3_add(kt_vec3_scale(body->mass / all, body->com), kt_vec3_scale(m / all, solid->com));
     body->inertia =
@@ -107,7 +105,7 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
             "its mesh is another file; give the body a mass, a com and an inertia, and leave out density");
-    const kt_status status = find_enclosed_solid(&meshes[k], &solid, &error);
+    const kt_status status = kt_scene_mesh_enclosed(&meshes[k], &solid, &error);
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);
     if (status != KT_OK)
@@ -118,7 +116,7 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
         body->com = kt_vec3_make(0.0, 0.0, 0.0);
         body->inertia = zero;
     }
-    add_solid(body, meshes[k].density, &solid);
+    kt_body_add_enclosed(body, meshes[k].density, &solid);
     return true;
 }
 

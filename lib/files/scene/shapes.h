@@ -3,10 +3,18 @@
 #define KT_SCENE_SHAPES_H
 
 #include "algebra/vector_parts.h"
+#include "mesh/mesh.h"
 #include "scene/scene_part.h"
 
 /* The volume of the solid, m^3; zero for points and slender rods. */
 double kt_shape_volume(const kt_shape *shape);
+
+/* The solid that a mesh encloses, in the body frame. Errors: those of the file, KT_ERROR_SCENE if the surface is not
+ * closed or encloses nothing, KT_ERROR_MEMORY. */
+kt_status kt_scene_mesh_enclosed(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error);
+
+/* Adds a solid of a density to the mass, com and inertia of a body, which are those of solids before it. */
+void kt_body_add_enclosed(kt_body *body, double density, const kt_enclosed *solid);
 
 /* A shape, and its own mass, NaN if it has none. */
 typedef struct kt_scene_part {

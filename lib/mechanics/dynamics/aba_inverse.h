@@ -55,6 +55,16 @@ size_t kt_inverse_layout(kt_inverse_terms *terms, void *memory, const kt_counts 
 /* Returns the error that a link's joint moves no inertia, in forward dynamics, too (dynamics.c). */
 kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *error);
 
+/* The first of three hinges through one point of which a link is one, and whose first two links have no mass: a body
+ * turns on them as on a ball, but for gimbal lock. 0: there are none. */
+size_t kt_link_first_of_hinges(const kt_model *model, size_t link);
+
+/* The remedy for gimbal lock of three hinges, in words. */
+typedef struct kt_gimbal_text {
+    char text[320];
+} kt_gimbal_text;
+kt_gimbal_text kt_link_gimbal_advice(const kt_model *model, size_t first);
+
 /* The kernels of the model's instruction set. Errors: KT_ERROR_SINGULAR names the joint; those of kt_input_check. */
 KT_CHECKED kt_status kt_inverse_compute(const kt_model *model, kt_data *data, const double *q, kt_inverse_terms *terms,
                                         kt_error *error);

@@ -7,6 +7,7 @@
 #include "joint/joint.h"
 
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
@@ -79,10 +80,41 @@ static kt_where_text name_joint(const kt_model *model, size_t link) {
     return kt_where_format("joint '%.100s'", model->text + model->body[model->link[link].body].joint_name);
 }
 
+/* Whether a link turns on a hinge through the origin of its parent, and the parent carries this link alone. */
+static bool is_next_hinge(const kt_model *model, size_t link) {
+    const kt_link *own = &model->link[link], *parent = &model->link[own->parent];
+    return own->parent > 0 && own->follows && own->motion == KT_MOTION_REVOLUTE &&
+           parent->motion == KT_MOTION_REVOLUTE && !parent->branches && parent->mass == 0.0 &&
+           parent->inertia.xx + parent->inertia.yy + parent->inertia.zz == 0.0 && own->at.x == 0.0 &&
+           own->at.y == 0.0 && own->at.z == 0.0;
+}
+
+size_t kt_link_first_of_hinges(const kt_model *model, size_t link) {
+    for (size_t i = link; i > 0 && i + 2 < model->n.spatial && link - i < 3; i--)
+        if (is_next_hinge(model, i + 1) && is_next_hinge(model, i + 2))
+            return i;
+    return 0;
+}
+
+kt_gimbal_text kt_link_gimbal_advice(const kt_model *model, size_t first) {
+    kt_gimbal_text out = {.text = ""};
+    const char *name[3];
+    for (size_t k = 0; k < 3; k++)
+        name[k] = model->text + model->body[model->link[first + k].body].joint_name;
+    (void)snprintf(out.text, sizeof out.text,
+                   "the hinges '%.40s', '%.40s' and '%.40s' are next to gimbal lock, where two of their axes coincide; "
+                   "give the body that they turn one joint in their place: spherical, or free if it moves freely",
+                   name[0], name[1], name[2]);
+    return out;
+}
+
 kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *error) {
-    return kt_error_set(
-        error, KT_ERROR_SINGULAR, name_joint(model, link).text,
-        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position");
+    static const char what[] =
+        "the bodies it moves have no positive inertia along one of its degrees of freedom at this position";
+    const size_t first = kt_link_first_of_hinges(model, link);
+    return first > 0 ? kt_error_set(error, KT_ERROR_SINGULAR, name_joint(model, link).text, "%s: %s", what,
+                                    kt_link_gimbal_advice(model, first).text)
+                     : kt_error_set(error, KT_ERROR_SINGULAR, name_joint(model, link).text, "%s", what);
 }
 
 kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,

@@ -16,6 +16,7 @@
 #include "assembly/dead_point.h"
 #include "assembly/open_loops.h"
 #include "base/where.h"
+#include "dynamics/aba_inverse.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
@@ -220,6 +221,34 @@ kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status
         kt_body_name(model, all->loop[disc].body[0]), least, kt_loop_name(all, disc), from.message);
 }
 
+/* Below this volume of the unit vectors along three hinges, the hinges are next to gimbal lock. */
+static const double locked = 0.1;
+
+/* Names the remedy if a step fails next to gimbal lock of three hinges. */
+static kt_status explain_gimbal(kt_simulation *simulation, kt_status status, kt_error *error) {
+    const kt_model *model = simulation->model;
+    const double *y = kt_integrator_state(simulation->integrator);
+    const kt_error from = *error;
+    kt_link_kinematics *links = kt_links_scratch(simulation->data);
+    if (from.code != KT_ERROR_STEP)
+        return status;
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_links_sweep(model, simulation->data, y, y + simulation->size.nq, links);
+    for (size_t i = 1; i < model->n.spatial; i++) {
+        kt_vec3 axis[3];
+        if (kt_link_first_of_hinges(model, i) != i)
+            continue;
+        for (size_t k = 0; k < 3; k++) {
+            const kt_mat3 axes = links[i + k].axes;
+            axis[k] = model->link[i + k].axis == 0 ? axes.x : model->link[i + k].axis == 1 ? axes.y : axes.z;
+        }
+        if (fabs(kt_vec3_dot(axis[0], kt_vec3_cross(axis[1], axis[2]))) < locked)
+            return kt_error_set(error, from.code, from.where, "%s; %s", from.message,
+                                kt_link_gimbal_advice(model, i).text);
+    }
+    return status;
+}
+
 /* A call that has taken all of its steps (kt_simulation_options.steps_per_call). */
 static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *error) {
     const size_t k = simulation->event_latest;
@@ -279,6 +308,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
 }
 
 kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
-    const kt_status status = fail_step(simulation, from, near, error);
-    return kt_simulation_explain_disc(simulation, status, error);
+    kt_status status = fail_step(simulation, from, near, error);
+    status = kt_simulation_explain_disc(simulation, status, error);
+    return error != NULL ? explain_gimbal(simulation, status, error) : status;
 }
