@@ -54,8 +54,8 @@ def broken(folder):
 
 
 def left(folder):
-    """The files that an uninstallation leaves. pip leaves folders that are empty."""
-    return [str(path) for path in (folder / "venv").rglob("*") if "kinetree" in str(path.relative_to(folder)) and path.is_file() and path.suffix != ".pyc"]
+    """The files and folders that an uninstallation leaves."""
+    return [str(path) for path in (folder / "venv").rglob("*") if "kinetree" in str(path.relative_to(folder)) and path.suffix != ".pyc"]
 
 
 def main():
@@ -84,7 +84,7 @@ def main():
             claim("the_module_has_the_stable_interface", [] if "_kinetree.abi3.so" in listed else [listed])
             claim("the_metadata_have_a_licence_and_no_broken_link", broken(folder))
             problems, said = words(python, "-m", "pip", "uninstall", "-y", "kinetree", env=environment)
-            claim("no_file_of_the_package_is_left_after_it", problems + left(folder))
+            claim("nothing_of_the_package_is_left_after_it", problems + left(folder))
             problems, _ = words(python, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps",
                                 f"--config-settings=setup-args={settings(build)}", "-e", root, env=environment)
             claim("pip_installs_the_package_in_place", problems)
