@@ -19,6 +19,8 @@ CALLBACKS = """
 extern "Python" {
     void kt_python_report(void *user, const kt_error *fault);
     int kt_python_recorder(const kt_record *record, void *user);
+    bool kt_python_ensemble_next(void *user, bool may_block, kt_ensemble_member *member);
+    void kt_python_ensemble_done(void *user, const kt_ensemble_member *member, kt_status status, const kt_error *error);
     int kt_python_event_value(const kt_instant *at, double *value, kt_error *error, void *user);
     int kt_python_event_action(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user);
     int kt_python_cost(const kt_cost_point *at, double *value, double *by_state, double *by_tau, void *user);

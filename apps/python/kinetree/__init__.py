@@ -21,6 +21,7 @@ from .data import Data
 from .laws import Feedback, Instant
 from .gradients import Gradient
 from .identification import BaseParameters
+from .ensemble import ensemble
 from .mechanism import Body, mechanism, prismatic, revolute, rod
 from .model import Model, ModelCopy, integrators
 from .recording import Recording
@@ -38,4 +39,4 @@ __version__ = _text(lib.kt_version())
 
 __all__ = ["ArgumentError", "BaseParameters", "Batch", "Body", "Busy", "Compiled", "ConstraintError", "Data", "End", "Error", "Feedback", "FileError", "Gradient", "Instant",
            "JointForce", "KinetreeWarning", "Model", "ModelCopy", "ModelError", "Page", "Picture", "PointForce", "Recording", "Run", "Scene", "SceneError", "Simulation", "StepError", "Table",
-           "command", "effect", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]
+           "command", "effect", "ensemble", "ffi", "integrators", "joint", "lib", "load", "loop", "mechanism", "prismatic", "revolute", "rod", "shape"]

@@ -46,6 +46,17 @@ def kt_python_recorder(record: Any, user: Any) -> int:
     return 1 if ffi.from_handle(user).take(record) else 0
 
 
+@_extern(error=False, onerror=_keep_raised)
+def kt_python_ensemble_next(user: Any, may_block: bool, member: Any) -> bool:
+    found: bool = ffi.from_handle(user).next(member)
+    return found
+
+
+@_extern(onerror=_keep_raised)
+def kt_python_ensemble_done(user: Any, member: Any, status: int, error: Any) -> None:
+    ffi.from_handle(user).done(member, status, error)
+
+
 @_extern(error=-1, onerror=_keep_raised)
 def kt_python_event_value(at: Any, value: Any, error: Any, user: Any) -> int:
     event = ffi.from_handle(user)

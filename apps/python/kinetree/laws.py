@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any, List, Optional
+from typing import TYPE_CHECKING, Any, Dict, List, Optional
 
 import numpy as np
 
@@ -114,3 +114,7 @@ class Recorder:
         self.q.append(copied(record.q, self.model.nq))
         self.v.append(copied(record.v, self.model.nv))
         return False
+
+    def arrays(self) -> Dict[str, Vector]:
+        count = len(self.time)
+        return {"time": np.array(self.time), "q": np.array(self.q).reshape(count, self.model.nq), "v": np.array(self.v).reshape(count, self.model.nv)}

@@ -411,20 +411,21 @@ class Simulation(Events, Fixed):
         dict
             The records as arrays: ``time`` (records), s; ``q`` (records x nq), rad or m; ``v`` (records x nv), rad/s or m/s.
         """
-        if self.time > self.duration * (1.0 + 1e-9):  # periods that add up to the duration may round beyond it
-            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "duration", f"the run ends at {self.duration:g} s, and the simulation is at {self.time:g} s; make a "
-                                "simulation of a longer duration, or `advance` without records")
         sink = Recorder(self)
         handle = ffi.new_handle(sink)
         with self._guard:
-            self._apply()
-            lib.kt_driven_begin(self._watch.pointer)
+            self._begin_run()
             status = lib.kt_simulation_run(self._simulation, lib.kt_python_recorder, handle, self._error)
         self._check(status)
         self._warn()
-        count = len(sink.time)
-        return {"time": np.array(sink.time), "q": np.array(sink.q).reshape(count, self.model.nq),
-                "v": np.array(sink.v).reshape(count, self.model.nv)}
+        return sink.arrays()
+
+    def _begin_run(self) -> None:
+        if self.time > self.duration * (1.0 + 1e-9):  # periods that add up to the duration may round beyond it
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "duration", f"the run ends at {self.duration:g} s, and the simulation is at {self.time:g} s; make a "
+                                "simulation of a longer duration, or `advance` without records")
+        self._apply()
+        lib.kt_driven_begin(self._watch.pointer)
 
     # ---- sensors ----------------------------------------------------------------------------------------------------
 
