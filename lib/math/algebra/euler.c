@@ -8,14 +8,15 @@
  *     C11 = cos b,  (C21, C31) = sin b (sin a, -cos a),   (C12, C13) = sin b (sin c, cos c)
  * and for 1-2-3
  *     C13 = sin b,  (C23, C33) = cos b (-sin a, cos a),   (C12, C11) = cos b (-sin(e c), cos(e c))
- * If the common factor is large, these give a and c with the relative accuracy of the entries. If it is small, they are
- * noise. The second row of R1(-a) C then gives the c that belongs to this a, so that the angles reproduce the rotation:
+ * If the common factor is large, these entries give a and c with their relative accuracy. If the factor is small, a and
+ * c are noise. Then the second row of R1(-a) C gives the c that belongs to this a, so that the angles reproduce the
+ * rotation:
  *     cos a (C21, C22, C23) + sin a (C31, C32, C33) = (0, cos c, -sin c)  or  (sin(e c), cos(e c), 0)
  * At the singular middle angle c = 0 is chosen, and the second column of R1(a) R2(b), (0, cos a, sin a), gives a.
  *
- * omega = adot ei + bdot Ri(a) ej + cdot Ri(a) Rj(b) ek: the columns of G, g1 g2 g3. In the axes turned by Ri(a) they
- * are ei, ej and Rj(b) ek. So det G is -sin b for k = i, and e cos b for k = m. As g2 is normal to the two others, the
- * rows of the inverse are (g2 x g3) / det, g2 and (g1 x g2) / det.
+ * omega = adot ei + bdot Ri(a) ej + cdot Ri(a) Rj(b) ek: the columns of G, g1 g2 g3. In the axes turned by Ri(a), the
+ * columns are ei, ej and Rj(b) ek. So det G is -sin b for k = i, and e cos b for k = m. As g2 is normal to the two
+ * others, the rows of the inverse are (g2 x g3) / det, g2 and (g1 x g2) / det.
  */
 #include "algebra/vector_parts.h"
 #include "base/require.h"

@@ -1,4 +1,4 @@
-/* Rotation about a coordinate axis [MSD A.1], and the rotation nearest to a matrix that is almost one.
+/* Rotation about a coordinate axis [MSD A.1], and the rotation nearest to a matrix that is almost a rotation.
  *
  * The polar factor Q of A = Q S by the Newton-Schulz iteration A <- A (3 I - A'A) / 2 (Higham, Functions of Matrices,
  * 2008, 8.3). The iteration keeps the singular vectors. Each singular value changes by

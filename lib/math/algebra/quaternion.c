@@ -7,8 +7,8 @@
  *     4 x x = 1 + R11 - R22 - R33     4 w y = R13 - R31     4 x z = R13 + R31
  *     4 y y = 1 - R11 + R22 - R33     4 w z = R21 - R12     4 x y = R12 + R21
  *     4 z z = 1 - R11 - R22 + R33
- * The four products that hold the largest component are the quaternion but for a factor of at least 2. Small components
- * come from small differences, so they keep their relative accuracy down to the smallest angles.
+ * The four products that hold the largest component are the quaternion times a factor of at least 2. Small components
+ * come from small differences, so that their relative accuracy remains down to the smallest angles.
  */
 #include "kinetree/algebra.h"
 

@@ -72,7 +72,7 @@ static kt_status from_quaternion(const double *v, kt_mat3 *rotation, kt_error *e
     return KT_OK;
 }
 
-/* The entry of A'A - I that is farthest from zero. (Where an entry off the diagonal overflows to NaN, one on it is
+/* The entry of A'A - I that is farthest from zero. (If an entry off the diagonal overflows to NaN, a diagonal entry is
  * infinite.) */
 static double worst_product(kt_mat3 a, int *row, int *col) {
     const kt_vec3 columns[3] = {a.x, a.y, a.z};

@@ -1,7 +1,7 @@
 /* Sines and cosines of many angles at once (sincos.h).
  *
  * |x| = n pi/2 + (r + e), |r| <= pi/4, n from rounding |x| 2/pi. The constant pi/2 is split into P1 + P2 + P3 + P4, the
- * first three of 33 bits at most. The products of these parts with n are therefore exact for n < 2^20. This reduction
+ * first three of 33 bits at most. Therefore the products of these parts with n are exact for n < 2^20. This reduction
  * is that of Cody & Waite (Software Manual for the Elementary Functions, 1980). The sum r + e is right to its last bits
  * even if x is nearly n pi/2. The part that rounding removes from r is e. Taylor's series end with r^17 and r^18. The
  * relative error of their remainder is below 1e-19:
@@ -28,9 +28,10 @@
 #endif
 
 /* GROUPS vectors are computed at once, each with as many angles as the instruction set has lanes. The operations of one
- * vector depend on each other, and a processor does not reorder enough to find those of the next vector. The operations
- * of the vectors are therefore interleaved. A processor without vectors of doubles (a Cortex-M7) computes angles one by
- * one. The bits are the same. KT_TAKEN puts q[i[k]] in lane k, without a delay through memory. */
+ * vector depend on each other, and a processor does not look far enough ahead to execute operations of the next vector
+ * meanwhile. Therefore the operations of the vectors are interleaved. A processor without vectors of doubles (a
+ * Cortex-M7) computes angles one by one. The bits are the same. KT_TAKEN puts q[i[k]] in lane k, without a delay
+ * through memory. */
 #if defined(__arm__)
 enum { LANES = 1, GROUPS = 1 };
 #define KT_FOLLOWING                                                                                                   \
@@ -140,7 +141,7 @@ KT_INLINE bool kt_are_neighbours(const int32_t *place) {
     return all == 0;
 }
 
-/* Replaces the results for angles beyond the limit with those of libm. */
+/* Replaces the results for angles beyond the limit with the results of libm. */
 static void take_large(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t k = 0; k < count; k++) {
         const double x = q[angle[k]];
@@ -152,7 +153,7 @@ static void take_large(const double *q, const int32_t *angle, size_t count, doub
 }
 
 /* Computes the sines and cosines of some vectors; `left` receives the sign of a size that is too large. For a single
- * vector, it does not pay to test whether it can be loaded whole. */
+ * vector, a test whether the vector can be loaded whole does not pay. */
 KT_INLINE void take_groups(const int groups, const double *q, const int32_t *angle, kt_i8 *left, double *sine,
                            double *cosine) {
     kt_v8 x[GROUPS], s[GROUPS], c[GROUPS];

@@ -8,13 +8,12 @@
  *
  *     omega = G thetadot
  *     G = I + (h^2 / 2) theta x + c theta x theta x,    c = (t - sin t) / t^3                           [MSD A.28]
- * The notes have them as
- *     c = 1/t^2 - sin t / t^3,   h^2 / 2 = (1 - cos t) / t^2.
- * As t goes to 0, c is a difference of equal numbers, so that it is summed as
+ * The notes write c = 1/t^2 - sin t / t^3, h^2 / 2 = (1 - cos t) / t^2. As t goes to 0, c is a difference of equal
+ * numbers, so that it is summed as
  *     c = 1/6 (1 - t^2 / (4 5) (1 - t^2 / (6 7) (1 - ...)))
  * The inverse is sought as
  *     G^-1 = I - theta x / 2 + e theta x theta x
- * The product G G^-1 contains (theta x)^3 = -t^2 theta x. With y = t/2, it gives
+ * Since (theta x)^3 = -t^2 theta x, the condition G G^-1 = I yields, with y = t/2,
  *     e = (1 - y cot y) / t^2 = (sin y - y cos y) / (4 y^2 sin y)
  *     sin y - y cos y = y^3 / 3 (1 - y^2 / (2 5) (1 - y^2 / (4 7) (1 - y^2 / (6 9) ...)))
  * The inverse is singular at full turns, sin y = 0.

@@ -1,9 +1,9 @@
 /* Numbers in decimal.
  *
  * strtod rounds correctly, but reads more than the grammar (hexadecimal, infinity, leading blanks) and takes the
- * decimal point of the process's locale. So the grammar is checked first, and strtod is given the digits as a whole
- * number with an exponent in proportion, 125e-2 for 1.25. No double and no midpoint of two has more than 767
- * significant digits; subnormal ones reach this count. The source is Goldberg (ACM Computing Surveys 23, 1991). All
+ * decimal point of the process's locale. Therefore the grammar is checked first, and strtod receives the digits as a
+ * whole number with an exponent in proportion, 125e-2 for 1.25. No double and no midpoint of two has more than 767
+ * significant digits; subnormal numbers reach this count. The source is Goldberg (ACM Computing Surveys 23, 1991). All
  * further digits matter only by not being 0.
  */
 #include "base/decimal.h"
@@ -34,7 +34,7 @@ const char *kt_decimal_end(const char *text) {
 
 enum { DIGITS_MOST = 768 }; /* the last of them represents all that follow */
 
-/* The digits before the exponent, without leading zeros; *exponent is the power of ten of the last of them. */
+/* The digits before the exponent, without leading zeros; *exponent is the power of ten of the last digit. */
 static int collect_digits(const char *at, char digits[DIGITS_MOST], long *exponent) {
     int count = 0;
     for (bool fraction = false; (*at >= '0' && *at <= '9') || *at == '.'; at++) {
@@ -54,7 +54,8 @@ static int collect_digits(const char *at, char digits[DIGITS_MOST], long *expone
     return count;
 }
 
-/* Returns the exponent before `end`, or 0 if there is none. Far beyond the range of double it no longer grows. */
+/* Returns the exponent before `end`, or 0 if the text has none. Far beyond the range of double, the returned exponent
+ * no longer grows. */
 static long read_exponent(const char *text, const char *end) {
     const char *at = text + strcspn(text, "eE");
     if (at >= end)

@@ -7,7 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Decodes the character at the start of a text and returns its number of bytes, or 0 if they are not valid UTF-8. */
+/* Decodes the character at the start of a text and returns its number of bytes, or 0 if the bytes are not valid
+ * UTF-8. */
 static int decode(const unsigned char *text, uint32_t *character) {
     const int more = text[0] < 0x80U                       ? 0
                      : text[0] >= 0xC2U && text[0] < 0xE0U ? 1

@@ -43,7 +43,7 @@ static uint32_t hash_of(int scope, const char *name) {
     return (uint32_t)(hash >> 32);
 }
 
-/* Returns the slot that holds the name, or the free slot in which it can be entered. */
+/* Returns the slot that holds the name, or the empty slot in which the name can be entered. */
 static kt_name_slot *name_slot_of(const kt_names *names, int scope, const char *name, uint32_t hash) {
     for (size_t i = hash & names->mask;; i = (i + 1) & names->mask) {
         kt_name_slot *slot = &names->slots[i];
@@ -70,7 +70,7 @@ int kt_names_find(const kt_names *names, int scope, const char *name) {
 
 /* ---- spelling ---------------------------------------------------------------------------------------------------- */
 
-/* Not those of ctype.h, which depend on the locale. */
+/* Replaces tolower of ctype.h, which depends on the locale. */
 static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
 
 bool kt_name_is_valid(const char *name) {
@@ -115,7 +115,7 @@ kt_name_text kt_name_quote(const char *name) {
 
 enum { LONGEST = 64, FARTHEST = 4 }; /* a longer or more distant name is not a misspelling */
 
-/* Returns the length of a text, or LONGEST + 1 if it is larger than LONGEST. */
+/* Returns the length of a text, or LONGEST + 1 if the text is longer than LONGEST. */
 static size_t bounded_length(const char *text) {
     size_t length = 0;
     while (length <= LONGEST && text[length] != '\0')
@@ -126,8 +126,8 @@ static size_t bounded_length(const char *text) {
 static int smaller_int(int a, int b) { return a < b ? a : b; }
 static int larger_int(int a, int b) { return a > b ? a : b; }
 
-/* Returns the distance of two texts of m and n letters, or limit + 1 if it is larger than limit. In D, `row` is row i,
- * and `last` and `before` are the two rows before it. */
+/* Returns the distance of two texts of m and n letters, or limit + 1 if the distance exceeds limit. In D, `row` is row
+ * i, and `last` and `before` are the two rows before it. */
 static int edit_distance(const char *a, int m, const char *b, int n, int limit) {
     int rows[3][LONGEST + 2];
     int *before = rows[0], *last = rows[1], *row = rows[2];

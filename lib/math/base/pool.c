@@ -1,7 +1,7 @@
 /* Memory that is allocated in small pieces and released all at once.
  *
- * Chunks double from 4 KB to 1 MB, so that a small scene takes little memory and a large one few allocations. A piece
- * that does not fit into the rest of a chunk begins a new one.
+ * Chunks double from 4 KB to 1 MB, so that a small scene takes little memory and a large scene few allocations. A piece
+ * that does not fit into the remainder of a chunk begins a new chunk.
  */
 #include "base/pool.h"
 

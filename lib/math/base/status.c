@@ -1,7 +1,7 @@
 /* Status codes, error messages and the version.
  *
- * An error contains its texts in its own arrays, so that reporting one allocates nothing and cannot itself fail. A text
- * that does not fit is cut between UTF-8 characters, not within one, and ends in "...".
+ * An error contains its texts in its own arrays, so that reporting an error allocates nothing and cannot fail. A text
+ * that does not fit is cut between UTF-8 characters, not within a character, and ends in "...".
  */
 #include "kinetree/status.h"
 
@@ -26,7 +26,7 @@ const char *kt_status_text(kt_status status) {
     return "unknown status";
 }
 
-/* Cuts a text that did not fit into size bytes, and ends it in "...". */
+/* Cuts a text that did not fit into size bytes, and appends "...". */
 static void mark_as_cut(char *text, size_t size) {
     static const char dots[] = "...";
     const size_t length = strlen(text), most = size - sizeof dots;
@@ -46,7 +46,7 @@ static void format_text(char *text, size_t size, const char *format, va_list arg
         mark_as_cut(text, size);
 }
 
-/* The text is escaped because names and words in it may come from a file. */
+/* The text is escaped because names and words in the text may come from a file. */
 static void copy_escaped(const char *text, char *to, size_t size) {
     if (kt_text_escape(text, to, size) >= size)
         mark_as_cut(to, size);

@@ -43,7 +43,7 @@ static void bracket_turn(const double *w, const double *q, double mu, double a, 
     (void)turn_of(w, q, mu, 0.5 * (a + b), x, along);
 }
 
-/* x of one contact that slips: the root next to the angle `from`; 0 where there is none. */
+/* Computes x of one contact that slips: the root next to the angle `from`, or 0 without a root. */
 static void slip_one(const double *w, const double *q, double mu, double from, double *x) {
     enum { PARTS = 12 };
     static const double pi = 3.14159265358979323846;
@@ -91,7 +91,8 @@ static void solve_one(const double *block, const double *q, double mu, double *x
         slip_one(w, q, mu, kt_hypot(y[1], y[2]) > 0.0 ? atan2(-y[2], -y[1]) : 0.0, x);
 }
 
-/* The same with the least normal impulse l: where it is that, tangential impulses lie in a disc. */
+/* The solution of one contact with the least normal impulse l. While the normal impulse equals l, tangential impulses
+ * lie in a disc. */
 static void solve_one_least(const double *w, const double *q, double mu, double l, double *x) {
     double y[3];
     solve_one(w, q, mu, y);

@@ -7,7 +7,7 @@
  *     s = Q r + c + g(s) e_n,   r o s = sigma tau e,   Q = D W D,  c = D b,  r = p / D,  g(s) = |s_t|
  *
  * (o is the product of Jordan algebra, e its unit, tau the mean of r . s). The term g is De Saxce's correction, and is
- * smoothed with tau. The scaling is that of Nesterov and Todd, the centring that of Mehrotra. Newton's method on the
+ * smoothed with tau. The scaling follows Nesterov and Todd, the centring Mehrotra. Newton's method on the
  * modes is tried once the iterates are near.
  *
  * V. Acary, P. Armand, H. M. Nguyen, M. Shpakovych, Second-order cone programming for frictional contact mechanics

@@ -7,12 +7,12 @@
  *     u = W p + b,    p_i = 0 and u_n,i >= 0    of each contact i outside
  *
  * If the set is full, contacts without an impulse leave it, and so do contacts whose normal rows depend on those of
- * other members. With room for more contacts than there are degrees of freedom, one of them always leaves. Dry friction
- * and contacts with a least impulse stay in the set. Impulses of many contacts are not unique; these are the impulses
- * of few.
+ * other members. With room for more contacts than degrees of freedom, at least one contact always leaves. Dry friction
+ * and contacts with a least impulse stay in the set. Impulses of many contacts are not unique; this solution has
+ * impulses at few contacts.
  *
- * The set changes by one contact at a time, so that most of its problems are small. Each problem begins with the
- * impulses of the one before.
+ * The set changes by one contact at a time, so that most of its problems are small. Each problem starts from the
+ * impulses of the previous problem.
  */
 #include "cone/cone_parts.h"
 #include "linear/cholesky.h"
@@ -22,11 +22,12 @@
 
 KT_ARENA_ARRAYS(lay_out_cone_members, struct kt_cone, KT_CONE_MEMBER_FIELDS, size_t n, size_t m)
 
-/* The least tolerance of rates outside of the set, relative to the largest rate: residuals within it are smaller. */
+/* The least tolerance of rates outside of the set, relative to the largest rate. Residuals within the set are
+ * smaller. */
 static const double closing = 1e-10;
 /* Impulses below this part of the largest are none. Normal rows depend on others below this part of their square. */
 static const double no_impulse = 1e-12, dependent_row = 1e-10;
-/* Changes of the set, for each contact of which it has room. */
+/* The number of changes of the set, for each contact for which the set has room. */
 enum { SET_CHANGES = 4 };
 
 size_t kt_cone_members_size(int n, int most) { return lay_out_cone_members(NULL, NULL, (size_t)n, 3 * (size_t)most); }
@@ -51,8 +52,8 @@ static void join_set(kt_cone *cone, int i, int *count) {
     cone->member[(*count)++] = i;
 }
 
-/* Begins with the items that stay, and with contacts that have impulses at the start. Returns false if there is no room
- * for those that stay. */
+/* Begins with the items that stay, and with contacts that have impulses at the start. Returns false if the set has no
+ * room for the items that stay. */
 static bool begin_set(kt_cone *cone, const kt_cone_problem *problem, double *p, int *count) {
     double w[9];
     *count = 0;
@@ -88,7 +89,8 @@ static void close_ranks(kt_cone *cone, double *p, int *count) {
     *count = kept;
 }
 
-/* Marks members for leaving whose normal rows depend on those of members before, by Cholesky's method. */
+/* Marks members to be removed, if their normal rows depend on the normal rows of earlier members, by Cholesky's
+ * method. */
 static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int count) {
     const int stride = 3 * cone->most;
     double w[9];

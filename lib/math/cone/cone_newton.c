@@ -1,4 +1,4 @@
-/* Alart and Curnier's function of the cone solver, its residual, and semismooth Newton on it (cone.h). */
+/* Alart and Curnier's function of the cone solver, its residual, and semismooth Newton steps for its zero (cone.h). */
 #include "cone/cone_parts.h"
 
 #include "kinetree/algebra.h"
@@ -45,7 +45,7 @@ static void find_plain(kt_cone *cone, int i, const double *x, const double *u, d
     f[3 * i + 2] = x[3 * i + 2];
 }
 
-/* f at x, with the rates there, and the modes; returns its square. */
+/* Computes f, the rates and the modes at x; returns the square of f. */
 static double find_function(kt_cone *cone, const double *x, const double *u, double *f) {
     double sum = 0.0;
     for (int i = 0; i < cone->n; i++) {
@@ -97,7 +97,7 @@ static void swap_rows(int n, double *A, double *x, int a, int b, int from) {
     x[b] = t;
 }
 
-/* Contacts share bodies with a few others, most of them nearby: the rest of the row k behind `end` is zero. */
+/* Contacts share bodies with a few others, most of them nearby: row k is zero behind `end`. */
 static int end_of_row(int n, const double *A, int k) {
     int end = n;
     while (end > k + 1 && A[k * n + end - 1] == 0.0)
@@ -237,7 +237,7 @@ static double linearise(const kt_cone *cone, int i, int c, const double *x, doub
     return -cone->f[3 * i + c];
 }
 
-/* Adds the terms of W in one row of the linear system: those of unknowns to A, and those of others to *right. */
+/* Adds the terms of W in one row of the linear system: the terms of unknowns to A, all others to *right. */
 static void add_rates(const kt_cone *cone, const kt_cone_linear *of, int row, double by, const double *dx, double *A,
                       double *right) {
     const double *W = of->W + row * 3 * cone->n;

@@ -2,8 +2,8 @@
  * directions of slip are made exact. Among impulses that give the same motion, the least are taken.
  *
  * A problem may have several solutions. If all items can stick, they stick. Otherwise the cone solver starts from the
- * impulses that would make all stick; if it finds no solution from there, it starts from zero impulses. A count records
- * whether a start from zero leads to another motion.
+ * impulses with which all items would stick. If this start leads to no solution, the solver starts from zero impulses.
+ * A count records whether a start from zero leads to another motion.
  */
 #include "cone/coulomb.h"
 
@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The largest residual of the cone solver that is taken if there is no smaller one. */
+/* The largest accepted residual of the cone solver, if no solution with a smaller residual is found. */
 static const double loose = 1e-7;
 
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
@@ -71,7 +71,7 @@ static void pose_block(const kt_coulomb *c, int i, int j, int stride, double *W)
     }
 }
 
-/* Between the rows of the cone solver and those of the problem. */
+/* Copies numbers between the rows of the cone solver and the rows of the problem. */
 static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
     int row[3];
     double by[3];
@@ -166,8 +166,8 @@ static bool polish(const kt_coulomb *c, kt_coulomb_solution *to) {
     return kt_coulomb_iterate(c, to);
 }
 
-/* Solves from the start solver->x. The motion of the modes is exact if it exists; otherwise that of the cone solver is
- * taken as it is. */
+/* Solves from the start solver->x. If the exact solution for the modes exists, it replaces the solution of the cone
+ * solver. */
 static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     pose(c, solver);
     const kt_cone_blocks blocks = {.block = posed_block, .rates = posed_rates, .user = c};
@@ -192,7 +192,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     return true;
 }
 
-/* Whether it is another motion, not other forces for the same. */
+/* Whether two solutions differ in the motion, not only in forces that cause the same motion. */
 static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
     for (int j = 0; j < c->rows; j++)
         if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
@@ -200,7 +200,8 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
-/* Opens contact i, from the impulses in `to` without its own. Returns whether the others hold it open. */
+/* Opens contact i, from the impulses in `to` without its own. Returns whether the other contacts then hold contact i
+ * open. */
 static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
     const unsigned rejected = item->rejected;
@@ -216,8 +217,8 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
     return false;
 }
 
-/* Opens one contact that presses. held: only one whose rows depend on those of others, which then hold what it holds.
- * Without another one, the motion may change. */
+/* Opens one contact that presses. held: only a contact whose rows depend on the rows of other contacts, which then
+ * carry the load of the opened contact. Opening any other contact may change the motion. */
 static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
     for (int i = 0; i < c->n; i++)
         if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]) &&
@@ -234,8 +235,8 @@ static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
 }
 
-/* Lists the items of the problem of rest, and their rows (c->nonzero). to: the known forces of dry friction that slips,
- * and the rates due to these. */
+/* Lists the items of the problem of rest (rest.h), and their rows in c->nonzero. to: the known forces of slipping dry
+ * friction, and the rates that these forces cause. */
 static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_rest *rest) {
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
@@ -258,8 +259,8 @@ static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
     }
 }
 
-/* Writes the forces that dry friction has while it slips, and the rates due to these. Returns the number of the other
- * rows; -1: contacts slip, or cannot stick. */
+/* Writes the forces that dry friction has while it slips, and the rates due to these. Returns the number of all other
+ * rows; -1 if contacts slip or cannot stick. */
 static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
     int rows = 0;
     memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
@@ -277,7 +278,7 @@ static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
     return rows;
 }
 
-/* Whether the rates are those of the modes. */
+/* Whether the rates satisfy the laws of the modes. */
 static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
     const kt_coulomb_item *item = &c->item[i];
     const double small = 1e-10 * c->size, u = to->u[item->row];
@@ -287,8 +288,9 @@ static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int 
                                                  : u >= -small;
 }
 
-/* Finds the least forces in the cones of all contacts that press, if these stick. Their shares of the load have no
- * influence on the motion: they rest, or only dry friction of joints slips. Returns whether there are such forces. */
+/* Finds the least forces in the cones of all contacts that press, if these stick. The distribution of the load among
+ * these contacts has no influence on the motion, because they are at rest, or only dry friction of joints slips.
+ * Returns whether such forces exist. */
 static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
     const int rows = kt_coulomb_fits(c, to) ? begin_rest(c, to) : -1;
     if (rows < 0)
@@ -316,7 +318,7 @@ static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
     return holds;
 }
 
-/* Finds the least forces under which all items rest. Returns whether there are any. */
+/* Finds the least forces under which all items are at rest. Returns whether such forces exist. */
 static bool find_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++) {
         const bool is_open = is_open_alone(&c->item[i]);
@@ -330,8 +332,9 @@ static bool find_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
 
 /* ---- independent rows ------------------------------------------------------------------------------------------- */
 
-/* Opens contacts until the normal rows of those that press are independent. An open contact holds nothing across its
- * normal. So contacts that no others hold, such as a driven wheel of a car, stay closed if all can stick. */
+/* Opens contacts until the normal rows of pressing contacts are independent. An open contact exerts no tangential
+ * force. Therefore, if all contacts can stick, a contact whose tangential rows are independent, such as a driven wheel
+ * of a car, is not opened. */
 static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     bool found = true;
     for (int i = 0; i < c->n; i++)
@@ -353,8 +356,8 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     return found;
 }
 
-/* Whether contact i touches that could press, since its normal row depends on those of others, and that would then hold
- * more: a wheel that is open spins freely. */
+/* Whether contact i, which touches without pressing, could press because its normal row depends on other rows, and
+ * would then restrain more motions: for example, an open wheel spins freely. */
 static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
     const kt_coulomb_item *item = &c->item[i];
     if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
@@ -391,7 +394,8 @@ static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulo
     to->differs = first;
 }
 
-/* All items stick, or are closed; those that cannot are left as they were. Impulses are zero if there is no room. */
+/* Makes all items stick or close; items that cannot do so remain unchanged. Impulses are zero if the matrices have no
+ * room. */
 static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++) {
         to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
@@ -410,7 +414,7 @@ static bool any_is_rejected(const kt_coulomb *c) {
     return false;
 }
 
-/* Describes two solutions with different motions. next: scratch, for the contacts that either of them closes. */
+/* Describes two solutions with different motions. next: scratch, for the contacts that either solution closes. */
 static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, const kt_coulomb_solution *other,
                               kt_coulomb_solution *next) {
     double most = -1.0;

@@ -19,7 +19,7 @@ KT_ARENA_LAYOUT(lay_out_problem, kt_coulomb, KT_COULOMB_FIELDS, size_t items, si
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* A system of up to so many unknowns, with right-hand sides of `directions` besides that of x. */
+/* Initialises a system of up to this many unknowns, with a right-hand side for x and one for each of `directions`. */
 static kt_coulomb_system *init_system(size_t rows, size_t unknowns, size_t directions, char *memory) {
     kt_coulomb_system *system = (kt_coulomb_system *)(void *)memory;
     (void)lay_out_system(memory, rows);
@@ -42,7 +42,8 @@ size_t kt_coulomb_size(size_t items, size_t rows) {
     return lay_out_problem(NULL, items, rows) + lay_out_system(NULL, rows) + lay_out_system(NULL, items);
 }
 
-/* The equations of the turns follow from x, when the matrix of x is no longer needed: they share its memory. */
+/* The equations of the turns are set up after x is known, when the matrix of x is no longer needed. Therefore both
+ * share memory. */
 kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
     kt_coulomb *c = memory;
     char *behind = (char *)memory + lay_out_problem(memory, items, rows);
@@ -190,7 +191,7 @@ static void add_unit_impulses(const kt_coulomb_system *s, int k, double x, doubl
         p[s->across[k] + i] += s->by[k][i] * x * factor;
 }
 
-/* A x = -(b + W fixed), and behind it the right-hand sides of dx/de. */
+/* A x = -(b + W fixed), followed by the right-hand sides of dx/de. */
 static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
     s->columns = 1;
     for (int k = 0; k < s->n; k++) {
@@ -243,8 +244,8 @@ static void swap_pivot(kt_coulomb_system *s, int r) {
     s->order[column] = other;
 }
 
-/* The k-th null vector of A, behind `rank` pivots, replaces row k of A. The part along the null vectors before it is
- * removed, and its length becomes 1. */
+/* The k-th null vector of A, behind `rank` pivots, replaces row k of A. The part along earlier null vectors is removed,
+ * and the length becomes 1. */
 static void find_null_vector(kt_coulomb_system *s, int rank, int k) {
     double *z = s->dp, *to = kt_coulomb_matrix_row(s->A, k, s->width);
     memset(z, 0, (size_t)s->n * sizeof *z);
@@ -264,8 +265,9 @@ static void find_null_vector(kt_coulomb_system *s, int rank, int k) {
         to[i] = z[i] / norm;
 }
 
-/* The units of the unknowns: the weights of the items. In the second pass, tangential forces have the root of the
- * normal force as unit: they are in proportion to it, so that feet that slip reach their limits together. */
+/* The units of the unknowns: the weights of the items. In the second pass, tangential forces have the square root of
+ * the normal force as unit. Then tangential forces are in proportion to normal forces, so that feet that slip reach
+ * their limits together. */
 static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
     double normal = 0.0;
     for (int k = 0; k < s->n; k++) {
@@ -346,8 +348,9 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
     return true;
 }
 
-/* Takes the part along n independent rows (c->nonzero), in the metric of W, from a row. Returns the square of the rest
- * relative to that of the row. A: the rows of their Cholesky factor, to which the row is added. */
+/* Removes from a row the part along n independent rows (c->nonzero), in the metric of W. Returns the square of the
+ * remainder relative to the square of the row. A: the rows of the Cholesky factor of the independent rows, to which the
+ * row is added. */
 static double add_row(const kt_coulomb *c, int n, int row) {
     const int width = c->system->width;
     double *L = kt_coulomb_matrix_row(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
@@ -413,7 +416,8 @@ static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     s->dp[across + 1] -= c->item[i].friction * N * to->e[i][0];
 }
 
-/* One step of Newton's iteration for the directions: angles by which they turn. *residual: the largest e x u_t. */
+/* One step of Newton's iteration for the directions: angles by which the directions turn. *residual: the largest e x
+ * u_t. */
 static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, double *angle, double *residual) {
     kt_coulomb_system *t = c->turns;
     t->n = 0;

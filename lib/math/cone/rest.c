@@ -5,9 +5,9 @@
  *
  *     -log(p_n - l - t),    -log(mu^2 (p_n - l - t)^2 - |p_t|^2),    -log(S - t - p) - log(S - t + p),    -log(cap - t)
  *
- * and, for t, |p|^2 / 2. F is self-concordant, and the minimum misses that of f by at most (nu + |p|^2 / 2) / tau, with
- * the number nu of logarithms (Y. Nesterov, A. Nemirovskii, Interior-Point Polynomial Algorithms in Convex Programming,
- * doi:10.1137/1.9781611970791). */
+ * and, for t, |p|^2 / 2. F is self-concordant, and f at this minimum exceeds the least f by at most (nu + |p|^2 / 2) /
+ * tau, with the number nu of logarithms (Y. Nesterov, A. Nemirovskii, Interior-Point Polynomial Algorithms in Convex
+ * Programming, doi:10.1137/1.9781611970791). */
 #include "cone/rest.h"
 
 #include "kinetree/algebra.h"
@@ -20,7 +20,7 @@
 enum { STAGES = 10, NEWTON = 30, HALVINGS = 40 };
 /* By which tau grows from stage to stage, so that nu / tau ends below kt_rest_exact. */
 static const double growth = 20.0;
-/* Items whose margin exceeds the least one by more than this part of `unit` do not bound it. */
+/* An item whose margin exceeds the least margin by more than this part of `unit` does not bound the margin. */
 static const double bounding = 1e-7;
 /* Curvatures below this part of the diagonal are rounding. */
 static const double hidden = 1e-13;
@@ -49,7 +49,7 @@ kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, dou
 
 /* ---- p0 and Z ---------------------------------------------------------------------------------------------------- */
 
-/* Removes the parts along the first n vectors of the basis from x, twice. Returns the square of what is left. */
+/* Removes the parts along the first n vectors of the basis from x, twice. Returns the square of the remainder. */
 static double remove_basis(const kt_rest *rest, int n, double *x) {
     for (int pass = 0; pass < 2; pass++)
         for (int j = 0; j < n; j++) {
@@ -107,7 +107,7 @@ static void find_range(kt_rest *rest) {
     }
 }
 
-/* Completes the basis: unit vectors, the one that is farthest from the others first. */
+/* Completes the basis with unit vectors, in each step the unit vector that is farthest from the basis. */
 static void find_ways(kt_rest *rest) {
     rest->ways = rest->rows - rest->rank;
     for (int n = rest->rank; n < rest->rows; n++) {
@@ -126,7 +126,7 @@ static void find_ways(kt_rest *rest) {
     }
 }
 
-/* Scales the rows of A': a force p is scale^-1 times the scaled one. */
+/* Scales the rows of A': a force p is scale^-1 times the scaled force. */
 static void scale_rows(kt_rest *rest, bool columns) {
     for (int k = 0; k < rest->n; k++) {
         const kt_rest_item *item = &rest->item[k];
@@ -138,7 +138,7 @@ static void scale_rows(kt_rest *rest, bool columns) {
             rest->matrix[i * rest->columns + j] /= rest->scale[i] * (columns ? rest->scale[j] : 1.0);
 }
 
-/* Takes `unit`, and measures forces and limits in it. */
+/* Determines `unit`, and expresses forces and limits in this unit. */
 static void take_unit(kt_rest *rest) {
     rest->unit = 0.0;
     for (int i = 0; i < rest->rows; i++)
@@ -267,14 +267,16 @@ static void differentiate_barrier(const kt_rest_item *item, const double *p, dou
         h[12 + i] = h[4 * i + 3] = -h[i];
 }
 
-/* What is minimised: tau f + F. moves: t is an unknown, f = -t; otherwise f = |p|^2 / 2. The square of p is a part of
- * F, too, for t: wedges have internal forces without a bound, along which the logarithms have no minimum. */
+/* The function that is minimised: tau f + F. moves: t is an unknown, f = -t; otherwise f = |p|^2 / 2. With the unknown
+ * t, the square of p is a part of F, too, because internal forces of wedges have no bound, and the logarithms have no
+ * minimum along such forces. */
 typedef struct target {
     double tau;
     bool moves;
 } target;
 
-/* By how much a part of the step changes it. tau f is large next to its changes, which are found without it. */
+/* The change of tau f + F over a part of the step. Since tau f is large compared with its change, the change is
+ * computed directly, not as a difference. */
 static double change_of_value(const kt_rest *rest, const target *of, double part, double t, double next) {
     const double along = kt_dense_dot(rest->p, rest->change, rest->rows),
                  square = kt_dense_dot(rest->change, rest->change, rest->rows);
@@ -298,7 +300,7 @@ static void take_local_columns(const kt_rest *rest, const kt_rest_item *item, in
         rest->local[4 * n - 1] = 1.0;
 }
 
-/* Adds the derivatives of an item to those of all unknowns. */
+/* Adds the derivatives of an item's terms to the derivatives by all unknowns. */
 static void add_item_derivatives(kt_rest *rest, int n, const kt_rest_item *item, double t) {
     double g[4], h[16], column[4];
     differentiate_barrier(item, rest->p, t, g, h);

@@ -1,8 +1,8 @@
 /* Times at which formulas of time have breakpoints or features. Steps end at these times, so that no step misses a
  * feature.
  *
- * A breakpoint is a time at which an operation that is not smooth takes another branch. The sign of its decision
- * changes there: x of abs(x), x - y of min(x, y) and of comparisons. Between two breakpoints a step may still leap over
+ * A breakpoint is a time at which an operation that is not smooth changes its branch. The sign of the decision changes
+ * at this time: x of abs(x), x - y of min(x, y) and of comparisons. Between two breakpoints a step may still leap over
  * a feature, as a pulse exp(-((t - 5) / 0.01)^2) between two of its stages. Steps therefore also end if f', f'' or f'''
  * changes its sign. Between two such times f, f' and f'' are monotone. Every method samples their values at the ends of
  * a step, which then show whether anything happens between.
@@ -10,8 +10,9 @@
  * Breakpoints and features are zeros of a function g along time. The zeros are found with exclusion and bisection
  * (Moore, Kearfott and Cloud 2009, chapter 8). In an interval, g has no zero if 0 is outside its bounds (jet.h), and at
  * most one if 0 is outside the bounds of g'. Other intervals are halved, the earlier half first. Intervals in a part of
- * which g is not defined are halved, too. The branch may change there without a zero, as that of sqrt(t - 1) < 3 at t =
- * 1. A very short interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that cancel.
+ * which g is not defined are halved, too. In such intervals the branch may change without a zero, as in sqrt(t - 1) < 3
+ * at t = 1. A very short interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that
+ * cancel.
  */
 #include "expression/formula_breakpoint.h"
 
@@ -39,7 +40,7 @@ static bool search_is_cut(const search *s) { return s->effort <= 0; }
 
 /* ---- one interval ------------------------------------------------------------------------------------------------ */
 
-/* The zeros of each function: none; at most one, whose signs rounding hides; at most one; any number. */
+/* The number of zeros of a function: none; at most one, with signs that rounding hides; at most one; any number. */
 typedef enum finding { NOTHING, HIDDEN, ONCE, UNKNOWN } finding;
 
 static bool holds_zero(kt_between x) { return !(x.lo > 0.0 || x.hi < 0.0); }
@@ -63,9 +64,8 @@ static void meet_decision(void *user, const kt_jet *decision) {
         *worst = here;
 }
 
-/* Classifies the zeros in an interval. A derivative counts as none if it changes the value over the whole halved
- * interval by no more than its rounding errors. If it does so only over a part, its sign may change there. In a short
- * enough part every derivative is that small. */
+/* Classifies the zeros in an interval. A derivative counts as zero if it changes the value over the whole halved
+ * interval by no more than rounding errors. In a short enough part every derivative is that small. */
 static finding bound_on(search *s, double from, double to) {
     static const double rounding = 1e-13, nothing_at_all = 1e-60; /* in any unit of a machine */
     finding worst = NOTHING;
@@ -87,7 +87,7 @@ static finding bound_on(search *s, double from, double to) {
 
 /* ---- one time ---------------------------------------------------------------------------------------------------- */
 
-/* All branches at a time, or the signs of the derivatives, as a number that changes with each of them. */
+/* All branches at a time, or the signs of the derivatives, as a number that changes with each branch or sign. */
 static uint64_t signature_of(search *s, double t) {
     if (s->breakpoints)
         return kt_expression_branches(s->expression, &t);
@@ -107,8 +107,9 @@ static bool changes_sign(search *s, double from, double to) {
     return false;
 }
 
-/* The first time at which the signature differs from that at `from`; at `to` it does. Breakpoints are found to the last
- * bit: the branch is that of the formula's own rounded values. */
+/* The first time at which the signature differs from the signature at `from`. At `to` the signature differs.
+ * Breakpoints are found to the last
+ * bit: the branch follows from the rounded values of the formula. */
 static double change_between(search *s, double from, double to) {
     const uint64_t before = signature_of(s, from);
     const double enough = s->breakpoints ? 0.0 : 1e-9 * (to - from);
@@ -126,10 +127,9 @@ static double change_between(search *s, double from, double to) {
 
 /* ---- many intervals ---------------------------------------------------------------------------------------------- */
 
-/* A search is cut after EFFORT intervals, or if it has taken a part 1 / SEARCHES of the operations that are left for
- * all searches. So those that are cut leave some for the others. A search that is cut continues at a time that is later
- * by a part of itself. If every search of a run is cut, there are CUTS_PER_TIME of them for each factor e of its
- * duration. */
+/* A search is cut after EFFORT intervals, or after a share 1 / SEARCHES of the operations that remain for all searches.
+ * Therefore operations remain for other searches. After a cut, the search continues at a time t + t / CUTS_PER_TIME. If
+ * every search of a run is cut, CUTS_PER_TIME cuts occur for each factor e of the duration. */
 enum { DEPTH = 30, EFFORT = 4000, SEARCHES = 32, CUTS_PER_TIME = 16 };
 
 static int effort_of(const search *s) {
@@ -137,7 +137,7 @@ static int effort_of(const search *s) {
     return most < EFFORT ? (int)most : EFFORT;
 }
 
-/* The first change in (from, to]; HUGE_VAL: none. *clear is the time up to which there is certainly none. */
+/* The first change in (from, to]; HUGE_VAL: none. *clear is the time up to which no change is possible. */
 static double first_change(search *s, double from, double to, double *clear) {
     double end[DEPTH + 1] = {to}, begin = from;
     int depth = 0;

@@ -27,7 +27,7 @@ static double value_with_wide_numbers(const kt_expression *expression, const dou
     return isfinite(wide) ? wide : usual;
 }
 
-/* The operators of sums and products come first: they are most of a formula. */
+/* The operators of sums and products come first, because most operators of a formula are sums and products. */
 double kt_expression_evaluate(const kt_expression *expression, const double *values) {
     if (!expression)
         return (double)NAN;
@@ -127,7 +127,7 @@ size_t kt_expression_symbols(const kt_expression *expression, size_t room, int *
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
-/* Partial derivatives of an operation. Those with respect to y are zero if there is one argument. */
+/* Partial derivatives of an operation. Derivatives by y are zero for an operation of one argument. */
 typedef struct kt_partials {
     double x, y, xx, xy, yy;
 } kt_partials;
@@ -234,7 +234,8 @@ static kt_taylor taylor_of_leaf(const kt_expression_term *term, const double *va
     return (kt_taylor){.v = values[k], .d = rates ? rates[k] : 0.0, .dd = second ? second[k] : 0.0};
 }
 
-/* Replaces the first number that is not finite, and the numbers after it, with finite ones from wide numbers. */
+/* Replaces the first number that is not finite, and the numbers after it, with finite numbers, computed with wide
+ * numbers (wide.h). */
 static void mend(const kt_expression *expression, const double *values, const double *rates, const double *second,
                  double out[3]) {
     double wide[3];

@@ -1,8 +1,8 @@
 /* Bounds of a formula over an interval of time: each operation combines the Taylor coefficients of its arguments
- * (taylor.h) and decides where its value is defined, which branches it takes, and how large rounding errors are.
+ * (taylor.h) and decides where its value is defined, which branches are possible, and how large rounding errors are.
  *
- * The jet records whether a value may be NaN. The bounds are those of the numbers alone, since a comparison with NaN
- * yields a number again.
+ * The jet records whether a value may be NaN. NaN does not affect the bounds, since a comparison with NaN yields a
+ * number again.
  */
 #include "expression/jet.h"
 
@@ -83,7 +83,7 @@ static kt_jet jet_hull(const kt_jet *x, const kt_jet *y) {
     return z;
 }
 
-/* Returns x if the decision is above 0, y if it is below, and the hull of both otherwise. */
+/* Returns x if the decision is above 0, y if the decision is below 0, and the hull of both otherwise. */
 static kt_jet chosen(const kt_jet *decision, const kt_jet *x, const kt_jet *y) {
     return decision->c[0].lo > 0.0 ? *x : decision->c[0].hi < 0.0 ? *y : jet_hull(x, y);
 }
@@ -171,9 +171,10 @@ static double size_of_power(const kt_jet *z, const kt_jet *x, const kt_jet *y) {
     return y->c[0].lo > 0.0 ? n * pow(interval_least(x->c[0]), n - 1.0) * x->size : n * pow(far, -n - 1.0) * x->size;
 }
 
-/* The rounding errors of z = f(x, y) that follow from those of x and y, to a small factor and first order. A large
- * number within a formula does not hide the remaining digits: all digits of 1 / (1 + exp(500)) are valid. For an
- * interval these are the least errors. Nothing therefore counts as rounding before the interval is short. */
+/* The rounding errors of z = f(x, y) that follow from the rounding errors of x and y, to first order and up to a small
+ * factor. A large number within a formula does not hide the remaining digits: all digits of 1 / (1 + exp(500)) are
+ * valid. For an interval these are the least errors. Nothing therefore counts as rounding before the interval is
+ * short. */
 static double rounding_size_of(const kt_jet *z, kt_operator code, const kt_jet *x, const kt_jet *y) {
     const double value = interval_most(z->c[0]);
     switch (code) {
@@ -200,8 +201,8 @@ static double rounding_size_of(const kt_jet *z, kt_operator code, const kt_jet *
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* Whether a function is constant, to rounding, over all arguments. *value receives the constant. The arguments need not
- * be numbers, as those of tanh(exp(1000 t)). */
+/* Whether a function is constant, to rounding, over all arguments. *value receives the constant. The argument may
+ * overflow, as in tanh(exp(1000 t)). */
 static bool is_saturated(kt_operator code, kt_between x, double *value) {
     static const double tanh_is_one = 20.0, exp_is_zero = -746.0, atan_is_right = 1e17;
     const double least = x.lo > 0.0 ? x.lo : x.hi < 0.0 ? -x.hi : 0.0;

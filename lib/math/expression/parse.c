@@ -71,7 +71,7 @@ static void skip_blanks(kt_parser *p) {
         p->at++;
 }
 
-/* Takes a character, and the blanks after it, if it comes next. */
+/* If the next character is this character, skips the character and the blanks after it. */
 static bool take_character(kt_parser *p, char c) {
     if (*p->at != c)
         return false;
@@ -170,7 +170,7 @@ static bool lists_name(const char *list, const char *name) {
     return false;
 }
 
-/* Reports a name that is unknown and resembles none, with the first names that there are. A name may have two meanings,
+/* Reports a name that is unknown and resembles none, with the first existing names. A name may have two meanings,
  * such as a parameter and the auxiliary state of an event that sets it. */
 static bool reject_with_list(kt_parser *p, const char *spot, const char *name) {
     enum { SHOWN = 6 };
@@ -203,8 +203,8 @@ static void try_symbols(const kt_parser *p, kt_nearest *nearest) {
     nearest->best = best >= 0 ? p->symbols->list(p->symbols->user, best) : NULL;
 }
 
-/* Reports a quantity that follows from all forces, where no known name is one of its kind: a force that read it would
- * read itself. Returns false if there was nothing to report. */
+/* Reports a quantity that follows from all forces, if no known name is of this kind. A force that read this quantity
+ * would depend on itself. Returns false if there was nothing to report. */
 static bool reject_response(kt_parser *p, const char *spot, const char *name) {
     static const char *const kinds[] = {"reaction.", "acceleration.", "bearing."};
     const char *known;

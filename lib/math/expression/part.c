@@ -24,8 +24,8 @@ static void hand_over_part(const kt_search *s, const kt_value *value) {
         s->found(s->user, s->expression->term + value->begin, count);
 }
 
-/* The value of an operator. If it depends on other symbols, its arguments that depend on the symbol alone are complete,
- * and are handed over as parts. */
+/* The value of an operator. If it depends on other symbols, the arguments that depend on the symbol alone are complete
+ * parts, and are reported. */
 static kt_value join_arguments(const kt_search *s, const kt_value *x, const kt_value *y, size_t end) {
     const kt_source source = x->source > y->source ? x->source : y->source;
     if (source == OF_OTHERS) {

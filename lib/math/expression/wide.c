@@ -1,6 +1,6 @@
-/* Formulas with numbers m 2^e of any exponent e, for cases in which the usual ones overflow or underflow. For example,
- * log(1 + exp(8000)) is 8000, and exp(900) / exp(899) is e. Such an evaluation costs some ten times the usual one. It
- * replaces the usual one only if a result is not finite.
+/* Formulas with numbers m 2^e of any exponent e, for cases in which doubles overflow or underflow. For example,
+ * log(1 + exp(8000)) is 8000, and exp(900) / exp(899) is e. An evaluation with such numbers costs some ten times as
+ * much as with doubles, and is used only if a result with doubles is not finite.
  */
 #include "expression/wide.h"
 
@@ -22,7 +22,7 @@ static number normal(double m, double e) {
 
 static number number_of(double x) { return normal(x, 0.0); }
 
-/* Zero or infinite if it is beyond the numbers. */
+/* Zero or infinite if the number is outside the range of double. */
 static double double_of(number x) {
     static const double beyond = 3000.0;
     return ldexp(x.m, (int)fmax(-beyond, fmin(x.e, beyond)));

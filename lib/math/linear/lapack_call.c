@@ -1,4 +1,4 @@
-/* The calls of LAPACK; lib/study/compare/study_lapack.c has those that the core does not need. */
+/* The calls of LAPACK; lib/study/compare/study_lapack.c has the calls that the core does not need. */
 #include "linear/lapack.h"
 
 #include <stddef.h>
@@ -8,7 +8,7 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #define KT_LAPACK_NONE(name, parameters, arguments)                                                                    \
     int kt_lapack_##name parameters { return -1; }
-/* NOLINTNEXTLINE(misc-unused-parameters): none of them does anything */
+/* NOLINTNEXTLINE(misc-unused-parameters): the functions of this list do nothing */
 KT_LAPACK_CORE_LIST(KT_LAPACK_NONE)
 #undef KT_LAPACK_NONE
 

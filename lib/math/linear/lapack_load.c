@@ -15,7 +15,7 @@
 
 enum { KT_ROOM = 192 << 20 }; /* bytes that must be available for loading OpenBLAS: see has_room */
 
-/* The module's table, constant once it is loaded; every thread finds the same one. */
+/* The module's table, constant once it is loaded; every thread finds the same table. */
 static _Atomic(const kt_lapack_table *) loaded;
 
 #define KT_LAPACK_PASS(name, parameters, arguments)                                                                    \
@@ -29,7 +29,7 @@ KT_LAPACK_STUDY_LIST(KT_LAPACK_PASS)
 #endif
 #undef KT_LAPACK_PASS
 
-/* Writes the path of the module in the folder of this library; returns false if it is not there. */
+/* Writes the path of the module in the folder of this library; returns false if the module does not exist. */
 static bool find_module(char *path, size_t size) {
     Dl_info own;
     if (dladdr((void *)&loaded, &own) == 0 || own.dli_fname == NULL)
@@ -43,7 +43,7 @@ static bool find_module(char *path, size_t size) {
 }
 
 /* If the address space is limited (ulimit -v), OpenBLAS retries the allocation of its buffers without end. With one
- * thread it takes 120 MB (0.3.21, measured). */
+ * thread, OpenBLAS allocates 120 MB (0.3.21, measured). */
 static bool has_room(void) {
     struct rlimit all, data;
     const bool is_limited = (getrlimit(RLIMIT_AS, &all) == 0 && all.rlim_cur != RLIM_INFINITY) ||
