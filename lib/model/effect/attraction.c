@@ -2,12 +2,12 @@
  * the force pulls the ends together:
  *     f = S / |d|^2,   V = -S / |d|.
  *
- * Coincident points have no direction, and the law has no bound there. Closer than r = 1e-50 m, the law is therefore
+ * Coincident points have no direction, and the law has no bound there. Therefore, closer than r = 1e-50 m, the law is
  * that of a point inside a uniform ball of radius r. This distance is far below the resolution of a position in metres.
  * The law of the ball continues that outside:
  *     f = S |d| / r^3,   V = -S (3 - |d|^2 / r^2) / (2 r).
  * Because of symmetry, coincident points feel no force, and no result is NaN. Close passages at larger distances are
- * computed as they are. The error control then shortens the steps, as far as it can.
+ * computed without a change of the law, and the error control shortens the steps as far as possible.
  */
 #include "effect/effect.h"
 

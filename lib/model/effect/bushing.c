@@ -7,8 +7,8 @@
  * since theta' Kr thetadot = (G^-T Kr theta) . w.
  *
  * Frame: F and M act on the second end, at its point, in the first end's axes. The first end feels -F in the second's
- * point. About its own point its moment is -M - (p2 - p1) x F. The pair therefore has no resultant wrench, and the
- * gradient of V is also correct for rotations of the first frame.
+ * point. About the first end's point, the moment is -M - (p2 - p1) x F. The pair therefore has no resultant wrench, and
+ * the gradient of V is also correct for rotations of the first frame.
  *
  * If both frames turn about one axis of the first, M = -k theta exactly. The frames must be less than half a turn
  * apart. At half a turn theta jumps to its opposite, and the moment with it.

@@ -1,11 +1,11 @@
 /* Drag of a medium at rest, on a point that moves with v, in a frame with the axes e_i and the angular velocity w:
  *     f = -(c1 + c2 |v|) v - sum_i h_i(e_i . v) e_i,   m = -sum_i h_i(e_i . w) e_i,   h(s) = (b + q |s|) s
- * Stokes' law for slow flow and Newton's for fast. The sums are those of a body of which each direction has its own
- * resistance, such as a box. All of it is continuously differentiable, at rest too. Dissipated: -(f . v + m . w).
+ * Stokes' law for slow flow and Newton's for fast. The sums describe a body with a different resistance in each
+ * direction, such as a box. The force is continuously differentiable, also at rest. Dissipated: -(f . v + m . w).
  */
 #include "effect/effect.h"
 
-/* The numbers of the axes begin with those of the force (part 0) and of the moment (part 3). */
+/* The numbers of the axes begin with the numbers of the force (part 0) and of the moment (part 3). */
 static bool acts_along(const kt_effect_record *effect, int part) {
     bool found = false;
     for (int i = part; i < part + 3; i++)
@@ -13,7 +13,7 @@ static bool acts_along(const kt_effect_record *effect, int part) {
     return found;
 }
 
-/* Adds -sum_i h_i(e_i . v) e_i; returns the power that it dissipates. */
+/* Adds -sum_i h_i(e_i . v) e_i; returns the dissipated power. */
 static kt_real add_axis_drag(const kt_effect_record *effect, int part, kt_triple_columns axes, kt_triple v,
                              kt_triple *sum) {
     const kt_triple along[3] = {axes.x, axes.y, axes.z};

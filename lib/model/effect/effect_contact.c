@@ -11,8 +11,9 @@
  *
  * Friction opposes the tangential part of s, and is smooth in s_t:
  *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|
- * Below v0 (`slip`) it is a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu N)) instead of
- * resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power is
+ * Below v0 (`slip`), friction acts as a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu N))
+ * instead of resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power
+ * is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
  */
 #include "effect/effect.h"
@@ -37,7 +38,7 @@ static void contact_check(kt_checker *checker, const kt_effect *effect) {
                          effect->exponent);
 }
 
-/* Velocity of the point that moves with an end and is at `arm` from it. */
+/* The velocity of the point at `arm` from an end that moves with this end. */
 static inline kt_triple end_point_velocity(const kt_effect_frame *end, kt_triple arm) {
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }

@@ -1,4 +1,4 @@
-/* A caller's own effect: its record has callbacks. Callbacks can fail, so the sum of the effects calls them
+/* A caller's own effect: its record has callbacks. Since callbacks can fail, the code that sums all effects calls them
  * (effects.c). */
 #include "effect/effect.h"
 

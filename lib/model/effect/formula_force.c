@@ -30,7 +30,7 @@ static void check_point(kt_checker *checker, int i, const kt_path_point *point) 
         kt_checker_fault(checker, "path", i, "a branch begins at a point; give the divisor there, not at a surface");
 }
 
-/* Whether a body is the one of an earlier point. */
+/* Whether a body is the body of an earlier point. */
 static bool is_known_body(const kt_effect *effect, int i) {
     const char *name = effect->path[i].end.body;
     for (int k = 0; k < i; k++) {

@@ -2,11 +2,12 @@
  *     force = -(C + (S - C) exp(-(v / vs)^2)) tanh(v / v0) - c v,   dissipated = -force v >= 0,
  * after Armstrong-Helouvry, Dupont and Canudas de Wit (1994), with the sign of v made smooth over v0.
  *
- * The force is smooth, without events, and a function of the speed alone. Nothing therefore rests: under a load f < S
- * the joint creeps, at v0 artanh(f / S) if v0 << vs. At rest it is a damper of S / v0. This damper limits the steps of
- * an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors relative to dry friction are proportional to v0.
+ * The force is smooth, without events, and a function of the speed alone. Therefore nothing stays at rest: under a load
+ * f < S the joint creeps, at v0 artanh(f / S) if v0 << vs. Near v = 0, the friction acts as a damper of S / v0. This
+ * damper limits the steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors relative to dry friction
+ * are proportional to v0.
  *
- * With `stick` the friction is dry. The sign of v is then that of the slip, which changes at events. At rest the
+ * With `stick` the friction is dry. Then the sign of v is the sign of the slip, which changes at events. At rest the
  * friction is a constraint (simulation/contacts.c).
  */
 #include "effect/effect.h"

@@ -1,13 +1,13 @@
 /* Elastic stops of a joint. At x > 0 beyond a stop, with the rate w = dx/dt, the force back is
  *     N = k x + c w k x / (k x + c |w|),   V = k x^2 / 2,   dissipated = c w^2 k x / (k x + c |w|) >= 0.
  *
- * The damping force is half the harmonic mean of c |w| and k x. Far inside it is that of a damper c. At the stop it
- * grows from zero with the spring's own force, and never exceeds it. The force is therefore continuous at the beginning
- * and the end of contact, at which a plain damper c w would jump. The factor also satisfies N >= 0: a stop never pulls.
- * The law needs no length or rate over which to blend, and scales with the joint's units. (Hunt and Crossley, 1975,
- * introduced damping that vanishes with the indentation.)
+ * The damping force is half the harmonic mean of c |w| and k x. Far inside the stop, this force equals that of a damper
+ * c. At the stop, the force grows from zero with the spring's force, and never exceeds the spring's force. The force is
+ * therefore continuous at the beginning and the end of contact, at which a plain damper c w would jump. The factor also
+ * satisfies N >= 0: a stop never pulls. The law needs no length or rate over which to blend, and scales with the
+ * joint's units. (Hunt and Crossley, 1975, introduced damping that vanishes with the indentation.)
  *
- * N has a kink at x = 0, as every one-sided spring. Elsewhere it is C1. A joint that leaves with c |w| >> k x hardly
+ * N has a kink at x = 0, like every one-sided spring, and is C1 elsewhere. A joint that leaves with c |w| >> k x hardly
  * feels the stop, whose energy then turns into heat.
  */
 #include "effect/effect.h"

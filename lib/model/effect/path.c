@@ -1,7 +1,7 @@
 /* The length of a path, a thread without friction, and its gradient.
  *
- * A path leads through points that are fixed in bodies. Between two points p and q it may lead around a sphere or a
- * cylinder of radius r. Let p and q be relative to the centre of the sphere, or to the axis of the cylinder. Both
+ * A path leads through points that are fixed in bodies. Between two points p and q, the path may lead around a sphere
+ * or a cylinder of radius r. Let p and q be relative to the centre of the sphere, or to the axis of the cylinder. Both
  * points lie in a plane with the unit normal n: the axis of the cylinder, or p x q / |p x q|.
  *
  * Outside of the circle, with d = |p|, s = sqrt(d^2 - r^2) and the sense o = 1 (counterclockwise about n) or -1:
@@ -10,15 +10,16 @@
  *     length        L = s_p + r theta + s_q
  *     directions    u_p = (s_p p - o r n x p) / d_p^2,   u_q = (s_q q + o r n x q) / d_q^2
  * Only the ends of a shortest path change its length to first order, so dL/dp = u_p and dL/dq = u_q. Both are finite
- * where a point reaches the circle. The path is straight if theta <= 0 for the shorter sense. There L and its gradient
- * are those of the line, so that L is continuously differentiable; its second derivative jumps.
+ * where a point reaches the circle. The path is straight if theta <= 0 for the shorter sense. At theta = 0, L and its
+ * gradient equal those of the line, so that L is continuously differentiable; its second derivative jumps.
  *
- * A side is a direction from the centre in which the path should pass. The path is then straight only if the line
- * passes the centre on that side. Otherwise the sense is the one whose points of contact have their middle nearer to
- * the side, unless its tangents cross. The length jumps where a line that does not touch the circle changes the side.
+ * A side is a direction from the centre in which the path should pass. Then the path is straight only if the line
+ * passes the centre on that side. Otherwise the path has the sense for which the middle of the points of contact is
+ * nearer to the side, unless the tangents cross. The length jumps where a line that does not touch the circle changes
+ * the side.
  *
- * Inside: the path leads through the circle as through a ring. If the line passes outside, it touches the ring at the
- * point T with the least |p - T| + |q - T|. Both lines have the angle b with the normal there:
+ * Inside: the path leads through the circle as through a ring. If the line passes outside, the path touches the ring at
+ * the point T with the least |p - T| + |q - T|. Both lines have the angle b with the normal at T:
  *     2 b - asin(r sin b / |p|) - asin(r sin b / |q|) = phi,   T at the angle b - asin(r sin b / |p|) from p
  *
  * A cylinder is unrolled: with the length L2 in the plane and h = a . (q - p) along the axis
@@ -28,7 +29,7 @@
  * and q seen from the centre, leaves the path straight. If the line passes through the centre of a sphere, any plane is
  * as short.
  *
- * The definitions are those of MuJoCo's spatial tendons, as documented in its XML reference and computation chapters.
+ * The definitions equal those of MuJoCo's spatial tendons, as documented in its XML reference and computation chapters.
  */
 #include "effect/path.h"
 
@@ -65,7 +66,7 @@ static void contact_point(const double p[2], double r, double sense, double to[2
     to[1] = (r * r * p[1] + sense * r * s * p[0]) / square;
 }
 
-/* Whether the line from p to q passes the circle on this side, and does not touch it. */
+/* Whether the line from p to q passes the circle on this side, without touching the circle. */
 static bool line_is_clear(const double p[2], const double q[2], const double side[2], double r) {
     const double d[2] = {q[0] - p[0], q[1] - p[1]}, square = d[0] * d[0] + d[1] * d[1];
     const double at = square > 0.0 ? fmin(fmax(-(d[0] * p[0] + d[1] * p[1]) / square, 0.0), 1.0) : 0.0;
@@ -84,7 +85,7 @@ static double nearness(const double p[2], const double q[2], const double side[2
     return norm > 0.0 ? (middle[0] * side[0] + middle[1] * side[1]) / norm : 0.0;
 }
 
-/* The sense in which the path leads around the circle on a side; 0: it is straight. */
+/* The sense in which the path leads around the circle on a side; 0: the path is straight. */
 static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple side, double r) {
     const kt_vec3 x = kt_vec3_normalize(plain_of(p)), y = kt_vec3_cross(plain_of(n), x);
     const double from[2] = {kt_vec3_norm(plain_of(p)), 0.0};
@@ -99,7 +100,7 @@ static double sense_of_side(kt_triple p, kt_triple q, kt_triple n, kt_triple sid
     return left == -2.0 && right == -2.0 ? 0.0 : right > left ? -1.0 : 1.0;
 }
 
-/* A point on the circle is on it up to rounding. */
+/* A point counts as on the circle up to rounding. */
 static const double on_circle = 1.0 - 16.0 * DBL_EPSILON;
 
 /* The distance from a point to where its line touches the circle. The distance has no derivative on the circle itself.
@@ -199,7 +200,7 @@ static bool wrap_in_plane(const kt_path_point_record *surface, kt_triple p, kt_t
     return wrap_inside(p, q, turned < 0.0 ? kt_triple_scale(kt_real_of(-1.0), n) : n, surface->radius, to);
 }
 
-/* The normal of the plane of p and q; if they are parallel, any normal to p. */
+/* The normal of the plane of p and q; if p and q are parallel, any normal to p. */
 static kt_triple plane_normal_of(kt_triple p, kt_triple q) {
     const kt_triple n = kt_triple_cross(p, q);
     const kt_real square = kt_triple_dot(n, n);
@@ -323,7 +324,7 @@ static kt_vec3 between(kt_vec3 a, kt_vec3 b, double share) {
     return kt_vec3_add(kt_vec3_scale(1.0 - share, a), kt_vec3_scale(share, b));
 }
 
-/* The point of contact on the line from p along -away: the first one at the distance r from the centre, or from the
+/* The point of contact on the line from p along -away: the first point at the distance r from the centre, or from the
  * axis. */
 static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, kt_vec3 p, kt_vec3 away) {
     const bool is_sphere = surface->type == KT_PATH_SPHERE;
@@ -333,8 +334,8 @@ static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, k
     return kt_vec3_sub(p, kt_vec3_scale((along - sqrt(fmax(square, 0.0))) / norm, away));
 }
 
-/* Writes the points of an arc between two points of contact, relative to the centre, on the shorter way or, if the path
- * leaves the first one in the other sense, on the longer. */
+/* Writes the points of an arc between two points of contact, relative to the centre, along the shorter arc or, if the
+ * path leaves the first point in the other sense, along the longer arc. */
 static void trace_arc(kt_vec3 n, kt_vec3 axis, kt_vec3 from, kt_vec3 to, kt_vec3 away, bool is_ring, kt_vec3 *points) {
     const kt_vec3 a = part_across(axis, from), b = part_across(axis, to), forward = kt_vec3_cross(n, a);
     double turn = is_ring ? 0.0 : atan2(kt_vec3_dot(n, kt_vec3_cross(a, b)), kt_vec3_dot(a, b));

@@ -1,13 +1,13 @@
 /* Servo: a joint's force towards a target r(t), of limited size.
  *     u = k (r - q) + c (r' - v),   force = limit(u),   supplied = force v
  *
- * The limit L is smooth. The force is u up to 0.9 L, and +-L from 1.1 L on. Between them it is a parabola, which
- * continues both with their derivatives, 1 and 0:
+ * The limit L is smooth. The force is u up to 0.9 L, and +-L from 1.1 L on. Between 0.9 L and 1.1 L, the force is a
+ * parabola with the derivatives 1 and 0 at the ends, so that the force is C1:
  *     force = L - (1.1 L - u)^2 / (0.4 L)
- * Far from its limit the servo therefore has the force of its gains. The force never exceeds the limit, and is C1 for
+ * Therefore, far from its limit, the servo has the force of its gains. The force never exceeds the limit, and is C1 for
  * the integrator's error control.
  *
- * The bounds `lower` and `upper` are hard, as those of other programs are. Hard bounds replace u with min(max(u,
+ * The bounds `lower` and `upper` are hard, as in other programs. Hard bounds replace u with min(max(u,
  * lower), upper), which has a kink at each bound. Both bounds need not have the same magnitude.
  */
 #include "effect/effect.h"
@@ -51,7 +51,7 @@ static kt_real servo_force(const kt_effect_record *effect, const double *numbers
 
 #if KT_IS_OF_VALUES
 /* The derivative of the force with respect to u. The derivative is 1 below the parabola, and 0 beyond the parabola or a
- * hard bound. On the parabola it is (1.1 L - |u|) / (0.2 L). The target with its derivatives is r. */
+ * hard bound. On the parabola, the derivative is (1.1 L - |u|) / (0.2 L). r: the target and its derivatives. */
 static double derivative_of_limit(const kt_effect_record *effect, double q, double v, const double r[3]) {
     const double u = effect->stiffness * (r[0] - q) + effect->damping * (r[1] - v);
     const double missing = (1.0 + blend) * effect->limit - fabs(u);

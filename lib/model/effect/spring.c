@@ -2,9 +2,9 @@
  *     tension = k (|d| - L) + c rate,  V = k (|d| - L)^2 / 2,  dissipated = c rate^2
  * The tension pulls the ends together. A spring of no length (L = 0) therefore pulls with -k d.
  *
- * At coincident points n is undefined. In a motion through such a state, n is -d' / |d'| before it and d' / |d'| after
- * it. The elastic force k L n changes its sign there, and c rate n = c d' does not. The force there is the mean of both
- * sides: no elastic force, and damping of the whole d'.
+ * At coincident points n is undefined. In a motion through such a state, n is -d' / abs(d') before and d' / abs(d')
+ * after the coincidence. At the coincidence, the elastic force k L n changes its sign, whereas c rate n = c d' does
+ * not. The force is the mean of both sides: no elastic force, and damping of the whole d'.
  */
 #include "effect/effect.h"
 

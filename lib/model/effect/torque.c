@@ -10,7 +10,7 @@ static void torque_wrench(const kt_effect_record *effect, const double *numbers,
 }
 
 #if KT_IS_OF_VALUES
-/* A moment fixed in the body turns with it: dm = theta x m. */
+/* A moment that is fixed in the body turns with the body: dm = theta x m. */
 static void torque_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                             kt_effect_jacobian *jacobian) {
     const kt_vec3 value = kt_effect_value(effect, numbers, end, t);

@@ -19,8 +19,8 @@ kt_element kt_element_about(kt_motion motion, kt_vec3 axis) {
     return (kt_element){.motion = motion, .axis = 2, .frame = kt_triad_from_axis(n, 2)};
 }
 
-/* The default second axis follows the first one: x follows z, y follows x, and z follows y. For any other axis the
- * second is the x axis of its triad. */
+/* The default second axis follows the first one: x follows z, y follows x, and z follows y. For any other axis, the
+ * second axis is the x axis of the axis' triad. */
 kt_vec3 kt_joint_second_axis(const kt_joint *joint) {
     if (joint->axis2.x != 0.0 || joint->axis2.y != 0.0 || joint->axis2.z != 0.0)
         return joint->axis2;

@@ -1,4 +1,4 @@
-/* Cylindrical: rotation about `axis`, then translation along it. */
+/* Cylindrical: rotation about `axis`, then translation along this axis. */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

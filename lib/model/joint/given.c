@@ -1,4 +1,4 @@
-/* Which parts of a joint's initial state are given: those that are not zero, and those that `given` names. */
+/* Which parts of a joint's initial state are given: the parts that are not zero, and the parts that `given` names. */
 #include "joint/joint.h"
 
 #include <string.h>

@@ -10,7 +10,7 @@ const kt_descriptor *kt_joint_descriptor(kt_joint_type type) {
     return (unsigned)type < KT_JOINT_TYPE_COUNT ? &kt_joint_kinds[type]->descriptor : NULL;
 }
 
-/* The coordinates of a quaternion come last, and are one more than those of its rate. */
+/* The coordinates of a quaternion come last. A quaternion has one more coordinate than its rate. */
 kt_coordinate_kind kt_joint_coordinate_kind(kt_joint_type type, int k) {
     if ((unsigned)type >= KT_JOINT_TYPE_COUNT || k < 0 || k >= kt_joint_sizes[type].nq)
         return KT_COORDINATE_NONE;
@@ -41,8 +41,8 @@ int kt_joint_elements(const kt_joint *joint, kt_element *elements) {
     return count;
 }
 
-/* The axis of a coordinate of kind->coordinate, and whether it is a rotation about it. Translations are along the first
- * axes of the triad. */
+/* The axis of a coordinate of kind->coordinate, and whether the coordinate is a rotation about this axis. Translations
+ * are along the first axes of the triad. */
 static kt_vec3 coordinate_axis(const kt_joint_kind *kind, const kt_joint_axes *axes, int k, bool *turns) {
     *turns = kind->coordinate[k] == KT_COORDINATE_ANGLE || kind->coordinate[k] == KT_COORDINATE_TURNS;
     return kind->coordinate[k] != KT_COORDINATE_TRANSLATION ? axes->triad.z : k == 0 ? axes->triad.x : axes->triad.y;

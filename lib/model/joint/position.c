@@ -1,12 +1,12 @@
-/* The joints' algebra on positions. Every position but a quaternion is a plain number; a quaternion p moves by
+/* The joints' algebra on positions. Every position except a quaternion is a plain number; a quaternion p moves by
  *   p' = 1/2 p (0, w) [MSD A.36],   p (+) d = p exp(d / 2)
  *
- * with w and d in the body frame. If a joint has a quaternion, it follows the joint's plain numbers.
+ * with w and d in the body frame. In a joint with a quaternion, the plain numbers come first.
  *
  * An output may be any of the inputs. A body has no fewer positions than velocities, and both follow each other in the
- * order of the bodies. The first position of a body is thus not before its first velocity. So positions are written
- * from the last one to the first, and velocities from the first one to the last. Nothing is overwritten before it has
- * been read. */
+ * order of the bodies. Thus the index of a body's first position is not below the index of its first velocity.
+ * Therefore positions are written from the last to the first, and velocities from the first to the last, so that no
+ * number is overwritten before it has been read. */
 #include "joint/joint.h"
 #include "joint/turn.h"
 #include "kinetree/joint.h"

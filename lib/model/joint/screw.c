@@ -1,4 +1,4 @@
-/* Screw: one degree of freedom, rotation about `axis` with an advance of `pitch` metres a radian along it. */
+/* Screw: one degree of freedom, rotation about `axis` with an advance along `axis` of `pitch` metres per radian. */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

@@ -1,4 +1,4 @@
-/* Loops of several states, one state after the other, by the code for one. */
+/* Loops of several states, one state after the other, with the code for one state. */
 #include "loop/by_lane.h"
 
 static kt_v4 take3(const double *x, size_t width) { return (kt_v4){x[0], x[width], x[2 * width], 0.0}; }

@@ -14,7 +14,7 @@ static size_t coupling_number_count(const kt_loop *loop) {
     return kt_loop_has_formula(loop) ? (kt_expression_size(loop->formula) + sizeof(double) - 1) / sizeof(double) : 0;
 }
 
-/* It has been read before, when it was checked. */
+/* The formula has been parsed before, by the check of the description. */
 static void prepare_coupling(const kt_loop *loop, double *numbers, kt_loop_record *record) {
     kt_coupling_names names = {.loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);

@@ -1,5 +1,5 @@
 /* A caller's own loop. The record of such a loop has a callback, which writes the equations of the second end's motion
- * as seen from the first (kinetree/loop.h). Terms that the callback does not write are differenced here.
+ * as seen from the first (kinetree/loop.h). This file computes terms that the callback does not write, by differences.
  *
  * In the first end's frame, with d the second point, R the second end's axes, u = d' and R' = w x R,
  *     phi'  = moment . w  + force . u  + rate
@@ -38,8 +38,8 @@ typedef struct direction {
     double time;
 } direction;
 
-/* Calls the caller's function. *code becomes the first number other than 0 that it has returned, or the first negative
- * one. */
+/* Calls the caller's function. *code becomes the first number other than 0 that the function has returned, or the first
+ * negative number. */
 static bool call(const kt_loop_record *loop, double t, const kt_loop_motion *motion, kt_loop_equation *out, int *code) {
     for (int r = 0; r < loop->row_count; r++)
         out[r] = (kt_loop_equation){.residual = 0.0};
@@ -100,7 +100,7 @@ static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_
     return fine;
 }
 
-/* The motion at constant u and w, and the step along it. */
+/* The motion at constant u and w, and the step along this motion. */
 static direction onwards(const kt_loop_motion *m, double part, double *step) {
     *step = part / fmax(1.0, kt_vec3_norm(m->omega) + kt_vec3_norm(m->velocity) / arm_of(m));
     return (direction){.d = m->velocity, .angle = m->omega, .time = 1.0};
@@ -146,7 +146,8 @@ static bool difference_drift_twice(const kt_loop_record *loop, double t, const k
     return fine;
 }
 
-/* All equations; not a number if the callback rejects the state. The rates then carry the number that it returned. */
+/* Evaluates all equations. If the callback rejects the state, all results are NaN, and the rates carry the number that
+ * the callback returned. */
 static void find_equations(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows) {
     int code = 0;
     bool fine = call(loop, t, m, rows, &code);

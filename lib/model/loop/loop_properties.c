@@ -102,8 +102,8 @@ static void generic_ends(kt_loop_end end[2]) {
     end[1].point = (kt_vector){0.3, 0.5, 0.7, 0.0};
 }
 
-/* Equations whose multiplier exerts a force are about lengths, those whose multiplier exerts a moment alone about
- * angles. */
+/* An equation measures a length if its multiplier exerts a force, and an angle if its multiplier exerts only a
+ * moment. */
 kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     if (!model || !KT_IS_INDEX(loop, model->n.loop) || !KT_IS_INDEX(row, model->loop[loop].row_count))
         return KT_MEASURE_NONE;

@@ -1,7 +1,7 @@
 /* Screw: inline, coaxial, and an advance along z of `pitch` metres for each radian of rotation since the start:
  *     phi = d_z - pitch (theta - theta0)
- * (orientation.h has theta, also where the axes are not closed). Whole revolutions are not counted. From all angles
- * that give this rotation, the one with the least |phi| is taken. A nut may thus be anywhere on its thread.
+ * (orientation.h has theta, also where the axes are not closed). Whole revolutions are not counted. Among all angles
+ * that give this rotation, the angle with the least abs(phi) is used. A nut may thus be anywhere on its thread.
  */
 #include "loop/orientation.h"
 

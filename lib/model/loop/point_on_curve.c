@@ -354,7 +354,8 @@ static double clearance(const double *spline, int points, const double g[3]) {
     return least;
 }
 
-/* The direction that is never along the curve: of some that are spread over all, the one with the largest clearance. */
+/* Chooses a direction that is never along the curve: among sample directions, the direction with the largest
+ * clearance. */
 static void choose_reference(double *spline, int points) {
     enum { DIRECTIONS = 64 };
     double best = -1.0;

@@ -1,6 +1,6 @@
-/* Surface: the second point stays on a surface of the first end's frame; phi is its distance from it, outside positive.
- * The point lies at d and moves at u as seen in that frame (relative_motion.h). With the unit normal n of the surface
- * through it
+/* Surface: the second point stays on a surface of the first end's frame; phi is the distance of the point from the
+ * surface, positive outside. The point lies at d and moves at u in that frame (relative_motion.h). With the unit normal
+ * n of the surface through the point
  *     phi'  = n . u
  *     phi'' = n . (u' + coriolis) + bias,      bias = u . H u
  *
@@ -13,8 +13,8 @@
  *               bias = (s' y - y' s)^2 / tau^3 + s g^2 / (rho tau)
  *               s = rho - R, y = z . d, tau = |(s, y)|
  *
- * On the axis, at the centre and on the circle in the tube no normal is defined. There the first end's x axis is taken,
- * or m, and the curvature is set to zero.
+ * On the axis, at the centre and on the circle in the tube, no normal is defined. For such points, the first end's x
+ * axis, or m, replaces the normal, and the curvature is set to zero.
  */
 #include "loop/relative_motion.h"
 

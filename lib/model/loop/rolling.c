@@ -23,14 +23,14 @@
  *     drift = k . (-2 w2 x U - w2 x (w2 x r) + rho ((w2 x W) x t - W x t'))
  * A ball that rolls, of a hard contact with friction (compile/one_sided.c), has t = n, s = 1 and t' = 0 in place of
  * these. If a disc may leave the plane, its rim alone, the third row, is the loop that bounds a side. A disc that lies
- * flat (s = 0) touches everywhere. Then t is taken along its x axis, and t' as that of s = 1e-6.
+ * flat (s = 0) touches everywhere. In this case, t is along the disc's x axis, and t' has the value for s = 1e-6.
  *
  * A ball that rolls on a ball of radius R about S, of a hard contact, too, has n = r / |r| and the point P - S = R n.
  * With k1 along the part of a direction e of end 2 normal to n, and k2 = n x k1, the rows are k . y = 0:
  *     y     = v1 + w1 x (R n - r) - v2 - w2 x R n
  *     drift = k . (w1 x (R n' - r') - w2 x R n') + k' . y
- * Two directions e serve, the second one where the first is next to n. Neither is a coordinate axis: in a mechanism
- * that moves in a plane, no row is then void.
+ * Two directions e are used: the second direction replaces the first if the first is nearly parallel to n. Neither is a
+ * coordinate axis: in a mechanism that moves in a plane, no row is then void.
  */
 #include "loop/relative_motion.h"
 

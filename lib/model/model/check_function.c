@@ -144,7 +144,7 @@ bool kt_checker_function(kt_checker *checker, const char *field, const kt_functi
     return check_any(checker, field, function, 0);
 }
 
-/* Returns the least value that the function takes, as far as it follows without evaluation. For a polynomial it is the
+/* Returns the least value that the function takes, as far as this is possible without evaluation: for a polynomial the
  * value at t = 0, for a table the least value of its rows. */
 static double least_value(const kt_function *f) {
     double least = KT_NUMBER_MOST;

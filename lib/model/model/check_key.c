@@ -169,7 +169,7 @@ static void check_armature(kt_checked *c, const kt_key *key) {
     }
 }
 
-/* The points of a spline: each apart from the one before. */
+/* The points of a spline: each must differ from the previous point. */
 static void check_points(kt_checked *c, const kt_key *key) {
     const kt_track *track = c->object;
     if (track->points == NULL || track->point_count < 2) {
@@ -249,8 +249,8 @@ static void check_both_ends(kt_checked *c, const kt_key *key) {
     check_end(c, key, &ends[1], 1);
 }
 
-/* The checks of the kinds of keys, except those of check_form. A flag has two valid values; a point is part of an end;
- * others are of functions: check_function.c. */
+/* The checks of the kinds of keys, except those of check_form. A flag has two valid values; a point is checked with its
+ * end; check_function.c checks functions. */
 static void (*const key_checks[KT_KEY_KIND_COUNT])(kt_checked *c, const kt_key *key) = {
     [KT_KEY_NUMBER] = check_number,
     [KT_KEY_DISTANCE] = check_distance_key,

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Returns the first item of a name. Joints without a name of their own have that of their body. */
+/* Returns the first item of a name. A joint without its own name has the name of its body. */
 static int first_named(const kt_checker *checker, int scope, const char *name) {
     const int first = kt_names_find(&checker->names, scope, name);
     if (scope != KT_NAMES_OF_JOINTS || (first >= 0 && first != checker->index))
@@ -142,7 +142,7 @@ static int indexed_body(const kt_checker *checker, const char *text, kt_coordina
     return -1;
 }
 
-/* In a joint with a quaternion, no coordinate has a force of its own. */
+/* In a joint with a quaternion, forces do not belong to single coordinates. */
 static void check_joint_component(kt_checker *checker, const char *field, int body, const char *text,
                                   kt_coordinate_name name) {
     const kt_joint_type type = checker->description->bodies[body].joint.type;

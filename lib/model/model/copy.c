@@ -1,7 +1,7 @@
 /* Copies of a compiled model in the caller's memory.
  *
  * A model is one block: the struct, then the arrays of KT_MODEL_FIELDS, each at an offset that follows from the counts
- * alone. A copy therefore has the block's bytes, and the function that laid out the original sets the pointers of the
+ * alone. Therefore a copy has the block's bytes, and the function that laid out the original sets the pointers of the
  * copy to its own arrays. Arrays contain indices and offsets but no pointers, with two exceptions. The table of names
  * is built again. The user pointers of custom effects are kept.
  */

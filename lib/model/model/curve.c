@@ -3,7 +3,7 @@
  *   constant    y = a
  *   sine        y = a + b sin(c t + d),  c = 2 pi frequency
  *   ramp        y = a + (b - a) s^2 (3 - 2 s),  s = (t - c) / (d - c) limited to [0, 1].
- *               The slope of this cubic is zero at both ends: y and y' are continuous, and y'' jumps there.
+ *               The slope of this cubic is zero at both ends: y and y' are continuous, and y'' jumps at the ends.
  *   polynomial  y = c0 + c1 t + c2 t^2 + ..., by Horner's rule for y, y' and y''/2
  *   bump        y = a (4 s (1 - s))^3,  s = (t - c) / (d - c) limited to [0, 1]
  *   table       between two rows, with h_k = t_{k+1} - t_k and s = t - t_k,
@@ -12,11 +12,11 @@
  *   product     y = f g,  y' = f' g + f g',  y'' = f'' g + 2 f' g' + f g''
  *
  * The parts of a sum or product are functions of any type. The numbers of a sum or product are the curves of its parts,
- * and then those parts' numbers: none is a pointer, so that a model can be copied.
+ * and then the numbers of these parts. No number is a pointer, so that a model can be copied.
  *
  * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
- * inside. A motion whose table begins at the start of the simulation therefore has the table's slope there. The same is
- * true at the end.
+ * inside of the table. Therefore a motion whose table begins at the start of the simulation starts with the table's
+ * slope. The same is true at the end.
  *
  * linear: b_k = (y_{k+1} - y_k) / h_k, c_k = d_k = 0.
  *
@@ -28,10 +28,10 @@
  *
  * monotone: Hermite's cubic whose slopes p_k keep each piece within the range of its two rows. With the secants
  *   e_k = (y_{k+1} - y_k) / h_k,
- * p_k is 0 if e_{k-1} e_k <= 0. Otherwise it is the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
+ * p_k is 0 if e_{k-1} e_k <= 0. Otherwise p_k is the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
  * J. Sci. Stat. Comput. 5, 1984)
  *   p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}.
- * At the first row (likewise at the last) it is the slope of the parabola through three rows,
+ * At the first row (likewise at the last), p_0 is the slope of the parabola through three rows,
  *   p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
  * but 0 if its sign is not that of e_0, and 3 e_0 if e_1 has the other sign and |p_0| is larger. Then
  *   b_k = p_k,  c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k,  d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2:
@@ -111,7 +111,7 @@ static void spline_curvatures(const kt_function *function, double *rows, int cou
         rows[ROW_C] -= 0.5 * rows[ROW_SIZE + ROW_C];
 }
 
-/* The slope p at an end, from the interval h0 there and its neighbour h1, with the secants e0 and e1. */
+/* The slope p at an end, from the interval h0 at this end and its neighbour h1, with the secants e0 and e1. */
 static double end_derivative(double h0, double h1, double e0, double e1) {
     const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
     if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
@@ -454,7 +454,7 @@ kt_breakpoint kt_curve_next_breakpoint(const kt_curve *curve, const double *numb
                           : (kt_breakpoint){HUGE_VAL, 0};
 }
 
-/* The quarter period of a product of sines of frequencies f and g is that of f + g, which it has. */
+/* A product of sines of frequencies f and g contains the frequency f + g, whose quarter period is returned. */
 static double longest_step_of_parts(const kt_curve *curve, const double *numbers) {
     double longest = HUGE_VAL, inverse = 0.0;
     for (int i = 0; i < curve->count; i++) {

@@ -15,7 +15,7 @@ static bool joins(const char *text, const char *before, const char *name) {
     return strncmp(text, before, length) == 0 && strcmp(text + length, name) == 0;
 }
 
-/* Whether a name is that of the effect's own length or coordinate, or of its rate. Sets *variable if so. */
+/* Whether a name denotes the length or coordinate of the effect itself, or its rate. Sets *variable if so. */
 static bool is_own_variable(const kt_formula_names *names, const char *name, kt_variable *variable) {
     bool is_length = names->ends == 2 && strcmp(name, "length") == 0;
     bool is_speed = names->ends == 2 && strcmp(name, "speed") == 0;
@@ -30,7 +30,7 @@ static bool is_own_variable(const kt_formula_names *names, const char *name, kt_
     return true;
 }
 
-/* Whether it is a position that no velocity alone changes. */
+/* Whether a variable is a component of a quaternion, a position whose rate is not a single velocity. */
 static bool is_quaternion(const kt_formula_names *names, const kt_variable *variable) {
     if (variable->type != KT_VARIABLE_POSITION)
         return false;

@@ -12,7 +12,7 @@ KT_ARENA_LAYOUT(lay_out_model, kt_model, KT_MODEL_FIELDS, const kt_counts *n)
 /* NOLINTNEXTLINE(readability-function-size): it is one list of fields, of four statements each */
 KT_ARENA_LAYOUT(lay_out_data, kt_data, KT_DATA_FIELDS, const kt_counts *n)
 
-/* FNV-1a over the lengths of all arrays of the data: data of one model serve another one if these are equal. Arrays
+/* FNV-1a over the lengths of all arrays of the data: two models with equal lengths can use the same data. Arrays
  * within `slip_work` follow from the sizes of islands. */
 static uint64_t shape_of(const kt_counts *n) {
     uint64_t hash = 14695981039346656037U;
@@ -31,7 +31,7 @@ size_t kt_model_layout(void *memory, const kt_counts *n) {
     return bytes;
 }
 
-/* FNV-1a over what lists of contacts that slip depend on (evaluate/slip_islands.c). */
+/* FNV-1a over the inputs of the lists of contacts that slip (evaluate/slip_islands.c). */
 static uint64_t hash_of_slips(const kt_model *model) {
     uint64_t hash = 14695981039346656037U;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -88,7 +88,7 @@ size_t kt_data_size(const kt_model *model) {
     return model ? lay_out_data(NULL, &model->n) : 0;
 }
 
-/* All bits set are a NaN: queries have no numbers until kt_kinematics_update has computed them. */
+/* All bits set are a NaN, so that queries return NaN until kt_kinematics_update has computed the numbers. */
 static void forget_kinematics(const kt_model *model, kt_data *data) {
     memset(data->kinematics, 0xff, model->n.link * sizeof *data->kinematics);
 }

@@ -1,4 +1,5 @@
-/* Loops and effects that are switched on and off: another model of the same block, and data initialised for it. */
+/* Loops and effects that are switched on and off: selects another model of the same block, and initialises the data for
+ * this model. */
 #include "model/switching.h"
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */

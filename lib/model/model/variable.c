@@ -1,5 +1,5 @@
-/* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. The names of
- * variables are those of the columns that record them. */
+/* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. A variable
+ * has the name of the column that records it. */
 #include "model/model.h"
 
 #include <stdio.h>
@@ -7,7 +7,8 @@
 
 enum { TIME_COUNT = 1, POINT_COUNT = 6 /* coordinates and velocities of a marker */ };
 
-/* How many variables a body has: those of its joint with a gravity force for each velocity, and six for each marker. */
+/* The number of variables of a body: the variables of its joint, a gravity force for each velocity, and six for each
+ * marker. */
 static kt_joint_size variable_sizes_of(const kt_body *body) {
     const bool known = (unsigned)body->joint.type < KT_JOINT_TYPE_COUNT;
     return known ? kt_joint_sizes[body->joint.type] : (kt_joint_size){0, 0};
@@ -65,7 +66,8 @@ bool kt_variable_at(const kt_description *description, int k, kt_variable *varia
     return false;
 }
 
-/* Variables of joints: what their names begin with. A joint has as many as positions or as velocities. */
+/* The beginnings of the names of joint variables, and whether a joint has as many such variables as positions or as
+ * velocities. */
 static const struct {
     kt_variable_type type;
     const char *begin;
@@ -73,7 +75,7 @@ static const struct {
     {KT_VARIABLE_POSITION, "position."}, {KT_VARIABLE_VELOCITY, "velocity."}, {KT_VARIABLE_GRAVITY, "gravity."}};
 enum { JOINT_KINDS = sizeof of_joints / sizeof *of_joints };
 
-/* The entry of `of_joints` of a type; -1: it is not of a joint. */
+/* The entry of `of_joints` of a type; -1: the type does not belong to a joint. */
 static int joint_entry(kt_variable_type type) {
     for (int i = 0; i < JOINT_KINDS; i++)
         if (of_joints[i].type == type)
@@ -183,7 +185,8 @@ static bool find_state(const kt_description *d, const char *name, kt_variable *v
     return false;
 }
 
-/* Whether a name begins as that of a variable of a joint (*type: of which) or of a marker. *rest: what follows. */
+/* Whether a name begins like a variable of a joint (*type: which variable) or of a marker. *rest: the text after this
+ * beginning. */
 static bool begins_variable(const char *name, kt_variable_type *type, const char **rest) {
     *rest = name;
     for (int i = 0; i < JOINT_KINDS; i++) {
