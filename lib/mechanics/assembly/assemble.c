@@ -9,13 +9,14 @@
  *
  * The velocity equations are linear: dv is the least solution of A dv = b' - A v.
  *
- * The fixed coordinates are those to be held. As long as each group closes without moving them, they also include those
- * whose value the description gives. In a group that does not close in this way the given ones are released. A change
- * of 1 is then d_k = weight_k y_k, and |y|^2 is minimised: a coordinate that is not given moves NOT_GIVEN times as
- * easily as a given one, so that its start value does not decide. Steps are computed for y, with A weight for A.
+ * Coordinates that must be held are fixed. Coordinates whose value the description gives are fixed, too, in every group
+ * that closes without moving them. In all other groups, given coordinates may move. A change of 1 is then d_k =
+ * weight_k y_k, and |y|^2 is minimised: a coordinate that is not given moves NOT_GIVEN times as easily as a given
+ * coordinate, so that its start value has almost no influence. Steps are computed for y, with A weight for A.
  *
- * Moving the given ones least may lead to the boundary of the reachable positions, such as a stretched chain. This is a
- * singular position. If the result is near one, all coordinates of the groups get equal weights.
+ * Moving given coordinates least may lead to the boundary of the reachable positions, such as a stretched chain. Such a
+ * boundary is a singular position. If the result is near a singular position, all coordinates of the groups get equal
+ * weights.
  */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/open_loops.h"
@@ -29,8 +30,8 @@
 
 enum { SHORTER_MOST = 12 };
 
-/* The square of this ratio is the share of start values in the sum that is minimised. The closed state is off the one
- * with the least change of given values by about this share of the change. */
+/* The minimised sum contains the changes of start values with a share of 1 / NOT_GIVEN^2. Therefore the closed state
+ * differs from the state with the least change of given values by about this share of the change. */
 #define NOT_GIVEN 30.0
 
 /* The velocities that move only if their group cannot be closed otherwise. */
@@ -69,7 +70,7 @@ static const bool *held_of(const kt_model *model, unsigned given) {
 }
 
 /* Fixes the coordinates to be held. In groups with other, free coordinates, it also fixes those whose value is `given`
- * (KT_POSITION_GIVEN, VELOCITY_GIVEN). Returns whether any of these are fixed. */
+ * (KT_POSITION_GIVEN, VELOCITY_GIVEN). Returns whether any given coordinate is fixed. */
 static bool fix_given(const kt_model *model, unsigned given, bool *fixed) {
     const bool *held = held_of(model, given);
     bool any = false;
@@ -97,8 +98,8 @@ static void release_coordinates(const kt_model *model, const kt_group *group, un
         fixed[model->group_v[group->v + i]] = held_of(model, given)[model->group_v[group->v + i]];
 }
 
-/* Gives the coordinates of a group weights, those that are not given larger ones. Groups with fronts keep equal
- * weights: their equations are not at hand as a matrix. */
+/* Gives weights to the coordinates of a group, larger weights to coordinates that are not given. Groups with fronts
+ * have equal weights, because their equations are not stored as a matrix. */
 static bool set_group_weights(const kt_model *model, const kt_group *group, unsigned given, double *weight) {
     const kt_rows rows = given == KT_POSITION_GIVEN ? KT_ROWS_CLOSED : KT_ROWS_ALL;
     if (kt_group_has_fronts(group) || group->rank[rows] >= group->v_count) /* nothing to choose */
@@ -110,8 +111,8 @@ static bool set_group_weights(const kt_model *model, const kt_group *group, unsi
     return true;
 }
 
-/* Closes positions without moving given ones. In groups that stay open the given positions are released, and
- * coordinates get weights. Returns whether any have. */
+/* Closes positions without moving given positions. In groups that remain open, given positions may move, and
+ * coordinates get weights. Returns whether any group has weights. */
 static bool close_around_given(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                bool *fixed, double *weight) {
     bool weighted = false;
@@ -361,7 +362,7 @@ static bool close_initial_velocities(const velocity_aim *x, const bool *fixed, k
     }
 }
 
-/* Whether the velocities of a group satisfy its equations; equations and `right` are those of v. */
+/* Whether the velocities of a group satisfy its equations; equations and `right` are filled for v. */
 static bool group_fits_velocities(const kt_model *model, kt_data *data, size_t g, double t, const double *q,
                                   const double *v) {
     kt_violation violation = kt_violation_none;

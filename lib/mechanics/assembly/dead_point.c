@@ -1,10 +1,10 @@
 /* At a dead point one direction of a group is lost, and the drives prescribe a rate along it. No velocities satisfy the
- * equations there. Towards it the velocities grow like 1 / sqrt(t* - t). Finally rounding errors let a step jump to
- * positions at which the drives move the mechanism back again.
+ * equations at a dead point. On the way to a dead point, velocities grow like 1 / sqrt(t* - t). Finally rounding errors
+ * let a step jump to positions at which the drives move the mechanism back again.
  *
  * If a motion passes through a singular position instead, its velocities stay finite. The prescribed rate along the
- * lost direction vanishes with the size of that direction. So near the position (KT_DEAD) the rates of the drives are
- * compared with those that the other directions alone can follow. */
+ * lost direction vanishes with the size of that direction. Therefore, near the position (KT_DEAD), the rates of the
+ * drives are compared with the rates that the other directions alone can follow. */
 #include "assembly/dead_point.h"
 
 #include <string.h>
@@ -18,8 +18,8 @@ static bool is_dead(const kt_group_work *w, const double *missed) {
     return most > KT_DEAD_FRACTION * rate;
 }
 
-/* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups whose equations
- * are all holonomic are not tested: for them a search for later positions finds the end of the motion
+/* Whether a direction of a group is nearly lost, as last factored with all directions counted. Groups with only
+ * holonomic equations are not tested, because a search for later positions finds the end of their motion
  * (simulation/fail.c). */
 static bool group_direction_is_lost(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];

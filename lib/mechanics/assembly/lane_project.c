@@ -1,6 +1,6 @@
-/* Projection of several states at once: the usual course of project.c, operation by operation. A state that has reached
- * its end stays as it is while others are moved on. Some states need more: next to a singular position, with loops that
- * rounding keeps open, or with velocities that do not fit. Such states are left to the projection of one state. */
+/* Projection of several states at once: the usual course of project.c, operation by operation. A finished state does
+ * not change while others continue. States near a singular position, with loops that rounding leaves open, or with
+ * velocities that do not fit, need more than the usual course. The projection of one state completes such states. */
 #include "assembly/lane_project.h"
 
 #include "assembly/project.h"

@@ -1,7 +1,7 @@
 /* Assembly from a state far from closed: Levenberg-Marquardt (Marquardt 1963),
  *   (B'B + mu tr(B'B) 1) dy = -B' r with mu lowered after a step that reduces |r| and raised after any other step.
- *   Unlike a step with QR it needs no rank. Off the manifold redundant equations appear independent, and contradictory
- *   ones have no solution.
+ *   Unlike a step with QR, such a step needs no rank. This matters off the manifold, where redundant equations appear
+ * independent, and contradictory equations have no solution.
  *
  * The residuals r and the coordinates y are relative to their scales (a radian, or the length of the loops). The size
  * of a mechanism, millimetres or kilometres, therefore makes no difference. A step changes a coordinate by at most half
@@ -17,8 +17,8 @@
  * If links are reduced by fronts, Newton's method is tried first. The steps of Newton's method cost as much as those of
  * the projection after a step, which eliminates the equations. Damped steps, which eliminate none, cost up to ten times
  * as much. Newton's method counts only if each step is short and leaves at most a quarter of the gap. Otherwise the
- * search begins where it was. In a chain of thousands of links rounding errors bound the damping from below. Then
- * damped steps converge slowly, at 0.5 a step, and Newton's method still doubles the digits.
+ * search begins at the state before Newton's method. In a chain of thousands of links rounding errors bound the damping
+ * from below. Then damped steps converge slowly, by a factor of 0.5 per step, while Newton's method doubles the digits.
  *
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
@@ -31,9 +31,9 @@
 
 #include <string.h>
 
-/* The most steps of a search, and those of a group that is reduced by fronts, from another start and from a sample.
- * Most groups that close at all do so within ten steps. After these Newton's method is tried on a sample once more. If
- * the sample does not close, it is taken from less far away. With more than LONG links reduced by fronts, damped steps
+/* The most steps of a search, from another start, and for groups with fronts from a sample. Most groups that close at
+ * all do so within ten steps. After these steps, Newton's method is tried on a sample once more. If the sample does not
+ * close, a sample nearer to the given position is tried. With more than LONG links reduced by fronts, damped steps
  * converge so slowly that a sample from less far away takes less time. */
 enum { STEPS_MOST = 400, STEPS_ELSEWHERE = 40, STEPS_OF_SAMPLE = 10, STARTS = 4, LONG = 500 };
 
@@ -194,7 +194,7 @@ static bool begin_iteration(const kt_model *model, kt_data *data, double t, cons
 }
 
 /* Iterates until all groups are settled. Groups that are reduced by fronts iterate for at most `large` steps. q must be
- * finite and stays so. On return the equations are those at q. */
+ * finite, and remains finite. On return, the equations are filled at q. */
 static void iterate_groups(const kt_model *model, kt_data *data, double t, const bool *held, int large, purpose asked,
                            double *q) {
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -234,7 +234,8 @@ static bool step_is_short(const kt_model *model, const double *step) {
     return most <= NEWTON_REACH;
 }
 
-/* Newton's method. Returns whether it closes the loops; if so, the equations and *violation are those at q. */
+/* Newton's method. Returns whether Newton's method closes the loops. If so, the equations and *violation belong to
+ * q. */
 static bool close_by_newton(const kt_model *model, kt_data *data, double t, const bool *held, double *q,
                             kt_violation *violation) {
     const kt_reduction_kernels *kernels = model->group_kernels;

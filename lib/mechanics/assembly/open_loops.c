@@ -1,5 +1,5 @@
 /* The loops that a message names as open, the worst first, and their gaps. If equations contradict each other, the
- * message names the gaps of least squares, in which all of them have a part. */
+ * message names the gaps of the least-squares solution, which distributes the contradiction over all equations. */
 #include "assembly/open_loops.h"
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"
@@ -28,7 +28,7 @@ static double loop_gap_of(const kt_model *model, const kt_data *data, const kt_l
 }
 
 /* The text of a loop's gap, with the largest length and the largest angle, as "0.12 m and 34 deg". A part below 1e-3 of
- * the other one is left out. */
+ * the other part is left out. */
 typedef struct gap_text {
     char text[64];
 } gap_text;
@@ -58,8 +58,8 @@ static gap_text describe_gap(const kt_model *model, const kt_data *data, int ind
     return gap;
 }
 
-/* The loop with the largest gap below `below`, or with that gap and a larger index than `after`. Loops that are closed
- * to the last bit are included, so that there is always a first. */
+/* The loop with the largest gap below `below`, or with an equal gap and a larger index than `after`. Loops that are
+ * closed to the last bit are included, so that a first loop always exists. */
 static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
     int worst = -1;
     double most = -1.0, relative;

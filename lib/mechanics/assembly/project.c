@@ -1,23 +1,23 @@
 /* Projection onto the constraint manifold [MSD 7.55 to 7.58]:
  *     u <- u (+) du,   A du = -phi           repeated
  *     v <- v + dv,     A dv = b' - A v
- * du is least in the model's metric. dv is always least in kinetic energy, which makes it the impulse that the loops
- * themselves would exert. The error of an evaluation near a singular position is a force of the loops. Only this metric
- * removes it completely. For the N-four-bar, with RK4 at 1e-3 s over 10 s, the error is 2e-10 m, and 5e-8 m with the
- * identity.
+ * du is least in the model's metric. dv is always least in kinetic energy, so that it equals the effect of an impulse
+ * of the loops. The error of an evaluation near a singular position is a force of the loops. Only the mass metric
+ * removes this error completely. For the N-four-bar, with RK4 at 1e-3 s over 10 s, the error is 2e-10 m, and 5e-8 m
+ * with the identity.
  *
- * Near a singular position a direction is about to be lost. Only steps of phi divided by its size s can close it, and
- * they amplify the rounding errors of phi. A gap c in it makes the motion bend as if the lengths had an error of c
- * (singular_crossing.c). The direction is therefore closed after the others, if c is above rounding and s above the
- * root of rounding. For a smaller s the steps c / s would be longer than s, and the equation is linear only within s.
- * The direction is then left out until the motion has moved on, unless the gap exceeds the tolerance. If no step closes
- * it then, because the linkage would have to go elsewhere, the tolerance is that of an assembly.
+ * Near a singular position, a direction of size s is about to vanish. Steps along this direction divide phi by s, and
+ * amplify the rounding errors of phi. A remaining gap c along the direction makes the motion bend as if the lengths had
+ * an error of c (singular_crossing.c). The direction is therefore closed after the others, if c is above rounding and s
+ * above the root of rounding. For a smaller s the steps c / s would be longer than s, and the equation is linear only
+ * within s. Then the direction is left out until the motion has moved on, unless the gap exceeds the tolerance. If no
+ * step closes such a gap, because the linkage would have to go elsewhere, the tolerance is that of an assembly.
  *
- * An open gap does no harm while it stays constant: the motion is that of lengths with an error of c. Closing it in the
- * bend does harm. The state moves by c / s on to the path of other lengths, for which the same drive has supplied other
- * work. So c is made small on the way in, at an s of a few thousandths, where the step c / s is rounding. The next
- * steps keep it small. A parallelogram of d = 1e-10 is driven through s = 3e-5 with a gap of 4 eps, which cost 2e-5 J
- * of 10 J.
+ * An open gap does no harm while it stays constant: the motion is that of a linkage whose lengths are wrong by c.
+ * Closing the gap in the bend does harm. The state moves by c / s on to the path of other lengths, for which the same
+ * drive has supplied other work. Therefore c is made small before the bend, at an s of a few thousandths, where the
+ * step c / s is of the size of rounding. The next steps do not enlarge c. A parallelogram of d = 1e-10 is driven
+ * through s = 3e-5 with a gap of 4 eps, which cost 2e-5 J of 10 J.
  */
 #include "assembly/dead_point.h"
 #include "assembly/levenberg_marquardt.h"
@@ -37,19 +37,19 @@
  *   LEFT_MOVING: the velocity in the direction that is left, relative to the largest velocity.
  *   RESOLVED: the s above which a larger gap must be closed; the root of the rounding level.
  *
- * A velocity w (relative to the largest) that is left in the direction violates the equation by s w. While the motion
- * is there, for the time s / v, the equations of the acceleration, w v^2 / s, transfer it to the other directions.
- * Speeds are then exact to w, and energies as well. LEFT_MOVING is the default tolerance. Rounding alone may leave c /
- * s of the equation (left_by_rounding), which is less if s > 1e-3. This was measured with six linkages of
- * test/hard/band.py (d = 1e-4 to 1e-9). With LEFT_MOVING from 1e-12 to 1e-6 they take the same number of steps. Their
- * energies change by at most 3e-7 J. */
+ * A velocity w (relative to the largest) that remains along the direction violates the equation by s w. While the
+ * motion is near the position, for the time s / v, the equations of the acceleration, w v^2 / s, transfer it to the
+ * other directions. Speeds are then exact to w, and energies as well. LEFT_MOVING is the default tolerance. Rounding
+ * alone may leave c / s of the equation (left_by_rounding), which is less if s > 1e-3. This was measured with six
+ * linkages of test/hard/band.py (d = 1e-4 to 1e-9). With LEFT_MOVING from 1e-12 to 1e-6, the numbers of steps are
+ * equal. Their energies change by at most 3e-7 J. */
 #define LEFT_OPEN (4.0 * KT_CLOSED)
 #define WAY_IN (0.3 * KT_NEAR_SINGULAR)
 #define LEFT_MOVING 1e-9
 #define RESOLVED 1.5e-8
 
 /* The size of the smallest direction of the groups that are near a singular position, over its usual size. The size is
- * 0 if a direction is lost altogether; `last` is then the size of the direction before it. */
+ * 0 if a direction vanishes; then `last` is the size of the previous direction. */
 static double smallest(const kt_model *model, const kt_data *data, kt_rows rows) {
     double least = KT_NEAR_SINGULAR;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -204,7 +204,7 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
 }
 
 /* Reports the gaps that remain when the loops are closed as far as possible. A search reaches farther than a
- * projection; if it closes the loops, the gaps at q are reported. */
+ * projection. If the search closes the loops, the gaps at q are reported. */
 static kt_status reject_open(const kt_model *model, kt_data *data, double t, const double *q, kt_error *error) {
     kt_violation violation;
     const kt_status status = kt_loops_reach(model, data, t, q, KT_CLOSED_STEP,
@@ -250,7 +250,7 @@ static void remember(kt_data *data) {
 }
 
 /* Makes the result independent of earlier uses of the data. Only groups that this projection factors are tested for a
- * dead point, and only there the disagreement of loops is divided. */
+ * dead point, and only in these groups the disagreement of loops is distributed. */
 static void forget_singular(const kt_model *model, kt_data *data) {
     if (model->driven || model->disagreement > 0.0)
         memset(data->near, 0, model->n.group * sizeof *data->near);

@@ -1,6 +1,6 @@
-/* The error of a failure whose cause is a caller's own loop. Its equations are then not numbers, and the function that
- * fails has no information about the cause. A callback is a function of its arguments alone, so that it is called
- * again. */
+/* The error of a failure whose cause is a caller's own loop. The equations of such a loop are then NaN, and the failing
+ * function does not have the callback's code. Since a callback is a function of its arguments alone, it is called again
+ * to obtain the code. */
 #include "assembly/rejected_loops.h"
 
 #include "base/where.h"

@@ -1,4 +1,4 @@
-/* Violations of the equations of all groups, and how near a singular position they are. */
+/* Violations of the equations of all groups, and the distance of the groups from a singular position. */
 #include "assembly/project.h"
 #include "reduction/kernel.h"
 

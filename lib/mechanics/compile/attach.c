@@ -62,7 +62,7 @@ static kt_pose end_pose(const kt_attach *a, const kt_loop_record *r, int k) {
     return kt_pose_compose(a->pose[r->link[k]], r->frame[k]);
 }
 
-/* The angle of the second frame about the common z axis: twice that of the quaternion's z part. */
+/* The angle of the second frame about the common z axis: twice the angle of the quaternion's z part. */
 static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
     const kt_mat3 first = end_pose(a, r, 0).rotation, second = end_pose(a, r, 1).rotation;
     const kt_quat p = kt_quat_from_matrix(kt_mat3_multiply(kt_mat3_transpose(first), second));
@@ -103,7 +103,7 @@ static kt_status check_distance(const kt_attach *a, const kt_loop *loop, const k
         "give a length, or type: spherical");
 }
 
-/* Numbers of a loop's own, in addition to those of its function of time. */
+/* The count of a loop's numbers, without the numbers of its function of time. */
 static size_t loop_number_count(const kt_loop *loop) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     return kind->number_count ? kind->number_count(loop) : 0;
@@ -344,9 +344,10 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
     return false;
 }
 
-/* Marks the coordinates of a joint named by `hold`, which assembly fixes: those that the description gives. If it gives
- * no position of this joint, all its positions are fixed. If it gives no velocity of any joint, the caller of
- * kt_state_assemble sets the joint's velocities. Assembly keeps them like given ones, unless the loops need others. */
+/* Marks the coordinates of a joint named by `hold`, which assembly fixes: the coordinates that the description gives.
+ * If the description gives no position of this joint, all its positions are fixed. If the description gives no velocity
+ * of any joint, the caller of kt_state_assemble sets the joint's velocities, and assembly does not change these
+ * velocities unless the loops require it. */
 void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);

@@ -2,7 +2,7 @@
  *
  * Bodies keep the description's order, except that parents precede their children; coordinates are in the order of the
  * bodies. Links are numbered depth first, so that the recursions mostly pass from a link to the next one in memory.
- * Bodies fixed to one another share a link, whose inertia is that of all of them.
+ * Bodies fixed to one another share a link, whose inertia is the sum of theirs.
  */
 #include "algebra/vector_parts.h"
 #include "base/aligned.h"
@@ -53,8 +53,8 @@ static int parent_index(const build *b, int i) {
     return is_world(parent) ? -1 : kt_names_find(&b->names, KT_NAMES_OF_BODIES, parent);
 }
 
-/* Orders the bodies: each one follows those of its ancestors that are not yet in `order`. O(n), since every body enters
- * the stack once. */
+/* Orders the bodies: each body follows those of its ancestors that are not yet in `order`. O(n), since every body
+ * enters the stack once. */
 static void order_bodies(build *b) {
     const int n = b->description->body_count;
     int32_t placed = 0;
@@ -248,8 +248,9 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
     kt_link_load(m, body);
 }
 
-/* Creates the links of a body and of all that it carries, depth first. If `stop`, creates only the links of bodies that
- * are part of the ground. The bodies that carry trees are then stored in b->tree, and their number is returned. */
+/* Creates the links of a body and of all bodies that it carries, depth first. With `stop`, creates only the links of
+ * bodies that are part of the ground. Then the bodies that carry trees are stored in b->tree, and their number is
+ * returned. */
 static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
     size_t trees = 0;
     int depth = 0;
@@ -269,7 +270,8 @@ static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size
     return trees;
 }
 
-/* Sorts the trees: spatial ones first, then planar ones plane by plane, each in their order. */
+/* Sorts the trees: spatial trees first, then planar trees plane by plane, without changing the order within these
+ * sets. */
 static void sort_trees(build *b, size_t trees) {
     const size_t planes = b->model->n.plane;
     memset(b->place, 0, (planes + 2) * sizeof *b->place);
@@ -305,7 +307,7 @@ static void string_all(build *b) {
     m->n.rest = m->n.link; /* the length of the array */
 }
 
-/* Finds the order of the velocity coordinates, link by link, and which of them each link carries. */
+/* Finds the order of the velocity coordinates, link by link, and the coordinates that each link carries. */
 static void count_carried(kt_model *m) {
     int32_t dof = 0;
     m->ordered = true;
@@ -406,7 +408,7 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
     return status;
 }
 
-/* Names that loops refer to: of bodies and joints, and where there are loops, of markers. */
+/* Names that loops refer to: of bodies and joints and, with loops, of markers. */
 static size_t name_count(const kt_description *d) {
     size_t count = 2 * (size_t)d->body_count;
     for (int i = 0; i < d->body_count && d->loop_count > 0; i++)

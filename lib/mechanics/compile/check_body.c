@@ -1,5 +1,5 @@
-/* Rules for a body: its joint and markers. The rules for its mass properties are in mass_properties.c, those for its
- * place in the tree in check_description.c. */
+/* Rules for a body: its joint and markers. The rules for its mass properties are in mass_properties.c, the rules for
+ * its position in the tree are in check_description.c. */
 #include "compile/compile.h"
 #include "joint/joint.h"
 

@@ -93,7 +93,7 @@ static void add_checked_names(kt_checker *checker) {
 
 /* ---- the tree ---------------------------------------------------------------------------------------------------- */
 
-/* Looks up the parents, without reporting those that do not exist. */
+/* Looks up the parents, without reporting parents that do not exist. */
 static void find_parents(kt_checker *checker) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count; i++) {

@@ -1,7 +1,7 @@
 /* kt_model_check: the faults that only the mechanism as a whole shows (mechanism_inertia.c), of any description.
  *
- * If the description has other faults as well, bodies with faults are replaced by sound ones. No fault is then reported
- * only because of another.
+ * If the description has other faults as well, bodies with faults are replaced by valid bodies, so that no fault is
+ * reported only because of another fault.
  */
 #include "compile/compile.h"
 
@@ -19,7 +19,7 @@ typedef struct others {
     bool no_memory;
 } others;
 
-/* A joint with a fault becomes fixed, so that the body that carries it gets the inertia of this one. */
+/* A joint with a fault becomes fixed, so that the parent receives the body's inertia. */
 static void make_sound(kt_body *body, bool is_joint_sound) {
     kt_body sound = kt_body_default();
     if (is_joint_sound)

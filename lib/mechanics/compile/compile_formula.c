@@ -11,7 +11,7 @@ static size_t formula_numbers_of(const char *text) {
 
 /* ---- parts that depend on time alone ----------------------------------------------------------------------------- */
 
-/* The index of t among the variables of formulas; -1: none reads it. */
+/* The index of t among the variables of formulas; -1: no formula reads t. */
 static int32_t time_of(const kt_formula_names *names) {
     for (int k = 0; k < names->count; k++)
         if (names->variable[k].type == KT_VARIABLE_TIME)

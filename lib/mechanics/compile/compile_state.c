@@ -1,4 +1,4 @@
-/* Checks auxiliary states and adds them to a model. Each adds a formula, as that of an effect in a joint, or the law of
+/* Checks auxiliary states and adds them to a model. Each state adds a formula, like an effect in a joint, or the law of
  * an effect. */
 #include "compile/attach.h"
 #include "compile/compile.h"
@@ -41,9 +41,9 @@ void kt_checker_state(kt_checker *checker, const kt_state *state) {
         (void)kt_checker_formula(checker, "rate", state->rate, &names);
 }
 
-/* Returns the rate as the force of an effect in a joint: it has the same variables, and is compiled by the same code.
- * If the rate belongs to a law, the result is the effect of that law. *law: which law, and *rate: which of its rates;
- * -1: none. */
+/* Returns the rate in the form of an effect in a joint, because such an effect has the same variables, and the same
+ * code compiles both. If the rate belongs to a law, the result is the effect of this law. *law and *rate: the indices
+ * of the law and of its rate; -1 without a law. */
 static kt_effect effect_of(const kt_description *d, const kt_state *state, int *law, int *rate) {
     kt_effect effect = kt_effect_default();
     *rate = *law = -1;

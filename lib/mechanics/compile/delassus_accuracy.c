@@ -1,10 +1,10 @@
 /* Finds the groups of few equations whose form loses digits; the fronts reduce them instead.
  *
- * A group on the ground with up to four equations takes its accelerations from two parts: those of the free tree, and
- * those due to the multipliers (reduction/delassus.h). Both parts cancel in the loops' equations, so rounding limits
- * their accuracy. In the free tree a light link that carries heavy ones has much larger accelerations than the loops
- * permit. The table shows the errors of the equations, relative to their largest term, of 40 bars that are held at both
- * ends. The masses of these bars are 1 and x in turn.
+ * A group on the ground with up to four equations takes its accelerations from two parts: the accelerations of the tree
+ * without loops, and the accelerations due to the multipliers (reduction/delassus.h). Both parts cancel in the loops'
+ * equations, so that rounding limits the accuracy. In the free tree a light link that carries heavy ones has much
+ * larger accelerations than the loops permit. The table shows the errors of the equations, relative to their largest
+ * term, of 40 bars that are held at both ends. The masses of these bars are 1 and x in turn.
  *
  * | x   | few equations | fronts |
  * | 1   | 2e-16         | 2e-16  |
@@ -30,9 +30,9 @@
  * | bars above, masses 1, 1e6  | 1e-11    | */
 #define OFF_MOST 1e-12
 
-/* Returns the largest difference between the two sides of A a = b, for a group that is solved by its few equations. It
- * is relative to the largest term, or to the terms of velocities of 1 rad/s if these are larger. Equations that depend
- * on others do not count. */
+/* Returns the largest difference between the two sides of A a = b, for a group that is solved by its few equations. The
+ * difference is relative to the largest term, or to the terms of velocities of 1 rad/s if these are larger. Equations
+ * that depend on others do not count. */
 static double off_by(const kt_model *model, kt_data *data, size_t g, const double *a) {
     double off = 0.0, terms = 1.0;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

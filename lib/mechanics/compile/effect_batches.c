@@ -1,10 +1,10 @@
 /* Attaches effects to a tree: batches of effects of one type, which are evaluated together, and the links that carry
  * their ends.
  *
- * Effects on joints come first, then those with one end, then those with two. Within these, types are in the order of
- * their list, with the caller's own effects last. Effects of one type are in the description's order. Effects on joints
- * need no motion of links. The other effects need the motion of the links with their ends, and of all links from these
- * towards the ground.
+ * Effects on joints come first, then effects with one end, then effects with two ends. Within these sets, types are in
+ * the order of their list, with the caller's own effects last. Effects of one type are in the description's order.
+ * Effects on joints need no motion of links. The other effects need the motion of the links with their ends, and of all
+ * links from these towards the ground.
  */
 #include "compile/attach.h"
 #include "effect/effect.h"
@@ -38,7 +38,7 @@ static bool is_carried_by(const kt_model *m, int32_t body, int32_t carrier) {
     return body == carrier;
 }
 
-/* Marks the links of a body and of all that it carries. */
+/* Marks the links of a body and of all bodies that it carries. */
 static void mark_carried(kt_attach *a, kt_counts *n, const char *carrier) {
     const kt_model *m = a->tree;
     const int32_t index = kt_body_find(m, carrier);
@@ -47,7 +47,7 @@ static void mark_carried(kt_attach *a, kt_counts *n, const char *carrier) {
             mark(a, n, m->text + m->body[body].name);
 }
 
-/* Marks the links of the markers among the variables, and those whose gravity is read. */
+/* Marks the links of the markers among the variables, and the links whose gravity force is read. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names) {
     for (int k = 0; k < names->count; k++) {
         const kt_variable *variable = &names->variable[k];

@@ -2,7 +2,7 @@
 #include "compile/attach.h"
 #include "effect/path.h"
 
-/* Returns the index of a body among those of a path's first points, or `count` if it is a new one. */
+/* Returns the index of a body among the bodies of a path's first points, or `count` if the body is new. */
 static int find_path_link(const kt_model *m, const kt_path_link *links, int count, const kt_end *end) {
     const int32_t link = m->body[kt_attach_body_named(m, end->body)].link;
     int k = 0;

@@ -1,14 +1,14 @@
 /* Finds the trees that move in a plane, and fills their planar links. Trees that loops connect are treated as one.
  *
- * Axes are compared joint by joint, not with one distant normal. The normal n is passed from body to body in the body's
- * own axes, transformed only by the rotation of the joint frame between them. Every revolute joint replaces n by its
- * own axis. Thus a thousand unrotated joints about one oblique axis agree to the last bit. In a chain of rotated joints
- * each need only agree with the revolute joint before it.
+ * Axes are compared joint by joint, because rounding would add up in a comparison with one distant normal. The normal n
+ * is passed from body to body in the body's own axes, transformed only by the rotation of the joint frame between them.
+ * Every revolute joint replaces n by its own axis. Thus a thousand unrotated joints about one oblique axis agree to the
+ * last bit. In a chain of rotated joints, each joint only has to agree with the previous revolute joint.
  *
  * Differences within rounding are allowed. A rotation from Euler angles or a quaternion has errors of up to 4 eps in an
- * entry. The product of such a rotation with n adds 3 eps, and a unit axis 2 eps. There may be a few fixed or prismatic
- * joints between two revolute ones. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc seconds) is
- * taken as oblique on purpose.
+ * entry. The product of such a rotation with n adds 3 eps, and a unit axis 2 eps. The tolerance permits a few fixed or
+ * prismatic joints between two revolute joints. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc
+ * seconds) is taken as oblique on purpose.
  */
 #include "compile/find_planar.h"
 #include "algebra/vector_parts.h"
@@ -29,14 +29,15 @@ enum {
     UNDECIDED = -2
 };
 
-/* The joints that determine the normal of a tree so far: none, two prismatic ones, or a revolute one. */
+/* The joints that determine the normal of a tree so far: none, two prismatic joints, or a revolute joint. */
 enum { NORMAL_OPEN = 0, NORMAL_OF_SLIDES, NORMAL_OF_TURN };
 
 static bool is_parallel(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_cross(a, b)) <= PARALLEL; }
 
 static bool is_normal(kt_vec3 a, kt_vec3 b) { return fabs(kt_vec3_dot(a, b)) <= PARALLEL; }
 
-/* The joint frame's rotation on the parent's body. If it cannot be evaluated, it is rejected when bodies are stored. */
+/* The joint frame's rotation on the parent's body. A rotation that cannot be evaluated is rejected later, when bodies
+ * are stored. */
 static kt_mat3 joint_rotation(const kt_joint *joint) {
     kt_mat3 r;
     kt_error ignored;
@@ -102,7 +103,7 @@ static void find_plane_normals(const kt_description *d, kt_body_plane *body, siz
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
 
-/* Returns a plane with this normal or its opposite among the last ones, or a new one. */
+/* Returns a plane with this normal or its opposite among the last planes, or a new plane. */
 static int32_t plane_with(kt_vec3 normal, kt_plane *plane, size_t *count) {
     for (size_t back = 1; back <= LOOK_BACK && back <= *count; back++)
         if (is_parallel(plane[*count - back].basis.z, normal))
@@ -134,7 +135,7 @@ static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) 
 
 /* ---- do all joints move in the plane? ---------------------------------------------------------------------------- */
 
-/* The same basis with its third column replaced by n, which is parallel to it within rounding. */
+/* The same basis with its third column replaced by n, which is parallel to the third column within rounding. */
 static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
     if (basis.z.x == n.x && basis.z.y == n.y && basis.z.z == n.z)
         return basis;

@@ -13,7 +13,7 @@
 
 #include <float.h>
 
-/* What an elimination costs in nanoseconds on a processor of 2023: an operation, a link, a loop, and an entry of the
+/* The costs of an elimination in nanoseconds on a processor of 2023: an operation, a link, a loop, and an entry of the
  * mass matrix. The numbers are fitted to times of ladders, nets, grids, rows of five-bars and of Bennett's linkages,
  * within a third. */
 typedef struct form_price {
@@ -27,8 +27,9 @@ static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [t
  * must therefore take so much less time than dense matrices. */
 #define WORTH_LANES 0.5
 
-/* Groups of several free bodies, as in absolute coordinates, have more equations. Fronts lose up to two digits of them
- * (Andrews' mechanism), so they must take so many fewer operations, and serve so many bodies. */
+/* Groups of several free bodies, as in absolute coordinates, have more equations. Fronts lose up to two digits of these
+ * equations (Andrews' mechanism). Therefore fronts are chosen only if the operations fall below this share, and the
+ * group has this many bodies. */
 #define WORTH_FREE 0.125
 enum { FREE_LEAST = 10 };
 
@@ -55,8 +56,8 @@ static void set_form(kt_group *group, kt_group_form form, kt_form_reason reason)
     group->reason = reason;
 }
 
-/* Whether the equation of a loop is a formula: its row varies, and fronts take that of a coupling for constant. Fronts
- * do not count the turns of ends, either. */
+/* Whether the equation of a loop is a formula: such a row varies, whereas fronts assume that the row of a coupling is
+ * constant. Fronts do not count the turns of ends, either. */
 static bool has_formula(const kt_model *model, const kt_group *group) {
     for (int32_t i = group->loop; i < group->loop + group->loop_count; i++)
         if (kt_has_formula_row(&model->loop[model->group_loop[i]]) || model->loop[model->group_loop[i]].counted)
@@ -142,7 +143,7 @@ void kt_form_choose_damped(const kt_model *model, kt_group *group) {
 }
 
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). If rows may be
- * delayed, the fronts solve the group. */
+ * delayed, fronts solve the group instead. */
 static bool is_delassus(const kt_group *group) {
     return group->damped_form == KT_FORM_DELASSUS && !group->front.delayed_most && group->rank[KT_ROWS_ALL] > 0 &&
            group->rank[KT_ROWS_ALL] <= KT_DELASSUS_MAX;

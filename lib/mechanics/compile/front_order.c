@@ -3,9 +3,9 @@
  *
  * A link may be taken when its parent has been taken. The link is then active until all its children have been taken
  * and all loops on it are complete. The front holds the accelerations of the active links as functions of its
- * parameters. The cost grows with the cube of their number, so several orders are tried and compared by their
- * operations. The first order keeps the number of active links low at each link, the second is that of the model, the
- * third is by depth.
+ * parameters. The cost grows with the cube of their number, so that several orders are compared by their operations.
+ * The first order keeps the number of active links low at each link, the second is that of the model, the third is by
+ * depth.
  */
 #include "compile/attach.h"
 #include "constraint/group.h"
@@ -14,7 +14,7 @@
 
 #include <string.h>
 
-/* Operations that a step of the elimination costs besides those that are counted. */
+/* The cost of a step of the elimination, in operations, in addition to the counted operations. */
 #define STEP_FLOPS 300.0
 
 /* From this number of coordinates on, few equations are solved faster with their links in the tree
@@ -88,7 +88,7 @@ static void order_by_depth(const planner *p) {
 
 static bool link_is_taken(const planner *p, int32_t link) { return !is_in_group(p, link) || p->a->step[link] >= 0; }
 
-/* How many more links are open if i is taken: i itself, minus those that close. */
+/* The change of the number of active links if i is taken: i opens, and other links may close. */
 static int32_t opening(const planner *p, int32_t i) {
     const kt_attach *a = p->a;
     const int32_t up = p->m->link[i].parent;
@@ -146,7 +146,7 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
         *best = c;
 }
 
-/* Among the links next to the active ones, takes the link after which the fewest links are active. If several are
+/* Among the neighbours of active links, takes the link after which the fewest links are active. If several are
  * equal, the link that the fewest other links need is taken, then the link next to that activated last. If a row forks,
  * one branch is thus ended before the other is begun. The number of active links is then the number of forks above each
  * other, not the number of branches. */
@@ -310,7 +310,7 @@ static double dense_flops(const planner *p) {
 
 /* ---- the plan ---------------------------------------------------------------------------------------------------- */
 
-/* Sorts the group's loops and links by the steps that complete them or use them last, and gives each active link a
+/* Sorts the group's loops and links by the steps that complete a loop or use a link last, and gives each active link a
  * slot. */
 static void write_steps(const planner *p, kt_front_plan *plan, const int32_t *order, int32_t first_loop) {
     kt_attach *a = p->a;
@@ -423,9 +423,9 @@ static void write_sizes(const kt_model *m, kt_front_plan *plan, int32_t count) {
     plan->count = used + shared_count(plan);
 }
 
-/* Determines at which steps equations may be delayed: those after which one is complete that its step does not need
- * at generic positions. A group that cannot move there may have been sampled in another assembly, and every step
- * counts. Returns whether there is such a step. */
+/* Determines at which steps equations may be delayed: the steps that complete an equation which the step does not need
+ * at generic positions. A group that cannot move may have been sampled in another assembly, so that every step counts.
+ * Returns whether such a step exists. */
 static bool find_equation_delays(kt_model *m, const kt_group *group, int rows) {
     const size_t first = (size_t)rows * m->n.front + (size_t)group->front.step;
     const int32_t *cap = m->front_cap + first;

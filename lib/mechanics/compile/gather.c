@@ -2,7 +2,7 @@
  *
  * The paths of a group are connected. If two paths share a link, their ancestors lie on one support (path to the
  * ground). The lower ancestor then lies on the other loop's path. Therefore a group has one parent link, which carries
- * all of it, and different groups have no coordinate in common.
+ * the whole group, and different groups have no coordinate in common.
  */
 #include "compile/attach.h"
 #include "compile/compile.h"
@@ -102,7 +102,8 @@ static void place_groups(kt_model *m) {
     }
 }
 
-/* Marks planar links whose accelerations other links need; those inside a group are computed all at once. */
+/* Marks planar links whose accelerations other links need; a group computes the accelerations of its links all at
+ * once. */
 static void mark_passing(kt_model *m) {
     for (size_t i = m->n.planar; i-- > 1;) {
         const kt_planar_link *link = &m->planar[i];
@@ -151,7 +152,7 @@ static size_t most_sides_of_islands(kt_attach *a, const kt_model *m) {
 }
 
 /* Finds the islands: joins groups with links on the same base. Numbers them, in the order of their first groups.
- * a->number becomes a group on each base, or -1. Overwrites the sets of links. */
+ * For each base, a->number becomes a group on this base, or -1. Overwrites the sets of links. */
 static void number_islands(kt_attach *a, kt_model *m) {
     for (size_t g = 0; g < m->n.group; g++)
         a->above[g] = (int32_t)g;
@@ -219,7 +220,7 @@ static void mark_link_nonlinear(kt_model *m, int32_t l) {
 }
 
 /* Marks the coordinates that only relations with constant coefficients have: motions, couplings, gears. The equations
- * of such coordinates are linear, so steps in them are exact at any length. */
+ * of such coordinates are linear, so that steps of any length are exact. */
 static void mark_linear_coordinates(kt_model *m) {
     for (size_t i = 0; i < m->n.group_v; i++)
         m->is_linear[i] = true;

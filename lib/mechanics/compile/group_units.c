@@ -2,22 +2,22 @@
  *
  * Which equations are independent is decided by comparing directions of A with each other. A gear of ratio R whose
  * second wheel is locked has the singular values R and 1 / R: beyond R = 1e5 the smaller one looks like rounding. In a
- * locked train of twelve stages of 50 the least direction is 4e-21 of the largest. Both are as regular as the unit
- * matrix if each wheel is measured by the angle that it turns while the others do. Such units e_i make the terms of
- * each coupling equal,
+ * locked train of twelve stages of ratio 50, the least direction is 4e-21 of the largest. The equations are as regular
+ * as the unit matrix if each wheel is measured by the angle that it turns while the others do. Such units e_i make the
+ * terms of each coupling equal,
  *
  *     log |c_i e_i| = log |c_j e_j|   for all i, j of a row,
  *
- * as in the scaling of Curtis & Reid (1972). The logarithms differ by constants along each row. Union-find with offsets
- * therefore satisfies all rows of a tree of couplings. A row that closes a cycle depends on the others, or locks them,
- * and is left out. The fastest wheel of a set keeps its natural unit, and the others have smaller ones.
+ * as in the scaling of Curtis & Reid (1972). The logarithms differ by constants along each row. Therefore union-find
+ * with offsets satisfies all rows of a tree of couplings. A row that closes a cycle depends on the others, or locks
+ * them, and is left out. The fastest wheel of a set keeps its natural unit, and all other wheels have smaller units.
  *
- * Only groups whose units differ by more than RATIO are scaled (`balanced`). In all others a direction of 1 / RATIO^2
- * is far above KT_RANK_TOLERANCE. Units are powers of two times the natural ones.
+ * Only groups whose units differ by more than RATIO are scaled (`balanced`). In all other sets, a direction of 1 /
+ * RATIO^2 is far above KT_RANK_TOLERANCE. Units are powers of two times the natural ones.
  *
  * Lengths in metres have the same effect. The rows of a weld on a free joint are [1 L; 0 1] with the mechanism's length
- * L, and their singular values are L and 1 / L. In rows and coordinates relative to L they are of the size 1. Dense
- * groups are therefore scaled, too, if L is beyond RATIO metres, or below 1 / RATIO.
+ * L, and their singular values are L and 1 / L. In rows and coordinates relative to L, the singular values are of the
+ * size 1. Dense groups are therefore scaled, too, if L is beyond RATIO metres, or below 1 / RATIO.
  */
 #include "compile/attach.h"
 #include "constraint/formula_row.h"
@@ -29,7 +29,7 @@
 #define RATIO 12.0
 #define MOST 500.0
 
-/* The root of a link's set; *exponent: the logarithm of the link's unit over that of the root. */
+/* The root of a link's set; *exponent: the logarithm of the link's unit over the root's unit. */
 static int32_t find_coupled(kt_attach *a, int32_t link, double *exponent) {
     double sum = 0.0;
     int32_t root = link;
@@ -73,7 +73,7 @@ static bool is_constant_coupling(const kt_loop_record *loop) {
     return !kt_loop_is_off(loop) && loop->term_count > 1 && !kt_has_formula_row(loop);
 }
 
-/* The logarithm of a term of a coupling, for a natural unit; minus infinity if it is zero. */
+/* The logarithm of a term of a coupling, for a natural unit; minus infinity if the term is zero. */
 static double term_size(const kt_model *m, const kt_term_record *term) {
     return log2(fabs(term->coefficient) * natural_unit(m, term->link));
 }
@@ -94,7 +94,7 @@ static void unite_coupled(kt_attach *a, const kt_model *m, const kt_loop_record 
     }
 }
 
-/* The logarithm of a link's unit over its natural one, a whole number. */
+/* The logarithm of a link's unit over its natural unit, a whole number. */
 static double balanced_exponent(kt_attach *a, int32_t link) {
     double exponent;
     const int32_t root = find_coupled(a, link, &exponent);

@@ -1,5 +1,5 @@
-/* Which loops are in the place of hard effects: stops, contacts, and friction that sticks (one_sided.c makes them).
- * They are the last loops of a description, in the order of the effects. */
+/* The loops that replace hard effects: stops, contacts, and friction that sticks (one_sided.c makes them).
+ * These loops are the last loops of a description, in the order of the effects. */
 #include "compile/one_sided.h"
 
 #include "effect/effect.h"

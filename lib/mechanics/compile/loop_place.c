@@ -61,7 +61,7 @@ void kt_loop_place_get(const kt_model *m, int loop, double *x) {
     kt_loop_place_write(r->frame[kt_loop_place_end(r)], x);
 }
 
-/* The rotation vector from the present frame to the new one, world axes. */
+/* The rotation vector from the present frame to the new frame, in world axes. */
 static kt_vec3 turn_to(const kt_pose *from, const kt_pose *to) {
     return kt_euler_vector_from_matrix(kt_mat3_multiply(to->rotation, kt_mat3_transpose(from->rotation)));
 }
@@ -102,7 +102,8 @@ static void turn_pair(double *x, double *y, double c, double s) {
     *x = turned;
 }
 
-/* Turns the equations from those of the compilation: equal places have equal bits, whatever the places before. */
+/* Turns the equations of the compilation, not the present equations. Thus equal positions give equal bits, whatever the
+ * earlier positions. */
 static void place_in_plane(kt_model *m, kt_loop_record *r, int end, const kt_pose *from, const kt_pose *to) {
     kt_planar_loop *flat = &m->planar_loop[r - m->loop];
     if (!flat->placed) {
@@ -134,7 +135,7 @@ void kt_loop_place_put(kt_model *m, int loop, const double *x) {
         place_in_plane(m, r, end, &from, &to);
 }
 
-/* The pose of a link in the world, from that of one of its bodies. */
+/* The pose of a link in the world, from the pose of one of its bodies. */
 static kt_pose link_pose(const kt_model *m, const kt_data *data, const kt_loop_record *r, int end) {
     return kt_pose_compose(kt_body_pose(m, data, r->body[end]), kt_pose_invert(m->body[r->body[end]].in_link));
 }

@@ -1,4 +1,4 @@
-/* Coordinates that move no mass and are held by springs and dampers, and the motions that belong to them.
+/* Coordinates that move no mass and are held by springs and dampers, and the corresponding motions.
  *
  * A joint whose articulated inertia is zero is found by mechanism_inertia.c; its coordinates w are given an armature of
  * 1 (dynamics/massless_recursion.c). In one motion w moves by 1 and no mass does. This is the response of that
@@ -36,7 +36,7 @@ static bool link_carries_body(const kt_model *m, size_t link, int body) {
     return at == (int32_t)link;
 }
 
-/* The body whose joint an effect names, perhaps one coordinate of it; 0: none. */
+/* The body whose joint an effect names, or a coordinate of this joint; 0: none. */
 static int body_of_joint(const kt_model *m, const char *name) {
     char joint[KT_WHERE_SIZE];
     if (name == NULL)
@@ -94,7 +94,7 @@ static kt_status reject_massless_joint(const kt_model *m, size_t k, const char *
         kt_joint_type_name((kt_joint_type)m->body[body].type), what, kt_body_name(m, body));
 }
 
-/* Their coordinates: those that have the armature without being given one. */
+/* The coordinates of massless links: coordinates with an armature that the description does not give. */
 static void list_massless_coordinates(kt_model *m, const kt_description *d) {
     size_t count = 0;
     for (size_t b = 1; b < m->n.body; b++) {
@@ -105,8 +105,8 @@ static void list_massless_coordinates(kt_model *m, const kt_description *d) {
     }
 }
 
-/* Writes n_w of coordinate k at q to f->motion; returns why it does not exist, or NULL. Gravity is switched off in the
- * model. */
+/* Writes n_w of coordinate k at q to f->motion; returns the reason if n_w does not exist, or NULL. Gravity is switched
+ * off in the model. */
 static const char *find_motion(const finder *f, size_t k) {
     const kt_model *m = f->model;
     memset(f->v, 0, m->n.v * sizeof *f->v);
@@ -120,7 +120,7 @@ static const char *find_motion(const finder *f, size_t k) {
     return NULL;
 }
 
-/* Generic positions: rotations of the initial ones by increments. */
+/* Generic positions: the initial positions, changed by increments. */
 static void move_to_variant(const finder *f, int variant) {
     const kt_model *m = f->model;
     for (size_t i = 0; i < m->n.v; i++) {

@@ -2,11 +2,11 @@
  * freedom, and loops within one rigid part.
  *
  * If a degree of freedom has no inertia at the initial and at generic positions, its acceleration can never be
- * computed. Links are judged from the tips of the tree to the ground. A link that carries a link without inertia is not
- * judged: the inertia of the latter may be all that is missing there. A link that carries an end of a loop is not
- * judged either, as the loop may constrain or drive it. An inertia that is then still missing is found when the
- * mechanism moves. If effects act on a link without inertia, its motion follows from the balance of their forces
- * (massless.c). Such a link is given armature, and the tree is judged again.
+ * computed. Links are tested from the tips of the tree to the ground. A link that carries a link without inertia is not
+ * tested, because only the inertia of the carried link may be missing. A link that carries an end of a loop is not
+ * tested either, because the loop may constrain or drive the link. An inertia that is then still missing is found when
+ * the mechanism moves. If effects act on a link without inertia, its motion follows from the balance of their forces
+ * (massless.c). Such a link is given armature, and the tree is tested again.
  */
 #include "base/pool.h"
 #include "compile/attach.h"
@@ -42,7 +42,7 @@ static void generic_positions(const kt_model *m, int variant, double *q) {
     }
 }
 
-/* Excludes the links from this one to the ground from judgement. */
+/* Excludes the links from this link to the ground from the test. */
 static void leave_unknown(const kt_model *m, int32_t link, unsigned char *verdict) {
     for (int32_t i = link; i > 0; i = m->link[i].parent)
         verdict[i] = KT_INERTIA_UNKNOWN;
@@ -92,7 +92,7 @@ static void end_trial(trial *t) {
     kt_pool_free(t->pool.chunks);
 }
 
-/* Judges the tree at all positions. */
+/* Tests the tree at all positions. */
 static void judge_tree(trial *t, const kt_model *m, const kt_description *d) {
     size_t found = 1;
     memset(t->moves, 0, 2 * m->n.link * sizeof *t->moves);
@@ -109,8 +109,8 @@ static void judge_tree(trial *t, const kt_model *m, const kt_description *d) {
     }
 }
 
-/* Gives armature to the links that have no inertia and follow from the balance of forces. Returns whether there are
- * some. Next to a mass of 1e16 even that armature is negligible. */
+/* Gives armature to the links that have no inertia and follow from the balance of forces. Returns whether such links
+ * exist. Compared with a mass of 1e16, even this armature is negligible. */
 static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) {
     bool any = false;
     for (size_t i = 1; i < m->n.link; i++)

@@ -8,9 +8,9 @@
  *     joint_friction q' = 0, that sticks                       rates of one joint
  *     contact        s = 0, whose friction sticks              rolling of a ball, or of a disc without its contact row
  *
- * Such a loop is switched: it is in a model while it is closed (sticks). The effect itself is off in all models, and
- * keeps its index. If the loop or its effect is switched off, the loop is released at first. Friction of a joint is
- * released with both of its switches (compile/variants.c).
+ * Such a loop is switched: a model contains the loop while the loop is closed (sticks). The effect itself is off in all
+ * models, and keeps its index. If the loop or its effect is switched off, the loop is released at first. Friction of a
+ * joint is released with both of its switches (compile/variants.c).
  */
 #include "compile/one_sided.h"
 
@@ -36,7 +36,7 @@ typedef struct hard_parts {
     int loops, made; /* in all; of these, those of effects */
 } hard_parts;
 
-/* The slot of a name, or a free one where it belongs. */
+/* The slot of a name, or the empty slot for the name. */
 static size_t slot_of_name(const hard_parts *p, const char *name) {
     const uint64_t hash = kt_sum_add_text(KT_SUM_START, name);
     size_t slot = (size_t)(hash ^ hash >> 32) & (p->slots - 1);

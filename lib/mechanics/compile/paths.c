@@ -37,7 +37,7 @@ int32_t kt_attach_ancestor(const kt_attach *a, int32_t i, int32_t j) {
     return low;
 }
 
-/* The highest link that paths have joined with i, one by one. */
+/* The highest link that paths have joined with i. */
 static int32_t top_of(kt_attach *a, int32_t i) {
     while (a->top[i] != i)
         i = a->top[i] = a->top[a->top[i]];
@@ -122,7 +122,8 @@ bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
 
 /* Returns the length of a loop, once around, at the initial positions. Points on the ground count by their distance
- * from `origin`. If `exactly`, the length is summed link by link; if not, it may differ by rounding errors. */
+ * from `origin`. With `exactly`, the length is summed link by link; otherwise the length may differ by rounding
+ * errors. */
 static double length_of_loop(const kt_attach *a, const kt_loop_record *r, kt_vec3 origin, bool exactly) {
     double length = fabs(r->curve.a); /* of a distance loop */
     for (int k = 0; k < 2; k++) {

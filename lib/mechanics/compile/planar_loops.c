@@ -1,8 +1,8 @@
 /* Loops between planar trees: the trees that they connect, and their equations in the plane.
  *
- * Planar motion does not change the equations of a loop out of the plane, so they must hold at q = 0 already, within
- * rounding. The directions of the ends' axes are compared relative to n; they are transformed by one rotation more than
- * those of joints (find_planar.c). Heights are compared relative to the distance from the world's origin along the
+ * Planar motion does not change the equations of a loop out of the plane, so that these equations must hold at q = 0
+ * already, within rounding. The directions of the ends' axes are compared relative to n, with one rotation more than
+ * the axes of joints (find_planar.c). Heights are compared relative to the distance from the world's origin along the
  * joints (reach). If these equations do not hold, the loop may not close at all. The spatial kernels, which then
  * compute the trees, report that.
  */
@@ -24,7 +24,7 @@ static int32_t ordered_body_named(const kt_ordered *o, const char *name) {
     return i < 0 ? GROUND : o->body_of[i];
 }
 
-/* The number of bodies that a loop connects, and the k-th of them. */
+/* The number of bodies that a loop connects, and the k-th of these bodies. */
 static int connected_count(const kt_loop *loop) {
     return kt_loop_is_relation(loop->type) ? kt_loop_term_count(loop) : 2;
 }

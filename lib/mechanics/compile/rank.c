@@ -3,9 +3,9 @@
  * Off the manifold redundant equations seem independent (Bricard's five of rank four). At singular positions
  * independent equations seem redundant. Therefore ranks are determined at several generic positions on the manifold,
  * and the largest counts. Equations whose rows and residuals vanish at all of them (the out-of-plane ones of a planar
- * loop) are void and are not evaluated again. If some of the other equations are redundant, a choice is made at the
- * position with the largest last direction. The chosen equations get a weight, by which they are chosen everywhere,
- * unless they are much shorter there (group.h).
+ * loop) vanish everywhere, and are not evaluated again. If other equations are redundant, independent equations are
+ * chosen at the position with the largest last direction. The chosen equations get a weight, so that the same choice is
+ * made everywhere, unless the rows are much shorter at another position (group.h).
  */
 #include "base/aligned.h"
 #include "compile/rank_samples.h"
@@ -17,8 +17,8 @@
 
 KT_ARENA_ARRAYS(place_rank_samples, kt_rank_samples, KT_RANK_SAMPLES_FIELDS, const kt_counts *n)
 
-/* Assigns slots to the nontrivial equations of a group, in their order, those with a residual first. The others get
- * -1. */
+/* Assigns slots to the nontrivial equations of a group, in their order, equations with a residual first. All other
+ * equations get -1. */
 static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *nontrivial) {
     kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -46,7 +46,7 @@ static void resolve_rank(kt_group *group, int rows, double least, double toleran
     group->tolerance[rows] = tolerance;
 }
 
-/* Sets the initial values: all equations count, and ranks are as large as they can be. */
+/* Sets the initial values: all equations count, and ranks are as large as possible. */
 static void begin_ranks(kt_model *model, kt_data *data, bool *nontrivial) {
     kt_violation violation;
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.row; i++)
@@ -105,8 +105,8 @@ static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_sam
 }
 
 /* Fronts choose among the equations of a step and the delayed equations of earlier steps. Without weights all equations
- * are delayed as far as possible, so that dependent equations are compared at the same step. The equations chosen there
- * get the weight. */
+ * are delayed as far as possible, so that dependent equations are compared at the same step. The equations chosen at
+ * this step get the weight. */
 static kt_status choose_among_delayed(kt_model *model, kt_rank_samples *found, kt_error *error) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     const double *q = found->q + 2 * model->n.q;
@@ -134,7 +134,7 @@ static kt_status choose_among_delayed(kt_model *model, kt_rank_samples *found, k
     return status;
 }
 
-/* Opens LAPACK if a group is so large that its factorisation calls it; an error names the group's first loop. */
+/* Opens LAPACK if a group is so large that its factorisation calls LAPACK; an error names the group's first loop. */
 static kt_status open_lapack(const kt_model *model, kt_error *error) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];

@@ -1,6 +1,6 @@
 /* Constraint groups whose equations repeat each other except for the rounding of their data.
  *
- * Such a group closes at no position but the given one. The loops of such a group are corrected to the last digit, or
+ * Such a group closes only at the given position. The loops of such a group are corrected to the last digit, or
  * the group counts as closed up to a disagreement. Both only count if the mechanism then moves. */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"
@@ -12,10 +12,10 @@
 /* The factor by which motion may increase a disagreement that samples show. */
 #define DISAGREEMENT_GROWTH 30.0
 
-/* Whether a displacement of a group stays when the loops are closed after it. The displacement is one that the
+/* Whether a displacement of a group remains after the loops are closed again. The displacement is one that the
  * equations allow at the base, by a share of their units. Equations that repeat each other leave the motion. The
- * equations of a linkage that is stretched and out of reach by a little allow it to first order alone; closing then
- * undoes it. */
+ * equations of a stretched linkage that is slightly out of reach allow the motion only to first order, so that closing
+ * the loops reverses the displacement. */
 static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const double *base, kt_rank_samples *found) {
     static const double share = 0.03;
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -58,8 +58,8 @@ static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const d
     return true;
 }
 
-/* Notes the groups that close neither in a sample nor from the given position: those that do are hard to sample, and
- * their equations agree. */
+/* Marks the groups that close neither in a sample nor from the given position. A group that closes from the given
+ * position is only hard to sample, and its equations agree. */
 static void note_open_groups(kt_model *model, kt_data *data, kt_rank_samples *found) {
     model->disagreement = 0.0;
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
@@ -113,8 +113,8 @@ static bool group_moves(kt_model *model, kt_data *data, size_t g, const double *
     return found->sampled[g] && motion_stays(model, data, g, base, found);
 }
 
-/* Whether a group that nothing drives closes in places where it does not move, as one does whose equations repeat each
- * other except for rounding. */
+/* Whether a group without a drive closes only at isolated positions, like a group whose equations repeat each other
+ * except for rounding. */
 static bool is_locked(const kt_model *model, size_t g, const kt_rank_samples *found) {
     const kt_group *group = &model->group[g];
     for (int i = 0; i < group->loop_count; i++)

@@ -1,11 +1,11 @@
 /* The structural rank of groups with loops that close anywhere: footholds.
  *
- * The place of a loop's end on the world may be moved to where its other end is (loop_place.c). The loop is then
- * switched on there. The place of the description is one of many. That place may be out of reach: a hinge at the
- * origin, whose tip a pin holds at the origin. Or it is special: two legs of equal length from one hip, whose feet are
- * pinned at the same point, have three independent equations there, and four elsewhere. Therefore such loops are closed
- * at generic positions of the mechanism, too, with their places moved there. The largest rank counts, as for other
- * samples.
+ * A program may move the end of a loop on the world to the position of the other end (loop_place.c), and then switch
+ * the loop on. The place of the description is one of many. The compiled position may be out of reach: a hinge at the
+ * origin, whose tip a pin holds at the origin. Or the position is special: two legs of equal length from one hip, with
+ * both feet pinned at the same point, have three independent equations, but four at other positions. Therefore such
+ * loops are also closed at generic positions of the mechanism, with their ends moved to these positions. The largest
+ * rank counts, as for other samples.
  *
  * Loops that are on at first, groups that a switch closes in the given positions, and models whose parameters cannot be
  * set have their places in the description. Such models keep its rank: at all other places, Bennett's linkage is rigid.
@@ -32,7 +32,7 @@ typedef struct place_samples {
     kt_pose *pose;
 } place_samples;
 
-/* Whether the loop is closed where its ends coincide, and its place may be set before it is switched on. */
+/* Whether coinciding ends close the loop, and a program may set the loop's place before the loop is switched on. */
 static bool closes_anywhere(const kt_loop_record *r) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
     bool closes = r->comes && !kt_loop_is_off(r) && kt_loop_place_end(r) >= 0;
@@ -41,7 +41,7 @@ static bool closes_anywhere(const kt_loop_record *r) {
     return closes;
 }
 
-/* Marks the groups with such loops that are open in the given positions; returns whether there are any. */
+/* Marks the groups with such loops that are open in the given positions; returns whether such groups exist. */
 static bool mark_places(const kt_model *model, kt_data *data, bool *placed) {
     bool any = false;
     kt_violation violation;

@@ -1,7 +1,7 @@
 /* The structural rank of each constraint group at several positions, near the given one, at which its loops close.
  *
- * The positions are displaced by generic steps, and closed again. At each one, the equations are factored. The largest
- * rank counts. */
+ * The positions are displaced by generic steps, and closed again. At each position, the equations are factored. The
+ * largest rank counts. */
 #include "compile/rank_samples.h"
 
 #include "assembly/levenberg_marquardt.h"
@@ -35,8 +35,8 @@ static void note_nontrivial(const kt_model *model, const kt_group *group, const 
     }
 }
 
-/* The same for a group that is reduced by fronts, whose A is not at hand: A x for some generic x. (The generic
- * numbers alone would not do: the differences between them repeat.) */
+/* The same for a group that is reduced by fronts, whose A is not stored as a matrix: tests A x for some generic x. (The
+ * generic numbers alone would not do: the differences between them repeat.) */
 static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];
@@ -55,8 +55,8 @@ static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g
     }
 }
 
-/* Marks the equations that depend on time, too: if no motion can satisfy one, that is reported at the time when it
- * happens. */
+/* Marks the equations that depend on time, too: if no motion can satisfy such an equation at some time, the run reports
+ * this at that time. */
 static void note_driven(const kt_model *model, const kt_group *group, bool *nontrivial) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
@@ -65,8 +65,8 @@ static void note_driven(const kt_model *model, const kt_group *group, bool *nont
     }
 }
 
-/* Stores the largest rank so far, and for it the largest size of the last direction; returns whether this sample has
- * them. */
+/* Stores the largest rank so far, and for this rank the largest size of the last direction; returns whether this sample
+ * has both. */
 static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
     if (rank < *most || (rank == *most && !(last > *usual)))
         return false;
@@ -127,8 +127,8 @@ static bool all_close(const kt_model *model) {
     return true;
 }
 
-/* Factors the equations, those to be closed before all, which may be the same. Returns false if a number is not
- * finite. */
+/* Factors the equations, first the equations to be closed, then all equations, unless both sets are equal. Returns
+ * false if a number is not finite. */
 bool kt_rank_factor(const kt_model *model, kt_data *data, int rows) {
     return (rows == KT_ROWS_ALL && all_close(model)) || model->group_kernels->factor(model, data, (kt_rows)rows, false);
 }
@@ -139,8 +139,8 @@ bool kt_rank_is_closed(const kt_model *model, const kt_data *data, size_t g) {
     return kt_group_is_closed(model, data, g, model->q0, KT_CLOSED_STEP);
 }
 
-/* Evaluates the groups that are closed at q. If not `closed`, evaluates the groups that no sample found closed.
- * These groups do not close, which assembly reports later; only the given position is available for them. */
+/* Evaluates the groups that are closed at q. Without `closed`, evaluates the groups that no sample found closed, for
+ * which only the given position is available. Assembly later reports that these groups do not close. */
 void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool closed, kt_rank_samples *found) {
     const kt_reduction_kernels *kernels = model->group_kernels;
     kt_violation violation;
@@ -177,7 +177,7 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
     }
 }
 
-/* Reduces the displacements of the groups by fronts that have not closed; returns whether there are any. In a long
+/* Reduces the displacements of the groups by fronts that have not closed; returns whether such groups exist. In a long
  * chain small rotations add up to large gaps, from which hundreds of steps may not lead back. */
 static bool shrink_displacements(const kt_model *model, kt_data *data, double *fraction) {
     bool any = false;
@@ -254,10 +254,10 @@ static bool is_bounded(const kt_model *model, size_t g) {
     return any;
 }
 
-/* Evaluates the groups that no sample found closed at generic positions next to the given one. Only groups with a
+/* Evaluates the groups that no sample found closed at generic positions near the given position. Only groups with a
  * loop that bounds one side are evaluated. A drive may bring such a loop to its bound later. For example, a rope
- * hangs straight down on a cart and is stretched when the cart moves away. The given position may be singular, and
- * so may every position that comes nearest to closing the loop: there A' g = 0, with g the gaps. */
+ * hangs straight down on a cart and is stretched when the cart moves away. The given position may be singular, and so
+ * may every position that comes nearest to closing the loop, since A' g = 0 at such a position, with the gaps g. */
 void kt_rank_sample_bounds(kt_model *model, kt_data *data, kt_rank_samples *found) {
     double *q = found->q + model->n.q;
     memcpy(found->seen, found->sampled, model->n.group * sizeof *found->seen);

@@ -5,8 +5,8 @@
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
-/* The body of a joint that has this coordinate: in absolute coordinates those of several have become loops of the same
- * name. */
+/* The body of a joint that has this coordinate: in absolute coordinates, joints of several coordinates have become
+ * loops of the same name. */
 static int coordinate_body_of(const kt_model *m, const char *text, kt_coordinate_name name) {
     int body = kt_joint_index(m, text);
     for (size_t i = 1; body < 0 && name.has_index && i < m->n.body; i++) {
@@ -26,7 +26,7 @@ static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joi
     return c;
 }
 
-/* The k-th link of a joint is that of its coordinate k. */
+/* The k-th link of a joint belongs to its coordinate k. */
 static int32_t component_link_of(const kt_model *m, int body, int component) {
     return kt_attach_link_of_velocity(m, m->body[body].link, m->body[body].v + component);
 }
@@ -39,7 +39,7 @@ int32_t kt_attach_joint_link(const kt_model *m, const char *joint) {
     return component_link_of(m, coordinate_body_of(m, joint, name), name.k);
 }
 
-/* The loop in a coordinate of which an effect acts; NULL: it does not. */
+/* The loop in a coordinate of which an effect acts; NULL: the effect acts in no loop. */
 static const kt_loop *coordinate_loop_of(kt_attach *a, const kt_effect *effect) {
     if (kt_effect_end_count(effect) > 0)
         return NULL;
@@ -65,7 +65,7 @@ static double cosine_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
 }
 
 /* Returns the factor with which a link's angle counts in an angle about an axis. The factor is 1 or -1 if the link's
- * axis is parallel. The factor is 0 if the link does not rotate, and NAN if it rotates otherwise. */
+ * axis is parallel. The factor is 0 if the link does not rotate, and NAN if the link rotates about another axis. */
 static double turns_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
     const kt_motion motion = (kt_motion)a->tree->link[link].motion;
     if (motion == KT_MOTION_PRISMATIC)
@@ -150,7 +150,7 @@ void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_eff
     r->link[0] = component_link_of(m, c.body, c.component);
 }
 
-/* The angle in the given positions is within half a turn, and is counted from there. */
+/* The angle in the given positions is within half a turn, and is counted from this value. */
 void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, size_t *term) {
     kt_relative_record *relative = &r->relative;
     const kt_loop *loop = &a->description->loops[relative->loop];

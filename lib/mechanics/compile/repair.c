@@ -1,21 +1,21 @@
 /* Redundant equations are a property of lengths and directions: a parallelogram with a second coupler moves because
- * three pairs of lengths are equal. If the data are rounded, the lengths differ and the loops close nowhere. If the
- * data stayed as they are, some of the equations would have to be dropped. This fails when the bars lie in line and
- * another motion branches off: the kept equations lead into this motion, and the dropped ones forbid it.
+ * three pairs of lengths are equal. If the data are rounded, the lengths differ and the loops close nowhere. Without a
+ * correction of the data, some equations would have to be dropped. This fails when the bars lie in line and another
+ * motion branches off, because the remaining equations lead into this motion, which the dropped equations forbid.
  *
  * So the data are corrected instead, below the tolerance: the ends x of the loops are moved by p so that
  *     W_s' phi(q_s, x + p) = 0     at many positions q_s
  * where W spans the directions that no motion closes: W' A = 0, A = phi_q. With B = phi_x, p is found from
  *     W_s' (phi_s + B_s p) = 0,
- * in the sense of least squares and damped, so that p is the least such correction. Then the q_s close again as far as
- * they can, and the two steps are repeated. There are more equations than corrections. If they still have a solution,
- * the mechanism is redundant except for its data.
+ * in the sense of least squares and damped, so that p is the least such correction. Then the q_s are closed again as
+ * far as possible, and the two steps are repeated. The equations outnumber the corrections. If a solution exists
+ * nevertheless, the mechanism is redundant except for its data.
  *
  * Generic positions do not suffice. Let a, b be the angles of the cranks, u = a - b, s = a + b. A parallelogram whose
- * lengths are off by d requires u (s - k u) = d. Two of them agree to first order in d if d is equal in both: u = d / s
- * closes both except for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a position is
- * one more q_s. The position is found along the motion: the smallest direction of A is lost there, and the rows of that
- * direction vanish. W has one direction more at this position.
+ * lengths are off by d requires u (s - k u) = d. Two such equations agree to first order in d if d is equal in both: u
+ * = d / s closes both except for d^2. Only a position with the bars in line, s = 0, shows the difference. Such a
+ * position is an additional q_s. A search along the motion finds this position, at which the smallest direction of A
+ * and its rows vanish. W has one direction more at this position.
  */
 #include "compile/rank_samples.h"
 
@@ -286,8 +286,8 @@ static void least_step(const repair *u, int count, double *x) {
     }
 }
 
-/* Closes the directions that motions close, as far as rounding permits, and decomposes A there. A search would
- * follow the motion to the position at which the loops disagree least. */
+/* Closes the directions that motions close, as far as rounding permits, and decomposes A at this position. A search
+ * would follow the motion to the position at which the loops disagree least. */
 static bool close_at(const repair *u, double *q) {
     enum { STEPS_OF_CLOSING = 12 };
     double before = (double)INFINITY, *x = u->row;
@@ -380,9 +380,9 @@ static bool is_redundant(const repair *u) {
     return closed;
 }
 
-/* Finds a position at which the loops close except for their disagreement, and no direction is small. The best of some
- * positions around the base is taken, from which a search leads there. Returns false if there is none, or the degrees
- * of freedom are not one. */
+/* Finds a position at which the loops close except for their disagreement, and no direction is small. Of several
+ * positions around the base, from which a search leads to such a position, the best is used. Returns false if none is
+ * found, or if the group does not have one degree of freedom. */
 static bool find_start(const repair *u, const double *base, double *q) {
     static const double size[] = {0.0, 0.15, 0.3, 0.6, 1.2};
     double best = 10.0 * NO_DIRECTION;
@@ -402,8 +402,8 @@ static bool find_start(const repair *u, const double *base, double *q) {
     return best > 10.0 * NO_DIRECTION;
 }
 
-/* Follows the motion from q, in one sense, and takes positions for generic ones until there are `most`. Goes on until a
- * direction is lost; that position is left in q. Returns whether a direction is lost. */
+/* Follows the motion from q, in one sense, and collects up to `most` positions as generic positions. Continues until a
+ * direction vanishes, and leaves this position in q. Returns whether a direction is lost. */
 static bool follow_repaired_motion(repair *u, double sense, int most, double *q) {
     double usual = 0.0, *before = u->before;
     for (int step = 0; step < STEPS; step++) {
@@ -461,8 +461,8 @@ static double open_at(const repair *u) {
     return open;
 }
 
-/* First at generic positions alone; then with those in which a direction is lost, if corrections as small as the
- * tolerance can lose it. */
+/* First uses generic positions alone. Then adds positions in which a direction vanishes, if corrections below the
+ * tolerance can make a direction vanish. */
 static bool repair_group_rows(repair *u, const double *base) {
     const size_t nq = u->model->n.q;
     double *start = u->q + (GENERIC + FLAT) * nq, *q = start + nq;

@@ -1,7 +1,8 @@
 /* Parameters (kinetree/model.h): finding them by name, and setting them in copies of a model.
  *
- * A copy is a model like any other, so a set number only has to go where the compiler would have put it. The recursions
- * read bodies by way of their links, whose inertias are summed again; a planar link is projected again.
+ * Since a copy is a model like any other, setting a number means writing it to the position at which the compiler would
+ * write it. The recursions read bodies by way of their links, whose inertias are summed again; a planar link is
+ * projected again.
  */
 #include "compile/compile.h"
 #include "compile/find_planar.h"
@@ -72,7 +73,8 @@ static const char *effect_name_at(const kt_model *m, size_t i) {
 static const char *loop_name(const kt_model *m, size_t i) { return m->text + m->loop[i].name; }
 static const char *body_name(const kt_model *m, size_t i) { return i ? m->text + m->body[i].name : NULL; }
 
-/* The index of a name among `count` names, the first of which is `first`; or -1 after an error with the nearest one. */
+/* The index of a name among `count` names, the first of which is `first`; or -1 after an error with the nearest
+ * name. */
 static int find_item(const kt_model *m, const char *what, const char *name,
                      const char *(*name_of)(const kt_model *m, size_t i), size_t count, kt_error *error) {
     for (size_t i = 0; i < count; i++)
@@ -283,8 +285,7 @@ static void get_parameter(const kt_model *model, const kt_parameter *parameter, 
     }
 }
 
-/* The model in which a parameter has its numbers: those of a loop that is off are those of the models in which it is
- * on. */
+/* The model in which a parameter has its numbers: for a loop that is off, a model in which the loop is on. */
 static const kt_model *model_with(const kt_model *model, const kt_parameter *parameter) {
     const bool off = parameter->kind >= KT_PARAMETER_LOOP_CURVE && kt_loop_is_off(&model->loop[parameter->item]);
     return off ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : model;
@@ -343,7 +344,7 @@ bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter) {
     }
 }
 
-/* The rules of a description, for the body or the joint as it would be. */
+/* The rules of a description, for the body or the joint after the change. */
 static kt_status check_body(const kt_model *m, const kt_parameter *parameter, const double *x, kt_error *error) {
     const kt_body_record *record = &m->body[parameter->item];
     kt_body body = kt_body_default();
@@ -379,7 +380,7 @@ static kt_status check_body(const kt_model *m, const kt_parameter *parameter, co
     return kt_checker_result(&checker, error);
 }
 
-/* The rules of a description, for the effect as it would be: those of the key, and those that hold between numbers. */
+/* The rules of a description, for the effect after the change: rules of the key, and rules between numbers. */
 static kt_status check_changed_effect(const kt_model *m, const kt_parameter *parameter, const double *x,
                                       kt_error *error) {
     const kt_effect standard = kt_effect_default();

@@ -1,9 +1,9 @@
-/* The models of a description whose loops or effects are switched: one for each set of those that are on.
+/* The models of a description whose loops or effects are switched: one model for each set of active items.
  *
  * These sets are 2^n models of n loops and effects that the caller switches. Contacts with more than a few switches
- * (kt_model_options.contact_switches) are masked. For each set of the other switches there is then a model with all
- * contacts open, and one with all of them closed. The time and the memory of both grow with the number of contacts. A
- * simulation makes the models of the sets between from the second one (contact/mask.h), whose groups are dense.
+ * (kt_model_options.contact_switches) are masked. Then each set of the other switches has two models: all contacts
+ * open, and all contacts closed. The time and the memory of both grow with the number of contacts. A simulation derives
+ * all other sets from the second model (contact/mask.h), whose groups are dense.
  *
  * Each model is compiled separately, from the description in which the others are off. Constraint groups, their ranks
  * and forms, and the planes of trees follow from the loops that are on. A model is therefore as fast as one that never
@@ -24,9 +24,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Hard stops and contacts (compile/one_sided.c) are off in all models. Friction that sticks has two switches: that of
- * its loop, and that of the effect, which means that the joint slips backwards. If only the loop's switch is on,
- * friction sticks, and the effect is off. If both are on, friction is released, and the loop is off, too. */
+/* Hard stops and contacts (compile/one_sided.c) are off in all models. Friction that sticks has two switches: the
+ * switch of its loop, and the switch of the effect, which means that the joint slips backwards. If only the loop's
+ * switch is on, friction sticks, and the effect is off. If both are on, friction is released, and the loop is off,
+ * too. */
 static kt_switching switching_of(const kt_effect *effect) {
     if (kt_effect_sticks(effect))
         return effect->switching == KT_SWITCHED_OFF ? KT_SWITCHED_ON : KT_SWITCHED_OFF;
@@ -76,7 +77,8 @@ static void add_variant_switch(compilation *c, kt_switch item, kt_switching swit
     c->item[c->switches.count++] = item;
 }
 
-/* Whether a loop belongs to a contact: it bounds a side, or is a contact's friction that sticks (compile/one_sided.c).
+/* Whether a loop belongs to a contact: the loop bounds a side, or is a contact's sticking friction
+ * (compile/one_sided.c).
  * */
 static bool is_contact(const compilation *c, int loop) {
     return c->loops[loop].side != KT_SIDE_NONE ||
@@ -122,7 +124,7 @@ static kt_status mask_contacts(compilation *c, const kt_model_options *options, 
     return KT_OK;
 }
 
-/* Lists the switches of loops, of contacts alone or of the others alone if those are told apart. */
+/* Lists the switches of loops, on request only of contacts, or only of all other loops. */
 static void add_loop_switches(compilation *c, const kt_description *d, bool apart, bool contacts) {
     for (int i = 0; i < d->loop_count; i++)
         if (!apart || is_contact(c, i) == contacts)
@@ -140,7 +142,7 @@ static kt_status reject_released(const compilation *c, const kt_description *d, 
     return KT_OK;
 }
 
-/* Lists all switches. If contacts share bits, they come last. */
+/* Lists all switches. Contacts that share bits come last. */
 static kt_status list_switches(compilation *c, const kt_description *d, int count, kt_error *error) {
     const bool shares = count > KT_SWITCH_BITS;
     c->switches.own = count;
@@ -210,7 +212,7 @@ static const char *switch_name_of(const compilation *c, int k) {
     return name ? name : "";
 }
 
-/* Adds to an error the names of the items that are switched off in the model that it concerns. */
+/* Adds to an error the names of the items that are switched off in the model that the error concerns. */
 static kt_status reject_variant(const compilation *c, uint64_t set, const kt_error *from, kt_error *error) {
     char text[256] = "";
     size_t used = 0;
@@ -224,7 +226,7 @@ static kt_status reject_variant(const compilation *c, uint64_t set, const kt_err
                      : kt_error_set(error, from->code, from->where, "with %s switched off: %s", text, from->message);
 }
 
-/* A contact with friction: while it is closed and does not stick it slips. */
+/* Sets whether a contact with friction slips: while it is closed and does not stick. */
 static void set_slipping_contact(const compilation *c, int32_t stick, int effect, kt_model *model) {
     kt_loop_record *loop = c->contact[effect] >= 0 ? &model->loop[c->contact[effect]] : NULL;
     if (loop == NULL)
@@ -313,7 +315,8 @@ static kt_status compile_one_set(compilation *c, const kt_model_options *options
     return status == KT_OK ? KT_OK : reject_variant(c, set, &from, error);
 }
 
-/* Springs that start unstretched take their lengths from the model of the initial set; the other models copy them. */
+/* Springs that start unstretched take their lengths from the model of the initial set; the other models copy these
+ * lengths. */
 static void share_lengths(const compilation *c, kt_model *to) {
     const kt_model *from = c->model[kt_switches_index(&c->switches, c->initial)];
     const size_t count = from->n.effect + from->n.effect_off;
@@ -323,7 +326,7 @@ static void share_lengths(const compilation *c, kt_model *to) {
         to->effect[i].length = from->effect[c->place[to->effect[i].source]].length;
 }
 
-/* Bytes of the data: of a mask, in which any contacts may slip, those of all of them. */
+/* Bytes of the data: for a mask, in which any contacts may slip, the bytes for all contacts. */
 static size_t data_size_of(const compilation *c, const kt_model *model) {
     kt_model slipping = *model;
     if ((model->set & c->switches.masked) == 0)

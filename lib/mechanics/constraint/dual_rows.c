@@ -1,9 +1,9 @@
 /* Derivatives of the forces and of the equations of loops with respect to the state, one direction at a time
  * (support.h).
  *
- * A loop's equations depend only on the motion of its second end relative to the first. The equations thus depend on
- * the degrees of freedom between the link that carries both, taken to be at rest, and the ends. The derivatives of its
- * rows give those of
+ * A loop's equations depend only on the motion of its second end relative to the first. Thus the equations depend on
+ * the degrees of freedom between the ends and the link that carries both ends, which counts as at rest. The derivatives
+ * of the loop's rows give those of
  *     phi'' = A a - b''
  *     W = sum lambda_r (moment_r + x_2 x force_r, force_r)
  * where W is the wrench on the second end; the first end receives the opposite. The derivatives of
@@ -47,7 +47,7 @@ static void write_accelerations(const kt_loop_end end[2], const kt_loop_row *row
         e[r] = kt_derivative_of(rows[r].drift + kt_dot(rows[r].moment, alpha) + kt_dot(rows[r].force, linear));
 }
 
-/* Those of A v. */
+/* Writes the rates of the rows, and the derivatives of A v. */
 static void write_row_rates(const kt_loop_end end[2], const kt_loop_row *rows, int count, double *c) {
     const kt_vector apart = end[1].point - end[0].point, omega = end[1].omega - end[0].omega;
     const kt_vector velocity = end[1].velocity - end[0].velocity - kt_cross(end[0].omega, apart);
@@ -95,8 +95,8 @@ static const double *weights_of(const double *weight, const kt_loop_record *loop
     return weight ? weight + loop->equation : NULL;
 }
 
-/* The derivative of lambda . J p along degree of freedom k, from the wrenches of lambda: the rates p times those of the
- * joint forces. */
+/* The derivative of lambda . J p along degree of freedom k, from the wrenches of lambda: the rates p times the
+ * derivatives of the joint forces. */
 static double differentiate_power(const kt_support *w, int32_t k, const kt_end_wrench wrench[2], const double *p) {
     double sum = 0.0;
     for (int32_t i = 0; i < w->count; i++)

@@ -1,7 +1,7 @@
 /* The formula f of a coupling: phi = c . q + f(q) - offset, with
  *     phi' = (c_k + f_k) v_k,   phi'' = (c_k + f_k) a_k + f_kl v_k v_l
- * so that f_kl v_k v_l is the drift. Derivatives along a line q + s x are exact (kt_expression_taylor); of two lines
- * they give the mixed ones,
+ * so that f_kl v_k v_l is the drift. Derivatives along a line q + s x are exact (kt_expression_taylor); derivatives
+ * along two lines give the mixed derivatives,
  *     2 f_kl = D2(e_k + e_l) - D2(e_k) - D2(e_l),   D2(x) = f_kl x_k x_l
  * and third derivatives likewise (kt_expression_third) those of the drift, with any s,
  *     6 s f_jkl v_k v_l = D3(v + s e_j) - D3(v - s e_j) - 2 D3(s e_j)
@@ -18,7 +18,7 @@ static const kt_link *term_link_of(const kt_model *model, const kt_loop_record *
     return &model->link[model->term[loop->term + k].link];
 }
 
-/* The coordinates of the terms, out of those of all joints. */
+/* Copies the coordinates of the terms from the coordinates of all joints. */
 static void gather_terms(const kt_model *model, const kt_loop_record *loop, bool of_positions, const double *from,
                          double to[MOST]) {
     for (int k = 0; k < loop->term_count; k++) {

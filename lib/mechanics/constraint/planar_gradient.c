@@ -7,11 +7,11 @@
  *   along e      phi' = e . d' + w1 J e . d,   phi'' = e . d'' + 2 w1 J e . d' + (alpha1 J e - w1^2 e) . d
  *   of theta     phi' = s w,   phi'' = s alpha + s' w^2          w, alpha: of end 2 against end 1; s = d phi / d theta
  *   distance     phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r
- * these give the gradients by d, d'_f, d', d'', by the angles and by the rates of the ends. A revolute joint at o then
- * turns the parts that it carries,
+ * these give the gradients by d, d'_f, d', d'', by the angles and by the rates of the ends. A revolute joint at o turns
+ * the parts that it carries,
  *     dP = J (P - o),   dP'_f = J (P' - o')_f,   dP'' = J (P'' - o'')     by q
  *     dP' = J (P - o),  dP'' = 2 J (P' - o')                              by v
- * A prismatic joint along e turns with w and alpha. A prismatic joint adds e, w_f J e and alpha J e - w^2 e by q; by v
+ * A prismatic joint along e turns with w and alpha. A prismatic joint adds e, w_f J e and alpha J e - w^2 e by q; by v,
  * it adds e and 2 w J e. */
 #include "constraint/gradient.h"
 #include "constraint/planar_rows.h"
@@ -40,7 +40,7 @@ static double cross_planar(kt_v2 a, kt_v2 b) { return a[0] * b[1] - a[1] * b[0];
 
 static kt_v2 scaled(double s, kt_v2 a) { return kt_v2_splat(s) * a; }
 
-/* Carries a point along r, fixed in the link that moves it. */
+/* Carries a point along r, fixed in the link that moves the point. */
 static void carry(const gradient *g, kt_v2 r, point *x) {
     const kt_v2 turned = kt_v2_across(r);
     x->at += r;
@@ -50,7 +50,7 @@ static void carry(const gradient *g, kt_v2 r, point *x) {
     x->linear += scaled(x->alpha, turned) - scaled(x->w[MOTION] * x->w[MOTION], r);
 }
 
-/* Adds the joint's own motion; e: of a prismatic one. */
+/* Adds the motion of the joint; e: the axis of a prismatic joint. */
 static void move_along_joint(const gradient *g, const kt_planar_link *link, kt_v2 e, point *x) {
     const int32_t i = link->v;
     const double sign = link->revolute ? link->sign : 0.0, w = x->w[MOTION];
@@ -180,7 +180,7 @@ static void find_derivatives(const gradient *g, const kt_planar_row *row, double
         find_normal(cosine, sine, s);
 }
 
-/* Adds a row; of those along an axis to their sum. */
+/* Adds a row; rows along an axis are added to a common sum. */
 static void add_row_gradient(gradient *g, const kt_planar_row *row, const double weight[FIELDS], kt_v2 axes[FIELDS]) {
     double s[3];
     if (row->kind == KT_PLANAR_ROW_ALONG) {
@@ -264,9 +264,9 @@ void KT_KERNEL(kt_planar_loop_gradient)(const kt_model *model, const kt_data *da
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-/* The joints of both paths one by one, and their derivatives. All equations and the sum of their second derivatives
- * thus need the paths once. A joint that carries another one turns its D along. D_j = dd/dq_j; t_j is the angle by
- * which joint j turns its end, and theta_j the angle by which it turns end 2 against end 1.
+/* The joints of both paths one by one, and their derivatives. Thus one pass over the paths serves all equations and the
+ * sum of their second derivatives. A joint that carries another joint rotates the D of that joint. D_j = dd/dq_j; t_j
+ * is the angle by which joint j turns its end, and theta_j the angle by which it turns end 2 against end 1.
  *     d^2(lambda . phi)/dq_j dq_k = (N + E) . t_j J D_k + J E . (t1_j D_k + t1_k D_j) - E . d t1_j t1_k
  *                                   + s' theta_j theta_k + D_j . B D_k
  * with j = k or j before k on its path.

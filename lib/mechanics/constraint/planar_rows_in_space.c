@@ -1,4 +1,5 @@
-/* The equations of a planar loop that have no form of their own in the plane: those in space, for ends that move in it.
+/* The equations of a planar loop without a special form in the plane: the equations in space, for ends that move in the
+ * plane.
  */
 #include "constraint/planar_rows.h"
 

@@ -1,6 +1,6 @@
-/* Finds the caller's own loop that rejects a state. Its equations are computed once more there, with a callback that
- * notes the first number that the loop's own callback returns, and whether its equations are finite. Differences call
- * it in neighbouring states, too. */
+/* Finds the caller's own loop that rejects a state. The loop's equations are computed once more in this state, with a
+ * callback that records the first number that the loop's own callback returns, and whether its equations are finite.
+ * Differences call the loop's callback in neighbouring states, too. */
 #include "constraint/rejecting_loop.h"
 
 #include "constraint/spatial_rows.h"
@@ -9,7 +9,8 @@
 
 #include <math.h>
 
-/* The callback of a loop, the first number other than 0 that it has returned, and whether all equations are finite. */
+/* The callback of a loop, the first number other than 0 that the callback has returned, and whether all equations are
+ * finite. */
 typedef struct rejection {
     const kt_loop_record *loop;
     int code;

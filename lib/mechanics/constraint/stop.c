@@ -1,5 +1,5 @@
-/* Callbacks of loops that stop. Functions that evaluate loops call them many times, and most repeat an evaluation that
- * is not finite in another way. A callback that fails once would then go unnoticed. */
+/* Stops that callbacks of loops request. Functions that evaluate loops call callbacks many times, and most functions
+ * repeat a failed evaluation in another way, so that a single failure of a callback would go unnoticed. */
 #include "constraint/rejecting_loop.h"
 
 #include "base/where.h"

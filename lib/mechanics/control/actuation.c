@@ -1,7 +1,8 @@
-/* Forces of actuators from accelerations, with loops and effects. The forces that the motion needs on all coordinates
- * are n = M a + h - J' external - Q. Actuators and loops supply them: n = S' forces + A' lambda. With A Z = 0
+/* Forces of actuators from accelerations, with loops and effects. The forces that the motion requires on all
+ * coordinates are n = M a + h - J' external - Q. Actuators and loops supply them: n = S' forces + A' lambda. With A Z =
+ * 0
  *     Z' S' forces = Z' n
- * and with y = sqrt(W) forces the least y is that of least forces' W forces. */
+ * and with y = sqrt(W) forces, the least y has the least forces' W forces. */
 #include "base/copy.h"
 #include "base/where.h"
 #include "control/control.h"

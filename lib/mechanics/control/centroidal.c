@@ -24,7 +24,8 @@ static composite composite_of(const kt_link *link, const kt_link_kinematics *m) 
                        .inertia = kt_sym3_rotate(m->axes, link->inertia)};
 }
 
-/* Adds x, about a point at r from that of `to`: J + 2 (h.r) 1 - r h' - h r' + m (r.r 1 - r r'). */
+/* Adds x, whose reference point is at r from the reference point of `to`: J + 2 (h.r) 1 - r h' - h r' + m (r.r 1 - r
+ * r'). */
 static void add_shifted_composite(composite *to, const composite *x, kt_vec3 r) {
     const kt_vec3 h = x->moment;
     kt_sym3 j = kt_sym3_shift(x->inertia, x->mass, r);

@@ -251,8 +251,8 @@ static void subtract_gravity_force(const kt_effects_state *s, const kt_effect_re
                         to->q);
 }
 
-/* Writes the wrenches on all ends from formulas with these values; in a joint the force is x[0].b[0]. path: that of an
- * effect along one. */
+/* Writes the wrenches on all ends from formulas with these values; in a joint, the force is x[0].b[0]. path: the path,
+ * for an effect along a path. */
 static void find_wrenches(const kt_effects_state *s, const kt_effect_record *effect, const double values[6],
                           const kt_effect_end *end, const kt_path_ends *path, kt_effect_pair *x) {
     kt_wrench wrench[2];
@@ -314,8 +314,8 @@ static void subtract_variables(const kt_effects_state *s, const kt_effect_record
     }
 }
 
-/* Subtracts all changes of an effect's wrenches. Rejects derivatives of laws that are not finite. Those of formulas are
- * finite where their values are, except at corners. */
+/* Subtracts all changes of an effect's wrenches. Rejects derivatives of laws that are not finite. Derivatives of
+ * formulas are finite wherever the values are finite, except at kinks. */
 static kt_status subtract_formulas(const kt_effects_state *s, const kt_effect_record *effect, const target *to,
                                    kt_error *error) {
     const bool has_path = effect->path_count > 0;
@@ -351,7 +351,7 @@ static kt_status write_rate_derivatives(const kt_effects_state *s, const kt_stat
 
 /* ---- a caller's own ---------------------------------------------------------------------------------------------- */
 
-/* Finds the ends in world coordinates, and the path from the ground to each of them. */
+/* Finds the ends in world coordinates, and the path from the ground to each end. */
 static size_t find_own_ends(const kt_effects_state *s, const kt_effect_record *effect, ends *e) {
     size_t count = 0;
     e->last = effect->ends - 1;

@@ -1,8 +1,9 @@
 /* Gravity forces in joints (dynamics/force_frames.c) and their derivatives.
  *
- * With m_i and h_i the mass and first moment of all that degree of freedom i carries, about the origin of its link,
+ * With m_i and h_i the mass and first moment of all bodies that degree of freedom i carries, about the origin of its
+ * link,
  *     G_i = -S_i . (h_i x g, m_i g)
- * If i moves along with k, the change is that of gravity as i sees it, -s_k x g. If k is after i's node, the masses
+ * If i moves along with k, only gravity changes in the frame of i, by -s_k x g. If k is after i's node, the masses
  * that k carries move, with j_k the velocity of the origin of k's link:
  *     dG_i / dq_k = S_i . (h_i x (s_k x g), m_i (s_k x g))              k in i's node or before it
  *     dG_i / dq_k = -s_i . ((s_k x h_k + m_k j_k) x g)                  k after i's node

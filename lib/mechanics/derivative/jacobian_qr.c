@@ -1,4 +1,5 @@
-/* One QR decomposition of all loops' equations, as lib/mechanics/reduction/qr_method.c factors those of a group. */
+/* One QR decomposition of all loops' equations, like the decomposition of a group in
+ * lib/mechanics/reduction/qr_method.c. */
 #include "derivative/jacobian_qr.h"
 
 #include "linear/cholesky.h"
@@ -19,8 +20,8 @@ kt_status kt_jacobian_singular(kt_error *error) {
                         "fewer equations of the loops are independent here than elsewhere");
 }
 
-/* The weights by which evaluations choose among dependent equations of a kind (group.h); zero for void ones. Returns
- * the rank. */
+/* The weights by which evaluations choose among dependent equations of a kind (group.h); zero for vanishing equations.
+ * Returns the rank. */
 static int weight_equations(kt_jacobian_qr *w, const kt_model *model, kt_rows rows) {
     int rank = 0;
     memset(w->weight, 0, w->p * sizeof *w->weight);
@@ -38,7 +39,7 @@ static kt_qr qr_of(const kt_jacobian_qr *w) {
         .m = (int)w->n, .k = (int)w->p, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
 
-/* basis = Q, column by column. H_j leaves rows before j as they are, and with them unit vectors c < j. */
+/* basis = Q, column by column. H_j does not change rows before j, and therefore no unit vector c < j. */
 static void write_orthogonal_basis(const kt_jacobian_qr *w) {
     const size_t n = w->n;
     memset(w->basis, 0, n * n * sizeof *w->basis);

@@ -8,14 +8,14 @@ KT_ARENA_ARRAYS(place_arrays, kt_kkt, KT_KKT_FIELDS, const kt_kkt_sizes *s)
 
 static size_t larger_size(size_t a, size_t b) { return a > b ? a : b; }
 
-/* Returns the most numbers that the steps of a group keep. A step with n parameters keeps its rank times n +
+/* Returns the most numbers that the steps of a group store. A step with n parameters stores its rank times n +
  * KT_FRONT_SPACE, and the square of the number of parameters that it minimises out. */
 static size_t kept_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width;
     return (size_t)group->link_count * width * (width + KT_FRONT_SPACE);
 }
 
-/* Returns the most numbers of a group's maps. The maps have as many columns of N and W as there are parameters. */
+/* Returns the most numbers of a group's maps. The maps have a column of N and W for each parameter. */
 static size_t maps_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
     if (!kt_group_has_fronts(group))

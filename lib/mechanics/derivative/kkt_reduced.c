@@ -3,13 +3,12 @@
  *
  *     A = shifted A of the parent + S x,   P = I A + shifted P of the children,   M x = S.P + armature x
  *
- * For Z' x, the columns of Z are orthonormal. For a group by fronts they are the parameters that no later step depends
- * on. With the coordinates x in h, step by step,
+ * For Z' x, the columns of Z are orthonormal. For a group by fronts, the columns are the parameters on which no later
+ * step depends. With the coordinates x in h, step by step,
  *
  *     z = C_u' h,   h = C_t' h for the next step
  *
- * For a group by dense matrices they are its null space. At last there is one column for each coordinate outside
- * groups.
+ * For a group by dense matrices, the columns are its null space. Finally, each coordinate outside groups has a column.
  */
 #include "derivative/kkt_columns.h"
 

@@ -196,7 +196,8 @@ KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     respond(k, i, c);
 }
 
-/* With the metric of the coordinates: groups are apart, and outside them x = f. i: a link of the group. */
+/* In the metric of the coordinates, groups do not depend on each other, and outside of groups x = f. i: a link of the
+ * group. */
 KT_INLINE void solve_group(const columns *k, size_t i, int c) {
     const size_t g = (size_t)k->model->link[i].group;
     if (kt_group_has_fronts(&k->model->group[g])) {

@@ -49,12 +49,12 @@ kt_status kt_loops_factor_again(const kt_model *model, kt_data *data, kt_rows ro
 
 /* ---- next to a singular position ---------------------------------------------------------------------------------
  *
- * The error of an acceleration that is computed directly grows like 1 / s^3 (singular_crossing.c). So that of its
- * change within s is three times as large. If accelerations are interpolated from neighbouring states, their error is
- * that of these states, and no derivative can be computed. */
+ * The error of an acceleration that is computed directly grows like 1 / s^3 (singular_crossing.c). Therefore the
+ * relative error of its derivative is three times as large. If accelerations are interpolated from neighbouring states,
+ * their error is the error at these states, and no derivative can be computed. */
 
-/* Measures the error of an acceleration, or sets infinity. The record of the motion in data does not include it,
- * because nothing moves there. */
+/* Measures the error of an acceleration, or sets infinity. The record of the motion in data does not include this
+ * error, because nothing moves during the measurement. */
 static kt_status measure_loop_response(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                        double *size, kt_error *error) {
     const kt_passage passage = data->passage;
@@ -110,8 +110,8 @@ static double *array_of(const kt_group_work *w, array of) {
                               : kt_group_products(w);
 }
 
-/* Copies numbers of the equations that are factored from the groups' order to that of the loops, with zeros for others.
- * If `out` is NULL, copies in the other direction, from `given` (NULL: zeros). */
+/* Copies numbers of the factored equations from the groups' order to the loops' order, with zeros for all other
+ * equations. If `out` is NULL, copies in the other direction, from `given` (NULL: zeros). */
 static void exchange_equations(const kt_model *model, const kt_data *data, array of, const double *given, double *out) {
     if (out)
         memset(out, 0, model->n.row * sizeof *out);

@@ -14,10 +14,11 @@
  *     (Z' M Z) z = -Z' (D + M Q1 y)
  * so that the stiffness or damping matrix, for any dx, the loops violated or not, is
  *     -(Z' M Z) (Z' a_x) = Z' D + (Z' M Q1) R1^-T E,
- * and for dx = Z ds, which the loops allow, this times Z. If loops are many, it is Z' (D + M w). Here w = Q1 R1^-T E is
- * the least solution of A w = E. All three factors are computed along the tree, in O(bodies) a column (kkt.h). M and
- * d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact (support.h). Numerical
- * differentiation is used only for a caller's own effects without derivatives (effect_differences.c).
+ * and for dx = Z ds, which the loops allow, this times Z. With many loops, the matrix is computed as Z' (D + M w),
+ * where w = Q1 R1^-T E is the least solution of A w = E. All three factors are computed along the tree, in O(bodies) a
+ * column (kkt.h). M and d(tau_tree)/dx are analytic, and the terms of the loops and of the library's effects are exact
+ * (support.h). Numerical differentiation is used only for a caller's own effects without derivatives
+ * (effect_differences.c).
  */
 #include "derivative/stiffness.h"
 
@@ -64,7 +65,7 @@ static void reduce_mass(kt_linearized *w) {
 
 /* ---- all terms --------------------------------------------------------------------------------------------------- */
 
-/* Factors the loops' equations. Next to singular positions the error is measured, or they are rejected. */
+/* Factors the loops' equations. Near singular positions, the error is measured, or the equations are rejected. */
 static kt_status reject_singular_equations(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     if (!w->model->n.group)
         return KT_OK;
@@ -247,7 +248,7 @@ static void write_free_motions(const kt_kkt *along, size_t n, size_t f, double *
     kt_kkt_restrict(along, f, x, mass);
 }
 
-/* All of it along the tree. */
+/* Computes all results along the tree. */
 static kt_status write_along(kt_linearized *w, void *memory, const double *q, const kt_stiffness_matrices *to,
                              double *force, kt_error *error) {
     const size_t n = w->n;

@@ -1,14 +1,14 @@
 /* Forward dynamics of trees with armature, in space and in the plane: aba.c and aba_planar.c with another elimination
- * of joints. These two are compiled separately, so that armature does not change the code of models without it. */
+ * of joints. Both are compiled separately, so that armature does not change the code for models without armature. */
 #include "dynamics/aba.h"
 #include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"
 
-/* Projects the degrees of freedom of a link with armature out of x, the last one first. With A the acceleration before
- * the joint's own, c included, and k ascending,
+/* Projects the degrees of freedom of a link with armature out of x, the last degree of freedom first. With A the
+ * acceleration before the joint's acceleration, including c, and k ascending,
  *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
- * Stores y and d U. For one degree of freedom their places are those of kt_articulated_project_axis. For several, they
- * are in the link's articulated inertia, with d (kt_armature_gain). */
+ * Stores y and d U. For one degree of freedom, both are stored as in kt_articulated_project_axis; for several, in the
+ * link's articulated inertia, with d (kt_armature_gain). */
 kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x) {
     const kt_link *link = &model->link[i];

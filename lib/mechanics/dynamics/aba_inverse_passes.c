@@ -9,7 +9,8 @@ typedef struct filling {
     size_t dof; /* the first of the link that was eliminated last */
 } filling;
 
-/* Sets the terms of one degree of freedom and projects it out. Rounding errors are proportional to `size`. */
+/* Sets the terms of one degree of freedom, and projects this degree of freedom out. Rounding errors are proportional to
+ * `size`. */
 KT_INLINE kt_condition project(kt_real3 angular, kt_real3 linear, double armature, kt_real1 size, kt_articulated *x,
                                kt_inverse_dof *to, kt_real1 *d) {
     const kt_real3 un = kt_articulated_moment(x, angular, linear), uf = kt_articulated_force(x, angular, linear);
@@ -23,7 +24,8 @@ KT_INLINE kt_condition project(kt_real3 angular, kt_real3 linear, double armatur
     return has_inertia;
 }
 
-/* All degrees of freedom of a link. A free link's translations are judged by its mass alone, as in aba.h. */
+/* Eliminates all degrees of freedom of a link. For the translations of a free link, the pivot test uses only the mass,
+ * as in aba.h. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                    kt_articulated *x, void *context) {
     const kt_link *link = &model->link[i];

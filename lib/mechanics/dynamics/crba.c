@@ -184,7 +184,7 @@ KT_INLINE void project(const kt_dof *dof, void *context) {
     kt_mass_part_put(p->part, p->v + (size_t)dof->index, x);
 }
 
-/* Writes the lanes of a block for link i, and carries them to its parent. */
+/* Writes the lanes of a block for link i, and transforms them to its parent. */
 KT_INLINE void pass_link(const kt_link *link, const kt_link_motion *motion, size_t i, wrenches *w,
                          const kt_mass_part *p) {
     const kt_link_motion *m = &motion[i];
@@ -202,8 +202,8 @@ KT_INLINE void pass_link(const kt_link *link, const kt_link_motion *motion, size
 
 KT_INLINE size_t dofs_of(const kt_link *link) { return kt_link_is_revolute(link) ? 1 : (size_t)kt_link_dofs(link); }
 
-/* Writes the rows of a block. *last is the link of its last degree of freedom, and *dof the first degree of freedom of
- * that link. Both are set to those of the block before. */
+/* Writes the rows of a block. *last is the link of the block's last degree of freedom, and *dof the first degree of
+ * freedom of that link. On return, both belong to the previous block. */
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together,
                           size_t *last, size_t *dof) {
     const size_t stride = kt_lanes8(model->n.v);
@@ -283,7 +283,7 @@ KT_INLINE void transpose4(const double *from, double *to, size_t n) {
     store4(to + 3 * n, __builtin_shufflevector(c, d, 1, 5, 3, 7));
 }
 
-/* The upper triangle from the lower one, four by four. */
+/* Copies the lower triangle to the upper triangle, in blocks of four by four. */
 void KT_KERNEL(kt_mass_mirror)(size_t n, double *mass) {
     for (size_t first = 0; first < n; first += 4) { /* columns [first, end) of the lower triangle */
         const size_t end = first + 4 < n ? first + 4 : n;

@@ -102,7 +102,7 @@ typedef struct wrenches {
     kt_lanes n, f[2];
 } wrenches;
 
-/* Writes the lanes of a block for the link with planar index k, and carries them to its parent. */
+/* Writes the lanes of a block for the link with planar index k, and transforms them to its parent. */
 KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t k, wrenches *w, const kt_mass_part *p) {
     const kt_planar_link *link = &model->planar[k];
     const kt_planar_motion *m = &data->planar[k];

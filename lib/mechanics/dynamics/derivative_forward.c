@@ -3,8 +3,8 @@
  * registers of the instruction set. Its numbers stay in registers, and pass through memory only where the tree
  * branches.
  *
- * The columns of a strip are neighbours in depth-first order. So the nodes before all of them are the support of the
- * first: its path to the root. */
+ * The columns of a strip are neighbours in depth-first order. Therefore the nodes before all columns are the support of
+ * the first column: its path to the root. */
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep.h"
 
@@ -335,7 +335,7 @@ KT_INLINE size_t forward_pass(const columns *p, kind is, size_t root, strip *exc
     return n;
 }
 
-/* Computes all strips; returns whether they are finite. */
+/* Computes all strips; returns whether all results are finite. */
 KT_INLINE bool sweep(const kt_model *model, kind is, kt_derivative_work *w) {
     const size_t nv = model->n.v;
     strip excess = splat(0.0);

@@ -1,7 +1,7 @@
-/* Derivatives of inverse dynamics, and the mass matrix, from their terms (dynamics_derivative.h). They are computed for
- * each degree of freedom i, along its path to the root. Those k of the path that lie in one half of a batch are
- * combined with i at once, a lane each. (Halves, because gcc compiles vectors of eight badly for instruction sets that
- * have four.)
+/* Derivatives of inverse dynamics, and the mass matrix, from their terms (dynamics_derivative.h). For each degree of
+ * freedom i, the computation follows the path to the root. The degrees of freedom k of the path that lie in one half of
+ * a batch are combined with i at the same time, one in each lane. (Halves, because gcc compiles vectors of eight badly
+ * for instruction sets that have four.)
  *     D_ik = dtau_i / dq_k = S_i . (I^C_i psi''_k + 2B^C_i psi'_k + X^C_i s_k)
  *     D_ki = dtau_k / dq_i = S_k . f_i                                             k before i's node
  *     M_ik = S_k . I^C_i S_i, and the armature on the diagonal
@@ -11,7 +11,7 @@
 
 enum { HALF = KT_LANES / 2 };
 
-/* The entries of degree of freedom i and those of half a batch; by_q, by_v: D_ik, D_ki. */
+/* The entries for degree of freedom i and half a batch; by_q, by_v: D_ik, D_ki. */
 typedef struct pairs {
     kt_v4 by_q[2], by_v[2], mass;
 } pairs;
@@ -58,7 +58,7 @@ KT_INLINE void store(size_t ik, size_t ki, const pairs *x, size_t lane, bool sam
     by_v[ki] = x->by_v[1][lane];
 }
 
-/* The entries of i and all degrees of freedom of its path, from the last of its own node on. */
+/* The entries of i and all degrees of freedom of its path, from the last degree of freedom of i's node on. */
 KT_INLINE void follow_path(size_t nv, size_t i, bool loaded, kt_derivative_work *w) {
     double *by_q = (double *)w->dq, *by_v = (double *)w->dv, *mass = (double *)w->dtau;
     const kt_derivative_node *node = &w->node[w->row[i].node];

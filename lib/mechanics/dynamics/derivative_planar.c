@@ -1,6 +1,6 @@
 /* Derivatives of inverse dynamics, and the mass matrix, of planar trees. For each joint k and each joint i that carries
- * it, they are sums over all links that k carries. With the origin o of k's link, and accelerations a less gravity, the
- * sums are
+ * it, the derivatives are sums over all links that k carries. With the origin o of k's link, and accelerations a less
+ * gravity, the sums are
  *     m,  h = sum m x,  j = sum m x . x,  p = sum m v,  g = sum m x . v,  F = sum m a         x, v, a: relative to o
  * and of external forces f and f . x. J rotates by a right angle, and r is o less the origin of i. The links that k
  * carries move as one rigid body with q_k. A joint before k turns the other joint's field u of virtual velocities
@@ -17,7 +17,7 @@
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep_planar.h"
 
-/* Sums over a link and all links that it carries, and its origin relative to that of the link before. */
+/* Sums over a link and all links that it carries, and its origin relative to the origin of the previous link. */
 typedef struct carried {
     kt_v2 h, p, force, f;      /* h, p, F, f */
     kt_v2 offset, velocity, a; /* r and v from the link before; a, less gravity */
@@ -78,7 +78,7 @@ KT_INLINE void load(const kt_model *model, const kt_planar_motion *motion, const
     }
 }
 
-/* Adds the sums of a link to those of the link before it. */
+/* Adds the sums of a link to the sums of the previous link. */
 KT_INLINE void pass_on(const carried *x, carried *to) {
     const kt_v2 r = x->offset, first = x->h + scaled(x->m, r), p = x->p + scaled(x->m, x->velocity);
     to->m += x->m;
@@ -96,7 +96,7 @@ typedef struct pair {
     double mass, by_q[2], by_v[2];
 } pair;
 
-/* r, v: of k's origin relative to that of i; a: the acceleration of i's. */
+/* r, v: position and velocity of k's origin relative to i's origin; a: the acceleration of i's origin. */
 KT_INLINE pair revolutes(const carried *x, kt_v2 r, kt_v2 v, kt_v2 a) {
     return (pair){.mass = x->j + kt_v2_dot(r, x->h),
                   .by_q = {x->fx + kt_v2_dot(r, x->force) - kt_v2_dot(x->h, x->a), x->fx - kt_v2_dot(x->h, a)},
@@ -142,7 +142,7 @@ KT_INLINE pair slides(const carried *x, kt_v2 e, const kt_planar_motion *i, cons
                   .by_v = {kt_v2_dot(there, after.by_v), kt_v2_dot(here, before.by_v)}};
 }
 
-/* The entries of joint k and of those that carry it. */
+/* The entries of joint k and of the joints that carry k. */
 KT_INLINE void follow_path(const kt_model *model, const kt_planar_motion *motion, const carried *links, int32_t k,
                            kt_derivative_work *w) {
     double *by_q = (double *)w->dq, *by_v = (double *)w->dv, *mass = (double *)w->dtau;

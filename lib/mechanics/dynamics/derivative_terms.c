@@ -134,7 +134,7 @@ KT_INLINE void store_lane6(kt_v8 *to, size_t lane, kt_v4 a, kt_v4 b) {
     }
 }
 
-/* The row of one degree of freedom; with `absorb` it is projected out. */
+/* The row of one degree of freedom; with `absorb`, the degree of freedom is projected out. */
 static inline void set_row(const kt_dof_motion *m, double armature, bool absorb, bool loaded, kt_derivative_link *x,
                            kt_dof_row *row) {
     kt_articulated *r = &x->inertia;
@@ -188,7 +188,8 @@ static inline void set_dof_column(const kt_dof_motion *m, bool loaded, const kt_
         to->psi[k][lane] = m->psi[0][k];
 }
 
-/* Shifts to the parent's origin and adds to the parent. F^C is shifted separately: no joint is projected out of it. */
+/* Shifts to the parent's origin and adds to the parent. F^C is shifted separately, because no joint is projected out of
+ * F^C. */
 static inline void pass_on_to_parent(const kt_derivative_link *x, kt_v4 offset, bool loaded,
                                      kt_derivative_link *parent) {
     kt_articulated moved = x->inertia;

@@ -16,9 +16,9 @@ const kt_kernels *kt_kernels_of(kt_isa isa, kt_sweep sweep, bool has_armature) {
 }
 
 #ifdef KT_ISAS
-/* Whether valgrind emulates the processor. It reports all of x86-64-v3, but version 3.19 rejects one of its
- * instructions (vmovq between two registers). Its request for the version is four rotations that together change
- * nothing, and the exchange of a register with itself: see "client requests" in valgrind's manual. */
+/* Whether valgrind emulates the processor. Valgrind reports all of x86-64-v3, but version 3.19 rejects an instruction
+ * of this level (vmovq between two registers). The request for valgrind's version consists of four rotations that
+ * together change nothing, and the exchange of a register with itself; see "client requests" in valgrind's manual. */
 static bool is_emulated_by_valgrind(void) {
     const uint64_t request[6] = {0x1001};
     uint64_t depth = 0;

@@ -2,10 +2,10 @@
  * aba.h at rest, with a sharper pivot test than forward dynamics can afford.
  *
  * Projecting out a degree of freedom leaves rounding errors in J and M. The errors are proportional to the previous
- * entries, whose sizes are passed from link to link. For M the size is the mass carried. For J it has two parts. One is
- * the sum of the traces of the rigid inertias carried. The other is the largest of two kinds of terms: sum s_i^2 J_ii
- * of rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, it is the present
- * one. Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
+ * entries, whose sizes are passed from link to link. For M, the size is the carried mass. For J, the size has two
+ * parts. One is the sum of the traces of the rigid inertias carried. The other is the largest of two kinds of terms:
+ * sum s_i^2 J_ii of rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, the
+ * present r is used. Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 
@@ -13,8 +13,8 @@ typedef struct size {
     double mass, trace, largest;
 } size;
 
-/* Returns the memory in which the sizes of a link's children are summed. At set-up that of the kinematics is not used
- * yet. */
+/* Returns the memory in which the sizes of a link's children are summed. At set-up, the memory of the kinematics is not
+ * used yet. */
 static size *children_size_of(kt_data *data, size_t i) { return (size *)&data->kinematics[i]; }
 
 /* Whether there is inertia along all degrees of freedom of a link. Adds the part that is projected out to the size. */
@@ -86,8 +86,8 @@ static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
     up->largest = fmax(up->largest, fmax(s.largest, s.mass * kt_v4_dot(r, r)));
 }
 
-/* Eliminates a joint that has inertia. Otherwise nothing is passed on, and the verdict on its parent becomes unknown. A
- * free link is the exception, because it passes no inertia to its parent. */
+/* Eliminates a joint that has inertia. Otherwise nothing is passed on, and the verdict on its parent becomes unknown.
+ * The exception is a free link, which passes no inertia to its parent. */
 KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
                                void *context) {
     judgement *j = context;

@@ -1,5 +1,5 @@
-/* The kernels of one instruction set. Those of mixed models compute the spatial links, then the planar ones; no joint
- * connects the two. */
+/* The kernels of one instruction set. The kernels of mixed models compute the spatial links, then the planar links; no
+ * joint connects spatial with planar links. */
 #include "dynamics/dynamics.h"
 
 #include <string.h>
@@ -54,8 +54,8 @@ static size_t armature_mixed_forward(const kt_model *model, kt_data *data, const
     return failed ? failed : KT_KERNEL(kt_planar_armature_forward)(model, data, q, v, tau, external, a);
 }
 
-/* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds it where joints are
- * eliminated (aba.h). */
+/* With armature a: tau = ID(q, v, q'') + a q'', M = CRBA(q) + diag(a). Forward dynamics adds the armature during the
+ * elimination of joints (aba.h). */
 static void armature_inverse(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau) {
     KT_KERNEL(kt_kernels)[model->sweep].inverse(model, data, q, v, a, external, tau);
@@ -83,7 +83,7 @@ static size_t armature_mass(const kt_model *model, kt_data *data, const double *
 #define KT_KERNELS_MIXED(forward, inverse, mass_by_kernel)                                                             \
     KT_KERNELS_OF(forward, inverse, mass_by_kernel, mixed_kinematics, mixed_follow)
 
-/* Without armature, then with it. */
+/* The tables without armature, then with armature. */
 const kt_kernels KT_KERNEL(kt_kernels)[2 * KT_SWEEP_COUNT] = {
     [KT_SWEEP_SPATIAL] = KT_KERNELS_SPATIAL(KT_KERNEL(kt_forward), KT_KERNEL(kt_inverse), mass_by_kernel),
     [KT_SWEEP_COUNT +

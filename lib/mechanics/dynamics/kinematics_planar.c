@@ -25,7 +25,8 @@ KT_INLINE void to_world(const kt_real3 basis[3], const kt_planar_rest *rest, con
     m->linear = in_plane(basis, flat->linear);
 }
 
-/* The links of one plane; returns the sum of their excess. posed: the data already hold the poses in the plane. */
+/* Computes the links of one plane; returns the sum of their excess. posed: the data already hold the poses in the
+ * plane. */
 KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_real1 *q,
                                const kt_real1 *v, const kt_real1 *a, bool posed) {
     const kt_const1 none[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};

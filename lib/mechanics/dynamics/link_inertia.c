@@ -1,4 +1,4 @@
-/* Inertias of links: those of their bodies, in space and in their planes; and gravity in planes. */
+/* Inertias of links, summed from their bodies, in space and in planes; and gravity in planes. */
 #include "algebra/vector_parts.h"
 #include "dynamics/dynamics.h"
 

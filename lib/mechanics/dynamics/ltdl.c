@@ -6,8 +6,8 @@
  * Passes over the rows with the path from the root to k, p_i: one number for each i of its support:
  *   down, k ascending:    y_k = x_k +- sum_i L_ki p_i,   p_k = x_k or y_k                    (L x and L^-1 x)
  *   up, k descending:     y_k = x_k +- p_k,   p_i += L_ki (x_k or y_k),   p_k = 0            (L' x and L'^-1 x)
- * The numbers p_i of the passes up are all zero before and after. In depth-first order, the path is a stack: its entry
- * at a depth belongs to k's support as long as it is needed.
+ * The numbers p_i of the passes up are all zero before and after. In depth-first order, the path is a stack: the entry
+ * at a depth belongs to k's support as long as the entry is needed.
  */
 #include "dynamics/ltdl.h"
 
@@ -25,7 +25,8 @@ KT_INLINE lane_mask lanes_before(size_t n) {
 }
 
 /* Sets y[0, n) += a x[0, n), and y[n] = 0, whole vectors at a time. No load of a vector waits for numbers that have
- * just been stored one by one. The rest of the vector of y[n] is zero before and after; x is read as far. */
+ * just been stored one by one. The lanes after y[n] are zero before and after; x is read up to the end of the same
+ * vector. */
 KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     const kt_v4 aa = kt_v4_splat(a);
     const size_t whole = n / LANES * LANES;
@@ -35,8 +36,8 @@ KT_INLINE void add_multiple(size_t n, double a, const double *x, double *y) {
     kt_v4_store(y + whole, (kt_v4)((lane_mask)rest & lanes_before(n % LANES)));
 }
 
-/* The same, one by one; n < 2 LANES. Compilers unroll this loop. Compilers would vectorise a loop from one to n, which
- * would wait for numbers that have just been stored. */
+/* Does the same number by number; n < 2 LANES. Compilers unroll this loop. Compilers would vectorise a loop from one to
+ * n, which would wait for numbers that have just been stored. */
 KT_INLINE void add_short(size_t n, double a, const double *x, double *y) {
     for (size_t p = 0; p < 2 * LANES; p++) {
         if (p == n)
@@ -72,8 +73,8 @@ KT_INLINE double dot(size_t n, const double *x, const double *y) {
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* The number of rows k, k - 1, ... that are subtracted together from the rows of their support. Each of them carries
- * the one before it. */
+/* The number of rows k, k - 1, ... that are subtracted together from the rows of their support. Each of these rows
+ * belongs to a degree of freedom that carries the previous one. */
 enum { PANEL = 4 };
 
 typedef struct panel {
@@ -126,7 +127,8 @@ KT_INLINE bool factor_panel(kt_mass_factor *f, size_t k, panel *w, size_t *faile
     return true;
 }
 
-/* Computes the factors of a row of at most LANES numbers, one by one, because they may have just been stored so. */
+/* Computes the factors of a row of at most LANES numbers, one by one, because the numbers may just have been stored one
+ * by one. */
 KT_INLINE bool factor_short(kt_mass_factor *f, size_t k) {
     double *number = f->number, *diagonal = f->diagonal, *row = number + f->row[k];
     const double pivot = diagonal[k], inverse = 1.0 / pivot;
@@ -169,9 +171,9 @@ static size_t factor_mass(kt_mass_factor *f) {
 
 /* ---- passes ------------------------------------------------------------------------------------------------------ */
 
-/* If the next row needs numbers of the path at once, they are also passed in a register. If all rows are short
- * (is_short), numbers are taken one by one. With `scale`, x is multiplied by D after the pass of a product, or divided
- * by D after that of a solution. */
+/* Numbers of the path that the next row needs immediately are also passed in a register. If all rows are short
+ * (is_short), numbers are processed one by one. With `scale`, x is multiplied by D after the pass of a product, or
+ * divided by D after the pass of a solution. */
 
 KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
     const size_t nv = f->model->n.v, *begin = f->row;

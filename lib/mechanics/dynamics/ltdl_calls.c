@@ -13,7 +13,7 @@ KT_ARENA_LAYOUT(lay_out, kt_mass_factor, KT_FACTOR_FIELDS, const kt_factor_sizes
 
 static size_t round_up(size_t n) { return (n + KT_FACTOR_ROUND - 1) / KT_FACTOR_ROUND * KT_FACTOR_ROUND; }
 
-/* The rows together have an entry for each pair of a degree of freedom and one that it carries. */
+/* The rows together have an entry for each pair of a degree of freedom and a degree of freedom that it carries. */
 static kt_factor_sizes factor_sizes_of(const kt_model *model) {
     kt_factor_sizes s = {.v = model->n.v, .link = model->n.link};
     size_t dof = 0;

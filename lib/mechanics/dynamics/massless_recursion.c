@@ -6,8 +6,8 @@
  *
  *     (M + E E') a = tau - h,   so that   a_w = N' (tau - h)
  *
- * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. If that is zero, M a = tau - h holds
- * exactly. Only forward dynamics has this armature: inverse dynamics and the mass matrix leave it out.
+ * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. If the effect of the armature is zero, M a =
+ * tau - h holds exactly. Only forward dynamics has this armature: inverse dynamics and the mass matrix leave it out.
  */
 #include "dynamics/dynamics.h"
 #include "dynamics/without_masses.h"

@@ -1,6 +1,6 @@
-/* The regressor of inverse dynamics. A unit of one parameter of a body needs a wrench (n, f) about the body's origin.
- * Let a be the acceleration of that origin less gravity, w and alpha the body's angular velocity and acceleration, and
- * e its axes. The wrenches are
+/* The regressor of inverse dynamics. A unit of one parameter of a body requires a wrench (n, f) about the body's
+ * origin. Let a be the acceleration of that origin less gravity, w and alpha the body's angular velocity and
+ * acceleration, and e its axes. The wrenches are
  *     m:       f = a,                                 n = 0
  *     m c_k:   f = alpha x e_k + w x (w x e_k),       n = e_k x a
  *     I_kl:    f = 0,                                 n = E alpha + w x E w
@@ -22,7 +22,7 @@ KT_INLINE void set(double to[3][KT_BODY_PARAMETERS], int k, kt_v4 x) {
         to[i][k] = x[i];
 }
 
-/* Returns the body's origin seen from that of its link. */
+/* Returns the body's origin relative to the link's origin. */
 KT_INLINE kt_v4 fill_wrenches(const kt_body_record *body, const kt_link_motion *m, kt_v4 gravity, unit_wrenches *x) {
     const kt_mat3 *r = &body->in_link.rotation;
     const kt_v4 e[3] = {kt_v4_apply_to(m->axes, r->x), kt_v4_apply_to(m->axes, r->y), kt_v4_apply_to(m->axes, r->z)};

@@ -1,8 +1,8 @@
 /* The passes of rnea_gradient.h in a plane.
  *
- * When the position of a joint changes, all links that it carries move as one rigid body. So the gradient needs no more
- * than sums over the particles that it carries. The velocities along the motion are v, and those along w are u. With
- * accelerations a less gravity, and J a rotation by a right angle,
+ * When the position of a joint changes, all links that it carries move as one rigid body. Therefore the gradient needs
+ * only sums over the particles that the joint carries. The velocities of the motion are v, the velocities along w are
+ * u. With accelerations a less gravity, and J a rotation by a right angle,
  *     w . tau = sum m u . a - (external forces . u + moments w)
  * A revolute joint at o turns u - u_o, v - v_o and a - a_o, and J u . a + u . J a = 0, so that
  *     F = sum m a - f,   P = sum m u,   N = 2 sum m u . J v,   Y = -sum f . J u

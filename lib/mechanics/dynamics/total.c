@@ -81,7 +81,8 @@ double kt_mass_center(const kt_model *model, const kt_data *data, kt_vec3 *cente
     return mass;
 }
 
-/* Returns the wrench that a body's motion and gravity require, minus the external one, about its frame's origin. */
+/* Returns the wrench that a body's motion and gravity require, minus the external wrench, about the body frame's
+ * origin. */
 static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *links, int i, const kt_wrench *external) {
     const kt_body_record *b = &model->body[i];
     const kt_link_kinematics *link = &links[b->link];
@@ -100,14 +101,15 @@ static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *li
     return out;
 }
 
-/* A wrench about a point, expressed about the point that is `arm` before it. */
+/* Transforms a wrench from a reference point to the point that is `arm` before this point. */
 static kt_wrench carry_back(kt_wrench w, kt_vec3 arm) {
     w.moment = kt_vec3_add(w.moment, kt_vec3_cross(arm, w.force));
     return w;
 }
 
-/* Returns the joint's displacement: from the origin of the joint frame to that of body i. The displacement is computed
- * only from offsets between links. The positions of links in the world, which may be far away, do not enter. */
+/* Returns the joint's displacement: from the origin of the joint frame to the origin of body i. The displacement is
+ * computed only from offsets between links. The positions of links in the world, which may be far away, do not
+ * enter. */
 static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int i) {
     const int32_t end = model->body[model->body[i].parent].link;
     kt_v4 sum = kt_v4_splat(0.0);
@@ -119,7 +121,8 @@ static kt_vec3 slid(const kt_model *model, const kt_link_kinematics *links, int 
     return kt_v4_vec3(sum);
 }
 
-/* Works in data->wrench. A body's sum is complete with all that it carries. Then its joint's reaction replaces it. */
+/* Uses data->wrench as workspace. Once a body's sum contains the sums of all bodies that it carries, the reaction of
+ * its joint replaces this sum. */
 const kt_wrench *kt_joint_reactions_find(const kt_model *model, kt_data *data, const kt_link_kinematics *links,
                                          const kt_wrench *external) {
     model = kt_model_now(model, data);

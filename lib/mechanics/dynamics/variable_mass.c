@@ -1,16 +1,16 @@
 /* Masses that are functions of time: rockets, leaking vessels, conveyors.
  *
  * A body has mass m(t) and inertia J(t) about its centre of mass, which is fixed in the body. Such a body moves under
- * the equations of a body of constant mass, with the m and J of the instant. The mass that has left it is no part of it
- * any more [MSD H 3.1]:
+ * the equations of a body of constant mass, with the m and J of the instant. The mass that has left the body no longer
+ * belongs to it [MSD H 3.1]:
  *
  *     m a_c = f + m' u,   J w' + w x J w = moments
  *
  * where u is the velocity, relative to the body, of the mass that leaves (m' < 0) or arrives. The thrust m' u is an
- * effect (effect/thrust.c). Without one, the mass that leaves keeps its velocity. Thus M(q, t) and h(q, v, t) are those
- * of a model whose masses are constant. Each evaluation makes that model in the data, as a copy of everything that
- * contains masses. The functions for any model then evaluate it. Models of constant masses execute nothing of this
- * file.
+ * effect (effect/thrust.c). Without a thrust, the velocity of the leaving mass does not change. Thus M(q, t) and h(q,
+ * v, t) are those of a model whose masses are constant. Each evaluation builds that model in the data, as a copy of all
+ * parts that contain masses, and evaluates this model with the usual functions. Models of constant masses execute
+ * nothing of this file.
  *
  * The mass that leaves takes energy along: at fixed q and v, with v_c and c of the centre of mass,
  *

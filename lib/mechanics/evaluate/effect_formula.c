@@ -1,5 +1,5 @@
 /* Values of the formulas of an effect. Their variables are read from the state and from the motion of links. Then the
- * formulas, or its law in C, are evaluated with them. */
+ * formulas, or the law in C, are evaluated with these values. */
 #include "evaluate/effect_formula.h"
 
 #include "dynamics/sweep.h"
@@ -21,7 +21,8 @@ static double find_marker_coordinate(const kt_link_kinematics *kinematics, const
     return variable->component == 0 ? found.x : variable->component == 1 ? found.y : found.z;
 }
 
-/* The offset of a link's origin from that of a link that carries it. Returns false if that link does not carry it. */
+/* The offset of a link's origin from that of a link that carries it. Returns false if that link does not carry the
+ * link. */
 static bool find_offset(const kt_model *model, const kt_link_kinematics *kinematics, int32_t link, int32_t carrier,
                         kt_vec3 *offset) {
     *offset = kt_vec3_make(0.0, 0.0, 0.0);

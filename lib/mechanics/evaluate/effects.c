@@ -1,6 +1,6 @@
 /* The effects of a scene, summed into joint forces and wrenches on bodies. The sum runs batch by batch, so that nothing
- * is executed for types that the scene does not have. Powers are summed only on request: the sum is compiled once with
- * them and once without. */
+ * is executed for types that the scene does not have. Powers are summed only on request, because the sum is compiled
+ * once with and once without powers. */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
@@ -30,7 +30,7 @@ typedef struct sum {
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
 
-/* Adds the wrenches on the ends to those on their bodies. */
+/* Adds the wrenches on the ends to the wrenches on their bodies. */
 KT_INLINE void add_wrenches(sum *s, const kt_effect_record *effect, const kt_wrench *wrench) {
     s->excess += kt_effect_wrenches_add(s->data, effect, wrench, s->data->applied);
 }
@@ -267,7 +267,7 @@ kt_status kt_effect_reject_derivatives(const kt_model *model, const kt_effect_re
                         "its callback gave derivatives that are not finite");
 }
 
-/* Finds the ends of an effect, or those that stand for its path. */
+/* Finds the ends of an effect, or the ends that represent its path. */
 static void find_effect_ends(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
                              kt_path_value *path, kt_effect_end end[2]) {
     if (effect->path_count > 0) {

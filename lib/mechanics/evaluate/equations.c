@@ -1,4 +1,4 @@
-/* The equations of all loops as matrices, and their null space, for callers that need them explicitly. */
+/* The equations of all loops as matrices, and their null space, for callers that need explicit matrices. */
 #include "assembly/rejected_loops.h"
 #include "base/copy.h"
 #include "base/where.h"
@@ -81,8 +81,9 @@ static void write_group_equations(const kt_model *model, kt_data *data, size_t g
     }
 }
 
-/* Whether all numbers of a group's equations are finite. If fronts reduce a group, its columns are found one by one.
- * Then one product with ones is checked instead: a number that is not finite stays so in every sum. */
+/* Whether all numbers of a group's equations are finite. If fronts reduce a group, its columns would have to be
+ * computed one by one. Therefore the product with a vector of ones is checked instead, because a number that is not
+ * finite makes every sum not finite. */
 static bool group_is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

@@ -58,7 +58,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     return accelerate_trusted(model, data, &at, a, error);
 }
 
-/* Points at->external at the sum of its wrenches and those of masses that change (dynamics/variable_mass.c). */
+/* Points at->external at the sum of its wrenches and the wrenches of changing masses (dynamics/variable_mass.c). */
 static kt_status add_mass_rates(const kt_model *model, kt_data *data, kt_dynamic_state *at, const double *a,
                                 kt_error *error) {
     kt_copy_or_clear(data->mass_wrench, at->external, model->n.body * sizeof *data->mass_wrench);

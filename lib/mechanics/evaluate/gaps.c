@@ -24,8 +24,8 @@ static bool ends_on_ground(const kt_effect_record *effect) {
     return effect->ends == 2 && effect->force_link[1] == 0 && !effect->relative.type;
 }
 
-/* Whether the effect is the contact of a sphere with a plane. The distance of such a contact is that of its centre,
- * less its radius. */
+/* Whether the effect is the contact of a sphere with a plane. The distance of such a contact is the distance of the
+ * sphere's centre, minus the radius. */
 static bool is_sphere_on_plane(const kt_effect_record *effect) {
     if (effect->disc)
         return false;

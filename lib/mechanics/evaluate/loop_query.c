@@ -49,7 +49,7 @@ static const kt_effect_record *find_among(const kt_effect_record *first, int32_t
     return count > 0 && first[low].source == source ? &first[low] : NULL;
 }
 
-/* Those of one batch, and those that are off, are in the description's order. */
+/* The effects of a batch are in the description's order, and so are the effects that are off. */
 const kt_effect_record *kt_effect_record_find(const kt_model *model, int source) {
     const kt_effect_record *found = NULL;
     for (size_t i = 0; i < model->n.batch && found == NULL; i++)

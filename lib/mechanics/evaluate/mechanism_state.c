@@ -1,4 +1,4 @@
-/* States of a whole mechanism. Quaternions have unit norm, and loops are closed. A projection closes them after a step
+/* States of a whole mechanism. Quaternions have unit norm, and loops are closed. A projection closes loops after a step
  * (project.c), and an assembly at the start (assemble.c). */
 #include "algebra/finite.h"
 #include "assembly/project.h"
@@ -18,8 +18,8 @@ bool kt_unit_quaternions(const kt_model *model, double *q) {
     return kt_turns_make_units(model, q, true) || kt_position_normalize(model, q);
 }
 
-/* Measures the error of the velocities in loops before the projection. If the steps resolve the motion, it is the error
- * of a step. After a step across a dead point it is as large as the velocities themselves. */
+/* Measures the error of the velocities in loops before the projection. If the steps resolve the motion, this is the
+ * error of a step. After a step across a dead point, the error is as large as the velocities themselves. */
 static void measure_correction(const kt_model *model, kt_data *data, const double *from, const double *to) {
     data->correction = data->fastest = 0.0;
     for (size_t i = 0; i < model->n.group_v; i++) {

@@ -7,11 +7,11 @@
  *
  * the result would leave its reaction or its impulse out, and is rejected. So is a result with friction of a joint that
  * the model lets slip in a direction that the joint does not have. Contacts that are released from the start do not
- * act. Masked friction that is released from the start would act in compiled models, and is rejected there. A
+ * act. Masked friction that is released from the start would act in compiled models, and is rejected in such a model. A
  * simulation follows its contacts (simulation/contacts.c), so that its data are exempt (kt_data.followed).
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
- * if a gap has closed. Both lie in the caller's data, where the evaluation that follows writes its own. */
+ * if a gap has closed. Both lie in the caller's data, in which the following evaluation overwrites them. */
 #include "evaluate/open.h"
 
 #include "base/where.h"
@@ -38,7 +38,8 @@ static kt_status reject_wrong_friction(const kt_model *model, size_t loop, doubl
                         rate);
 }
 
-/* Masked friction that is released at first (compile/variants.c): it slips in the compiled model. */
+/* Rejects masked friction that is released at first (compile/variants.c), because such friction slips in the compiled
+ * model. */
 static kt_status reject_released_friction(const kt_model *model, size_t loop, double t, kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED,
                         kt_where_format("friction '%.60s', t = %.9g s", kt_loop_name(model, (int)loop), t).text,
@@ -85,7 +86,8 @@ static bool is_joint_friction(const kt_loop_record *loop) {
     return loop->friction > 0 && loop->side == KT_SIDE_NONE && loop->type == KT_LOOP_RATES;
 }
 
-/* Checks friction of joints that sticks: forwards without its switches, backwards with that of its effect. */
+/* Checks friction of joints that sticks: slip forwards without its switches, slip backwards with the switch of its
+ * effect. */
 static kt_status check_friction(const kt_model *model, const kt_model *all, size_t i, double t, const double *v,
                                 kt_error *error) {
     const int effect = model->loop[i].friction - 1;

@@ -1,4 +1,4 @@
-/* The path of an effect in one state, and the force along it. */
+/* The path of an effect in one state, and the force along the path. */
 #include "evaluate/path_force.h"
 
 #include "evaluate/effect_formula.h"

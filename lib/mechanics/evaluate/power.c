@@ -1,14 +1,14 @@
 /* Powers, computed only on request.
  *
- * The forces on a tree are tau' = tau + effects + J' external, and those that hold the loops closed, A' lambda:
+ * The forces on a tree are tau' = tau + effects + J' external, and the forces that hold the loops closed are A' lambda:
  *     M a + h = tau' + A' lambda
  *     d(T + V)/dt = v . (tau' + A' lambda) + dV/dt
  * Effects report the dissipated and the supplied part of their power (effect/kind.h), and account for dV/dt. On the
  * manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t. Only loops that change with time do work,
- * and without any nothing is computed. If there are some, inverse dynamics evaluates v . (M a + h - tau'). This sum
- * needs no multipliers, so that it does not depend on the way the loops were solved. Redundant equations do not affect
- * it, and it passes smoothly through singular positions, as a does. Mass that leaves or joins a body of variable mass
- * takes energy along (dynamics/variable_mass.c).
+ * so that nothing is computed without such loops. Otherwise inverse dynamics evaluates v . (M a + h - tau'). This sum
+ * needs no multipliers, so that the solution method and redundant equations do not affect the power. Like a, the power
+ * passes smoothly through singular positions. Mass that leaves or joins a body of variable mass takes energy along
+ * (dynamics/variable_mass.c).
  */
 #include "base/copy.h"
 #include "base/where.h"

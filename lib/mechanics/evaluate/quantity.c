@@ -8,8 +8,8 @@
  *
  * For a contact with normal n and lowest point l of the sphere, F_1 is the force on the sphere:
  *
- *     normal   F_1 . n      friction   |F_1 - (F_1 . n) n|      slip   the tangential speed of the sphere in l less
- *                                                                     that of the plane's body there.
+ *     normal F_1 . n friction |F_1 - (F_1 . n) n| slip the tangential speed of the sphere in l less the tangential
+ * speed of the plane's body at l.
  */
 #include "algebra/vector_parts.h"
 #include "evaluate/evaluate.h"
@@ -94,7 +94,7 @@ double kt_effect_coordinate(const kt_model *model, const kt_data *data, const do
 
 static bool has_path(const kt_effect_record *effect) { return effect->path_count > 0; }
 
-/* Returns the quantities of a record. Those of formulas and of a caller's own effect depend on their points of
+/* Returns the quantities of a record. The quantities of formulas and of a caller's own effect depend on the points of
  * action. */
 static const kt_effect_quantity *quantities_of(const kt_effect_record *effect, int *count) {
     static const kt_effect_quantity in_joint[] = {KT_QUANTITY_JOINT_FORCE, KT_QUANTITY_POWER, KT_QUANTITY_COORDINATE,
@@ -158,7 +158,7 @@ static double effect_power_of(const reading *r) {
     return power;
 }
 
-/* The component of a vector of the first or second end along the line of the ends; its length if they coincide. */
+/* The component of a vector of the first or second end along the line of the ends; its length if the ends coincide. */
 static double along_line(const reading *r, kt_vec3 vector) {
     const kt_vec3 d = kt_vec3_sub(r->end[1].point, r->end[0].point);
     const double length = kt_vec3_norm(d);
@@ -179,7 +179,7 @@ static double penetration_of(const reading *r) {
     return (double)NAN;
 }
 
-/* The normal of a contact: that of the plane, or along the centres of two spheres. */
+/* The normal of a contact: the normal of the plane, or the line of centres of two spheres. */
 static kt_vec3 contact_normal_of(const reading *r) {
     const kt_vec3 apart = kt_vec3_sub(r->end[0].point, r->end[1].point);
     const double norm = kt_vec3_norm(apart);

@@ -7,17 +7,17 @@
  *     r(q, v, t) = N' tau = 0
  *
  * N is constant. N B has two kinds of columns: dampers resist along N_d = N B_d, and none resists along N_s = N B_s. If
- * a state (q, v) is right up to a part along N, the balance determines that part:
+ * a state (q, v) is right except for a part along N, the balance determines this part:
  *
- *     B_s' r(q + N_s y, v) = 0              for y, positions of coordinates that springs alone hold
- *     B_d' r(q, v + N_d s) = 0              for s, speeds of those that dampers resist: of first order for q
- *     d/dt B_s' r = 0 along v + N_s u       then for u, the speeds of those that springs alone hold
+ *     B_s' r(q + N_s y, v) = 0              for y, positions of coordinates that only springs hold
+ *     B_d' r(q, v + N_d s) = 0              for s, speeds of coordinates that dampers resist: of first order for q
+ *     d/dt B_s' r = 0 along v + N_s u       then for u, the speeds of coordinates that only springs hold
  *
  * The equations are solved by Newton's method with differences. If forces are linear, this takes a step or two, and the
- * remaining error is rounding. The accelerations a of M a = tau - h at that state are those of all masses. Along N they
- * are not determined, and need not be. A simulation evaluates its right-hand side at the balanced state, with its v as
- * q'. After each step it moves the state itself there, as a projection moves other states onto their loops. The
- * equations are no more than with a small mass, but nothing is stiff.
+ * remaining error is rounding. The accelerations a of M a = tau - h at that state are the accelerations of all masses.
+ * Along N, accelerations are neither determined nor needed. A simulation evaluates its right-hand side at the balanced
+ * state, with its v as q'. After each step the simulation moves the state to the balance, in the same way as a
+ * projection moves a state onto the loops. The equations are no more than with a small mass, but nothing is stiff.
  */
 #include "algebra/lu.h"
 #include "base/copy.h"
@@ -135,7 +135,8 @@ static kt_status factor_quasi_static(const balance *b, double scale, kt_error *e
     return status;
 }
 
-/* Newton's method along the columns. The iteration ends when a step is rounding, or no smaller than the last one. */
+/* Newton's method along the columns. The iteration ends when a step is of the size of rounding, or not smaller than the
+ * previous step. */
 static kt_status find_balance(const balance *b, kt_error *error) {
     const size_t nv = b->model->n.v, count = b->last - b->first;
     double last = (double)INFINITY, faster = 0.0;

@@ -1,12 +1,12 @@
 /* Reactions, computed only on request. A' lambda = M a + h - tau yields the loops' multipliers, and these yield the
- * loops' wrenches (loop_wrenches.c). With them as external wrenches, Newton-Euler on the bodies yields the joints'
- * reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and partitioning
- * dependent equations carry none; with SVD the multipliers are the least ones. Towards a singular position reactions
- * may grow without bound, because the lever arm of the direction that is lost there vanishes. At the position itself
- * that direction carries none.
+ * loops' wrenches (loop_wrenches.c). With the loops' wrenches as external wrenches, Newton-Euler on the bodies yields
+ * the joints' reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and
+ * partitioning, dependent equations carry no reaction; with SVD, the multipliers are least. Towards a singular position
+ * reactions may grow without bound, because the lever arm of the vanishing direction vanishes. At the position
+ * itself that direction carries none.
  *
  * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
- * accelerations of the planar ones.
+ * accelerations of the planar kernels.
  */
 #include "base/copy.h"
 #include "base/where.h"
@@ -72,8 +72,8 @@ void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_
     find_multipliers(model, data, at, a);
 }
 
-/* Returns the wrenches on bodies, external and of loops, and writes those of the loops into data. Data hold the
- * equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
+/* Returns the wrenches on bodies, of external forces and of loops, and writes the loops' wrenches into data. Data hold
+ * the equations of the last evaluation unless it was planar or interpolated from neighbouring states. */
 static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                       const double *a) {
     kt_dynamic_state loaded = *at;

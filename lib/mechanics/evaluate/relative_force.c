@@ -3,7 +3,7 @@
  * coordinate becomes
  *
  *     Q m, Q f           on the second end, about its point
- *     -Q (m + d x f), -Q f      on the first, about its own.
+ *     -Q (m + d x f), -Q f on the first end, about its point.
  */
 #include "evaluate/relative_force.h"
 

@@ -1,20 +1,21 @@
 /* The accelerations of a mechanism with loops.
  *
  * At a singular position of the loops one equation depends on the others. The size s of the smallest direction of A,
- * relative to its usual size, is zero there. A motion through such a position is smooth, and so is its acceleration,
- * but the acceleration cannot be computed there. A motion that passes at a small distance bends away instead. The bend
- * has a size of about sqrt(d) if the lengths are off by d. Near such positions (KT_NEAR_SINGULAR) there are two ways.
+ * relative to its usual size, is zero at this position. A motion through such a position is smooth, and so is its
+ * acceleration, but the acceleration cannot be computed at this position. A motion that passes at a small distance
+ * bends away instead. The bend has a size of about sqrt(d) if the lengths are off by d. Near such positions
+ * (KT_NEAR_SINGULAR), two ways lead to an acceleration.
  *
- * Directly. The equation that is nearly lost restricts the motion quadratically. With coordinates x, y along the two
- * branches that meet, it is x y = d, and the curvature is d / s^3. A position that violates this equation by c lies on
- * x y = d + c and accelerates as the motion there does. The error is about c v^2 / s^3. Rounding in A and b''
- * themselves adds 1e-16 v^2 / s only. The part of c that is due to rounding is measured. For this the state, q and v,
- * is closed by Newton's method, and then moved by as much as residuals can be off (ROUNDING). The change of the
- * acceleration is the error. A stage of a step violates the loops by more than rounding. This part is the error of the
- * step, which the method estimates itself, because the acceleration is smooth next to the loops, too. This estimate is
- * no reason to interpolate. Errors of the neighbouring states have one sign throughout a step, and no difference of
- * stages shows them. (An example is Sarrus' linkage, flat, with d = 2.15e-4. Within 1 ms it gained energy. The gain was
- * 3.4e-6 of 113 J, and a tolerance of 1e-10 did not reduce it.)
+ * Directly. The nearly dependent equation restricts the motion quadratically. With coordinates x, y along the two
+ * branches that meet, the equation is x y = d, and the curvature is d / s^3. A position that violates this equation by
+ * c lies on x y = d + c, and has the acceleration of a motion along this curve. The error is about c v^2 / s^3.
+ * Rounding in A and b'' themselves adds 1e-16 v^2 / s only. The part of c that is due to rounding is measured. For this
+ * the state, q and v, is closed by Newton's method, and then moved by as much as residuals can be off (ROUNDING). The
+ * change of the acceleration is the error. A stage of a step violates the loops by more than rounding. This part is the
+ * error of the step, which the method estimates itself, because the acceleration is smooth next to the loops, too. This
+ * estimate is no reason to interpolate. Errors of the neighbouring states have one sign throughout a step, and no
+ * difference of stages shows them. (An example is Sarrus' linkage, flat, with d = 2.15e-4. Within 1 ms it gained
+ * energy. The gain was 3.4e-6 of 113 J, and a tolerance of 1e-10 did not reduce it.)
  *
  * Interpolated along the motion. Let (q, v)(s) be any smooth family of states on the manifold, with the given state at
  * s = 0. Then a(s) is smooth, and a(0) is required. The states are q (+) s v and v, both projected, for s = -3 h to 3 h
@@ -28,7 +29,7 @@
  *     a(0) = (4 (a_1 + a_-1) - (a_2 + a_-2)) / 6 + h^4 a4 / 6
  *
  * While both differ, h is halved, because a mechanism may change its shape within less than its units. If loops are
- * driven, time varies with s. Otherwise only those groups move that are near a singular position. Forces are those of
+ * driven, time varies with s. Otherwise only groups near a singular position move. Forces are those of
  * the given state throughout. If nothing moves, the acceleration computed without interpolation is used.
  *
  * If more than one degree of freedom is left at the position, the branches form a cone. A motion of curvature k at the
@@ -42,16 +43,17 @@
  *
  *     (5 o_1 - 4 o_2 + o_3) / 2 = h^5 a5 / 2                                   a5: the fifth derivative
  *
- * For other families it is half the jump between the sides. Half the jump is a lower bound of the interpolation's
- * error. If it is not small compared with s v^2, the error is at least s v^2. (In the mechanism's units k = 1.)
+ * For other families, the value is half the jump between the sides. Half the jump is a lower bound of the
+ * interpolation's error. If it is not small compared with s v^2, the error is at least s v^2. (In the mechanism's units
+ * k = 1.)
  *
  * The difference of the two interpolations does not show a bend between the inner states, because all states lie on the
- * branches outside it. The closed state shows it. If its acceleration differs from the interpolated one by more than
- * both errors explain, the path bends, and the direct acceleration is right. (The difference is proportional to d, and
- * the error to c. Both grow as v^2 / s^3, so their ratio is d / c at every s.) Otherwise d does not exceed the rounding
- * errors, and the acceleration with the smaller error is taken. If s is below the root of ROUNDING, the steps that
- * close a state, c / s, are longer than s. Then the closed state may be any. A motion that misses by more than rounding
- * does not come so near.
+ * branches outside the bend. The closed state shows the bend. If its acceleration differs from the interpolated one by
+ * more than both errors explain, the path bends, and the direct acceleration is right. (The difference is proportional
+ * to d, and the error to c. Both grow as v^2 / s^3, so their ratio is d / c at every s.) Otherwise d does not exceed
+ * the rounding errors, and the acceleration with the smaller error is taken. If s is below the root of ROUNDING, the
+ * steps that close a state, c / s, are longer than s. Then the closed state may be any. A motion that misses the
+ * position by more than rounding does not come so near.
  *
  * If two loops fold at the same time, one of them swings through. The coordinates of the other move by only d times as
  * much, and may meet a singular position of their own. At a distance x from that position s is only d x, and a residual
@@ -59,10 +61,10 @@
  *
  *     (c / d) v^2 / x^3 = c v^2 / (s x^2)
  *
- * The interpolated states have this error, too. This error decreases with their distance, until the error of the
- * interpolation itself prevails. Among several distances, the program takes the one with the smallest total error. A
- * velocity w along the other branch cannot be determined there. With it, the forces of the loops, which do no work
- * along the motion, would do work. So this power is removed from such accelerations (remove_power). Without the
+ * The interpolated states have this error, too. This error decreases with the distance of the states, until the error
+ * of the interpolation itself prevails. Among several distances, the distance with the smallest total error is used. A
+ * velocity w along the other branch cannot be determined near the position. With it, the forces of the loops, which do
+ * no work along the motion, would do work. So this power is removed from such accelerations (remove_power). Without the
  * removal, a scissor lift with d = 1e-9 lost 26 of 33 J. With it, the energy is kept to 4e-7 J.
  *
  * The effect of an error e of an acceleration is reported (kt_data_crossings) as the drift while the motion is near the
@@ -92,8 +94,8 @@
  *
  *     difference = 4 (0.02 / R)^4,   error = 36 (0.02 / R)^6
  *
- * HALVINGS_MOST is the largest number of times that h is halved. Each time the error falls to 1/64, and that of
- * rounding grows eightfold. */
+ * HALVINGS_MOST is the largest number of times that h is halved. Each halving reduces the error to 1/64, and enlarges
+ * the rounding error eightfold. */
 #define APART_MOST 2e-6
 enum { HALVINGS_MOST = 3 };
 /* ROUNDING is the largest residual due to rounding, relative to its scale. ERRORS_MOST is the largest difference of two
@@ -101,10 +103,11 @@ enum { HALVINGS_MOST = 3 };
 #define ROUNDING (2.0 * KT_CLOSED)
 #define ERRORS_MOST 4.0
 /* The path counts as bent, without further states, under two conditions. The direct acceleration differs from the mean
- * of the inner two by more than half of itself, and its own error is at most this part of the difference. */
+ * of the inner two accelerations by more than half of its size, and the error of the direct acceleration is at most
+ * this part of the difference. */
 #define BENT 1e-3
 /* The least jump between the two sides, relative to s v^2, of a motion that misses an apex. Jumps of 2e-3 to 3e-2 were
- * observed at cones. Elsewhere they were below 1e-4. */
+ * observed at cones. Elsewhere, jumps were below 1e-4. */
 #define JUMP_LEAST 1e-3
 /* The error of a direct acceleration, relative to the largest acceleration, up to which no interpolation is
  * computed. */
@@ -152,7 +155,7 @@ static double largest_difference(const kt_model *model, const double *a, const d
 /* ---- directly ---------------------------------------------------------------------------------------------------- */
 
 /* Moves q to residuals of `off` times the rounding errors, in one of Newton's steps, from equations filled at q. The
- * amounts differ from row to row, so that no direction can be orthogonal to them all. */
+ * amounts differ from row to row, so that no direction can be orthogonal to the amounts of all rows. */
 static bool move_to(const crossing *c, double off, double *q) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
@@ -175,7 +178,8 @@ static kt_dynamic_state neighbour_of(const crossing *c, double t) {
     return (kt_dynamic_state){t, c->data->neighbour_q, c->data->neighbour_v, c->at.tau, c->at.external};
 }
 
-/* Closes the velocities of the neighbouring state, from equations filled there, and computes its acceleration. */
+/* Closes the velocities of the neighbouring state, from equations filled at this state, and computes its
+ * acceleration. */
 static bool accelerate_closed(const crossing *c, double *a) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
@@ -189,7 +193,8 @@ static bool accelerate_closed(const crossing *c, double *a) {
     return kernels->forward(model, data, &neighbour, false, a) == 0 && !is_singular(model, data);
 }
 
-/* Computes the accelerations at the closed state and next to it; returns false if one of them cannot be computed. */
+/* Computes the accelerations at the closed state and next to this state; returns false if any of these cannot be
+ * computed. */
 static bool accelerate_next(const crossing *c, double *next) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
@@ -223,8 +228,8 @@ static double measure_direct(const crossing *c) {
 /* ---- interpolated ------------------------------------------------------------------------------------------------ */
 
 /* Whether no group is so near to a singular position that rounding errors dominate the acceleration. If two loops fold
- * at the same time, states at the distance x are accepted if the given state is nearer to the position than they
- * are. */
+ * at the same time, states at the distance x are accepted if the given state is nearer to the position than these
+ * states. */
 static bool instant_is_clear(crossing *c, double dt) {
     const double s = kt_smallest_direction(c->model, c->data, KT_ROWS_ALL);
     const double x = dt * largest_difference(c->model, c->direction, NULL);
@@ -233,7 +238,7 @@ static bool instant_is_clear(crossing *c, double dt) {
 }
 
 /* Computes the acceleration at the neighbouring state dt away along the motion, into `out`. Returns false if the
- * acceleration cannot be computed there. */
+ * acceleration cannot be computed at that state. */
 static bool accelerate_neighbour(crossing *c, double dt, double *out) {
     const kt_model *model = c->model;
     kt_data *data = c->data;
@@ -261,7 +266,7 @@ static bool bends_within(const crossing *c, const double *a, double *mean) {
 
 /* Interpolates the acceleration from six neighbouring states. Returns the difference from the interpolation of the
  * inner four, relative to the largest acceleration. Returns infinity if a state cannot be computed, or if the path
- * bends between them. */
+ * bends between the states. */
 static double interpolate_crossing(crossing *c, double dt, double *a) {
     static const double node[6] = {-1.0, 1.0, -2.0, 2.0, -3.0, 3.0};
     static const double weight[6] = {0.75, 0.75, -0.3, -0.3, 0.05, 0.05};

@@ -11,17 +11,17 @@
  * The accelerations are evaluated without friction. If the contacts are solved in range space
  * (reduction/half_columns.h), G and the accelerations with friction follow from this evaluation. While no slip is slow
  * (below), friction is added between its passes, and the forward pass runs once. Otherwise accelerations are evaluated
- * with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations. If slip is slow, it takes
- * 2 k + 2. If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip.
- * Then the force has no value, or two (Painleve 1895), and this is an error.
+ * with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations, or 2 k + 2 if slip is slow.
+ * If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip. Then the force has no
+ * value, or two (Painleve 1895), and this is an error.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contacts.c). The steps before
- * must see no jump. So e is -s / |s| if s . d < 0, and d if s = 0. Here d is the direction in which the contact began
- * to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction at that time.
- * Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come near to this
- * line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound when slip
- * begins. There the part of s across d is rounding. This part is left out up to `kt_slip_still`, and so is slip that is
- * no faster.
+ * must see no jump. Therefore e is -s / abs(s) if s . d < 0, and d if s = 0, where d is the direction in which the
+ * contact began to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction
+ * at that time. Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come
+ * near to this line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound
+ * when slip begins. At the beginning of slip, the part of s across d is of the size of rounding. This part is left out
+ * up to `kt_slip_still`, and so is slip that is no faster.
  *
  * If slip is slow, e is the direction a moment later, so that this rate is bounded (slip_prediction.c).
  *
@@ -303,8 +303,8 @@ static kt_status solve_predicted(const kt_model *model, kt_data *data, double t,
     return solve_slip(model, data, t, error);
 }
 
-/* Finds N of an island if some slip is slow, and the directions e for this. Friction may wedge a contact in a direction
- * that fixed steps predict, and not in its own. */
+/* Finds N of an island if some slip is slow, and the corresponding directions e. Friction may wedge a contact in the
+ * direction that fixed steps predict, but not in the contact's present direction. */
 static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                            kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
@@ -378,8 +378,8 @@ static kt_status solve_islands(const kt_model *model, kt_data *data, const kt_dy
     return status;
 }
 
-/* Adds friction between the passes of accelerations (kt_data.between), if responses are known there. So one evaluation
- * suffices while no slip is slow. */
+/* Adds friction between the passes of accelerations (kt_data.between), if responses are known at this point. Then one
+ * evaluation suffices while no slip is slow. */
 static void solve_between(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const kt_dynamic_state at = {.t = p->t};

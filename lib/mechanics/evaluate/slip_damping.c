@@ -6,12 +6,12 @@
  *
  * If no slip is slow, dT/ds = -mu N (1 - e e') / |s| of each contact. The change of N by friction is left out.
  *
- * If some slip is slow, T follows from u = W p + b (slip.c), of which only b = (|s| / tau) e + ... depends on s here.
- * The changes of p = (N, T) obey
+ * If some slip is slow, T follows from u = W p + b (slip.c), in which, for this derivative, only b = (abs(s) / tau) e +
+ * ... depends on s. The changes of p = (N, T) obey
  *
  *     (W dp)_N = 0
  *     (W dp + db)_T = 0                                              slip that comes to rest within tau
- *     sigma (dT + mu e dN) + mu N (1 - e e') (W dp + db)_T = 0       slip that does not, sigma = u_T . e
+ *     sigma (dT + mu e dN) + mu N (1 - e e') (W dp + db)_T = 0       slip that does not come to rest, sigma = u_T . e
  *     dT + mu e dN = dT at fixed N                                   other slip
  *
  * T of several feet is not unique. Then W is singular along changes that have no joint force; a small number on its

@@ -1,8 +1,8 @@
 /* The memory of contacts that slip, island by island.
  *
- * A force in one island (kt_group.island) changes no acceleration in another. So normal forces, directions of slow slip
- * and derivatives are found for one island after the other, in arrays that have room for the largest one. Memory grows
- * with the number of islands, and not with its square. */
+ * A force in one island (kt_group.island) changes no acceleration in another. Therefore normal forces, directions of
+ * slow slip and derivatives are computed for one island after the other, in arrays that have room for the largest
+ * island. Memory grows with the number of islands, and not with its square. */
 #include "evaluate/evaluate.h"
 #include "evaluate/slip.h"
 

@@ -12,7 +12,7 @@ typedef struct slip_end {
     kt_vec3 arm, lever; /* from its body's origin, and from its link's */
 } slip_end;
 
-/* The axes of a sphere are not computed: only those of planes and discs are read. */
+/* The axes of a sphere are not computed, because only the axes of planes and discs are read. */
 static inline slip_end slip_end_of(const kt_link_kinematics *link, const kt_effect_record *effect, int k) {
     if (effect->link[k] == 0) { /* the ground, at rest */
         const kt_vec3 at = effect->frame[k].position;
@@ -28,13 +28,13 @@ static inline slip_end slip_end_of(const kt_link_kinematics *link, const kt_effe
                       .lever = arm};
 }
 
-/* Whether the body at an end has the origin of its link: the arm from there is the lever. */
+/* Whether the body at an end has the origin of its link: in this case, the arm from the body's origin is the lever. */
 static inline bool has_link_origin(const kt_effect_record *effect, int k) {
     const kt_vec3 arm = effect->arm[k], lever = effect->frame[k].position;
     return arm.x == lever.x && arm.y == lever.y && arm.z == lever.z;
 }
 
-/* Whether a contact is that of a sphere on a plane that is at rest. */
+/* Whether a contact is between a sphere and a plane at rest. */
 static inline bool is_on_ground(const kt_effect_record *effect) {
     return effect->link[1] == 0 && effect->link[0] != 0 && !effect->disc;
 }

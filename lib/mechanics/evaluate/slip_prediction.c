@@ -5,18 +5,18 @@
  *
  *     s + tau s' = sigma e,   sigma >= 0
  *
- * If slip comes to rest within it, sigma = 0, and T is the force that stops slip: |e| < 1. At s = 0 it yields the
- * direction in which slip begins. While |s| grows, tau = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able
- * to hold all slow contacts, this one with a part x of its force to spare. Then slip comes to rest at a rate of x a,
- * with a the deceleration by friction alone, and tau is no more than
+ * If slip comes to rest within tau, sigma = 0, and T is the force that stops slip: |e| < 1. At s = 0, e is the
+ * direction in which slip begins. While |s| grows, tau = tau0 (1 - |s| / s0)^2 with |s| <= s0. Friction may be able to
+ * hold all slow contacts, and this contact with a reserve of a part x of its force. Then slip comes to rest at a rate
+ * of x a, with a the deceleration by friction alone, and tau is no more than
  *
  *     |s| / (2 x a) (1 - 10 x)^2,   x <= 1 / 10
  *
  * so that sigma is half of |s|. Next to the limit slip follows its forces for much longer than it turns. For larger x
- * it mostly comes to rest before the equations become stiff. Slip that turns round its rest instead is brought to
- * rest between steps (contact/directions.c). If friction cannot hold some of them, tau of slip that grows has no such
- * limit. For example, a corner may have friction to spare while a box begins to turn about a point next to it. The slip
- * of this corner does not end.
+ * it mostly comes to rest before the equations become stiff. Slip that turns around the state of rest instead is
+ * brought to rest between steps (contact/directions.c). If friction cannot hold some contacts, tau of slip that grows
+ * has no such limit. For example, a corner may have friction to spare while a box begins to turn about a point next to
+ * it. The slip of this corner does not end.
  *
  * Across e this makes an error of the acceleration. The error is tau times the acceleration of s along e, times the
  * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. With adaptive steps and the
@@ -24,13 +24,13 @@
  *
  *     tau0 = 4e-7 s r,   s0 = 4e-6 m/s r,   r = sqrt(R / 1e-9),   1 <= r <= 300
  *
- * so that a rate of 1 rad/s makes an error of R / 600. Next to the point about which a foot turns slip stays slow for
- * long, and friction turns it as fast as this permits. The rate s' is affine in the forces
- * at all contacts that slip. The iteration for the directions is in cone/coulomb.h. If no solution is found, e is
- * the direction of s, which is counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit
- * steps found no solution there.
+ * so that a rate of 1 rad/s makes an error of R / 600. Near the point about which a foot turns, slip remains slow for
+ * long, and friction turns it as fast as this permits. The rate s' is affine in the forces at all contacts that slip.
+ * The iteration for the directions is in cone/coulomb.h. If no solution is found, e is the direction of s, which is
+ * counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no solution in
+ * such states.
  *
- * Fixed steps of explicit methods. Friction turns slip at a rate of mu N W / |s|. Here W is the response of slip to
+ * Fixed steps of explicit methods. Friction turns slip at a rate of mu N W / |s|. W is the response of slip to
  * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h. A turn of the body that should
  * fade then grows until it is as fast as the slip, and the energy grows with it. With
  *
@@ -38,18 +38,18 @@
  *
  * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
  * rate at which e turns, of order h^2. Straight slip has no error. A prediction shows whether slip grows,
- * e . (s + tau s') >= |s|. If it does not grow, tau = h would reverse friction before slip ends, and the error would be
- * of order h. With a > 0 the deceleration in the present direction, the prediction is then repeated with
+ * e . (s + tau s') >= |s|. If slip does not grow, tau = h would reverse friction before slip ends, and the error would
+ * be of order h. With a > 0 the deceleration in the present direction, the prediction is then repeated with
  *
  *     tau <= |s| / (2 a) min(1, 9 - 10 a / A)
  *
- * so that sigma is about half of |s| again. Here A = s0 / h is the deceleration by friction alone. Friction that
- * predicts turns slip at the rate A / (|s| + tau (A - a)) = 2 a A / (|s| (A + a)). Slip ends after the time |s| / a. So
- * this rate exceeds 2 / h only within the last step. Without a prediction, it does so A / a times as long. The turn of
- * a box next to its limit of rest would grow until it is as fast as the slip. Slip that friction alone stops, a = A,
- * keeps its present direction exactly. In evaluations, tau is at least that of adaptive steps. At events under fixed
- * steps, slip that grows keeps its present direction: a prediction changed no balance of pushed boxes there, and walks
- * of robots took up to 3 % more evaluations. */
+ * so that sigma is about half of |s| again. A = s0 / h is the deceleration by friction alone. Friction that
+ * predicts turns slip at the rate A / (|s| + tau (A - a)) = 2 a A / (|s| (A + a)). Slip ends after the time |s| / a.
+ * Therefore this rate exceeds 2 / h only within the last step; without a prediction, it does so A / a times as long.
+ * The turn of a box next to its limit of rest would grow until it is as fast as the slip. Slip that friction alone
+ * stops, a = A, keeps its present direction exactly. In evaluations, tau is at least the tau of adaptive steps. At
+ * events under fixed steps, slip that grows keeps its present direction: at events, a prediction changed no balance of
+ * pushed boxes, and walks of robots took up to 3 % more evaluations. */
 #include "evaluate/slip.h"
 #include "kinetree/algebra.h"
 
@@ -78,7 +78,7 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
     return d[0] != 0.0 || d[1] != 0.0 ? kt_slip_time_at_speed(speed, tau0, s0) : 0.0;
 }
 
-/* Whether steps are fixed, and do not resolve how this slip turns unless it is predicted. */
+/* Whether steps are fixed, and too long to resolve the turning of this slip without a prediction. */
 static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow_of(data); }
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
@@ -131,7 +131,8 @@ static void find_slowing(kt_slip_problem *p) {
     }
 }
 
-/* Finds the forces that would hold all slow contacts while the others slip as they do. Returns how many are slow. */
+/* Finds the forces that would hold all slow contacts while the slip of all other contacts does not change. Returns how
+ * many are slow. */
 static int hold_slow(const kt_data *data, kt_slip_problem *p) {
     int slow_ones = 0;
     for (int i = 0; i < p->c->n; i++) {
@@ -178,7 +179,7 @@ static double limited_prediction_time(const kt_data *data, const kt_slip_problem
     return slows ? fmax(tau, kt_slip_fading_time(largest, speed, p->slowing[index], of[1] / of[0])) : tau;
 }
 
-/* Predicts the directions of those that are slow, from the ones that they have. */
+/* Predicts the directions of slow contacts, from their present directions. */
 static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *holds) {
     kt_coulomb *c = p->c;
     const int slow_ones = hold_slow(data, p);
@@ -198,8 +199,8 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
         c->size = fmax(c->size, fabs(c->b[i]));
 }
 
-/* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest there
- * has |e| < 1. */
+/* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest at the
+ * end has |e| < 1. */
 static bool solve_prediction(size_t n, kt_slip_problem *p) {
     const kt_coulomb *c = p->c;
     kt_coulomb_solution *to = &p->to;
@@ -218,8 +219,8 @@ static bool solve_prediction(size_t n, kt_slip_problem *p) {
     return found;
 }
 
-/* Finds slip that does not grow, e . (s + tau s') < |s|, although it was predicted as if it did. Returns whether there
- * is more of it than before. */
+/* Finds slip that does not grow, e . (s + tau s') < |s|, although the prediction assumed growth. Returns whether the
+ * number of such contacts has grown. */
 static bool find_fading(const kt_data *data, kt_slip_problem *p, bool holds, bool found) {
     bool any = false;
     for (int i = 0; i < p->c->n; i++) {

@@ -55,7 +55,7 @@ static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data,
 }
 
 /* Whether a group has equations, and is in range space. Joints at open stops are groups without an equation. Forces at
- * contacts do not act on their links, and kt_half_solve leaves nothing for them. */
+ * contacts do not act on their links, and kt_half_solve stores no terms for these links. */
 static bool has_equations_in_range(const kt_model *model, const kt_data *data, size_t g) {
     return model->group[g].rank[KT_ROWS_ALL] > 0 && kt_half_has_terms(model, data, g);
 }
@@ -73,7 +73,7 @@ bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
     return true;
 }
 
-/* The slot of the normal force in the contact's group; -1: it carries none. */
+/* The slot of the normal force in the contact's group; -1: no slot. */
 static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) {
     return kt_rows_slots(model, &model->group[loop->group], loop)[0];
 }

@@ -1,7 +1,7 @@
-/* Base parameters: the columns of the regressor that do not depend on columns before them. The order prefers columns
+/* Base parameters: the columns of the regressor that do not depend on earlier columns. The order prefers columns
  * with which a person would name a sum (Gautier 1990). Regressors at random states are rotated, row by row, into
- * the triangle R of their QR factorisation. R is then brought to echelon form. A column depends on the base columns
- * before it if its length below the used rows is not above KT_DEPENDENT of its whole length:
+ * the triangle R of their QR factorisation. R is then brought to echelon form. A column depends on earlier base columns
+ * if its length below the used rows is not above KT_DEPENDENT of its whole length:
  *
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
@@ -167,7 +167,7 @@ static size_t pass_over_columns(const kt_model *model, base_work *w, size_t colu
     return rank;
 }
 
-/* x (rank numbers) of a dependent column: by back substitution over the base columns before it, which are at[0], at[1],
+/* x (rank numbers) of a dependent column: by back substitution over the earlier base columns, which are at[0], at[1],
  * ... */
 static void relate_column(const base_work *w, size_t columns, const int *at, size_t j, size_t rank, double *x) {
     memset(x, 0, rank * sizeof *x);

@@ -1,10 +1,10 @@
 /* The null space of a balanced group (compile/group_units.c).
  *
- * A method finds orthonormal vectors b of the scaled coordinates y. In the coordinates x_i = unit_i y_i they differ by
- * little: if units differ by 1e6, a differential has two vectors whose angle is 1e-6, and N' M N loses twelve digits.
- * Column operations give each vector a coordinate of its own, in which it is 1 and all others are 0. Among the
- * coordinates in which the remaining vectors are not small, the one with the largest unit is taken. These coordinates
- * move fastest, so all entries are of moderate size.
+ * A method finds orthonormal vectors b of the scaled coordinates y. In the coordinates x_i = unit_i y_i, these vectors
+ * may be nearly parallel: if units differ by 1e6, a differential has two vectors whose angle is 1e-6, and N' M N loses
+ * twelve digits. Column operations assign a coordinate to each vector, in which this vector is 1 and all other vectors
+ * are 0. Among the coordinates in which the remaining vectors are not small, the coordinate with the largest unit is
+ * assigned. These coordinates move fastest, so all entries are of moderate size.
  */
 #include "reduction/method.h"
 
@@ -30,7 +30,7 @@ static bool find_own(const kt_group_work *w, int first, int dofs, int *row, int 
     return most > 0.0;
 }
 
-/* Makes `row` the own coordinate of vector c: subtracts it from all others, and divides by its entry. */
+/* Makes `row` the own coordinate of vector c: subtracts c from all other vectors, and divides by its entry. */
 static void own_row(const kt_group_work *w, int c, int dofs, int row) {
     const size_t m = (size_t)w->m, at = (size_t)row;
     double *own = w->basis + (size_t)c * m;

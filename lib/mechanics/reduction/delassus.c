@@ -3,13 +3,13 @@
 
 #include "reduction/front_link.h"
 
-/* C is found from A A' if each row has a part orthogonal to the rows before it that exceeds this fraction of its
- * length. A A' squares the condition, and C then is exact to 1e-10. The rows' own lengths do not matter: scaling them
+/* C is computed from A A' if each row has a part orthogonal to earlier rows that exceeds this fraction of its
+ * length. A A' squares the condition, so that C is exact to 1e-10. The rows' own lengths do not matter: scaling them
  * changes no digit of A A'. */
 #define SMALL 1e-3
 
-/* The constants for which the sweeps are compiled: 3 or 6 components of wrenches, and the number of equations. The
- * vector of one state always has all four. */
+/* The constants for which the sweeps are compiled: 3 or 6 components of wrenches, and the number of equations. For one
+ * state, the vector always has all four equations. */
 typedef struct shape {
     int components, equations;
 } shape;
@@ -51,9 +51,9 @@ static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
     return !s->f.w.weight || s->f.w.weight[slot] != 1.0;
 }
 
-/* Finds the equations: all that are not void, or only the independent ones. The latter are all, or those chosen at
- * generic positions. Returns false if there are more than KT_DELASSUS_MAX. For independent ones, returns false unless
- * their number is the rank. */
+/* Finds the equations: all equations that do not vanish, or only the independent equations, which are all or those
+ * chosen at generic positions. Returns false for more than KT_DELASSUS_MAX equations and, if independent ones are
+ * requested, unless their number is the rank. */
 static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent,
                                     sweep *s) {
     s->model = model;
@@ -96,7 +96,7 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
 
 /* ---- wrenches on the links, joint forces of relations ------------------------------------------------------------ */
 
-/* Adds wrenches to those that a link has to receive. */
+/* Adds wrenches to the wrenches that a link will receive. */
 KT_INLINE void store(const sweep *s, int32_t link, shape is, const kt_real4 *x) {
     const int32_t local = s->model->link[link].local;
     kt_real4 *to = s->d.load + KT_FRONT_SPACE * local;
@@ -127,7 +127,7 @@ KT_INLINE kt_real4 force_on(const sweep *s, int32_t local) {
     return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_zero4();
 }
 
-/* Adds the joint forces of a relation; those of planar revolute joints are about n. */
+/* Adds the joint forces of a relation; the forces of planar revolute joints are moments about n. */
 static void place_forces(const sweep *s, int r) {
     const kt_loop_record *loop = s->row[r].loop;
     for (int k = 0; k < loop->term_count; k++) {
@@ -159,7 +159,7 @@ typedef struct wrenches {
     kt_real4 x[KT_FRONT_SPACE];
 } wrenches;
 
-/* Sums the wrenches that link i receives: the stored ones, and those of the link after it if that is its child
+/* Sums the wrenches that link i receives: the stored wrenches, and those of the next link if this is its child
  * (`from_child`). */
 KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
@@ -200,7 +200,7 @@ KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
                    kt_scale4(n, KT_PART3(e, 2), x[2]));
 }
 
-/* Returns S . p of an axis; for a planar revolute joint it is about n, for either sign. */
+/* Returns S . p of an axis; for a planar revolute joint, the component about n, whatever the sign of the axis. */
 KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p) {
     const kt_real4 *x = p->x;
     const int n = is.equations;
@@ -427,8 +427,8 @@ KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_fron
 }
 
 #ifndef KT_LANES
-/* The same of one with armature, its degrees of freedom one after the other (kt_project_armature). The wrenches are
- * passed by value, so that those of the others stay in registers. */
+/* The same for a joint with armature, one degree of freedom after the other (kt_project_armature). The wrenches are
+ * passed by value, so that the wrenches of other joints stay in registers. */
 static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, const kt_front_motion *at,
                                                         wrenches p, sums *to) {
     const int32_t local = s->model->link[i].local;
@@ -476,7 +476,7 @@ KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) 
     }
 }
 
-/* Adds the accelerations due to B mu to the joints' free ones. */
+/* Adds the accelerations due to B mu to the joint accelerations without multipliers. */
 KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const int n = EQUATIONS(s);

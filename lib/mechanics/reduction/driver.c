@@ -1,4 +1,4 @@
-/* The driver that treats all links as spatial ones. The driver also computes the reactions of loops for all models. */
+/* The driver that treats all links as spatial links. The driver also computes the reactions of loops for all models. */
 #define KT_PLANAR false
 #include "reduction/driver.h"
 

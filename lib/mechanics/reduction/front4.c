@@ -187,8 +187,8 @@ KT_INLINE void impose(front4 *s, const kt_front4_step *kept, int left) {
         s->energy[i] = energy[i];
 }
 
-/* Computes p = H^-1 g of n parameters by Cholesky's method. Returns false if there is no inertia along one of them
- * beyond rounding errors (maggi_kane.h). */
+/* Computes p = H^-1 g of n parameters by Cholesky's method. Returns false if the inertia along a parameter does not
+ * exceed rounding errors (maggi_kane.h). */
 static bool minimise_parameters(const front4 *s, int n, kt_v4 *out) {
     double l[KT_FRONT4_PARAMS][KT_FRONT4_PARAMS], x[KT_FRONT4_PARAMS] = {0.0};
     for (int j = 0; j < n; j++) {

@@ -96,8 +96,8 @@ static int count_vectors(const kt_front *f) {
 }
 
 /* A direction is small, and may be delayed, in two cases. Either other equations are preferred to its equation
- * (KT_PREFERRED), or it is below one of these limits. They are parts of its step's usual size, as small as an equation
- * must be to be replaced, and of the largest possible size of its entries. */
+ * (KT_PREFERRED), or the direction is below one of these limits. The limits are parts of the step's usual size, as
+ * small as an equation must be to be replaced, and of the largest possible size of its entries. */
 #define SMALL_OF_USUAL (1.0 / 16.0)
 #define SMALL_OF_REACH (1.0 / 16.0)
 
@@ -150,7 +150,7 @@ KT_INLINE void take_delayed(kt_front *f, kt_front_count *count, int n, double *r
     f->delaying = NULL;
 }
 
-/* Passes on the equations that have not been eliminated, except those that are redundant here. The remainders of these
+/* Passes on the equations that have not been eliminated, except redundant equations. The remainders of these
  * equations are stored in slots. */
 KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor *x, const int32_t *pivot, int rank,
                        double first) {
@@ -181,7 +181,8 @@ KT_INLINE void shorten(double *x, int first, int n) {
         x[i - first] = x[i];
 }
 
-/* Multiplies the vectors in slots by Q', stores the first `rank` entries in `early` and removes them. */
+/* Multiplies the vectors in slots by Q', stores the first `rank` entries in `early`, and removes these from the
+ * vectors. */
 KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n, int rank) {
     double *early = x->early;
     for (int j = 0; j < rank; j++) {
@@ -209,7 +210,7 @@ static bool is_zero_column(const double *x, int n) {
     return i == n;
 }
 
-/* Copies the vectors in slots that are not zero, one after the other; returns their number, or n if it is not less. */
+/* Copies the vectors in slots that are not zero, one after the other; returns the smaller of their number and n. */
 KT_INLINE int copy_coupled(const kt_front *f, int n) {
     const int end = kt_front_padded(n);
     int count = 0;
@@ -228,8 +229,8 @@ KT_INLINE int copy_coupled(const kt_front *f, int n) {
     return count;
 }
 
-/* Factors T' = Q [R; 0] of `count` vectors, and replaces them by the reflectors of Q; scale: their scales. Returns the
- * rank. */
+/* Factors T' = Q [R; 0] of `count` vectors, and replaces these vectors by the reflectors of Q; scale: their scales.
+ * Returns the rank. */
 KT_INLINE int factor_coupled(const kt_front *f, int count, int n, double *scale) {
     const int end = kt_front_padded(n);
     int rank = 0;
@@ -265,7 +266,8 @@ KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, in
     }
 }
 
-/* Reflects the parameters so that only the first of them change the vectors in slots. Returns the number of these. */
+/* Reflects the parameters so that only the first of them change the vectors in slots. Returns the number of parameters
+ * that change them. */
 KT_INLINE int keep_coupled(const kt_front *f, kt_front_count *count, int s) {
     const int n = count->left, vectors = copy_coupled(f, n), end = kt_front_padded(n);
     double *scale = f->z;

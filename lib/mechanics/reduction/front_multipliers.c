@@ -1,9 +1,9 @@
 /* The multipliers of a constraint group that is reduced by fronts (front.h).
  *
  * The forces r = M x + F' A - (tau - h) that the loops have to exert on the coordinates are A' lambda. As a linear
- * function of the parameters they are c = (c of the step before, r_i), and Q' c = (c_y, c of the next step). Equations
- * that are completed later depend on y as well, by the acceleration T Q1 y of a link in a slot. Let w be the wrenches
- * that these equations exert on such links. Then
+ * function of the parameters the forces are c = (c of the previous step, r_i), and Q' c = (c_y, c of the next step).
+ * Equations that are completed later depend on y as well, by the acceleration T Q1 y of a link in a slot. Let w be the
+ * wrenches that these equations exert on such links. Then
  *
  *     R1 lambda = c_y - (T Q1)' w
  */
@@ -75,7 +75,7 @@ static void find_covectors(const kt_front *f) {
     }
 }
 
-/* Adds the wrenches of a step's equations to those of their links, and to the sums of relations. */
+/* Adds the wrenches of a step's equations to the wrenches of their links, and to the sums of relations. */
 static void load_slots(const kt_front *f, const kt_front_step *step, const double *lambda) {
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
@@ -115,8 +115,8 @@ static void solve_multipliers(const kt_front_count *count, const kt_front_factor
     }
 }
 
-/* Restores the slots of delayed equations as before the step: the slots hold those that it received, and not those that
- * it delayed. */
+/* Restores the slots of delayed equations as before the step: after the call, the slots hold the equations that the
+ * step received, not those that it delayed. */
 static void return_delayed(kt_front *f, const kt_front_count *count, const double *lambda) {
     for (int d = 0; d < count->delayed; d++)
         kt_front_release(f, kt_front_delayed(f, d));
@@ -126,8 +126,8 @@ static void return_delayed(kt_front *f, const kt_front_count *count, const doubl
     }
 }
 
-/* Restores the slots in use as before the step: adds those that it released and removes those that it took. The wrench
- * on its link passes to the parent. */
+/* Restores the slots in use as before the step: adds the slots that the step released, and removes the slots that it
+ * took. The wrench on the step's link passes to the parent. */
 static void undo_step(kt_front *f, int s) {
     const kt_front_step *step = &f->step[s];
     double *w = kt_front_constant(f, s);

@@ -1,9 +1,10 @@
 /* The equations of a group that is reduced by fronts (front.h): spatial_rows.h and planar_rows.h without A.
  *
- * Motions are relative to the origin of the group's parent, so that those of all links take one pass, for loops' paths
- * of any length. A row is kept as the wrenches (n, f) of a unit multiplier on its two links, about their origins. Its
- * entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives them. For
- * loops on the ground a point near the first of them replaces the world's origin, which may be far away. */
+ * Motions are relative to the origin of the group's parent, so that one pass computes the motions of all links, for
+ * paths of any length. A row is stored as the wrenches (n, f) of a unit multiplier on its two links, about their
+ * origins. Its entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives
+ * to the links. For loops on the ground a point near the first loop replaces the world's origin, which may be far
+ * away. */
 #include "reduction/front.h"
 
 #include "constraint/spatial_rows.h"
@@ -13,8 +14,8 @@
 
 /* ---- motion of the links ----------------------------------------------------------------------------------------- */
 
-/* The motion of the group's parent. Positions are relative to a point in its axes: that of the first loop that has
- * one. */
+/* The motion of the group's parent. Positions, in the parent's axes, are relative to the point of the first loop that
+ * has a point. */
 static kt_front_motion motion_of_parent(const kt_front *f, bool planar) {
     const kt_real3 none = kt_zero3();
     kt_front_motion parent = {.point = none, .velocity = none, .alpha = none, .linear = none};

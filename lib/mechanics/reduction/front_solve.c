@@ -12,8 +12,8 @@
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */
 
-/* Replaces H by G H G for the reflector G = 1 - t u u' of `all` entries; those of u before `from` are zero. Replaces g
- * by G g, and the sizes of the terms on the diagonal of H by those of the sums. */
+/* Replaces H by G H G for the reflector G = 1 - t u u' of `all` entries; the entries of u before `from` are zero.
+ * Replaces g by G g, and the sizes of the terms on the diagonal of H by those of the sums. */
 KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int from, int all) {
     const int stride = f->stride;
     double *h = f->energy, *w = f->product, *size = f->size, whole = 0.0;
@@ -349,8 +349,8 @@ bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, 
 
 /* ---- the backward pass ------------------------------------------------------------------------------------------- */
 
-/* Computes p of a step before its changes of parameters, from those after them. The parent's acceleration, of `base`
- * components, comes first. */
+/* Computes p of a step before its changes of parameters, from the parameters after the changes. The parent's
+ * acceleration, of `base` components, comes first. */
 KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
     const kt_front_count *count = &f->count[s];
     const int kept = count->kept, left = count->left, rank = count->rank, n = count->params, u = left - kept;

@@ -1,5 +1,5 @@
-/* The groups' equations in their forms (`kt_group_form`): their factors and their least steps. The
- * functions use equations only, so they serve groups of spatial and of planar links alike. */
+/* The groups' equations in their forms (`kt_group_form`): their factors and their least steps. Since the functions use
+ * only equations, they serve groups of spatial and of planar links. */
 #include "reduction/groups.h"
 
 #include "reduction/delassus.h"
@@ -65,7 +65,7 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     return some;
 }
 
-/* Closes a group by its own form, if that is `special`; otherwise factors it. */
+/* Closes a group with its special form if `special`; otherwise factors the group. */
 static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
     if (model->group[g].form == KT_FORM_DELASSUS) {
         KT_KERNEL(kt_delassus_least)(model, data, g, step);

@@ -13,7 +13,7 @@ enum {
         HALF_COLUMNS = PLACE_OF_half_columns
 };
 
-/* Doubles before the arrays: the struct that places them. */
+/* The number of doubles before the arrays: the struct that contains their pointers. */
 enum { HEAD = 16 };
 _Static_assert(sizeof(kt_half) <= HEAD * sizeof(double), "the struct has room before its arrays (kt_half_count)");
 
@@ -43,7 +43,8 @@ KT_INLINE void place(const kt_group *group, kt_half *h) {
     h->live = h->pending + 1;
 }
 
-/* Whether a free joint has armature: its rotors turn against the ground, and it keeps other terms (aba_armature.c). */
+/* Whether a free joint has armature: its rotors turn against the ground, and the joint stores other terms
+ * (aba_armature.c). */
 static bool has_free_armature(const kt_model *model, const kt_group *group) {
     for (int l = 0; l < group->link_count && group->has_armature; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
@@ -53,8 +54,8 @@ static bool has_free_armature(const kt_model *model, const kt_group *group) {
     return false;
 }
 
-/* Chooses the equations; returns false if the group is left to its null space. A group that its equations hold as a
- * whole is left there, too: it then stays at rest to the last bit. */
+/* Chooses the equations; returns false if the null space must solve the group. The null space also solves a group whose
+ * equations permit no motion, because such a group then stays at rest to the last bit. */
 static bool choose_half_equations(const kt_model *model, const kt_data *data, size_t g) {
     kt_half *h = half_of(model, data, g);
     int count = 0;
@@ -194,7 +195,7 @@ KT_INLINE void shift(kt_v4 r, wrenches *p) {
     p->x[2] += x * p->x[4] - y * p->x[3];
 }
 
-/* Four columns of joint forces, and where their half columns go. The columns are those of equations, or of forces on
+/* Four columns of joint forces, and where their half columns go. The columns belong to equations, or to forces on
  * links. */
 typedef struct batch {
     const double *row[KT_HALF_LANES];
@@ -208,7 +209,7 @@ KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
     return (kt_v4){b->row[0][at], b->row[1][at], b->row[2][at], b->row[3][at]};
 }
 
-/* Adds the wrenches that act on a link, times 1 or -1; returns whether there are any. */
+/* Adds the wrenches that act on a link, times 1 or -1; returns whether such wrenches exist. */
 KT_INLINE bool load_link(const batch *b, int32_t link, double sign, kt_v4 *moment, kt_v4 *force_sum) {
     bool any = false;
     for (int r = 0; r < b->forces; r++)
@@ -252,7 +253,8 @@ KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, c
 }
 
 /* The half columns of a free joint, whose link the force f = b and the moment n = b + 3 accelerate. With the factor L
- * of M they are L^-1 f. With that of J - H M^-1 G they are L^-1 (n - H M^-1 f) (aba.h). */
+ * of M, the columns for f are L^-1 f. With the factor L of J - H M^-1 G, the columns for n are L^-1 (n - H M^-1 f)
+ * (aba.h). */
 KT_INLINE void take_free(const kt_articulated *kept, kt_v4 *b, kt_v4 *column) {
     for (int c = 0; c < 3; c++)
         b[c + 3] -= along_half(kept->g[c], b);
@@ -261,8 +263,8 @@ KT_INLINE void take_free(const kt_articulated *kept, kt_v4 *b, kt_v4 *column) {
     memcpy(column, b, 6 * sizeof *b);
 }
 
-/* The half columns of one link; p are the wrenches on it, and then those on its parent. The joint's own forces act,
- * too, if these are `applied`. */
+/* The half columns of one link; p: on entry the wrenches on the link, on return the wrenches on its parent. Forces in
+ * the joint act, too, if `applied`. */
 KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
                          wrenches *p) {
     const kt_link *link = &model->link[i];
@@ -516,8 +518,8 @@ static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *cha
     kt_half_substitute_four(h, change);
 }
 
-/* Adds f_i' M^-1 (f_j + A' change), which is symmetric, for four forces j from `first` on and all forces i up to them.
- * The half columns of later forces are not known yet. */
+/* Adds f_i' M^-1 (f_j + A' change), which is symmetric, for four forces j from `first` on, and all forces i up to
+ * these. The half columns of later forces are not known yet. */
 static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *change, int first, int count,
                             double *rate) {
     const kt_v4 *u = column + (size_t)first / LANES * (size_t)h->m;

@@ -66,7 +66,7 @@ static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_
     return eliminate_dense(model, data, group, w, top, tau, true, a);
 }
 
-/* Eliminates a group of one pin, whose equations have not been filled; returns false if it needs the general
+/* Eliminates a group of one pin, whose equations have not been filled; returns false if the group needs the general
  * method. */
 static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t g, int32_t top,
                                   const kt_const1 *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
@@ -120,8 +120,8 @@ static bool eliminate_planar_front(const kt_model *model, kt_data *data, int32_t
 #endif
 
 /* The arguments that groups need in addition to those of the recursion. If v is not NULL, groups of one pin are solved
- * in closed form for these velocities; otherwise they have been factored like all others. Links of groups that
- * delassus.h has prepared are links of the tree. */
+ * in closed form for these velocities; otherwise these groups have been factored like all others. Links of groups that
+ * delassus.h has prepared count as links of the tree. */
 typedef struct closure {
     const kt_model *model;
     kt_data *data;
@@ -165,8 +165,8 @@ static size_t solve_planar_delassus(const closure *c, const kt_plane *plane) {
     return model->n.group;
 }
 
-/* Eliminates the group of a link in the backward pass, in any form but that of one pin. On the ground this gives its
- * accelerations. */
+/* Eliminates the group of a link in the backward pass, in any form except that of one pin. For a group on the ground,
+ * this yields its accelerations. */
 static kt_condition eliminate_group(const closure *c, const kt_planar_link *link, const kt_real1 *tau) {
     const kt_model *model = c->model;
     kt_data *data = c->data;

@@ -11,8 +11,8 @@
  * Reflectors are applied one by one; LAPACK is given no work memory for blocks. Compared with blocks this takes a
  * fourth of the instructions for one column. The method without blocks takes as many or fewer for m / 4 columns, and a
  * tenth more for m / 2. The method also makes results independent of the number of OpenBLAS's threads below KT_BLOCKED
- * coordinates. The products of one reflector are so small that OpenBLAS leaves them to one thread. Products of blocks
- * are divided, and rounded, according to the number of threads.
+ * coordinates. The products with one reflector are so small that OpenBLAS computes them on one thread. Products of
+ * blocks are divided, and rounded, according to the number of threads.
  */
 #include "reduction/maggi_kane.h"
 
@@ -72,7 +72,8 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
 }
 
 /* Three coordinates and two equations, as in a closed planar chain. Loops of constant length are unrolled, which halves
- * the cost of such a group. Returns whether it is one; *known is then the group with these numbers as constants. */
+ * the cost of such a group. Returns whether the group is such a chain; then *known is the group with these numbers as
+ * constants. */
 KT_INLINE bool is_four_bar(const kt_group_work *w, int rank, kt_group_work *known) {
     if (w->m != 3 || w->k != 2 || rank != 2 || w->unit)
         return false;

@@ -1,8 +1,8 @@
 /* The recursion over spatial links with constraint groups: the articulated-body recursion (dynamics/aba.h), in which
  * each group is one step (spatial_group.h). Bodies outside all loops have the same cost as in a tree.
  *
- * The functions treat links 1 to end - 1 and the groups among them (links.h). These are all links, or those before the
- * planar ones, which planar_links.c treats. */
+ * The functions treat links 1 to end - 1 and the groups among them (links.h). These are all links, or the links before
+ * the planar links, which planar_links.c treats. */
 #include "reduction/whole_symmetric.h"
 
 #include "reduction/links.h"
@@ -127,8 +127,8 @@ KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_artic
     return kt_dots3(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f));
 }
 
-/* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c, or of one in range space,
- * for half_columns.c. Such a link is a link of the tree. Returns whether it has eliminated the link, too. */
+/* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c, or in a group in range
+ * space, for half_columns.c. Such a link counts as a link of the tree. Returns whether the link is also eliminated. */
 KT_INLINE bool keep_inverse(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau, kt_articulated *x,
                             double armature) {
     const kt_link *link = &model->link[i];
@@ -145,8 +145,8 @@ KT_INLINE bool keep_inverse(const kt_model *model, kt_data *data, size_t i, cons
     return false;
 }
 
-/* Solves the groups in the form of Delassus and in range space, between the passes; returns the first link of one that
- * cannot be solved, or 0. */
+/* Solves the groups in the form of Delassus and in range space, between the passes; returns the first link of a group
+ * that cannot be solved, or 0. */
 static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     for (size_t g = 0; g < model->n.group; g++) {
         const int32_t link = model->group_link[model->group[g].link];
@@ -174,7 +174,7 @@ static size_t solve_delassus(const kt_model *model, kt_data *data, size_t end) {
     return 0;
 }
 
-/* The accelerations of a group that is reduced by fronts, from that of its parent. */
+/* The accelerations of a group that is reduced by fronts, from the acceleration of its parent. */
 KT_INLINE void respond_front(const kt_model *model, kt_data *data, int32_t g, kt_real1 *a) {
 #ifndef KT_LANES
     const kt_group *group = &model->group[g];
