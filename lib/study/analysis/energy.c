@@ -6,7 +6,7 @@
 #include <math.h>
 
 /* The rounding error of energies that cancel, relative to the larger of kinetic and potential energy at the start. A
- * motion about a state at rest whose energy is smaller has no energy scale of its own. */
+ * motion about a state at rest with less energy than this share does not define an energy scale. */
 #define ROUNDING 1e-12
 
 /* Energies below this are rounding, J: a spring of 1e12 N/m that is off by the rounding of a metre has less. A blow-up
@@ -26,7 +26,7 @@ static double rounding_of_energies(const kt_energy_watch *watch) {
     return fmax(LEAST, ROUNDING * fmax(watch->start_size, fmax(watch->kinetic, potential)));
 }
 
-/* Dissipated less supplied since the start, J; NaN if it is not determined. */
+/* Dissipated minus supplied energy since the start, J; NaN if unknown. */
 static double net_work(const kt_energy_watch *watch, const kt_record *record) {
     return watch->has_balance ? record->work.dissipated - record->work.supplied : record->estimate.net;
 }
@@ -40,7 +40,7 @@ static void begin_energy_watch(kt_energy_watch *watch, const kt_record *record) 
     watch->balance_start = watch->start + net_work(watch, record);
 }
 
-/* The part of a change of the balance that the works do not leave uncertain. */
+/* The part of a change of the balance that exceeds the uncertainty of the work done. */
 static double balance_error(kt_energy_watch *watch, const kt_record *record, double energy) {
     const double net = net_work(watch, record);
     if (isnan(net))
@@ -55,7 +55,7 @@ static double balance_error(kt_energy_watch *watch, const kt_record *record, dou
     return fmax(fabs(energy + net - watch->balance_start) - watch->uncertainty, 0.0);
 }
 
-/* As fmax and fmin with a number that is one, without their calls: a NaN changes nothing. */
+/* Replace fmax and fmin without a call of the C library; a NaN changes nothing. */
 static void raise_to(double *most, double x) { *most = x > *most ? x : *most; }
 static void lower_to(double *least, double x) { *least = x < *least ? x : *least; }
 

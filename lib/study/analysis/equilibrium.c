@@ -1,16 +1,16 @@
 /* Static equilibrium: a position where the mechanism stays at rest.
  *
  * E is the basis of free velocities that the loop equations allow (independent_coordinates.c; rolling wheels roll). In
- * these directions the force is g = E' M a, and its change along E y is -H y, H = -E' d(M a)/dy. If there is a
- * potential energy V, g is -dV/dy and H its second derivative. A step solves
+ * these directions the force is g = E' M a, whose change along E y is -H y, H = -E' d(M a)/dy. If there is a potential
+ * energy V, g is -dV/dy and H its second derivative. A step solves
  *
  *     (H + mu D) y = g,   D the diagonal of E' M E
  *
  * which is an implicit Euler step of size 1 / mu of the overdamped motion D y' = g (pseudo-transient continuation
  * [Kelley & Keyes]). With mu large enough for H + mu D to be positive definite the step leads downhill and past
  * saddles. At a stable equilibrium mu = 0 suffices, which is Newton's method. A step is accepted if the mean of the
- * forces at its two ends does work along it. D is diagonal, so that degrees of freedom without force or stiffness keep
- * their positions.
+ * forces at its two ends does positive work along the step. D is diagonal, so that degrees of freedom without force or
+ * stiffness keep their positions.
  *
  * With mu = 0 for any H, and steps accepted if |g| falls, the same iteration finds equilibria nearby, stable or not.
  * The iteration stalls where |g| has a minimum above zero, and at kinks, where a stop or a contact begins. Then other
@@ -74,7 +74,7 @@ static void find_dependents(search *s) {
             s->l->dependent[s->dependents++] = (int32_t)i;
 }
 
-/* E_j' f. The column E_j has a one at its independent coordinate, and zeros at the other independent ones. */
+/* E_j' f. The column E_j has 1 at its independent coordinate, and 0 at all other independent coordinates. */
 static double dot_column(const search *s, size_t j, const double *f) {
     const kt_linearization *l = s->l;
     const double *e = l->free_velocity + j * l->size.v;
@@ -220,7 +220,7 @@ static bool clear_force_rounding(const search *s) {
     return any;
 }
 
-/* Whether H is symmetric but for rounding errors, as that of a potential energy is. */
+/* Whether H is symmetric except for rounding errors, like the H of a potential energy. */
 static bool is_symmetric(const search *s, double stiff) {
     const size_t n = (size_t)s->dofs;
     const double *h = s->l->stiffness, *d = s->l->inertia;
@@ -294,8 +294,8 @@ static double expand_step(const search *s, double *share) {
     return part * length;
 }
 
-/* Whether the forces at the end of a step, in l->behind, are those that H predicts. If so, the next step may be longer:
- * a geared motor turns by hundreds of radians while its arm hardly moves. */
+/* Whether the forces at the end of a step, in l->behind, agree with the prediction by H. If so, the next step may be
+ * longer, because a geared motor may turn by hundreds of radians while its arm hardly moves. */
 static bool is_predicted(const search *s, double share) {
     const kt_linearization *l = s->l;
     const size_t n = (size_t)s->dofs;
@@ -356,7 +356,7 @@ static double take_equilibrium_step(search *s, kt_error *error) {
 
 /* ---- the search -------------------------------------------------------------------------------------------------- */
 
-/* Rejects a loop that is driven at t: it does not let the mechanism rest. */
+/* Rejects a loop that is driven at t: such a loop does not permit rest. */
 static kt_status reject_driven(const kt_linearization *l, kt_error *error) {
     for (size_t i = 0; i < l->model->n.loop; i++) {
         const kt_loop_record *loop = &l->model->loop[i];
@@ -490,7 +490,7 @@ static kt_status run_from(search *s, const double *given, int most, kt_equilibri
     return status;
 }
 
-/* Auxiliary states of a failed search are those before it. */
+/* A failed search does not change the auxiliary states. */
 static kt_status find_with_states(kt_linearization *l, const kt_equilibrium_options *options, double t, const double *q,
                                   const double *tau, kt_equilibrium *found, kt_error *error) {
     kt_copy(l->x_given, l->x0, l->size.x * sizeof *l->x0);

@@ -8,19 +8,19 @@
  *     [ E' D_q E   E' D_x ] [ y  ]   [ g ]
  *     [ F_q E      F_x    ] [ dx ] = [ f ],   D = -d(M a), F = -df          (kt_linearized_fill at a = 0)
  *
- * for a step (E y, dx). The step is shortened until that of the same matrix from where it leads is shorter (P.
+ * for a step (E y, dx). The step is shortened until the next step with the same matrix is shorter than this step (P.
  * Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3). An integrating controller has a state on which
  * its own rate does not depend. F_x is then singular, and the whole matrix is not.
  *
  * Newton's method fails if a valve or a controller at its limit has no slope, or if states that nothing holds make the
- * matrix singular. Then the motion itself is followed from rest by linearly implicit Euler steps of d seconds,
+ * matrix singular. In these cases, the motion is followed from rest with linearly implicit Euler steps of d seconds,
  *
  *     [ E' (M / d^2 + D_v / d + D_q) E   E' D_x     ] [ y  ]   [ g + E' (M / d + D_v) v ]
  *     [ (F_v / d + F_q) E                F_x + 1/d  ] [ dx ] = [ f + F_v v              ],   v+ = E y / d
  *
- * which become longer as they lead less far, and in the end are Newton's (pseudo-transient continuation: C. T. Kelley,
- * D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). Such steps damp oscillations, so that only motions which go away or
- * move on for ever find no rest.
+ * whose length d grows as their displacements decrease, until the steps become Newton's (pseudo-transient continuation:
+ * C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). Such steps damp oscillations, so that only motions
+ * which go away or move on for ever find no rest.
  */
 #include "analysis/analysis.h"
 #include "base/copy.h"
@@ -83,7 +83,7 @@ static void add_velocities(const search *s, const kt_linearized *w, double d) {
     kt_add_columns(w->rate_v, l->size.x, nv, 1.0, l->v0, l->step + s->dofs);
 }
 
-/* A state that changes nothing, that nothing changes, and whose rate is 0 stays as it is: the place of a foothold. */
+/* Holds states with the rate 0 that nothing reads or changes, such as the position of a foothold. */
 static void hold_idle_states(const search *s, double *matrix) {
     const size_t nx = s->l->size.x, n = (size_t)s->dofs + nx;
     for (size_t k = n - nx; k < n; k++) {
@@ -181,15 +181,16 @@ static kt_status begin_search_step(search *s, double d, kt_error *error) {
     return status;
 }
 
-/* The unit of an auxiliary state is 1, or its size, or the largest size so far: a state that swings through zero is not
- * small there. */
+/* The unit of an auxiliary state is 1, or its size, or the largest size so far, because a state that swings through
+ * zero is not small. */
 static void choose_units(const search *s, bool so_far) {
     const kt_linearization *l = s->l;
     for (size_t k = 0; k < l->size.x; k++)
         l->x_unit[k] = fmax(so_far ? l->x_unit[k] : 1.0, fabs(l->x_begin[k]));
 }
 
-/* One step from q0 and x0. *length: of it in units, or 0 where no part of it leads nearer. */
+/* Takes one step from q0 and x0. *length: the length of the step in units, or 0 if no part of the step reduces the
+ * residual. */
 static kt_status take_search_step(search *s, double *length, kt_error *error) {
     kt_linearization *l = s->l;
     kt_status status = begin_search_step(s, HUGE_VAL, error);
@@ -224,7 +225,7 @@ static kt_status take_search_step(search *s, double *length, kt_error *error) {
 
 /* ---- the motion itself ------------------------------------------------------------------------------------------- */
 
-/* A step of d seconds, which is not taken where it is too long. *length: of it in units. */
+/* Takes a step of d seconds, unless the step is too long. *length: the length of the step in units. */
 static kt_status step_in_time(search *s, double d, double *length, kt_error *error) {
     kt_linearization *l = s->l;
     const kt_status status = begin_search_step(s, d, error);

@@ -14,8 +14,9 @@
  * Only the given state enters, and not, for example, a contact or a stop nearby.
  *
  * All derivatives are evaluated at two states a few rounding errors to either side of the given one. The result is
- * their mean. The first part of its estimated error is their difference. It shows the conditioning of the equations
- * and a kink at the state itself. The second part is a bound of the rounding errors of terms that may cancel,
+ * their mean. The first part of the estimated error is the difference of both values, which shows the conditioning of
+ * the equations, and a kink at the state itself. The second part is a bound of the rounding errors of terms that may
+ * cancel,
  *
  *     |a_tau| T + |da| + |a_q| |dq| + |a_v| |dv|,
  *     T_k = |M| |da| + (forces and |M_kk| times the accelerations at the state) |dq| + |M_kk| |v| |dv|,
@@ -101,7 +102,7 @@ static void write_direction_terms(const kt_linearization *l, const double *dq, c
     }
 }
 
-/* Adds the rounding errors of a column; term: those of its forces. */
+/* Adds the rounding errors of a column; term: the rounding errors of its forces. */
 static void add_rounding(kt_linearization *l, const double *dq, const double *dv, const double *derivative,
                          double *term, double *error) {
     const size_t nv = l->size.v;
@@ -145,7 +146,7 @@ static void write_exact_inputs(kt_linearization *l, bool is_second) {
 }
 
 /* Writes the rows of the rates of auxiliary states in a column, along (dq, dv) or of auxiliary state k. On the first
- * side they are the rates' derivatives, on the second the mean of both sides and its errors. */
+ * side, the rows are the rates' derivatives; on the second side, the mean of both sides and its errors. */
 static void write_auxiliary_rates(kt_linearization *l, const double *dq, const double *dv, size_t k, size_t column,
                                   bool is_second) {
     const size_t x = l->size.x, nv = l->size.v, first = column * l->size.f + kt_probe_rates(l);

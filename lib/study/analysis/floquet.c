@@ -7,8 +7,8 @@
  * |mu|. The rate of growth is log |mu| / T. The frequency is arg mu / (2 pi T), up to a multiple of 1 / T, which
  * nothing distinguishes.
  *
- * Differences that the loops forbid have the multiplier 0: the projection of the last step removes them. As many
- * multipliers as the equations determine are left out, the smallest ones.
+ * Differences that the loops forbid have the multiplier 0: the projection of the last step removes them. For each
+ * independent equation, the smallest multiplier is left out.
  *
  * Source: G. Floquet, Annales scientifiques de l'E.N.S. 12 (1883) 47; C. E. Hammond, An application of Floquet theory
  * to prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
@@ -189,8 +189,8 @@ static int forbidden(const kt_model *model) {
     return lost;
 }
 
-/* Multipliers by falling modulus, a conjugate pair as the one above the axis; the smallest `lost` eigenvalues are those
- * that the loops forbid. */
+/* Multipliers by falling modulus, a conjugate pair as the multiplier above the axis. The smallest `lost` eigenvalues
+ * belong to directions that the loops forbid. */
 static void return_multipliers(kt_floquet *f, int lost) {
     const double period = f->options.period;
     f->count = f->states = 0;

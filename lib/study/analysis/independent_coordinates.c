@@ -2,11 +2,12 @@
  *
  * At a state the equations of all loops allow steps dq with A1 dq = 0 (A1: the equations with a residual). At a fixed
  * position they allow velocity changes dv with A dv = 0. Gauss-Jordan elimination with full pivoting turns A1 into
- * [1 R1], with as many dependent coordinates as A1 has rank. Continued with the other equations it turns A into [1 R]:
+ * [1 R1], with as many dependent coordinates as A1 has rank. Continued with the other equations, the elimination turns
+ * A into [1 R]:
  *
  *     dq = [-R1; 1] dq_independent,    dv = [-R; 1] dv_independent.
  *
- * The columns of C = d(A v - b')/dq take part in the elimination. Along a step dq in the manifold velocities must
+ * The columns of C = d(A v - b')/dq take part in the elimination. Along a step dq on the manifold, velocities must
  * change by A dv = -C dq. Among all such dv, this one leaves the independent velocities unchanged:
  *
  *     dv = [-T C dq; 0],               T A = [1 R].
@@ -30,7 +31,7 @@
 
 enum { UNUSED = -1 };
 
-/* A row's largest weighted entry in a column without a pivot: the first of equal ones. */
+/* A row's largest weighted entry in a column without a pivot: the first among equal entries. */
 typedef struct candidate {
     double weighted; /* 0: none */
     int32_t column;
@@ -76,7 +77,7 @@ static double find_coordinate_pivot(const elimination *e, const bool *holonomic,
     return best > 0.0 ? fabs(e->a[*column * e->rows + *row]) : 0.0;
 }
 
-/* Only rows and columns with entries in those of the pivot change. */
+/* Only rows and columns with entries in the pivot's column and row change. */
 static void eliminate_coordinate(elimination *e, size_t row, size_t column) {
     double *pivot = e->a + column * e->rows;
     const double whole = pivot[row];
@@ -151,8 +152,8 @@ static void write_dependent_velocity(const elimination *e, const double *unit, c
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Scales coordinates to their units and the row to size one. If a row is only rounding compared with its possible size
- * could_be, it is set to zero. Scaled up, it would be taken for an equation. */
+/* Scales coordinates to their units and the row to size one. A row that is only rounding compared with its possible
+ * size could_be is set to zero, because the scaled row would count as an equation. */
 static void scale_row(kt_linearization *l, size_t row, double could_be) {
     const size_t rows = l->size.rows, nv = l->size.v;
     double largest = 0.0;
@@ -201,7 +202,7 @@ static kt_status reject_singular_group(const kt_linearization *l, size_t g, kt_e
         "can move on in more than one way, so there is no linearisation; use a neighbouring position");
 }
 
-/* Checks that all constraint groups have their usual ranks here. */
+/* Checks that all constraint groups have their usual ranks at this state. */
 static kt_status check_ranks(const kt_linearization *l, bool *near, kt_error *error) {
     const kt_model *model = l->model;
     *near = false;
@@ -237,7 +238,7 @@ static kt_status fill_equations(kt_linearization *l, kt_error *error) {
     return KT_OK;
 }
 
-/* The weight of each coordinate in the choice of pivots: low for those that should stay independent. */
+/* The weight of each coordinate in the choice of pivots: low for coordinates that should remain independent. */
 static void fill_weights(const kt_linearization *l, double *weight) {
     for (size_t c = 0; c < l->size.v; c++)
         weight[c] = l->model->held[c] ? 0.1 : 1.0;

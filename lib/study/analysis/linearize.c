@@ -20,7 +20,7 @@
  *
  * The probes yield G = (dq, dv, da, ..)_j; S selects the states from dq, dv. The projection changes the states
  * themselves a little. Therefore S G = W is only nearly the identity. The lower left part of S G is the change of
- * velocities that keeps them on the manifold as the position changes. The derivatives by the states are
+ * velocities that is necessary on the manifold when the position changes. The derivatives by the states are
  *
  *     G W^-1,   state = S (dv + C dq, da) W^-1.
  */
@@ -224,7 +224,7 @@ static kt_status differentiate_markers(kt_linearization *l, const double *dq, co
     return status;
 }
 
-/* Writes an input's column from the accelerations of all coordinates by it, and their errors. */
+/* Writes an input's column from the derivatives of all accelerations by this input, and their errors. */
 static void write_input_column(const kt_system_arrays *out, const kt_linear_system *system, size_t input,
                                const double *derivative, const double *derivative_error) {
     double *b = out->input + input * (size_t)system->states,
@@ -237,8 +237,8 @@ static void write_input_column(const kt_system_arrays *out, const kt_linear_syst
     }
 }
 
-/* Computes all derivatives along the states by exact derivatives; returns KT_ERROR_SINGULAR where they cannot be
- * computed. */
+/* Computes all derivatives along the states by exact derivatives; returns KT_ERROR_SINGULAR if exact derivatives cannot
+ * be computed. */
 static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                                        kt_error *error) {
     const size_t n = (size_t)system->states, moving = moving_of(system), nv = l->size.v, f = l->size.f;
@@ -264,7 +264,7 @@ static kt_status differentiate_exactly(kt_linearization *l, const kt_system_arra
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
-/* Writes dq and dv of all joints from the states. Entries with exact values replace the differenced ones. */
+/* Writes dq and dv of all joints from the states. Entries with exact values replace differences. */
 static void write_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t nv = l->size.v;
     write_exact_bases(l, out, system);
@@ -397,7 +397,7 @@ static kt_status differentiate_numerically(kt_linearization *l, const kt_system_
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-/* The largest entry of a matrix like `state`, less another one unless that is NULL, in units. */
+/* The largest entry of a matrix like `state`, minus another matrix unless NULL, in units. */
 static double largest_entry_of(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system,
                                const double *matrix, const double *other) {
     const size_t n = (size_t)system->states;
@@ -453,17 +453,17 @@ static bool are_apart(const kt_linearization *l, const kt_system_arrays *out, co
     return largest_entry_of(l, out, system, out->state, l->other_state) > ERRORS_MOST * (error + system->error) * whole;
 }
 
-/* Whether the path that the state is on bends next to a singular position: its acceleration is not interpolated there.
- * Differences would look across the bend. */
+/* Whether the path through the state bends near a singular position. At such a state, the acceleration is not
+ * interpolated, and differences would extend across the bend. */
 static bool is_bent(kt_linearization *l) {
     return kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->ahead, NULL) != KT_OK ||
            !l->data->interpolated;
 }
 
-/* Next to a singular position exact derivatives have an error that grows as it comes nearer, while differences reach
- * states that are farther from it. These see nothing of a path that bends within their steps; then both are apart by
- * more than their errors, and the exact ones hold. Otherwise those with the smaller error are taken, as for the
- * accelerations themselves (evaluate/singular_crossing.c). */
+/* The error of exact derivatives grows towards a singular position, while differences use states farther away from it.
+ * If the path bends within their steps, differences are wrong: then both differ by more than their errors, and exact
+ * derivatives are used. Otherwise the derivatives with the smaller error are used, as for the accelerations themselves
+ * (evaluate/singular_crossing.c). */
 static kt_status differentiate_system(kt_linearization *l, const kt_system_arrays *out, kt_linear_system *system,
                                       kt_error *error) {
     const bool near = system->near_singular;

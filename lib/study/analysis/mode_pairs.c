@@ -1,4 +1,4 @@
-/* Pairs of eigenvalues and vectors: states without a part in them, their sizes, and the shapes of joints. */
+/* Pairs of eigenvalues and vectors: states that have no part in a pair, their sizes, and the shapes of joints. */
 #include "analysis/modes.h"
 
 #include "kinetree/algebra.h"

@@ -1,4 +1,4 @@
-/* Shapes of modes next to neutral modes: a second solution, if residuals show that the first one failed.
+/* Shapes of modes next to neutral modes: a second solution, if residuals show that the first solution failed.
  *
  * The balancing of dgeevx scales each state until its row and its column of A have equal norms. Next to a neutral mode
  * (a drifting body, a free rotor) a column holds nothing but rounding, for example 1e-28. Balancing then multiplies
@@ -10,7 +10,7 @@
  *
  * 1. Scale the states by their units u, and velocities by u w, so that w^2 is the largest stiffness per mass. An entry
  *    below a few eps of the largest scaled entry is set to zero if its whole column or row is that small. Such states
- *    have the eigenvalue zero. LAPACK isolates them by a permutation, and balances the others alone.
+ *    have the eigenvalue zero. LAPACK isolates them by a permutation, and balances only the others.
  * 2. A pair with the residual r is corrected in the basis of the eigenvectors x_j, with left vectors w_j:
  *
  *        x <- x - sum_j x_j (w_j' r) / ((lambda_j - lambda) w_j' x_j),      lambda_j apart from lambda,
@@ -19,8 +19,8 @@
  * 3. The components of the states of step 1 follow from their own rows of A, in the reverse order of their removal:
  *    x_i = (sum_{j /= i} a_ij x_j) / (lambda - a_ii).
  *
- * A slow mode that step 1 confuses with a neutral one keeps its first pair, whose residual is small. A mended
- * eigenvalue stays within the error bound of the first one.
+ * If step 1 confuses a slow mode with a neutral mode, the first pair remains, whose residual is small. A corrected
+ * eigenvalue lies within the error bound of the first eigenvalue.
  */
 #include "analysis/modes.h"
 
@@ -31,14 +31,14 @@
 #include <math.h>
 #include <string.h>
 
-/* A larger residual is not that of one product A x. */
+/* A larger residual is not rounding of one product A x. */
 #define MOST_ROUNDED (4.0 * DBL_EPSILON)
 
 /* An entry that is smaller, relative to the largest, changes no eigenvalue beyond the rounding of the QR iteration. */
 #define NEGLIGIBLE (4.0 * DBL_EPSILON)
 
-/* Eigenvalues that are closer, relatively, belong to one invariant subspace. A correction between them would divide by
- * their rounding, and changes no residual. */
+/* Eigenvalues with a smaller relative distance belong to one invariant subspace. A correction between such eigenvalues
+ * would divide by rounding, and changes no residual. */
 #define TOGETHER 1e-4
 
 /* ---- residuals --------------------------------------------------------------------------------------------------- */
@@ -86,7 +86,8 @@ double kt_modes_residual(const kt_modes *m, const kt_linear_system *system, size
     return whole > 0.0 ? worst / whole : 0.0;
 }
 
-/* A mode whose eigenvalue does not exceed its error has no shape of its own. */
+/* Whether a mode failed. A mode whose eigenvalue does not exceed its error has no definite shape, and does not
+ * count. */
 static bool has_failed(const kt_mode *mode) {
     return mode->residual > MOST_ROUNDED && kt_hypot(mode->real, mode->imaginary) > mode->error;
 }

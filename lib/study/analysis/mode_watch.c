@@ -7,7 +7,7 @@
  *
  * The direction is carried from state to state, and a small vector with a part in every mode is added each time. One
  * iteration per state therefore follows a mode that changes slowly. The iteration also detects new stiffness, such as a
- * foot that has come to the ground. Only where a rate is new or has grown is the iteration repeated until it settles.
+ * foot that has come to the ground. The iteration is repeated until convergence only if a rate is new or has grown.
  * Estimates are usually too low.
  *
  * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected. The equations

@@ -5,11 +5,11 @@
  *
  *     4 (|w|' D |x| + |w_v' R| F |x|) / |w' x| + eps |A| / s,   A x = lambda x, w' A = lambda w'
  *
- * with the estimated error E = D + |R| F of each entry of A. Here |A| and s = |w' x| are those of the balanced matrix
+ * with the estimated error E = D + |R| F of each entry of A. Here |A| and s = |w' x| belong to the balanced matrix
  * (LAPACK Users' Guide, 3rd ed., section 4.8.1). F are the errors of the forces from which a column of accelerations is
- * solved. R are the accelerations by forces, M^-1 in a tree. The bound |w|' E |x| would multiply the condition of M by
- * that of A. For a cantilever of N segments w_v is M y with a smooth y, and w_v' R = y' is less than |w_v|' |R| by
- * about N^4.
+ * solved. R are the accelerations by forces, M^-1 in a tree. The bound abs(w)' E abs(x) would contain the product of
+ * the conditions of M and A. For a cantilever of N segments w_v is M y with a smooth y, and w_v' R = y' is less than
+ * |w_v|' |R| by about N^4.
  *
  * If eigenvalues with the same shape coincide, w' x vanishes. Then a bound of L. Elsner applies:
  *
@@ -18,9 +18,9 @@
  * Rounding would give a cyclic coordinate, on which nothing depends, the square root of its size as an eigenvalue.
  * Therefore a column of A that does not exceed its errors anywhere is set to zero; so is a row. The state of such a
  * column then has the eigenvalue zero. The others are the eigenvalues of the matrix without this state, in which more
- * such columns and rows may appear. A single entry is set to zero only if a second condition holds: it is below eps
- * times the largest of its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the
- * lowest eigenvalues.
+ * such columns and rows may appear. A single entry is set to zero only if the entry is also below eps times the largest
+ * of its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the lowest
+ * eigenvalues.
  */
 #include "analysis/modes.h"
 #include "base/require.h"
@@ -35,8 +35,7 @@
 
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
 
-/* The errors that are those of rounding, into m->rounding. A kink, such as a stop that just touches, has larger
- * ones. */
+/* Writes rounding errors into m->rounding. At a kink, such as a stop that just touches, errors are larger. */
 static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n) {
     double whole = 0.0;
     for (size_t j = 0; j < n; j++)

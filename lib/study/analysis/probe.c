@@ -3,13 +3,12 @@
  * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv). The numbers of a probe are, in this
  * order:
  *
- *     q (-) q0, v - v0    the actual differences, nv each
- *     a                   the acceleration there, nv
+ *     q (-) q0, v - v0 the actual differences, nv each a the acceleration at the probe, nv
  *     ...                 the velocities of the markers, 3 each
  *     ...                 the rates of auxiliary states
  *
- * A direction may have parts of auxiliary states, too.
- * At rest the force M a can replace a: inverse dynamics with the acceleration a minus that without.
+ * A direction may have components along auxiliary states, too. At rest the force M a can replace a: inverse dynamics
+ * with the acceleration a minus that without.
  */
 #include "analysis/analysis.h"
 
@@ -71,7 +70,7 @@ kt_status kt_probe(kt_linearization *l, double step, double *out, kt_error *erro
     return status;
 }
 
-/* Rounding of angles and lengths is proportional to their size, that of quaternions to 1. */
+/* Rounding of angles and lengths is proportional to their size, rounding of quaternions to 1. */
 static void positions_floor(const kt_linearization *l, double *floor) {
     for (size_t i = 1; i < l->model->n.link; i++) {
         const kt_link *link = &l->model->link[i];

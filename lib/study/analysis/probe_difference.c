@@ -9,11 +9,11 @@
  *
  * For each number the T[k][j] with the least estimated error is taken. An acceleration that is stiff in one joint and
  * soft in another needs different steps. The least of many estimates may be small by chance, in two ways. First, three
- * numbers of the tableau may agree although all are off. The next rows then differ from them by more than the errors of
- * both, and the error is raised to this difference. Second, the actual rounding error of f dominates the last and
- * shortest step. The rounding error depends on the conditioning of the loop equations. Therefore the error is at least
- * the estimate at that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are left out.
- * Halving continues until no number improves any more and all are accurate, or to 2^-30.
+ * numbers of the tableau may agree although all are wrong. Then the next rows differ from these numbers by more than
+ * the errors of both, and the error is raised to this difference. Second, the actual rounding error of f dominates the
+ * last and shortest step. The rounding error depends on the conditioning of the loop equations. Therefore the error is
+ * at least the estimate at that step times h_last / h_taken. Steps from which the mechanism cannot be assembled are
+ * left out. Halving continues until no number improves any more and all are accurate, or to 2^-30.
  *
  * Unlike finite differences with one step, this needs no estimate of the scale on which f changes. The first step must
  * only not be smaller than about 1e-3 times that scale: rounding dominates below.
@@ -52,10 +52,10 @@ static void extrapolate_difference(const extrapolation *x, size_t i, double diff
     }
 }
 
-/* Takes the best estimate of the new row if its error is below the present one; returns whether it was. An estimate
- * that differs from the present one by more than both errors shows that the present error was small by chance. The
- * present error is then raised to the difference. The exception is an estimate of a step so much shorter that it may be
- * off by its own rounding. */
+/* Replaces the present estimate by the best estimate of the new row if the error of the new estimate is smaller;
+ * returns whether it was. An estimate that differs from the present one by more than both errors shows that the present
+ * error was small by chance. Then the present error is raised to the difference, except if the new step is so much
+ * shorter that rounding may explain the difference. */
 static bool take_best(const extrapolation *x, size_t i, double h, double rounding) {
     const size_t f = x->l->size.f;
     bool better = false;
@@ -88,7 +88,7 @@ static void expect_difference_rounding(const extrapolation *x, double h) {
     }
 }
 
-/* The part of a probe that a number belongs to, and the unit by which it is scaled within that part. */
+/* The part of a probe to which a number belongs, and the unit that scales the number within this part. */
 static size_t probe_part_of(const kt_linearization *l, size_t i) {
     return i < 3 * l->size.v ? i / l->size.v : i < kt_probe_rates(l) ? 3 : 4;
 }

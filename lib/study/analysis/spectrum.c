@@ -60,7 +60,7 @@ static const double uncertain = 1e-2;
 /* Whether hard contacts slip in the model. */
 static bool has_slip(const kt_model *model) { return model->n.slip > 0; }
 
-/* Adds the modes of a state, using a linearisation of the model in it. */
+/* Adds the modes of a state, using a linearisation of the model at this state. */
 static kt_status add_state(kt_spectrum *spectrum, kt_linearization *linearization, double t, const double *q,
                            const double *v, const double *tau, kt_error *error) {
     const size_t nv = spectrum->size.nv;
@@ -128,8 +128,7 @@ static const kt_model *present_model(kt_simulation *simulation) {
     return kt_simulation_model(simulation);
 }
 
-/* Adds the present state of a simulation. Contacts that are closed in it, and friction that sticks, are constraints of
- * the motion. */
+/* Adds the present state of a simulation. Closed contacts and sticking friction are constraints of the motion. */
 static kt_status add_present_state(kt_spectrum *spectrum, kt_simulation *simulation, double t, kt_error *error) {
     const kt_model *model = present_model(simulation);
     kt_linearization_options options = nothing_besides();

@@ -2,7 +2,7 @@
  *
  * Each body gets a free joint on the world, with the pose and the twist of the tree's initial state. Its joint becomes
  * a loop of the same kind, from the joint frame on the parent to the body frame. A screw's loop measures its angle from
- * the initial one. At this angle the body has already advanced by pitch times angle; therefore the end on the body is
+ * the initial angle. At this angle the body has already advanced by pitch times angle; therefore the end on the body is
  * set back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
  */
 #include "compare/absolute.h"
@@ -134,8 +134,8 @@ static void start_at_joint(kt_loop *loop, const kt_joint *joint) {
 }
 
 /* Adds a counter: a massless body with the joint's one coordinate, tied to the body. If the counter rotates, its x axis
- * is kept normal to the body's y axis. If it slides, the body's origin is kept in the plane through the counter's
- * origin and normal to the axis. */
+ * is kept normal to the body's y axis. If the counter slides, the body's origin is kept in the plane through the
+ * counter's origin and normal to the axis. */
 static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
     kt_element elements[KT_ELEMENT_MAX];
     kt_body *counter;
@@ -154,7 +154,7 @@ static void add_counter(loosen *w, const kt_body *body, kt_absolute_joint *j) {
 }
 
 /* Replaces a universal joint whose axes are not normal to each other. A revolute loop about the first axis connects the
- * parent with the cross. Another one about the second axis connects the cross with the body. */
+ * parent with the cross. A second revolute loop about the second axis connects the cross with the body. */
 static void add_absolute_cross(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
     kt_body *cross;
     kt_loop *first, *second;

@@ -1,4 +1,5 @@
-/* The absolute formulation's transformation: a tree's coordinates and those of its free bodies, forces, reactions.
+/* The absolute formulation's transformation: between the coordinates, forces and reactions of a tree and of its free
+ * bodies.
  *
  * The relative motion of a joint between bodies p and c, whose frame J is fixed to p, is in the axes of J
  *     x = R_J' (x_c - x_J),                          R = R_J' R_c
@@ -124,7 +125,7 @@ static kt_joint_motion relative_motion(const motion *p, const motion *c, const k
     return m;
 }
 
-/* Computes the coordinates of one joint; q and v hold those of `ago` seconds earlier. */
+/* Computes the coordinates of one joint; q and v hold the coordinates `ago` seconds earlier. */
 static void measure_absolute_state(const kt_absolute_joint *j, kt_coordinates at, const kt_joint_motion *m, double ago,
                                    double *q, double *v, double *a) {
     double near[KT_JOINT_NQ_MAX], rate[KT_JOINT_NV_MAX], second[KT_JOINT_NV_MAX];

@@ -134,7 +134,7 @@ static kt_status check_accuracy_options(const kt_accuracy_options *options, doub
 
 KT_ARENA_ARRAYS(place_arrays, kt_accuracy, KT_ACCURACY_FIELDS, size_t rows, size_t variants, size_t curves)
 
-/* Allocates the study and its arrays behind it. */
+/* Allocates the study, followed by its arrays. */
 static kt_accuracy *make_study_room(const kt_accuracy *start) {
     kt_accuracy probe = *start;
     const size_t rows = (size_t)start->results.records + 1, variants = (size_t)start->results.variant_count;
@@ -170,7 +170,7 @@ void kt_accuracy_free(kt_accuracy *study) {
 
 /* ---- the study --------------------------------------------------------------------------------------------------- */
 
-/* Runs one curve. to_come: the number of curves left, this one included. */
+/* Runs one curve. to_come: the number of remaining curves, including this curve. */
 static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_come, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_accuracy_curve *curve = &study->curves[index];

@@ -1,5 +1,5 @@
-/* Differential-algebraic baselines against the reference of a study. The right multipliers are those of the reference's
- * states [MSD 8.54], by the equations that the baseline has chosen. */
+/* Differential-algebraic baselines against the reference of a study. The reference multipliers follow from the
+ * reference's states [MSD 8.54] and the equations that the baseline has chosen. */
 #include "base/arena.h"
 #include "base/require.h"
 #include "compare/absolute.h"
@@ -73,7 +73,7 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     return KT_OK;
 }
 
-/* Errors of the run are those of the baseline, not of the call. */
+/* An error of the run is a result of the baseline, and not an error of the call. */
 static kt_status run_baseline(kt_accuracy *study, kt_baseline_work *w, double step, kt_accuracy_baseline *b) {
     const double interval = study->results.interval;
     const int steps = (int)fmax(1.0, ceil(interval / step * (1.0 - 1e-9)));

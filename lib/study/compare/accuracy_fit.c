@@ -1,7 +1,7 @@
 /* Fits to the points of a study: orders, error floors, and the Pareto fronts.
  *
  * In the asymptotic range error = C setting^p, a straight line of slope p in logarithms, fitted by least squares. The
- * range ends above where the error is no longer small against the motion. It ends below where rounding or the
+ * range ends at large errors that are not small compared with the motion, and at small errors at which rounding or the
  * reference's uncertainty becomes visible. The fit uses the finest points of the range.
  */
 #include "compare/accuracy.h"
@@ -68,7 +68,7 @@ static void add_to_line(kt_line_sums *s, double x, double y) {
     s->yy += y * y;
 }
 
-/* Sets slope, spread and fitted, if there are enough points, and they lie near a line. */
+/* Sets slope, spread and fitted, if enough points lie near a line. */
 static void fit_line(const kt_line_sums *s, double range, kt_accuracy_curve *curve) {
     curve->fitted = 0;
     curve->slope = curve->slope_spread = (double)NAN;

@@ -5,12 +5,12 @@
  * beginning t0 of that step: the event was found at the end of the step before, and acted before this step.
  *
  * Two solutions have the same events at slightly different instants. Between the two instants of an impact one solution
- * still has the velocity before the jump, and the difference of velocities is that of the jump for any accuracy. Hence
- * errors are measured outside of windows about the instants of the reference, and the error of the instants is a
- * result of its own. Instants of one name are matched in their order. An instant without a partner is counted.
+ * still has the velocity before the jump, and the difference of velocities has the size of the jump for any accuracy.
+ * Hence errors are measured outside of windows about the instants of the reference, and the error of the instants is a
+ * separate result. Instants with the same name are matched in their order. An instant without a partner is counted.
  *
- * The windows are a fixed part of the interval between records, so that they leave out few records. They are equal for
- * all runs of a study. A run whose instants are off by more than a window shows the difference of the jump.
+ * The windows are a fixed part of the interval between records, so that few records are left out, and are equal for all
+ * runs of a study. A run whose instants are off by more than a window shows the difference of the jump.
  */
 #include "compare/accuracy.h"
 
@@ -87,7 +87,7 @@ static uint64_t count_contact_changes(const kt_simulation *simulation) {
     return counts.impacts + counts.closings + counts.openings + counts.sticks + counts.slips;
 }
 
-/* The number of events of a simulation, and of those that belong to hard contacts, which come first. */
+/* The number of events of a simulation, and the number of events of hard contacts, which come first. */
 static int count_events(const kt_instant_log *log, const kt_simulation *simulation, int *of_contacts) {
     const kt_accuracy_events *events = events_of(log->study);
     int count = 0;
@@ -170,7 +170,7 @@ static int count_rest(const kt_instant_log *log, const char *name, int i, double
     return count;
 }
 
-/* Matches the instants of one name. */
+/* Matches the instants with one name. */
 static void match_name(const kt_instant_log *a, const kt_instant_log *b, const char *name, double end,
                        kt_accuracy_error *error) {
     int i = next_of_name(a, name, 0), k = next_of_name(b, name, 0);

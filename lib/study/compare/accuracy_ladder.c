@@ -1,15 +1,16 @@
-/* The settings of one method, from the coarsest that is usable to where further refinement gains nothing.
+/* The settings of one method, from the coarsest usable setting to the setting at which further refinement gains
+ * nothing.
  *
  * Fixed steps are the duration over whole numbers n, n_max, 2 n_max, 4 n_max, ... The first step follows from the
- * number of steps that dop853 took for the reference. The step is doubled while it is usable, or halved until it is.
+ * number of steps that dop853 took for the reference. The step is doubled while still usable, or halved until usable.
  * The error shows whether accuracy or stability prevents the next larger step: at order p, a step twice as large has
  * 2^p times the error. If that would still be a small error and the run fails nevertheless, the step has left the
  * method's stability region. The limit is then found by bisection. An adaptive method shows the same limit by a number
  * of steps that does not fall when the tolerance is loosened.
  *
  * Goals lie between the rungs. After the ladder, settings are refined next to each goal: between the loosest setting
- * from which all tighter ones reach the goal, and the one before. Fixed steps and tolerances are thus compared at equal
- * errors. Settings have few digits, so that a printed setting is exactly the one that was run.
+ * from which on all tighter settings reach the goal, and the next looser setting. Thus fixed steps and tolerances are
+ * compared at equal errors. Settings have few digits, so that a printed setting is exactly the setting of the run.
  */
 #include "compare/accuracy.h"
 
@@ -74,7 +75,7 @@ static void keep_point(kt_ladder *ladder, const kt_accuracy_point *point) {
     curve->count++;
 }
 
-/* Whether the method has no limit of stability on the real axis, as A-stable and L-stable ones have none. */
+/* Whether the method has no limit of stability on the real axis, like A-stable and L-stable methods. */
 static bool damps_all(const kt_method *method) {
     kt_stability stability;
     if (strcmp(kt_method_family_name(method), "switching") == 0)
@@ -234,7 +235,7 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
 
 /* ---- tolerances -------------------------------------------------------------------------------------------------- */
 
-/* The mean step where a looser tolerance saves no steps although the error would allow it. */
+/* The mean step at which a looser tolerance saves no steps although the error would allow longer steps. */
 static void find_held_step(kt_ladder *ladder) {
     kt_accuracy_curve *curve = ladder->curve;
     for (int i = 0; i + 1 < curve->count; i++) {
@@ -300,7 +301,7 @@ static kt_status climb_tolerances(kt_ladder *ladder, kt_error *error) {
 
 /* ---- goals ------------------------------------------------------------------------------------------------------- */
 
-/* The loosest point from which all tighter ones that ran to the end reach the goal; -1: there is none. */
+/* The loosest point from which on all tighter points that ran to the end reach the goal; -1: none. */
 static int loosest_for_goal(const kt_ladder *ladder, double goal) {
     int found = -1;
     for (int i = ladder->curve->count - 1; i >= 0; i--) {
@@ -314,7 +315,7 @@ static int loosest_for_goal(const kt_ladder *ladder, double goal) {
     return found;
 }
 
-/* A setting between two points at which the error should just be below the goal; 0: there is no room between them. */
+/* A setting between two points at which the error should just be below the goal; 0: no setting lies between both. */
 static double setting_for_goal(const kt_ladder *ladder, const kt_accuracy_point *loose, const kt_accuracy_point *tight,
                                double goal) {
     const double ratio = loose->setting / tight->setting;

@@ -1,6 +1,6 @@
 /* The norm of the difference of two states (defined in kinetree/study.h).
  *
- * Differences are those of the joints' own algebra: dv with q (+) dv = q_other. A quaternion therefore yields the
+ * Differences follow the algebra of the joints: dv with q (+) dv = q_other. A quaternion therefore yields the
  * vector of the rotation between the two. Coordinates of a joint that form one vector (a rotation, a translation) count
  * by its Euclidean length, all others individually.
  */

@@ -1,5 +1,5 @@
-/* The error of a run that another program made. That program states where the bodies are, in the world. The absolute
- * formulation has the same coordinates, and its transformation finds the joints' from them. */
+/* The error of a run that another program made. Such a program reports the poses of bodies in the world. These are the
+ * coordinates of the absolute formulation, whose transformation yields the joints' coordinates. */
 #include "base/aligned.h"
 #include "base/require.h"
 #include "compare/absolute.h"
@@ -43,8 +43,8 @@ static kt_status open_reader(const kt_accuracy *study, kt_pose_reader *reader, k
     return KT_OK;
 }
 
-/* Writes the joints' positions for one row of poses into reader->q, which holds those of the row before. Returns
- * whether all poses are finite and have a rotation. */
+/* Writes the joints' positions for one row of poses into reader->q, which holds the positions of the previous row.
+ * Returns whether all poses are finite and have a rotation. */
 static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
     const kt_model *model = kt_absolute_model(reader->absolute);
     const kt_transformation *by = &reader->absolute->transformation;
@@ -63,7 +63,7 @@ static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, cons
     return true;
 }
 
-/* The largest difference over the records, and the one of the last record; NaN if a pose is none. */
+/* The largest difference over the records, and the difference at the last record; NaN if a pose is invalid. */
 static kt_accuracy_error find_error(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
     const size_t width = POSE * (size_t)(kt_model_body_count(study->model) - 1);
     const double unknown = (double)NAN;

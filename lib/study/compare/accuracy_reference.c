@@ -1,17 +1,17 @@
 /* The reference of a study, its uncertainty, and the horizon up to which it holds.
  *
  * Two solutions are computed by methods that share no coefficient, dop853 and tsit5, each at the tightest tolerance
- * that works within the budget. Their difference bounds the error of the better one unless both have the same error; it
- * is the uncertainty of the reference. A given reference is compared with dop853.
+ * that works within the budget. Their difference bounds the error of the better solution unless both have the same
+ * error. This difference is the uncertainty of the reference. A given reference is compared with dop853.
  *
  * Horizon. With d(t) the distance between the reference and a run whose initial state is moved by d(0) = 1e-8 or so,
  *
  *     K(t) = d(t) / d(0),   d = |q - q'| + T |v - v'|,   T = amplitude / largest speed
  *
  * is the growth factor of small errors up to t (log K / t: the finite-time Lyapunov exponent, Benettin 1976). Rounding
- * is such an error, too. If K reaches 1e6, a result has lost six digits in addition to the method's error. A coarse
- * step then no longer distinguishes a good method from a bad one, and the study stops there. The study also stops where
- * the two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
+ * is such an error, too. If K reaches 1e6, a result has lost six digits in addition to the method's error. Then a
+ * coarse step no longer distinguishes a good method from a bad method, and the study stops at this time. The study also
+ * stops where the two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
  */
 #include "compare/accuracy.h"
 
@@ -227,7 +227,7 @@ static int find_growth(kt_accuracy *study, const kt_accuracy_states *states, dou
 /* ---- the second solution ----------------------------------------------------------------------------------------- */
 
 /* The tolerance of the second solution. A method of order 5 takes about six times the evaluations of dop853 at 1e-13.
- * For each decade above that, it takes a factor of 10^(1/5) less. */
+ * For each decade of a looser tolerance, the number falls by a factor of 10^(1/5). */
 static double choose_tolerance(const kt_accuracy *study, double used) {
     double tolerance = tightest;
     if (study->options.clock == NULL)
@@ -237,7 +237,8 @@ static double choose_tolerance(const kt_accuracy *study, double used) {
     return tolerance;
 }
 
-/* The largest differences of two solutions before they diverge. Returns the number of records up to there. */
+/* The largest differences of two solutions before they diverge. Returns the number of records before this
+ * divergence. */
 static int compare_solutions(const kt_accuracy *study, const kt_accuracy_states *a, const kt_accuracy_states *b,
                              int rows, kt_accuracy_error *error) {
     const kt_accuracy_results *results = &study->results;
@@ -379,7 +380,7 @@ static kt_status reject_rest(const kt_accuracy *study, kt_error *error) {
                         results->duration);
 }
 
-/* Whether absolute tolerances must be smaller, because the amplitude is far below 1. Chooses them. */
+/* Whether absolute tolerances must be smaller, because the amplitude is far below 1. If so, chooses the tolerances. */
 static bool is_tiny(kt_accuracy_results *results) {
     if (results->absolute_scale != 1.0 || !(results->amplitude > 0.0) || results->amplitude >= small)
         return false;
@@ -387,7 +388,8 @@ static bool is_tiny(kt_accuracy_results *results) {
     return true;
 }
 
-/* Computes the reference. If the horizon is short, it is computed again with all records within it. */
+/* Computes the reference. If the horizon is short, the reference is computed again, with all records within the
+ * horizon. */
 static kt_status find_computed(kt_accuracy *study, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     const int records = results->records;

@@ -59,7 +59,7 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
     return guard;
 }
 
-/* Reading a clock is slow, so it is read after sixteen evaluations. */
+/* Reading a clock is slow, so that the clock is read only after every sixteen evaluations. */
 static int watch_length(const kt_simulation *simulation, void *user) {
     kt_accuracy_guard *guard = user;
     if (guard->log != NULL)
@@ -227,8 +227,8 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     return status == KT_OK && point->usable ? time_it(study, model, variant, *run, *options, point, error) : status;
 }
 
-/* The options of a constraint formulation for this setting. The steps of an adaptive method are taken to be twice as
- * long as those of the reference. */
+/* The options of a constraint formulation for this setting. The steps of an adaptive method are assumed to be twice as
+ * long as the steps of the reference. */
 static kt_constraint_formulation_options choose_set(const kt_accuracy *study, const kt_variant *variant, bool adaptive,
                                                     double setting) {
     const double mean = study->reference_steps > 0.0 ? 1.0 / study->reference_steps : study->results.interval;

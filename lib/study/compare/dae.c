@@ -7,13 +7,13 @@
  *     base_i = x_0 + h a_i0 x'_0                a first stage that is the start itself (Crank-Nicolson)
  *     base = alpha_1 x_0 + alpha_2 x_-1 + h (beta_1 x'_0 + beta_2 x'_-1)    of two steps, where s = 1
  *
- * Positions are counted from those at the start of the step: xi_0 = 0. Multipliers have no slopes: their values solve
+ * Positions are relative to the start of the step: xi_0 = 0. Multipliers have no slopes: their values solve
  * the equations at each stage. Newton's matrix has the blocks
  *
  *     delta_ij (dF/dy)_i + d_ij / h (dF/dy')_i
  *
- * and is that whose condition grows with the index. Stiffly accurate methods alone are taken: the last stage is the new
- * state, so that it satisfies the equations.
+ * and is that whose condition grows with the index. Only stiffly accurate methods are supported, because their last
+ * stage is the new state, which therefore satisfies the equations.
  *
  * Source: [MSD 8.3, 8.4]; E. Hairer, C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by
  * Runge-Kutta Methods, Springer 1989; K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of Initial-Value
@@ -72,7 +72,7 @@ static kt_status reject_dae_contacts(const kt_model *model, kt_error *error) {
     return KT_OK;
 }
 
-/* Stages that are solved: all but a first one that is the start. */
+/* The number of solved stages: all stages, except a first stage that equals the start. */
 static int solved_stages(const kt_method *method) { return method->stages - 1; }
 
 static void note_holonomic(kt_dae *dae) {
@@ -134,7 +134,7 @@ void kt_dae_free(kt_dae *dae) {
 
 /* ---- start ------------------------------------------------------------------------------------------------------- */
 
-/* The equations that Gauss' principle takes first are those of the baseline. */
+/* The baseline uses the equations that Gauss' principle chooses first. */
 static kt_status choose_rows(kt_dae *dae, double t, const double *q, const double *v, kt_error *error) {
     const size_t rank = (size_t)kt_model_mobility(dae->model).rank;
     kt_constraint_formulation_reset(dae->equations);

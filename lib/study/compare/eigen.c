@@ -6,11 +6,11 @@
  *   multipliers: lambda = A U1 L1^-1 U1' g
  *
  * Eigenvalues are the squares of singular values, and so is the condition. SVD distinguishes singular values from zero
- * down to 1e-16 of the largest; this method loses them at 1e-8. Accelerations near singular positions are lost with
- * them. The purpose of this file is to show that.
+ * down to 1e-16 of the largest; this method loses them at 1e-8. Therefore accelerations near singular positions become
+ * inaccurate. The purpose of this file is to show that.
  *
- * Eigenvalues by the cyclic method of Jacobi [Golub & Van Loan, Matrix Computations, 4th ed., 8.5]. A'A is in `basis`
- * while it is rotated. U is in `square`, by falling eigenvalues; the square roots of these are in `reflector`.
+ * Eigenvalues by the cyclic method of Jacobi [Golub & Van Loan, Matrix Computations, 4th ed., 8.5]. `basis` holds A'A
+ * during the rotations. U is in `square`, by falling eigenvalues; the square roots of these are in `reflector`.
  */
 #include "compare/reduction.h"
 #include "reduction/maggi_kane.h"
@@ -30,7 +30,7 @@ static inline double eigen_entry(const kt_group_work *w, size_t c, size_t i) {
     return w->unit ? a * w->unit[i] / w->scale[c] : a;
 }
 
-/* G = A'A, U = 1; the sum of the squares of G's entries off the diagonal and on it is not finite where A is not. */
+/* G = A'A, U = 1; the sum of the squares of all entries of G is not finite if A is not finite. */
 static bool begin_jacobi(const kt_group_work *w) {
     const size_t m = (size_t)w->m;
     double size = 0.0;

@@ -14,9 +14,10 @@
  *
  *     M (a_i+1 - a_i) = -s A' e_i+1,   e_i+1 - e_i = -s S e_i+1,   e_i+1 = (I + s S)^-1 e_i.
  *
- * Redundant equations do no harm: S is singular along them, and e has no component there while they are consistent. The
- * method makes no decision about a rank, which is its advantage. At a singular position an eigenvalue of S goes to
- * zero, and with it the rate at which e vanishes. That equation is violated for a while.
+ * Redundant equations do no harm: S is singular along them, but e has no component along these directions as long as
+ * the equations are consistent. The method makes no decision about a rank, which is its advantage. At a singular
+ * position an eigenvalue of S goes to zero, and so does the rate at which e vanishes. That equation is violated for a
+ * while.
  *
  * Rounding of M + s A' A and of s A' c enters along the degrees of freedom, where M alone acts, multiplied by s S. A
  * large penalty therefore needs few iterations and loses the corresponding digits.

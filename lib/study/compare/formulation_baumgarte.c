@@ -10,13 +10,13 @@
  *
  *     psi = A v - b' = 0,   psi' = A a - b''.
  *
- * The same line with phi = 0 damps them: psi' = -2 alpha psi.
+ * The same equation with phi = 0 damps the violation psi: psi' = -2 alpha psi.
  *
  * The cost: M a = f + A' lambda with this right-hand side is a motion of the mechanism only if phi and phi' are
  * zero. Otherwise the stabilising forces act on the motion as well. The stabilisation adds the eigenvalues
  * -alpha +- sqrt(alpha^2 - beta^2) to those of the mechanism. An explicit method with step h must have h alpha within
- * its stability region, so that larger gains require smaller steps. In a mechanism with redundant equations phi is
- * inconsistent as soon as it is not zero.
+ * its stability region, so that larger gains require smaller steps. In a mechanism with redundant equations a phi that
+ * is not zero is inconsistent.
  *
  * Source: Baumgarte 1972.
  */

@@ -13,8 +13,8 @@
  *
  *     a = a_f - M^-1 A' (A M^-1 A')^-1 (A a_f - c)
  *
- * without the squared condition number of A M^-1 A'. If equations are redundant, the first r pivots are kept and the
- * others are ignored. This equals the pseudo-inverse wherever c is consistent, as it is on the manifold.
+ * without the squared condition number of A M^-1 A'. If equations are redundant, the first r pivots are kept and all
+ * others are ignored. This equals the pseudo-inverse if c is consistent, which is the case on the manifold.
  */
 #include "compare/formulation.h"
 #include "linear/lapack.h"

@@ -14,9 +14,9 @@
  *
  *     e' = A w' + (dA/dt) w - b'' - (dA/dt) u' = (dA/dt) (w - u') = (dA/dt) A^+ e
  *
- * Thus w - u' grows and falls with the size of A, and nothing damps it; but positions do not follow it. Their own drift
- * comes from the local errors of the steps. After each step, the least step that closes the loops removes it
- * [MSD 9.16, 9.17], as in kt_state_project; w is not changed there.
+ * Thus w - u' grows and falls with the size of A, and nothing damps this difference; but positions do not follow it.
+ * The drift of positions comes from the local errors of the steps. After each step, the least displacement that closes
+ * the loops removes this drift [MSD 9.16, 9.17], as in kt_state_project, which does not change w.
  */
 #include "compare/formulation.h"
 

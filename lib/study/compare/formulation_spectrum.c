@@ -2,7 +2,7 @@
  *
  *     xi' = B(xi) u(q0 (+) xi, v),   v' = a(q0 (+) xi, v)
  *
- * by central differences along all of xi and v, also those directions in which the loops open. In these directions the
+ * by central differences along all of xi and v, including directions in which the loops open. In these directions the
  * spectrum shows the modes that the formulation adds to the mechanism.
  */
 #include "compare/dae.h"

@@ -5,7 +5,7 @@
 #include "kinetree/study.h"
 #include "model/model.h"
 
-/* The tasks, and the memory that each thread has of its own. */
+/* The tasks, and the separate memory of each thread. */
 typedef struct run {
     const kt_model *model;
     kt_data *const *data;
