@@ -1,13 +1,14 @@
 /* Forward dynamics by articulated bodies, as nodes.
  *
- * A link takes the wrench n = J al + H a + n0, f = H' al + M a + f0, when all that it carries moves freely. A degree of
- * freedom with the axis s is eliminated with
+ * A link takes the wrench n = J al + H a + n0, f = H' al + M a + f0, when all bodies that it carries move freely. A
+ * degree of freedom with the axis s is eliminated with
  *
  *   U = (J s_w + H s_v, H' s_w + M s_v),   D = s . U + armature,   y = tau - s . (n0, f0)
  *   J -= U_n U_n' / D ...,   (n0, f0) += U y / D,   qdd = (y - U . (al, a)) / D
  *
- * Several degrees of freedom are eliminated one after the other, the last one first: rotations in the axes of the link,
- * then translations in its axes at rest. If there is no armature, the row of a rotation or translation is then zero.
+ * Several degrees of freedom are eliminated one after the other, the last degree of freedom first: rotations in the
+ * axes of the link, then translations in its axes at rest. Without armature, the row of an eliminated rotation or
+ * translation is zero.
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 7.3.
  */
@@ -35,7 +36,7 @@ typedef struct code_body {
 
 /* ---- without accelerations of joints ----------------------------------------------------------------------------- */
 
-/* A link with its own inertia, and the wrench that it takes without accelerations of joints. */
+/* Begins a link with its own inertia, and the wrench that it requires without accelerations of joints. */
 static void start_body(kt_code_tree *tree, int i, const kt_code_moving *moving, code_body *b) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
@@ -113,7 +114,7 @@ static void eliminate_dof(kt_code_tree *tree, const kt_code_link *l, int d, int 
     x->f = kt_op3_add(g, x->f, kt_op3_scale(g, y, pivot->f));
 }
 
-/* The degrees of freedom of one kind, the last one first. */
+/* Eliminates the degrees of freedom of one kind, the last first. */
 static void eliminate_kind(kt_code_tree *tree, int i, bool turns, code_body *b, kt_code_guard *guard) {
     const kt_code_link *l = &tree->link[i];
     const kt_op size = turns ? l->size : l->carried;
@@ -187,7 +188,7 @@ static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_gu
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
-/* Computes the accelerations of one kind, the first one first. The accelerations change the motion. */
+/* Computes the accelerations of one kind, the first first. The accelerations change the motion of the link. */
 static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body *b, kt_op3 *alpha, kt_op3 *linear,
                          kt_op *a) {
     kt_graph *g = tree->graph;

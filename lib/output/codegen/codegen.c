@@ -1,7 +1,7 @@
 /* The two files of kt_codegen_write.
  *
- * All graphs are made first. Functions are then printed to memory, because they make the list of prepared numbers,
- * which precedes them in the source.
+ * All graphs are made first. Then functions are printed to memory, because printing yields the list of prepared
+ * numbers, which precedes the functions in the source.
  */
 #include "kinetree/codegen.h"
 
@@ -145,8 +145,8 @@ const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) 
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. Such a function then
- * has the time as an argument if these depend on it. With effects it has the states if there are any. */
+/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. Such a function has
+ * the time as an argument if these depend on time. With effects, the function also has the auxiliary states, if any. */
 static bool has_code_effects(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
@@ -322,8 +322,8 @@ static void print_body(kt_code_printer *p, const char *name, int k, const kt_cod
     fputs("    return 0;\n}\n\n", p->file);
 }
 
-/* Pragmas around a source. Single numbers that pass through memory as vectors wait there, so that gcc shall not make
- * vectors of straight lines. Vectors also differ in bits on processors with fused products (its bug 106902). */
+/* Pragmas around a source. The pragmas forbid gcc to make vectors of straight-line code, because a vector load waits
+ * until single numbers are stored. Vectors also differ in bits on processors with fused products (its bug 106902). */
 static const char *const no_vectors = "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#elif defined(__GNUC__)\n"
                                       "#pragma GCC push_options\n"
                                       "#pragma GCC optimize(\"no-tree-slp-vectorize\")\n#endif\n\n";
@@ -445,7 +445,7 @@ static void free_made(code_made *made) {
     free(made);
 }
 
-/* Joints and loops whose pivots are zero by structure, in any position: the code would divide by it. */
+/* Joints and loops whose pivots are zero by structure, in any position: the code would divide by zero. */
 static kt_status check_pivots(const code_made *made, kt_error *error) {
     const kt_model *model = made->tree.model;
     for (int k = 0; k < KT_CODE_FUNCTIONS; k++)

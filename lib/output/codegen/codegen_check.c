@@ -1,4 +1,4 @@
-/* What a call of kt_codegen_write cannot generate. */
+/* Checks for items that kt_codegen_write cannot generate. */
 #include "codegen/functions.h"
 
 #include "base/where.h"
@@ -24,8 +24,8 @@ static const char *name_of_effect(const kt_model *model, const kt_effect_record 
     return effect->name > 0 ? model->text + effect->name : descriptor != NULL ? descriptor->name : "effect";
 }
 
-/* Returns the effect whose contact or sticking friction is this loop, or NULL: a slack rope is a loop of its own.
- * Effects that are switched off stand behind those that act. */
+/* Returns the effect whose contact or sticking friction is this loop, or NULL, such as for a slack rope, which belongs
+ * to no effect. Effects that are switched off follow the active effects. */
 static const kt_effect_record *find_hard_effect(const kt_model *model, int loop) {
     for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++) {
         const kt_effect_record *effect = &model->effect[i];

@@ -12,11 +12,11 @@
  *   n = J du + h x da + K dw      K = tr(C) 1 - C     C = sum 2 u r' m
  *   f = m da + du x h + dw x p    p = sum 2 u m.
  *
- * (m, h, J, C, p) of all links beyond are added, as those of the mass matrix. The shares of a link are
+ * (m, h, J, C, p) of all links beyond are added, as in the mass matrix. The shares of a link are
  *
  *   C = [w] (tr(J) 1 - 2 J)    p = 2 w x h.
  *
- * Let d be twice the velocity of the origin relative to that of the parent, which is at -r. About the parent's origin,
+ * Let d be twice the velocity of the origin relative to the parent's origin, which is at -r. About the parent's origin,
  * C gains d (h + m r)' + p r', and p gains m d.
  *
  * A joint with the axis s turns: dw = w x s, du = U s, da = a x s for its position, dw = s, du = 2 w x s for its
@@ -32,8 +32,8 @@
  * The pair (n, f) is the column of the mass matrix.
  *
  * Sources: Carpentier & Mansard, Robotics: Science and Systems (2018). Singh, Russell & Wensing, IEEE Robotics and
- * Automation Letters 7 (2022). These authors differentiate spatial vectors; here are accelerations of points, as in
- * recursion.c.
+ * Automation Letters 7 (2022). These authors differentiate spatial vectors, whereas this file uses accelerations of
+ * points, as in recursion.c.
  */
 #include "codegen/recursion.h"
 
@@ -55,7 +55,7 @@ typedef struct composite_dof {
     kt_op3 k;
 } composite_dof;
 
-/* A composite body, beyond what the mass matrix has of it. */
+/* The quantities of a composite body that the mass matrix does not need. */
 typedef struct composite_flow {
     kt_op33 c;
     kt_op3 p;
@@ -133,7 +133,7 @@ static kt_op3 turn_flow(kt_graph *g, const composite_flow *flow, kt_op3 x, bool 
 
 /* ---- changes ----------------------------------------------------------------------------------------------------- */
 
-/* The motion whose products a joint reads: that of its link, or with quaternions that of the parent. */
+/* The motion whose products a joint reads: the motion of its link or, with quaternions, of the parent. */
 static kt_code_moving motion_before(const composite_tree *t, int i) {
     kt_graph *g = t->tree->graph;
     const kt_code_moving *own = &t->moving[i], *p = &t->moving[t->body[i].parent];
@@ -248,7 +248,7 @@ static kt_op force_of_change(kt_graph *g, const composite_dof *dof, const compos
     return kt_op_add(g, kt_op3_dot(g, dof->k, c->omega), other);
 }
 
-/* The entries of column c for the joint of a link that carries it, on both sides of the diagonal. */
+/* The entries of column c for the joint of a link that carries column c, on both sides of the diagonal. */
 static void fill_derivatives(const composite_tree *t, int link, size_t c, kt_op *by_q, kt_op *by_v) {
     kt_graph *g = t->tree->graph;
     const kt_link *l = t->body[link].link;

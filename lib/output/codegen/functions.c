@@ -1,4 +1,4 @@
-/* The graphs of the functions of a file: which recursions each one takes. */
+/* The graphs of the functions of a file: the recursions that each function uses. */
 #include "codegen/functions.h"
 
 #include "codegen/loops.h"
@@ -27,7 +27,7 @@ static void factor_function(kt_graph *g, kt_code_function *f) {
     }
 }
 
-/* Takes the place of f if it needs less time. */
+/* Replaces f by a graph that needs less time. */
 static void take_faster(const kt_graph *g, size_t nv, const kt_code_function *other, int *least, kt_code_function *f) {
     const int time = kt_graph_time(g, other->out, other->out_count);
     if (g->failed || time >= *least)
@@ -49,7 +49,7 @@ static bool may_be_dense(const kt_code_tree *tree, kt_op *depth) {
     return squares <= DENSE_MOST * nv;
 }
 
-/* Makes forward dynamics in all ways, and takes the fastest one. work: nv x nv. */
+/* Makes forward dynamics with all methods, and selects the fastest. work: nv x nv. */
 static void make_forward(kt_code_tree *tree, kt_op *work, kt_code_function *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
@@ -166,7 +166,7 @@ static void fill_function(kt_code_tree *tree, int k, kt_op *work, kt_code_functi
     }
 }
 
-/* Makes the nodes of any function. That of all accelerations is forward dynamics with the forces of effects. */
+/* Makes the nodes of any function. The function of all accelerations is forward dynamics with the forces of effects. */
 static void fill_any(kt_code_tree *tree, int k, kt_op *work, kt_code_function *f) {
     const bool is_loaded = k == KT_CODEGEN_ACCELERATION_INDEX && tree->model->n.effect > 0;
     const int like = k == KT_CODEGEN_ACCELERATION_INDEX ? (int)KT_CODEGEN_FORWARD_INDEX : k;

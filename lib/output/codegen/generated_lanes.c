@@ -1,8 +1,8 @@
 /* One number of a generated file, or a vector with one number of each of several states.
  *
- * `real` is such a vector if the user defines NAME_LANES: all operations are those of its lanes, and lanes have the
- * bits that a file without lanes computes. `number` is a scalar in any case: a number of the model, the time, and the
- * size of a step. Operations between both apply the scalar to all lanes, but a scalar is no vector: SAME makes one.
+ * `real` is such a vector if the user defines NAME_LANES: all operations act on its lanes, and lanes have the same bits
+ * as a file without lanes. `number` is a scalar in any case: a number of the model, the time, and the size of a step.
+ * Operations between both apply the scalar to all lanes, but a scalar is no vector: SAME makes one.
  *
  * Vectors are those of gcc and clang, which warn of the ABI of vectors as arguments. Static functions alone have these.
  */

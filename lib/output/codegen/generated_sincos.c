@@ -2,14 +2,14 @@
  *
  * The double version reduces angles as lib/math/algebra/sincos.c does, in arithmetic alone: no bits are shifted or
  * masked. Angles beyond 2^20 pi/2 first lose a multiple of 2^20 quarter turns, whose products with P1 to P3 are exact,
- * too. Angles beyond 2^40 pi/2 are NaN. The polynomials are those of Sun's fdlibm (1993), whose relative errors are
+ * too. Angles beyond 2^40 pi/2 are NaN. The polynomials are from Sun's fdlibm (1993), whose relative errors are
  * below 2^-57. The polynomials have two terms less than Taylor's series. The float version follows Cody & Waite with
- * three parts of pi/2. Its polynomials are those of Moshier's Cephes library (1989).
+ * three parts of pi/2. Its polynomials are from Moshier's Cephes library (1989).
  *
  * A variable of the type `reals` has several angles: a vector of gcc or clang with SINES_WIDTH numbers. The type is a
  * `real` for other compilers, for processors without vectors, and if `real` itself is a vector. SINES_TAKE puts
- * q[place[l]] in lane l. An array would not do: a processor that reads a vector from memory waits until the single
- * numbers in it have been written, and all work on the sines waits with it.
+ * q[place[l]] in lane l. An array would be slow, because a processor that reads a vector from memory waits until its
+ * single numbers have been written, and the computation of sines waits, too.
  */
 #include "codegen/print_function.h"
 
@@ -92,8 +92,8 @@ static const char *const float_lines[] = {
     "}",
 };
 
-/* The type of several angles. Vectors of 64 bytes are worth it for many angles: an Intel processor gives up one of the
- * ports of single numbers while it has one. */
+/* The type of several angles. Vectors of 64 bytes pay only for many angles, because an Intel processor disables a port
+ * for single numbers while such vectors are in use. */
 enum { ANGLES_MANY = 16 };
 
 static const char *const lane_lines[] = {

@@ -94,7 +94,7 @@ static void enlarge_table(kt_graph *g) {
     g->table_size = size;
 }
 
-/* Returns the node that equals n, which it adds if there is none. */
+/* Returns the node that equals n, and adds n if no such node exists. */
 static kt_op find_node(kt_graph *g, kt_op_node n) {
     if (g->failed)
         return 0;
@@ -163,7 +163,7 @@ static int32_t step_of_section(const kt_graph *g, int32_t section) {
     return section >= 0 ? g->section[section].step : -1;
 }
 
-/* Whether a node is a sign that may be moved. That of another step may not if steps are to be alike. */
+/* Whether a node is a sign that may be moved. A sign of another step may not be moved if steps must be alike. */
 static bool is_free_sign(const kt_graph *g, kt_op a) {
     const kt_op_node *n = &g->node[a];
     if (n->kind != KT_OP_NEGATE)
@@ -335,7 +335,7 @@ void kt_graph_uses(const kt_graph *g, const kt_op *out, int count, int32_t *uses
     }
 }
 
-/* Returns what a node becomes, from what its operands have become. */
+/* Returns the replacement of a node, given the replacements of its operands. */
 static kt_op copy_node(kt_graph *g, kt_op i, const kt_op *moved) {
     const kt_op_node n = g->node[i];
     switch ((kt_op_kind)n.kind) {
@@ -369,7 +369,7 @@ typedef struct graph_pass {
     const kt_op *moved, *value;
 } graph_pass;
 
-/* Returns what node i becomes. */
+/* Returns the replacement of node i. */
 typedef kt_op graph_rewrite(kt_graph *g, kt_op i, const graph_pass *pass);
 
 /* Rewrites all nodes of a function that the outputs need, operands first. Blocks and names stay. */

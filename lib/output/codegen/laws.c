@@ -236,7 +236,7 @@ static void contact_between(code_effect *e) {
     e->moment[1] = kt_op3_cross(g, arm, e->force[1]);
 }
 
-/* Three numbers KEY_1 and so on, of a vector that they multiply. */
+/* Three numbers KEY_1 and so on, which multiply a vector. */
 static kt_op3 scale_each(const code_effect *e, const char *key, int first, const double *value, kt_op3 of) {
     kt_graph *g = graph_of(e);
     kt_op3 out;
@@ -249,8 +249,8 @@ static kt_op3 scale_each(const code_effect *e, const char *key, int first, const
     return out;
 }
 
-/* A multiple of the quaternion (w, v) of a rotation with w >= 0: that of four whose own part is largest (Shepperd
- * 1978). */
+/* A multiple of the quaternion (w, v) of a rotation with w >= 0: among four candidates, the quaternion with the largest
+ * component (Shepperd 1978). */
 static void quaternion_of(kt_graph *g, const kt_op33 *r, kt_op p[4]) {
     static const int sign[4][3] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     kt_op largest = 0, size[4], sum[3], difference[3];
@@ -334,7 +334,7 @@ static void bushing_between(code_effect *e) {
     e->moment[0] = kt_op3_add(g, moment, kt_op3_cross(g, apart, e->force[0]));
 }
 
-/* A vector in world axes, or in those of the end. */
+/* A vector in world axes, or in the axes of the end. */
 static kt_op3 vector_at_end(const code_effect *e, kt_op3 value) {
     return e->record->in_body ? kt_op33_apply(graph_of(e), &e->end[0].axes, value) : value;
 }

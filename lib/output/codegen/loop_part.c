@@ -1,7 +1,7 @@
 /* Which equations a loop has in a generated file.
  *
- * Each type is a list of parts, as in lib/model/loop. A part is left out if it is void in the plane of its mechanism.
- * A part is also left out if it repeats others and was not chosen when the model was compiled.
+ * Each type is a list of parts, as in lib/model/loop. A part is left out if it vanishes in the plane of its mechanism,
+ * or if it repeats other parts and was not chosen when the model was compiled.
  */
 #include "codegen/loop_rows.h"
 #include "constraint/group.h"
@@ -41,7 +41,7 @@ static const unsigned char part_of_type[KT_LOOP_TYPE_COUNT][KT_LOOP_ROW_MAX] = {
 /* Equations of velocities, which have no residual. */
 #define CODE_VELOCITIES (1u << KT_CODE_ROLL_X | 1u << KT_CODE_ROLL_Y | 1u << KT_CODE_EDGE)
 
-/* Whether an equation of a loop is among the independent ones that were chosen when the model was compiled. */
+/* Whether an equation of a loop is among the independent equations that were chosen when the model was compiled. */
 static bool is_chosen(const kt_model *model, const kt_loop_record *r, int row) {
     const kt_group *group = &model->group[r->group];
     const int32_t slot = kt_rows_slots(model, group, r)[row];

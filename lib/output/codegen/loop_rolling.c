@@ -2,9 +2,9 @@
  *
  * Skate: with the axis a = f_z of the second end, f = a and drift = (w x a) . u.
  *
- * Disc: the second end is its centre C with the axle a, the first one a frame of the plane with the normal n. So w and
- * u are the motion of the disc as seen in the plane. No number depends on the distance of the plane's point. With
- * c = n . a and s = |n x a|:
+ * Disc: the second end is its centre C with the axle a, the first end is a frame of the plane with the normal n. So w
+ * and u are the motion of the disc as seen in the plane. No number depends on the distance of the plane's point. With c
+ * = n . a and s = |n x a|:
  *
  *   t  = a x (n x a) / s             from the lowest point of the disc, P = C + p, to its centre; p = -rho t
  *   t' = -(c' a + c a' + s' t) / s,  a' = w x a, c' = n . a', s' = -c c' / s

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* The square of the entry that a row would have for a velocity if it lay along its direction. */
+/* The square of the entry that a row would have for a velocity along the direction of the row. */
 static kt_op square_of_entry(kt_graph *g, const kt_code_row *row, kt_op3 w, kt_op3 u) {
     const kt_op turned = kt_op3_dot(g, w, w);
     if (row->measure == KT_CODE_ANGLE)

@@ -7,16 +7,16 @@
  *
  * loop_orientation.c, loop_surface.c, loop_rolling.c and loop_wheel.c have the others.
  *
- * If two points coincide, the axes e are those of the ancestor, turned with the first end at this instant. The library
- * takes those of the first end. Both sets are equal but for a constant rotation, and have the same solutions. In a
- * plane two of them lie in it, and the third equation is void.
+ * If two points coincide, the axes e are the ancestor's axes, which turn with the first end at this instant. The
+ * library uses the axes of the first end. Both sets differ only by a constant rotation, and have the same solutions. In
+ * a plane, two axes lie in the plane, and the third equation vanishes.
  */
 #include "codegen/loop_rows.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Axes in which two points coincide, in the ancestor's axes: in a plane those that lie in it. */
+/* Axes in which two points coincide, in the ancestor's axes: for a planar loop, the axes within the plane. */
 static int coincidence_axes(const kt_code_closing *c, double e[3][3]) {
     const kt_model *model = c->tree->model;
     const kt_loop_record *r = c->record;

@@ -1,7 +1,7 @@
 /* Points on surfaces, lines and circles, as in loop/point_on_surface.c and loop/point_on_curve.c. Rows as in
  * loop_row.c.
  *
- * The second point lies at d and moves at u as seen from the first end. h is the part of d normal to e_z. With
+ * The second point lies at d and moves at u relative to the first end. h is the part of d normal to e_z. With
  * y = e_z . d, rho = |h|, m = h / rho, t = e_z x m, and g = t . u:
  *
  *   plane      phi = y            f = e_z                  drift = 0

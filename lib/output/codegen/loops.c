@@ -104,7 +104,7 @@ static kt_vec3 place_of_loop_end(const kt_model *model, const kt_loop_record *r,
     return kt_mat3_apply_transposed(in->rotation, kt_vec3_sub(r->frame[k].position, in->position));
 }
 
-/* The numbers of a type, which the types without them do not read. */
+/* The numbers of a type, which types without numbers do not read. */
 typedef struct code_loop_number {
     size_t record, loop; /* where it is in both structs */
     const char *key, *meaning;
@@ -227,7 +227,7 @@ void kt_code_hash_loops(const kt_model *model, kt_code_hash *hash, uint64_t *h) 
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
-/* The motion of a link from that of its parent. */
+/* The motion of a link from the motion of its parent. */
 static void move_loop_link(kt_code_closing *c, int k, int i, const kt_code_frame *frame, kt_op3 offset) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;
@@ -272,7 +272,7 @@ static void follow_loop_path(kt_code_closing *c, int k) {
     c->axes[k] = kt_op33_multiply(g, &at->turn[link], &frame);
 }
 
-/* The columns of both paths for the point P, those of the first with the opposite sign; 6 x nv. */
+/* The columns of both paths for the point P, the columns of the first path with the opposite sign; 6 x nv. */
 static kt_op *make_loop_columns(const kt_code_closing *c) {
     kt_code_tree *tree = c->tree;
     kt_graph *g = tree->graph;

@@ -1,7 +1,7 @@
 /* Motion that satisfies the equations of loops, as nodes.
  *
- * Each function has the same form. Among all x with A x = b it takes the one for which W x - y is a sum A' lambda of
- * forces of the loops:
+ * Each function has the same form. Among all x with A x = b, the function selects the x for which W x - y is a sum A'
+ * lambda of forces of the loops:
  *
  *   forward dynamics   x = a,  W = M,       y = tau - h,  b = right
  *   velocities         x = dv, W = M,       y = 0,        b = rate - A v
@@ -110,7 +110,7 @@ static void factor_loop_matrix(code_closed *c, kt_code_guard *guard) {
     }
 }
 
-/* b holds what is given, x holds y. b := lambda, and x becomes the solution. */
+/* On entry, b is the right-hand side and x holds y. On return, b holds lambda, and x the solution. */
 static void solve_loop_matrix(const code_closed *c, kt_op *b, kt_op *x) {
     kt_graph *g = c->tree->graph;
     const size_t nv = c->tree->model->n.v, count = (size_t)c->rows.count;
@@ -148,8 +148,8 @@ static bool factor_loop_equations(code_closed *c, kt_code_guard *guard) {
     return true;
 }
 
-/* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as that of a road. It
- * receives what it carries as an armature; or 1, if it carries nothing. */
+/* The acceleration of a driven joint does not depend on its own inertia, which may be zero, as for a road. The driven
+ * joint receives the carried inertia as an armature, or 1 without carried inertia. */
 static void load_driven_joints(kt_code_tree *tree, kt_op *mass) {
     const kt_model *model = tree->model;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -180,7 +180,7 @@ static kt_op *factor_loop_mass(kt_code_tree *tree, kt_op *work, kt_code_guard *g
 
 /* ---- solutions --------------------------------------------------------------------------------------------------- */
 
-/* Leaves out the equations without a residual. Those of one block are all of one kind. */
+/* Leaves out the equations without a residual. All equations of one block are of one kind. */
 static void keep_closed_rows(kt_code_loop_rows *rows, size_t nv) {
     int at = 0;
     for (int r = 0; r < rows->count; r++) {
@@ -252,7 +252,7 @@ static bool solve_closed_tree(kt_code_tree *tree, code_unknown unknown, kt_op *w
     return !g->failed;
 }
 
-/* Writes the scaled residuals of equations that have one. */
+/* Writes the scaled residuals of equations that have a residual. */
 static void list_gaps(const kt_code_loop_rows *rows, kt_op *gap) {
     for (int r = 0, at = 0; r < rows->count; r++)
         if (rows->is_closed[r])
@@ -285,7 +285,7 @@ void kt_code_settle_velocities(kt_code_tree *tree, kt_op *work, kt_op *out, kt_c
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
 
-/* M x with held x: the forces of these accelerations at rest, without those of gravity. */
+/* M x with held x: the joint forces of these accelerations at rest, without gravity. */
 static void make_held_momentum(kt_code_tree *tree, const kt_op *held, kt_op *f) {
     kt_graph *g = tree->graph;
     const size_t nv = tree->model->n.v;
@@ -333,7 +333,7 @@ static kt_op *derive_held_forces(kt_code_tree *tree, const kt_op *held) {
     return forces;
 }
 
-/* One column of da/dq, da/dv or da/dtau; k counts those of all three. change: df/dq and df/dv. */
+/* One column of da/dq, da/dv or da/dtau; k counts the columns of all three matrices. change: df/dq and df/dv. */
 static void solve_loop_derivative(const code_closed *c, int k, const kt_op *change, kt_op *b, kt_op *column) {
     kt_graph *g = c->tree->graph;
     const int nv = (int)c->tree->model->n.v, count = c->rows.count;
@@ -352,7 +352,8 @@ static void solve_loop_derivative(const code_closed *c, int k, const kt_op *chan
     g->is_nameless = false;
 }
 
-/* The derivatives of x by the first `columns` of q, v and tau; those of a projected state, which x changes, plus 1. */
+/* The derivatives of x by the first `columns` of q, v and tau. For a projected state, which x changes, the identity is
+ * added. */
 static void differentiate_closed(const code_closed *c, int columns, kt_op *out) {
     kt_graph *g = c->tree->graph;
     const int nv = (int)c->tree->model->n.v, all = nv + c->rows.count, first = c->unknown == OF_VELOCITIES ? nv : 0;

@@ -1,8 +1,8 @@
 /* A generated file as the right-hand side of a simulation.
  *
  * The file computes a = M^-1 (tau + effects - h), with loops under their constraints. The function returns a number
- * other than 0 if a joint has no inertia, or if equations of loops depend on others in this position. The library then
- * computes the acceleration of this state: it passes such positions, or names the cause.
+ * other than 0 if a joint has no inertia, or if equations of loops depend on others in this position. Then the library
+ * computes the acceleration of this state, which succeeds at such positions, or names the cause.
  */
 #include "kinetree/codegen.h"
 
@@ -18,7 +18,7 @@ static bool is_finite_vector(const double *a, size_t count) {
     return sum == 0.0;
 }
 
-/* NOLINTNEXTLINE(readability-non-const-parameter): as the callback has it */
+/* NOLINTNEXTLINE(readability-non-const-parameter): required by the type of the callback */
 static int accelerate_natively(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_native *native = user;
     const kt_model *model = native->model;

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* Rows of a table are choices, so that a longer one takes more code than it is worth. */
+/* The limit exists because each row of a table becomes a choice, so that a longer table would need too much code. */
 enum { CODE_TABLE_ROWS = 100 };
 
 /* The numbers of a row (model/curve.c). */

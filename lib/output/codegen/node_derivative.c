@@ -1,4 +1,4 @@
-/* Derivatives by the chain rule on nodes, and those of inverse and forward dynamics.
+/* Derivatives by the chain rule on nodes, and the derivatives of inverse and forward dynamics.
  *
  * A direction changes one coordinate: q (+) h e_k or v + h e_k. Each node has a slope, its derivative by h:
  *
@@ -12,8 +12,8 @@
  *
  *   da/dtau = M^-1    da/dq = -M^-1 dtau/dq    da/dv = -M^-1 dtau/dv,
  *
- * where the accelerations are held: they are inputs KT_OP_HELD, which have no slope. The accelerations of the
- * forward dynamics replace them afterwards.
+ * where the accelerations are held: they are inputs KT_OP_HELD, which have no slope. Afterwards the accelerations of
+ * forward dynamics replace these inputs.
  *
  * The derivatives of inverse dynamics also follow from composite bodies (composite.c), which need half of the
  * operations for an arm. In the plane, the chain rule often needs fewer.
@@ -143,7 +143,7 @@ static kt_op call_slope_of_two(kt_graph *g, kt_op i, kt_op s, kt_op t) {
     }
 }
 
-/* The slope of node i from those of its operands. */
+/* The slope of node i from the slopes of its operands. */
 static kt_op node_slope(kt_graph *g, kt_op i, const kt_op *slope, const code_direction *d) {
     const kt_op_node n = g->node[i];
     switch ((kt_op_kind)n.kind) {

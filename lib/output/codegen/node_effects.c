@@ -2,7 +2,8 @@
  *
  * An effect with ends exerts a moment m and a force f on each, in world axes. With R the rotation of the end's link,
  * and c the end in the link's axes, the link carries the wrench f' = R'f, n' = R'm + c x f' about its origin. Each
- * joint has the force s . (n, f) of all that acts beyond it, and gives the rest to its parent, as in inverse dynamics.
+ * joint has the force s . (n, f) of all wrenches beyond the joint, and passes (n, f) to its parent, as in inverse
+ * dynamics.
  */
 #include "effect/effect.h"
 
@@ -115,7 +116,7 @@ static void name_effect(code_effect *e) {
         *at = *at == '-' ? '_' : *at;
 }
 
-/* The place of an end in its link: that of a marker there, or numbers of its own, in the axes of its body. */
+/* The place of an end in its link: the position of a marker, or separate numbers, in the axes of its body. */
 static kt_op3 place_of_end(const code_effect *e, int k) {
     const kt_effect_record *r = e->record;
     const int body = r->body[k];
@@ -140,7 +141,7 @@ static void move_end(code_effect *e, int k) {
 
 /* ---- joint forces ------------------------------------------------------------------------------------------------ */
 
-/* Adds the wrench on an end to that of its link. */
+/* Adds the wrench on an end to the wrench on its link. */
 static void load_end(const code_effect *e, int k, code_load *load) {
     kt_graph *g = e->tree->graph;
     const code_end *end = &e->end[k];
@@ -152,7 +153,7 @@ static void load_end(const code_effect *e, int k, code_load *load) {
     on->moment = kt_op3_add(g, on->moment, kt_op3_add(g, moment, kt_op3_cross(g, end->arm, force)));
 }
 
-/* The joint forces of the wrenches on links, which it passes to the ground. */
+/* Computes the joint forces of the wrenches on links, and passes the wrenches on to the ground. */
 static void pass_loads(kt_code_tree *tree, code_load *load, kt_op *tau) {
     kt_graph *g = tree->graph;
     for (int i = tree->link_count - 1; i > 0; i--) {

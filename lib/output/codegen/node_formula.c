@@ -1,5 +1,5 @@
 /* Formulas as nodes: a term that is a number or a variable is put on a stack, and an operator takes its operands from
- * there, as in expression/formula_value.c. Jumps and branches become choices. */
+ * the stack, as in expression/formula_value.c. Jumps and branches become choices. */
 #include "codegen/recursion.h"
 #include "expression/expression.h"
 

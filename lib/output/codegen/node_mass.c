@@ -1,6 +1,6 @@
 /* The mass matrix of a tree. A composite body is a link with all links beyond it, as if their joints were locked. A
  * column of M is the wrench that gives a joint's composite body a unit acceleration. Columns move from link to link to
- * the ground. In a long chain, they are about the last origin instead, in the axes of the ground.
+ * the ground. In a long chain, all columns refer to the last origin instead, in the axes of the ground.
  *
  * Source: Walker & Orin 1982 (composite bodies).
  */
@@ -11,7 +11,7 @@ typedef struct code_wrench {
     kt_op3 n, f;
 } code_wrench;
 
-/* A column of M on its way to the ground: the wrench on the link that it has reached. */
+/* A column of M on its way to the ground: the wrench on the link that the column has reached. */
 typedef struct code_column {
     code_wrench wrench;
     int link;     /* 0: the ground */
@@ -57,7 +57,7 @@ static code_wrench unit_wrench(kt_graph *g, const kt_code_link *l, const kt_code
     return (code_wrench){n, kt_op3_add(g, kt_op3_scale(g, body->mass, shift), alpha_h)};
 }
 
-/* Begins the columns of one joint, with its own entries. body: what the joint carries. */
+/* Begins the columns of one joint, with its own entries. body: the composite body that the joint carries. */
 static void begin_columns(kt_code_tree *tree, const kt_code_frame *frame, int i, const kt_code_link *body,
                           code_column *column, kt_op *mass) {
     kt_graph *g = tree->graph;
@@ -133,7 +133,8 @@ static void fill_tree(kt_code_tree *tree, const kt_code_frame *frame, const kt_c
 
 /* ---- mass matrix of a chain -------------------------------------------------------------------------------------- */
 
-/* The axes of the links of a chain in those of the ground, and minus the positions of their origins from the last one.
+/* The axes of the links of a chain in the axes of the ground, and minus the positions of their origins relative to the
+ * last origin.
  */
 static void place_chain(kt_code_tree *tree, const kt_code_frame *frame, const kt_code_places *at) {
     static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -1,7 +1,7 @@
 /* Forward dynamics of trees that move in planes, as nodes: the recursion of dynamics/aba_planar.h.
  *
- * All vectors are along the axes e_1 and e_2 of the plane, each link's about its own origin. p is the offset r of the
- * link, rotated by a right angle. A link takes the moment and force
+ * All vectors have the components along the axes e_1 and e_2 of the plane; the reference point is the origin of the
+ * link. p is the offset r of the link, rotated by a right angle. A link takes the moment and force
  *
  *   n = J al + h . a + n_b,   f = h al + M a + f_b,   a = a_p + al_p p + c
  *
@@ -12,7 +12,7 @@
  *   f_b' = f_b + M c + U_f y / D               n_b' = n_b + h . c + U_n y / D + p . f_b'
  *
  * A revolute joint without armature has U = (J, h) and D = J, and leaves J' = p . M p - (p . h)^2 / J,  h' = M' p and
- * n_b' = tau + p . f_b'. Each link waits for the division by the D of the next one. All but the last product and
+ * n_b' = tau + p . f_b'. Each link waits for the division by the D of the next link. All but the last product and
  * difference of J' proceed meanwhile. The recursion in the axes of the links (articulated.c) would rotate M in between.
  */
 #include "codegen/recursion.h"
@@ -95,7 +95,7 @@ static code_flat ground_of_plane(kt_code_tree *tree, const kt_plane *plane) {
     return ground;
 }
 
-/* Pose and velocity of a link, and what it takes by itself. */
+/* Pose and velocity of a link, and the wrench that its own inertia requires. */
 static void start_flat(kt_code_tree *tree, int i, const code_flat *p, code_flat *b) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];

@@ -3,10 +3,10 @@
  *   explicit methods   y_i = y + h sum_j a_ij k_j,   k_i = y'(y_i),   next y = y + h sum_i b_i k_i
  *   semi_implicit      next v = v + h a,   next q = q (+) h next v
  *
- * The joint forces are constant during a step; those of effects follow the stages, at t + h sum_j a_ij. A quaternion p
+ * The joint forces are constant during a step; forces of effects follow the stages, at t + h sum_j a_ij. A quaternion p
  * has the rate p (0, w) / 2, and p (+) d = p exp(d / 2), as in lib/model/joint/position.c. The quaternion has unit norm
  * after the step. With loops, the state is projected after the step (step_loops.c). The tables and the arithmetic are
- * those of the library, so that both agree to rounding.
+ * the same as in the library, so that both agree to rounding.
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */
@@ -44,7 +44,7 @@ bool kt_code_steps_read_roots(const kt_model *model, unsigned functions) {
 
 /* ---- quaternions ------------------------------------------------------------------------------------------------- */
 
-/* The order of bodies is that of their coordinates; the order of links is not. */
+/* Bodies, unlike links, have the order of their coordinates. */
 static void print_quaternions(FILE *file, const kt_model *model) {
     fprintf(file, "/* Quaternions: first position, first velocity, body. */\nstatic const int step_turn[%d][3] = {\n",
             count_quaternions(model));
@@ -83,7 +83,7 @@ static void print_units(FILE *file, int count) {
             count);
 }
 
-/* The loop over plain numbers, up to each quaternion and behind the last one. i, j: positions, velocities. */
+/* The loop over plain numbers, up to each quaternion, and after the last quaternion. i, j: positions, velocities. */
 static void print_walk(FILE *file, const kt_model *model, const char *plain, const char *turn) {
     const int count = count_quaternions(model), nq = kt_model_nq(model);
     if (count == 0) {
@@ -103,7 +103,7 @@ static void print_walk(FILE *file, const kt_model *model, const char *plain, con
 static const char *take_states(const kt_model *model) { return model->n.x > 0 ? "const real *x, " : ""; }
 static const char *pass_states(const kt_model *model) { return model->n.x > 0 ? "x, " : ""; }
 
-/* The accelerations of a state, with the forces of effects; and behind them the rates of auxiliary states. */
+/* The accelerations of a state, with the forces of effects; followed by the rates of auxiliary states. */
 static void print_rates(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nv = kt_model_nv(model);
     fprintf(file, "/* Accelerations of a state%s. Returns as %s_forward. */\nstatic int step_accelerations(%s%s",

@@ -1,6 +1,6 @@
 /* Reads a model into links of nodes.
  *
- * A body of mass m with centre of mass c' and inertia I about it, in its own axes, lies in its link with the rotation R
+ * A body of mass m with centre of mass c' and inertia I about c', in its own axes, lies in its link with the rotation R
  * and the position p. The body adds to the link, with c = p + R c',
  *
  *   m,   m c,   R I R' + m (c . c 1 - c c')
@@ -76,7 +76,7 @@ static void name_code_bodies(kt_code_tree *tree) {
 
 /* ---- numbers of the model ---------------------------------------------------------------------------------------- */
 
-/* A number of a rotation: 0, 1 or -1 if it is that except for rounding. */
+/* A number of a rotation: becomes exactly 0, 1 or -1 if it differs from this value only by rounding. */
 static double snap_number(double x) {
     const double near = nearbyint(x);
     return fabs(x - near) <= 4.0 * 2.220446049250313e-16 ? near + 0.0 : x;
@@ -101,7 +101,7 @@ void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const k
     to->inertia = kt_op6_add(g, &early, j);
 }
 
-/* Adds a body to its link. The pose of the body there is known. */
+/* Adds a body to its link. The pose of the body in the link is known. */
 static void load_body(kt_code_tree *tree, int b) {
     static const char *const part[6] = {"inertia_xx", "inertia_yy", "inertia_zz",
                                         "inertia_xy", "inertia_xz", "inertia_yz"};
@@ -123,7 +123,7 @@ static void load_body(kt_code_tree *tree, int b) {
     kt_code_add_rigid(g, l, mass, kt_op3_zero(g), &turned, at);
 }
 
-/* Reads a link: its frame at rest, and what its joint has. */
+/* Reads a link: its frame at rest, and the numbers of its joint. */
 static void read_link(kt_code_tree *tree, int i) {
     const kt_model *model = tree->model;
     const kt_link *link = &model->link[i];
@@ -227,7 +227,7 @@ static void size_code_links(kt_code_tree *tree) {
     }
 }
 
-/* Finds the coordinate before each one on the way to the ground. */
+/* Finds, for each coordinate, the next coordinate on the way to the ground. */
 static void chain_coordinates(kt_code_tree *tree) {
     for (int i = 1; i < tree->link_count; i++) {
         const kt_link *link = tree->link[i].link;

@@ -34,7 +34,7 @@ static kt_op marker_variable(const code_effect *e, const kt_variable_record *x) 
     return x->type == KT_VARIABLE_MARKER ? at.x[x->component] : rate.x[x->component];
 }
 
-/* The forces that balance gravity: those of inverse dynamics at rest. */
+/* The forces that balance gravity: the forces of inverse dynamics at rest. */
 static kt_op gravity_variable(const code_effect *e, int v) {
     kt_code_tree *tree = e->tree;
     kt_op *tau = kt_graph_take(tree->graph, tree->model->n.v, sizeof *tau);

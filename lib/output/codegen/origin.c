@@ -1,13 +1,14 @@
 /* Origins and axes of links.
  *
- * The origin of a link may lie anywhere on the axis e of its joint. At the distance d from where the model has it,
+ * The origin of a link may lie anywhere on the axis e of its joint. At the distance d from its position in the model,
  *
  *   r' = r + d R e    r_c' = r_c - d e    c' = c - d e
  *
- * for its position r in the parent with the axes at rest R, the positions r_c of joints that it carries, and all its
- * points c. Each component of a position that vanishes saves products in all recursions. d is chosen so that the
- * most of them vanish: the component of r along the axis, or that of one r_c. A joint of the ground has no use for the
- * first one, since the ground does not rotate. In an arm with axes z, y, z, y, ... every second position vanishes.
+ * for its position r in the parent with the axes at rest R, the positions r_c of joints that the link carries, and all
+ * its points c. Each component of a position that vanishes saves products in all recursions. d is chosen so that as
+ * many components as possible vanish: the component of r along the axis, or of one r_c. For a joint on the ground, a
+ * vanishing component of r saves nothing, since the ground does not rotate. In an arm with axes z, y, z, y, ... every
+ * second position vanishes.
  *
  * Source: Denavit & Hartenberg 1955, where one more component vanishes by a rotation about the axis.
  */
@@ -35,7 +36,7 @@ static bool has_axis(const kt_code_link *l) {
     return facts.quaternions == 0 && kt_code_motion(l) != KT_MOTION_NONE;
 }
 
-/* Components that do not vanish, apart from one. */
+/* The number of nonzero components, not counting one of them. */
 static int count_components(const kt_graph *g, kt_op3 r, int apart) {
     int count = 0;
     for (int k = 0; k < 3; k++)
@@ -43,8 +44,9 @@ static int count_components(const kt_graph *g, kt_op3 r, int apart) {
     return count;
 }
 
-/* Components of the positions of a link and of those that it carries, if the origin moves. Each of these moves its own
- * origin along its axis, and a slider has that component in any case. */
+/* The number of nonzero components of the positions of a link, and of the links that it carries, if the origin moves.
+ * The component of a carried link along its own axis does not count, because its origin can move along this axis, and a
+ * slider has this component in any case. */
 static int count_with(const kt_code_tree *tree, int i, int row, double sign, kt_op d) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
@@ -63,7 +65,7 @@ static int count_with(const kt_code_tree *tree, int i, int row, double sign, kt_
     return count;
 }
 
-/* Moves the origin, and what has its place from there. */
+/* Moves the origin, and all positions relative to this origin. */
 static void move_origin(kt_code_tree *tree, int i, int row, double sign, kt_op d) {
     kt_graph *g = tree->graph;
     kt_code_link *l = &tree->link[i];
@@ -115,7 +117,7 @@ void kt_code_tree_place_origins(kt_code_tree *tree) {
 
 /* ---- axes -------------------------------------------------------------------------------------------------------- */
 
-/* Component k of a turned link was this one. */
+/* Returns the component before the turn that became component k of a turned link. */
 static int component_before(const kt_code_link *l, int k) {
     return l->link != NULL && has_axis(l) ? (l->link->axis + 1 + k) % 3 : k;
 }
@@ -127,7 +129,7 @@ static kt_op3 turn_code_vector(kt_graph *g, const kt_code_link *l, kt_op3 v) {
     return out;
 }
 
-/* Turns a link. parent: before it is turned. */
+/* Turns a link. parent: the parent before its turn. */
 static void turn_code_link(kt_graph *g, const kt_code_link *from, const kt_code_link *parent, kt_link *record,
                            kt_code_link *to) {
     *to = *from;

@@ -31,7 +31,7 @@ void kt_code_printer_free(kt_code_printer *p) {
     kt_code_roll_free(&p->roll);
 }
 
-/* Prints a number as C reads it back. */
+/* Prints a number such that C reads back the same bits. */
 static void print_code_number(FILE *file, double value) {
     char text[KT_NUMBER_SIZE];
     kt_number_format(text, value);
@@ -152,7 +152,7 @@ static void print_index(const kt_code_printer *p, const char *array, int first, 
     fprintf(p->file, step < 0 ? "%s[%d - %d * i]" : "%s[%d + %d * i]", array, first, step < 0 ? -step : step);
 }
 
-/* Whether a slot is a sign that no loop computes: it has no variable, and its operand may be another slot. */
+/* Whether a slot is a sign that no loop computes: such a sign has no variable, and its operand may be another slot. */
 static bool is_same_sign(const kt_code_printer *p, const kt_code_slot *s) {
     const kt_op i = s->cell[0];
     return s->kind == KT_SLOT_SAME && !kt_code_is_leaf(p, i) && kt_code_loop_of(p, i) < 0 && p->width[i] > 0;
@@ -209,7 +209,7 @@ static void print_section(const kt_code_printer *p, kt_op i, int32_t *section) {
     fputs(" */\n", p->file);
 }
 
-/* The body of a guard in iteration i of a loop. The pattern of the body is that of the second one. */
+/* The body of a guard in iteration i of a loop. The pattern of the body is the second iteration. */
 static void print_body_of_loop(const kt_code_printer *p, const kt_code_function *f, const kt_code_guard *guard) {
     const kt_code_loop_plan *l = &p->roll.plan[p->roll.loop[guard->pivot]];
     const kt_op before = kt_code_roll_node(&p->roll, l, 0, kt_code_roll_local(&p->roll, guard->pivot));
@@ -220,7 +220,8 @@ static void print_body_of_loop(const kt_code_printer *p, const kt_code_function 
     fprintf(p->file, step < 0 ? "%d - %d * i;\n" : "%d + %d * i;\n", body, step < 0 ? -step : step);
 }
 
-/* Prints the guards whose numbers are there once node i is: both operands are leaves or at most i, and one is i. */
+/* Prints the guards whose numbers are known once node i is known: both operands are leaves or at most i, and one is
+ * i. */
 static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0; k < f->guard_count; k++) {
         const kt_code_guard *guard = &f->guard[k];
@@ -242,7 +243,8 @@ static void print_guards(kt_code_printer *p, const kt_code_function *f, kt_op i)
 
 enum { OUTPUTS_ALL = -2, OUTPUTS_OF_LOOPS = -3, LEAST_ZEROS = 4 /* in a loop */ };
 
-/* Prints the assignment to output k. Equal ones, as in a symmetric matrix, are one statement: that of the first. */
+/* Prints the assignment to output k. Equal outputs, as in a symmetric matrix, are one statement, printed at the first
+ * of them. */
 static void print_output(kt_code_printer *p, const kt_code_function *f, int k, int first, int array) {
     const kt_op out = f->out[k];
     const bool is_shared = p->graph->node[out].kind != KT_OP_CONSTANT;
@@ -265,7 +267,8 @@ static int count_zeros(const kt_code_printer *p, const kt_code_function *f, int 
     return count;
 }
 
-/* Prints the outputs of node i; -1: those that are leaves; OUTPUTS_OF_LOOPS: those of loops; OUTPUTS_ALL: all. */
+/* Prints the outputs of node i; -1: outputs that are leaves; OUTPUTS_OF_LOOPS: outputs of loops; OUTPUTS_ALL: all
+ * outputs. */
 static void print_outputs(kt_code_printer *p, const kt_code_function *f, kt_op i) {
     for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
         while (k - first >= f->output[array])
@@ -286,7 +289,7 @@ static void print_outputs(kt_code_printer *p, const kt_code_function *f, kt_op i
     }
 }
 
-/* Prints a node of a part if it is a statement, with all that follows from it. */
+/* If a node of a part is a statement, prints the statement, and the outputs and guards that follow. */
 static void print_node(kt_code_printer *p, const kt_code_function *f, kt_op i, int32_t *section, int32_t *temporary) {
     if (p->width[i] == 0) {
         print_section(p, i, section);
@@ -305,14 +308,14 @@ static void print_node(kt_code_printer *p, const kt_code_function *f, kt_op i, i
     print_guards(p, f, i);
 }
 
-/* Prints what needs no statement, at the beginning of a function. */
+/* Prints, at the beginning of a function, outputs and guards that need no statement. */
 static void print_first(kt_code_printer *p, const kt_code_function *f) {
     print_guards(p, f, -1);
     if (kt_code_has_parts(p) && f->writes_at_once)
         print_outputs(p, f, -1);
 }
 
-/* Prints the statements of one part, with the outputs if it writes them at once. */
+/* Prints the statements of one part, with the outputs if the part writes outputs immediately. */
 static void print_statements(kt_code_printer *p, const kt_code_function *f, int32_t *temporary) {
     const kt_graph *g = p->graph;
     const bool writes = kt_code_has_parts(p) && f->writes_at_once;
@@ -338,7 +341,7 @@ static void print_copies(kt_code_printer *p) {
     }
 }
 
-/* Prints signs that are equal in all iterations, and the first values of what iterations carry. */
+/* Prints signs that are equal in all iterations, and the first values of the variables that iterations carry. */
 static void print_start_of_loop(kt_code_printer *p, int loop) {
     const kt_code_loop_plan *l = &p->roll.plan[loop];
     for (int k = 0; k < l->slot_count; k++) {
@@ -379,7 +382,7 @@ static void print_stores(kt_code_printer *p, const kt_code_function *f, const kt
     fputs(";\n", p->file);
 }
 
-/* Prints the values that the next iteration reads: all of them before the first changes, because the text of one may
+/* Prints the values that the next iteration reads: all values before the first change, because the text of a value may
  * read others. */
 static void print_carried(kt_code_printer *p, const kt_code_loop_plan *l) {
     for (int k = 0; k < l->slot_count; k++) {
@@ -434,7 +437,7 @@ bool kt_code_reads(kt_code_printer *p, const kt_code_function *f, kt_op_array ar
 
 bool kt_code_calls(kt_code_printer *p, const kt_code_function *f) { return has_node(p, f, KT_OP_CALL, KT_OP_POSITION); }
 
-/* Finds the statements and parts of a function. Returns false, and notes it, if memory is insufficient. */
+/* Finds the statements and parts of a function. If memory is insufficient, records this and returns false. */
 static bool plan_function(kt_code_printer *p, const kt_code_function *f, int origin, const kt_code_arrays *arrays) {
     p->origin = origin;
     p->arrays = arrays;
@@ -442,7 +445,7 @@ static bool plan_function(kt_code_printer *p, const kt_code_function *f, int ori
     return !p->failed;
 }
 
-/* Prints the arguments of a part, as its declaration or a call has them. */
+/* Prints the arguments of a part, in the form of its declaration or of a call. */
 static void print_arguments(const kt_code_printer *p, int part, bool declares) {
     const kt_code_arrays *a = p->arrays;
     const char *const name[CODE_ARGUMENTS] = {"q",    "v", a->given,     "s",          "c",          "x",

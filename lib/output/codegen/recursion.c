@@ -1,6 +1,6 @@
 /* The recursions over a tree in the axes of the links, about their origins.
  *
- * Each computes with nodes what lib/mechanics/dynamics computes with numbers. R rotates from the link's axes to the
+ * Each recursion repeats with nodes a recursion of lib/mechanics/dynamics. R rotates from the link's axes to the
  * parent's, r is the offset of the origin, S the joint's degrees of freedom, and a_0 = -gravity. All accelerations are
  * those of points, not spatial ones. U = [al] + [w][w], so that a point at c has the acceleration a + U c.
  *
@@ -58,7 +58,8 @@ void kt_code_multiply_rates(kt_graph *g, kt_code_moving *m) {
 
 /* ---- inverse dynamics -------------------------------------------------------------------------------------------- */
 
-/* The rotation of link i from its parent's. The member `linear` becomes what the joint adds to the acceleration. */
+/* The rotation of link i from its parent's rotation. The member `linear` becomes the joint's contribution to the
+ * acceleration. */
 static void turn_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
     kt_code_moving *m = &all[i];
@@ -143,7 +144,8 @@ static void move_tree(kt_code_tree *tree, bool has_acceleration, kt_code_moving 
     }
 }
 
-/* The same for a chain: all that no link waits for is a pass of its own, whose loop a compiler turns into vectors. */
+/* The same for a chain: a separate pass computes everything for which no link waits, so that a compiler can turn its
+ * loop into vectors. */
 static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
     kt_op3 *u_r = kt_graph_take(g, (size_t)tree->link_count, sizeof *u_r);

@@ -11,11 +11,11 @@
  * The first and the last links are often simpler than those between, and stay alone. Equal limbs of a tree become
  * iterations, too.
  *
- * An operand from outside of an iteration has one node for each iteration, and these must follow a rule: they are one
- * node, inputs or prepared numbers in equal distances, or a node of the iteration before. All others come from columns
- * of memory. A node of a loop has a column if it is read elsewhere, with a row for each iteration. A later loop may
- * read these rows in both directions. Its other operands are copied to rows before it begins, and some parts earlier if
- * compilers make vectors of it. A processor that reads a vector waits until all numbers in it are written.
+ * An operand from outside of an iteration has one node for each iteration, and these nodes must follow a rule: the same
+ * node, inputs or prepared numbers at equal distances, or a node of the previous iteration. All other operands come
+ * from columns of memory. A node of a loop has a column if it is read elsewhere, with a row for each iteration. A later
+ * loop may read these rows in both directions. Its other operands are copied to rows before it begins, and some parts
+ * earlier if compilers make vectors of it. A processor that reads a vector waits until all numbers in it are written.
  */
 #include "codegen/roll.h"
 
@@ -26,7 +26,7 @@ enum {
     KT_ROLL_LEAST = 60   /* a loop replaces at least this many nodes */
 };
 
-/* The nodes of one step: their places in `order`. */
+/* The nodes of one step: their indices in `order`. */
 typedef struct roll_step {
     int32_t begin, end, pass;
     uint64_t hash;
@@ -154,7 +154,7 @@ static bool is_column(const kt_code_roll *r, int32_t loop, int32_t local, int32_
     return true;
 }
 
-/* Notes a copy, and extends the rows. If there is one, the earlier reader has it. */
+/* Records a copy, and extends the rows. If the copy exists already, the earlier reader makes it. */
 static void copy_to_row(kt_code_roll *r, kt_code_copy copy) {
     kt_code_loop_plan *a = &r->plan[copy.loop];
     a->first_row = copy.row < a->first_row ? copy.row : a->first_row;
@@ -271,13 +271,13 @@ static bool add_slot(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *cell) {
 
 /* ---- equal iterations -------------------------------------------------------------------------------------------- */
 
-/* The place of an operand in iteration i; -1: it is from outside. */
+/* The index of an operand in iteration i; -1: the operand is from outside. */
 static int32_t local_of(const kt_code_roll *r, const kt_code_loop_plan *l, int i, kt_op operand) {
     const int32_t at = r->at[operand] - l->start - i * l->size;
     return r->at[operand] >= 0 && at >= 0 && at < l->size ? at : -1;
 }
 
-/* Reads an operand in all iterations: cell, unless it is local. Returns false if iterations differ. */
+/* Reads an operand in all iterations: cell, unless the operand is local. Returns false if iterations differ. */
 static bool read_operand(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *operand) {
     const int32_t local = local_of(r, l, 1, operand[1]);
     for (int i = 0; i < l->count; i++)
@@ -399,7 +399,7 @@ static int count_iterations(const roll_step *step, int at, int end, int period) 
     return same / period + 1;
 }
 
-/* Makes loops of the steps of one pass: the one that saves most first. */
+/* Makes loops of the steps of one pass: in the order of falling savings. */
 static void roll_steps(const roll_search *s, int begin, int end) {
     int best = 0, start = 0, period = 0, count = 0;
     for (int p = 1; p <= KT_ROLL_PERIOD && 2 * p <= end - begin; p++)

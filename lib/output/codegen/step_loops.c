@@ -4,14 +4,14 @@
  *   velocities   v := v + dv with A dv = rate - A v, least in kinetic energy
  *
  * Changes of the state, the columns of A and B of a step, pass through the derivative of each step of the iteration.
- * Those of a step without a move and of the velocities follow.
+ * The derivatives of a step without a move, and of the velocities, follow.
  *
- * Equations of velocities, such as those of rolling, belong to the second alone.
+ * Equations of velocities, such as those of rolling, belong only to the second projection.
  *
- * Newton's iteration ends if phi is at most ROUNDING of its scale, or if it is at most CLOSED and no longer halves. A
- * lane that is closed stays as it is until all lanes are. The iteration takes at most 10 steps, of which one suffices
- * after a usual step. The iteration calls two functions, and both compute phi: one at the position before a step, and
- * one behind it, where the velocities are projected.
+ * Newton's iteration ends if phi is at most ROUNDING of its scale, or if phi is at most CLOSED and no longer halves. A
+ * closed lane does not change until all lanes are closed. The iteration takes at most 10 steps, of which one usually
+ * suffices. The iteration calls two functions, and both compute phi: one at the position before a step, the other at
+ * the position after it, at which velocities are projected.
  */
 #include "codegen/loops.h"
 #include "codegen/print_function.h"
@@ -47,7 +47,7 @@ static void print_gap(FILE *file, int rows) {
           file);
 }
 
-/* Projects positions and velocities, and with them the columns of their changes. */
+/* Projects positions and velocities, and the columns of their changes. */
 static void print_closing_projection(FILE *file, const kt_code_names *n, const kt_model *model, bool changes) {
     const int nv = kt_model_nv(model), rows = kt_code_count_closed_rows(model);
     const char *const time = n->loops_have_time ? "t, " : "";

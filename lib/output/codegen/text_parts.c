@@ -2,10 +2,10 @@
  *
  * A node that is used once, and whose text is short, is written into its user.
  *
- * A compiler keeps the variables of a function in few registers. In a long one, it moves most of them to memory and
- * back, often many times. A long function is therefore divided into parts, which are static functions. A number that
- * another part reads is written once, to the array `w`. A loop (roll.c) is a part. Places in `w` are used again behind
- * the last part that reads them: the array stays in the cache.
+ * A compiler keeps the variables of a function in few registers. In a long function, the compiler moves most variables
+ * to memory and back, often many times. A long function is therefore divided into parts, which are static functions. A
+ * number that another part reads is written once, to the array `w`. A loop (roll.c) is a part. A slot in `w` is used
+ * again after the last part that reads it, so that the array remains in the cache.
  */
 #include "codegen/text_parts.h"
 
@@ -105,13 +105,15 @@ kt_op kt_code_guard_node(const kt_code_printer *p, const kt_code_guard *guard) {
 
 static bool is_sign(const kt_code_printer *p, kt_op i) { return p->graph->node[i].kind == KT_OP_NEGATE; }
 
-/* A node of a loop has a variable in all iterations: their texts are asked for, although one of them is printed. */
+/* A node of a loop has a variable in all iterations: the texts of all iterations are requested, although only one is
+ * printed. */
 static void keep_in_loop(kt_code_printer *p, const kt_code_loop_plan *l, int local) {
     for (int i = 0; i < l->count && !is_sign(p, kt_code_roll_node(&p->roll, l, 0, local)); i++)
         p->width[kt_code_roll_node(&p->roll, l, i, local)] = 0;
 }
 
-/* A node that another part reads is no part of the text of its user. Signs are, unless a loop computes them. */
+/* A node that another part reads gets its own statement. A sign remains in the text of its user, unless a loop computes
+ * the sign. */
 static void read_from_outside(kt_code_printer *p, kt_op i) {
     kt_code_roll *r = &p->roll;
     if (kt_code_is_leaf(p, i))
@@ -175,7 +177,7 @@ bool kt_code_is_written(const kt_code_printer *p, kt_op i) {
     return loop >= 0 && p->roll.plan[loop].is_written[kt_code_roll_local(&p->roll, i)];
 }
 
-/* Finds all that one part computes and another one reads, if either is a loop. */
+/* Finds the nodes that one part computes and another part reads, if either part is a loop. */
 static void read_across_loops(kt_code_printer *p, const kt_code_function *f) {
     kt_code_roll *r = &p->roll;
     for (int k = 0; k < r->plan_count; k++) {
@@ -244,7 +246,8 @@ static void hold_columns(kt_code_loop_plan *l, int part) {
     l->last_part = part > l->last_part ? part : l->last_part;
 }
 
-/* Notes what a part needs for the text of a node. Until places are known, p->place is the last part that reads. */
+/* Records the nodes that a part needs for the text of a node. Until slots are assigned, p->place is the last part that
+ * reads the node. */
 static void note_reads(kt_code_printer *p, kt_op i, int part) {
     const kt_op_node *n = &p->graph->node[i];
     if (kt_code_is_leaf(p, i)) {
@@ -270,7 +273,7 @@ static void note_operands(kt_code_printer *p, kt_op i, int part) {
         note_reads(p, operand[k], part);
 }
 
-/* Notes what a loop needs. */
+/* Records the nodes that a loop needs. */
 static void note_loop(kt_code_printer *p, int loop, int part) {
     const kt_code_loop_plan *l = &p->roll.plan[loop];
     for (int s = 0; s < l->slot_count; s++) {
@@ -297,7 +300,7 @@ int kt_code_part_of_copy(const kt_code_printer *p, const kt_code_copy *copy) {
     return first > last - KT_CODE_EARLY ? first : last - KT_CODE_EARLY;
 }
 
-/* Notes what the copies need. */
+/* Records the nodes that the copies need. */
 static void note_copies(kt_code_printer *p) {
     for (int k = 0; k < p->roll.copy_count; k++) {
         const kt_code_copy *copy = &p->roll.copy[k];
@@ -308,7 +311,7 @@ static void note_copies(kt_code_printer *p) {
     }
 }
 
-/* Divides the nodes between two loops into parts. Returns the part behind them. */
+/* Divides the nodes between two loops into parts. Returns the next part. */
 static int divide_nodes(kt_code_printer *p, kt_op begin, kt_op end, int first) {
     int count = 0, before = 0;
     bool is_empty = true;
@@ -348,8 +351,8 @@ static void number_parts(kt_code_printer *p) {
     p->part_count = part;
 }
 
-/* Places of numbers in `w`. Each number holds its place until the last part that reads it; parts follow the order of
- * nodes. Returns false if memory is insufficient. */
+/* Assigns slots in `w` to numbers. Each number occupies its slot until the last part that reads it; parts follow the
+ * order of nodes. Returns false if memory is insufficient. */
 static bool place_numbers(kt_code_printer *p) {
     const size_t count = (size_t)p->graph->count + 1;
     kt_pool room = {.chunks = NULL};
@@ -377,12 +380,13 @@ static bool place_numbers(kt_code_printer *p) {
 
 static int count_places(const kt_code_loop_plan *l) { return l->column_count * (l->last_row - l->first_row + 1); }
 
-/* Whether two loops need different places: they hold rows in one part. */
+/* Whether two loops need different slots, because both hold rows in one part. */
 static bool hold_places_at_once(const kt_code_loop_plan *a, const kt_code_loop_plan *b) {
     return a->first_part <= b->last_part && b->first_part <= a->last_part;
 }
 
-/* Places of columns in `w`, behind those of single numbers: the first that are free in all parts that hold rows. */
+/* Assigns slots in `w` to columns, after the slots of single numbers: the first slots that are unused in all parts that
+ * hold rows. */
 static void place_columns(kt_code_printer *p) {
     const kt_code_loop_plan *plan = p->roll.plan;
     const int begin = p->place_count;
@@ -409,7 +413,7 @@ int kt_code_place(const kt_code_printer *p, kt_op i) {
     return kt_code_roll_place(l, l->column[kt_code_roll_local(&p->roll, i)], kt_code_roll_iteration(&p->roll, i));
 }
 
-/* Finds what each part needs. */
+/* Finds the nodes that each part needs. */
 static void note_all(kt_code_printer *p, const kt_code_function *f) {
     memset(p->needs, 0, (size_t)(p->part_count + 1) * sizeof *p->needs);
     for (kt_op i = 0; i < p->graph->count; i++)

@@ -33,7 +33,7 @@ static double typical_value(const kt_function *f) {
     }
 }
 
-/* Thrust points against the exhaust if mass leaves, and along it if mass arrives. */
+/* Thrust is opposite to the exhaust velocity if mass leaves, and along it if mass arrives. */
 static kt_vec3 thrust_direction(const kt_effect *effect) {
     double mass[3];
     const bool arrives = kt_function_evaluate(&effect->mass, 0.0, mass, NULL) == KT_OK && mass[1] > 0.0;

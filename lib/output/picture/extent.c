@@ -1,4 +1,5 @@
-/* How far a picture extends: the box around the mechanism, its size, and the planes that are shown below it. */
+/* The extent of a picture: the box around the mechanism, its size, and the planes that are shown below the
+ * mechanism. */
 #include "algebra/elementary.h"
 #include "base/order.h"
 #include "picture/maker.h"

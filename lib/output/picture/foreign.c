@@ -1,6 +1,6 @@
-/* Surfaces in formats that assimp reads. assimp receives only the file's contents, so that no other file is opened for
- * it. The file's own units count. The file's upward direction does not: robots name theirs. assimp crashes at some
- * damaged files, and so it has a process of its own. */
+/* Surfaces in formats that assimp reads. assimp receives only the file's contents, so that it cannot open another file.
+ * The file's units count, but not the file's upward direction, because robots state their own. Since assimp crashes at
+ * some damaged files, it runs in a separate process. */
 #include "picture/foreign.h"
 
 #include <string.h>
@@ -84,7 +84,8 @@ static double announced(const char *at, const char *end) {
     return count;
 }
 
-/* assimp takes memory for as many numbers as a file announces. More than it has bytes are none. */
+/* assimp allocates memory for as many numbers as a file announces. A file that announces more numbers than it has bytes
+ * is damaged. */
 static bool announces_too_much(const char *text, size_t size) {
     static const char word[] = {'c', 'o', 'u', 'n', 't'};
     const char *end = text + size;

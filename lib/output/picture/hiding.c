@@ -1,7 +1,7 @@
 /* The order of hidden solids.
  *
- * 1. The outlines of two pieces are convex polygons in the picture; their intersection is sampled. At each sample a ray
- *    towards the viewer leaves each of both (kt_solid_cut): the piece that it leaves last is in front.
+ * 1. The outlines of two pieces are convex polygons in the picture; their intersection is sampled. At each sample, a
+ * ray towards the viewer leaves both pieces (kt_solid_cut); the piece that the ray leaves last is in front.
  * 2. Pairs of which each is in front somewhere are cut at the places along the longer one where this changes.
  * 3. "a is behind b" are the edges of a graph, which is sorted topologically. If the graph has a cycle, the longest
  *    piece of the cycle is halved, and all starts again. The edge with the least painting error is dropped instead, if
@@ -59,7 +59,7 @@ void kt_pieces_free(kt_pieces *pieces) {
     *pieces = (kt_pieces){0};
 }
 
-/* A rod that was cut is taken for a cylinder, which is as long as the rod where it has its own end. */
+/* A cut rod counts as a cylinder. At an end that was not cut, the cylinder extends to the tip of the rod. */
 kt_solid kt_piece_solid(const kt_piece *piece) {
     kt_solid solid = piece->solid;
     double low = piece->low, high = piece->high;
@@ -77,7 +77,7 @@ kt_solid kt_piece_solid(const kt_piece *piece) {
 
 /* ---- one pair ---------------------------------------------------------------------------------------------------- */
 
-/* A piece with the quantities that are needed of it repeatedly. */
+/* A piece, and its quantities that are needed repeatedly. */
 typedef struct shown {
     kt_solid solid;
     kt_outline outline;
@@ -186,8 +186,8 @@ typedef struct cuts {
     double at[CUTS_MAX];
 } cuts;
 
-/* The side of the piece at z along its middle: 1 in front of the other, -1 behind it. The side is 0 if the two do not
- * overlap there. */
+/* The side of the piece at z along its middle: 1 in front of the other piece, -1 behind it. The side is 0 if the pieces
+ * do not overlap at z. */
 static int side_at(const kt_piece *piece, const shown *other, double z) {
     const kt_outline_point at = kt_outline_point_of(kt_pose_apply(piece->solid.pose, kt_vec3_make(0.0, 0.0, z)));
     double back, front, back_other, front_other;
@@ -204,8 +204,8 @@ static void add_cut(cuts *c, double at, double gap) {
         c->at[c->count++] = at;
 }
 
-/* Adds the places at which the piece changes from behind the other to in front of it, or back. Returns whether there is
- * such a place. */
+/* Adds the places at which the piece changes from behind the other piece to in front of it, or back. Returns whether
+ * any place is found. */
 static bool find_cuts(const kt_piece *piece, const shown *other, cuts *c) {
     const double length = piece->high - piece->low, gap = 0.01 * length;
     const int count = c->count;
@@ -256,7 +256,7 @@ static bool cut_all(kt_pieces *pieces, cuts *all) {
 
 /* ---- all pairs --------------------------------------------------------------------------------------------------- */
 
-/* Pieces of one solid: the one towards the viewer comes later, if nothing speaks against it. */
+/* Pieces of one solid: the piece towards the viewer comes later, unless other pieces require another order. */
 static double order_in_solid(const kt_piece *a, const kt_piece *b) {
     return (a->low - b->low) * a->solid.pose.rotation.z.z;
 }
@@ -273,7 +273,7 @@ typedef struct edge {
     double weight; /* how far the hidden piece would show, if it were painted later; 0: dropped */
 } edge;
 
-/* A piece by where it begins from the left. */
+/* A piece and its left end, for sorting. */
 typedef struct beginning {
     double left;
     int piece;
@@ -358,7 +358,7 @@ static int compare_graph_edges(const void *a, const void *b) {
     return ((const edge *)a)->behind - ((const edge *)b)->behind;
 }
 
-/* The first piece that waits for none; -1 if all are in cycles, or behind them. */
+/* The first piece that waits for no other piece; -1 if all remaining pieces belong to cycles, or wait for cycles. */
 static int next_piece(const graph *g, int count) {
     for (int i = 0; i < count; i++)
         if (!g->is_taken[i] && g->waiting[i] == 0)
@@ -463,7 +463,7 @@ static bool is_neighbour(const kt_piece *a, const kt_piece *b) {
     return a->thing == b->thing && (a->high == b->low || b->high == a->low);
 }
 
-/* Joins the pieces at places i < k, if one of them may be painted together with the other. */
+/* Joins the pieces with the indices i < k, if one may be painted together with the other. */
 static bool join_two_pieces(graph *g, kt_pieces *pieces, int *order, int *place, int i, int k) {
     const int a = order[i], b = order[k];
     const bool at_last = place_is_free(g, place, a, false, i, k);
@@ -484,7 +484,7 @@ static bool join_two_pieces(graph *g, kt_pieces *pieces, int *order, int *place,
 
 enum { JOINED_MOST = 2000 }; /* pieces; more are left as they are */
 
-/* Pieces of one solid that need not be apart are joined again. */
+/* Joins pieces of one solid again that need not be separate. */
 static void join_pieces(graph *g, kt_pieces *pieces, int *order) {
     int *place = g->waiting;
     bool any = pieces->count <= JOINED_MOST;
@@ -535,7 +535,7 @@ static bool put_in_order(kt_pieces *pieces, const int *order) {
     return true;
 }
 
-/* One round: returns whether it went well; *done: the pieces are sorted, else some have been cut. */
+/* One round of sorting: returns false on failure. *done: the pieces are sorted; otherwise some have been cut. */
 static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int round, bool *done) {
     graph g;
     int *order = calloc((size_t)pieces->count + 1, sizeof *order);
@@ -557,7 +557,8 @@ static bool sort_round(kt_pieces *pieces, double tolerance, bool is_diagram, int
     return fine;
 }
 
-/* The first order of a diagram: the farther layer, the wider piece, the list. Motions in a plane keep it. */
+/* The first order of a diagram: the farther layer, the wider piece, the order of the list. Motions in a plane do not
+ * change this order. */
 typedef struct diagram_key {
     kt_piece piece;
     double layer, width;

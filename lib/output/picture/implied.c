@@ -12,8 +12,8 @@ static kt_solid thin_rod(const kt_picture_maker *m, int body, kt_vec3 from, kt_v
     return rod;
 }
 
-/* Whether a rigid part has a mesh. Frames of joints need not be on the mesh, and a body without looks may be inside of
- * it (a sensor, a screw). */
+/* Whether a rigid part has a mesh. Frames of joints need not be on the mesh, and a body without a visible shape may be
+ * inside the mesh (a sensor, a screw). */
 static bool has_mesh_near(const kt_picture_maker *m, int body) {
     const kt_picture *p = m->picture;
     int i = m->first[p->part[body]];
@@ -43,8 +43,8 @@ static bool is_implied_rod(const kt_solid *solid) {
     return solid->source == KT_SOURCE_IMPLIED && solid->type == KT_SOLID_ROD;
 }
 
-/* The distance of a place in the world to the nearest solid of the rigid part of a body, and the point there. If `only`
- * is not -1, only solids of that body count. Implied rods count if has_rods. DBL_MAX: there is no solid. */
+/* The distance of a place in the world to the nearest solid of the rigid part of a body, and the nearest point. If
+ * `only` is not -1, only solids of that body count. Implied rods count if has_rods. DBL_MAX: the part has no solid. */
 static double distance_to_part(const kt_picture_maker *m, int body, kt_vec3 at, int only, bool has_rods,
                                kt_vec3 *nearest) {
     const kt_picture *p = m->picture;
@@ -85,7 +85,8 @@ static void attach_point(kt_picture_maker *m, int body, kt_vec3 point) {
     attach_to(m, body, point, m->picture->part[body] == 0 ? body : -1);
 }
 
-/* Whether a body has a solid yet. Any solid of its rigid part counts; if that is fixed to the world, only its own. */
+/* Whether a body has a solid yet. Any solid of its rigid part counts; for a part that is fixed to the world, only the
+ * body's solids. */
 static bool has_solid(const kt_picture_maker *m, int body) {
     const kt_picture *p = m->picture;
     int i = m->first[p->part[body]];
@@ -95,7 +96,7 @@ static bool has_solid(const kt_picture_maker *m, int body) {
 }
 
 /* A body without any solid is a star of rods from its own joint, or, if it is fixed to the world, from its origin.
- * Points at one of the rods need none. */
+ * A point on a rod needs no further rod. */
 static void begin_star(kt_picture_maker *m, int body, kt_vec3 point) {
     const kt_joint_type type = kt_picture_source(m, body)->joint.type;
     const bool is_base = m->picture->part[body] == 0;
@@ -112,7 +113,7 @@ static void begin_star(kt_picture_maker *m, int body, kt_vec3 point) {
         attach_point(m, body, point);
 }
 
-/* A body that is fixed to one without any solid is at the end of a rod, as a joint there would be. */
+/* A body that is fixed to a body without any solid gets a rod, like a joint at its position. */
 static void attach_fixed(kt_picture_maker *m, int body) {
     const kt_body *source = kt_picture_source(m, body);
     const int parent = source->parent != NULL ? kt_body_find(m->picture->model, source->parent) : 0;
@@ -120,7 +121,7 @@ static void attach_fixed(kt_picture_maker *m, int body) {
         begin_star(m, parent, source->joint.at);
 }
 
-/* The body's own solids are all implied, and there are some. */
+/* Whether the body has solids, all of them implied. */
 static bool is_implied(const kt_picture_maker *m, int body) {
     const kt_picture *p = m->picture;
     bool has_implied = false;
@@ -132,8 +133,8 @@ static bool is_implied(const kt_picture_maker *m, int body) {
     return has_implied;
 }
 
-/* Joins a body with the one to which it is fixed, across bodies without solids. Rods lead from its own solids to those
- * of the next body that has some. Two bodies with shapes from the scene stay as they are. */
+/* Joins a body with the body to which it is fixed, across bodies without solids. Rods lead from the body's solids to
+ * the solids of the next such body. Two bodies with shapes from the scene are not joined. */
 static void bridge_fixed(kt_picture_maker *m, int body) {
     int on = body;
     do
@@ -151,7 +152,7 @@ static void attach_frame(kt_picture_maker *m, const kt_body_frame *frame) {
         begin_star(m, frame->body, frame->pose.position);
 }
 
-/* Whether a joint's place is fixed to the body that it carries. */
+/* Whether the position of a joint is fixed in the body that it carries. */
 static bool is_pivot(kt_joint_type type) {
     return type == KT_JOINT_REVOLUTE || type == KT_JOINT_UNIVERSAL || type == KT_JOINT_SPHERICAL ||
            type == KT_JOINT_FIXED;

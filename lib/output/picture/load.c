@@ -1,8 +1,8 @@
 /* Meshes of a scene as surfaces of solids: read, scaled, thinned out, with normals.
  *
  * Files have no normals worth having, and often not even shared vertices. The normal at a triangle's corner is a mean
- * over triangles around the vertex, weighted by area. Only triangles that are inclined to this one by less than an
- * angle count: round surfaces then appear round, and edges stay sharp. */
+ * over triangles around the vertex, weighted by area. Only triangles whose inclination to this triangle is below an
+ * angle count, so that round surfaces appear round, and edges remain sharp. */
 #include "picture/load.h"
 #include "algebra/elementary.h"
 #include "document/file.h"
@@ -23,7 +23,8 @@ enum { AROUND_MOST = 64 }; /* triangles at a vertex of which means are taken */
 
 /* ---- reading ----------------------------------------------------------------------------------------------------- */
 
-/* Formats that are read here, by the ending of the file's name; one without an ending is, too. */
+/* Whether this program reads the format, by the ending of the file's name. Names without an ending count as such
+ * formats. */
 static bool is_own_format(const char *path) {
     static const char *const endings[] = {".stl", ".obj", ".msh"};
     const char *dot = strrchr(path, '.');
@@ -46,7 +47,7 @@ static kt_status read_mesh_file(const char *path, kt_triangles *mesh, kt_error *
     return status;
 }
 
-/* Scales a mesh, and moves the centre of the box around it to the origin. Returns that centre. */
+/* Scales a mesh, and moves the centre of the box around it to the origin. Returns the centre. */
 static kt_vec3 centre_mesh(kt_triangles *mesh, kt_vec3 scale, kt_vec3 *half) {
     kt_vec3 low = kt_vec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = kt_vec3_scale(-1.0, low);
     for (int i = 0; i < mesh->vertex_count; i++) {
@@ -102,7 +103,7 @@ static kt_vec3 corner_normal(const kt_triangles *mesh, const int *first, const i
     return kt_vec3_dot(sum, sum) > 0.0 ? unit(sum) : n;
 }
 
-/* Each triangle has three points of its own. */
+/* Each triangle has its own three points. */
 static bool fill_surface(const kt_triangles *mesh, const int *first, const int *list, kt_mesh *surface) {
     const size_t points = 3 * (size_t)mesh->triangle_count;
     surface->points = malloc((points + 1) * sizeof *surface->points);

@@ -12,7 +12,7 @@ typedef struct answer {
     kt_error error;
 } answer;
 
-/* What the child reads. */
+/* The input of the child process. */
 typedef struct question {
     kt_mesh_reader *reader;
     const char *path, *text;
@@ -43,7 +43,7 @@ static bool is_sound(const kt_triangles *mesh) {
     return true;
 }
 
-/* An answer and its mesh; false: it has not come whole. */
+/* Reads an answer and its mesh; returns false if the answer is incomplete. */
 static bool read_answer(const kt_apart *apart, answer *a, kt_triangles *mesh) {
     if (!kt_apart_read(apart, a, sizeof *a) || !is_count(a->vertex_count) || !is_count(a->triangle_count))
         return false;

@@ -30,7 +30,7 @@ typedef struct counts {
 KT_ARENA_LAYOUT(lay_out, kt_picture, KT_PICTURE_FIELDS, const counts *n)
 
 /* An upper bound of the solids. A body has at most a solid for each shape, a point at its mass, and a rod to each
- * joint, loop and effect on it. Two rods connect it with the body to which it is fixed. */
+ * joint, loop and effect on it. Two rods connect a body with the body to which it is fixed. */
 static counts count_picture(const kt_scene *scene, const kt_model *model) {
     const kt_description *d = &scene->description;
     const size_t bodies = (size_t)kt_model_body_count(model), loops = (size_t)d->loop_count,

@@ -1,4 +1,4 @@
-/* Joints, loops, relations and effects of a picture, with their frames, as the description has them. */
+/* Joints, loops, relations and effects of a picture, with their frames, in the order of the description. */
 #include "effect/effect.h"
 #include "evaluate/path_force.h"
 #include "kinetree/descriptor.h"

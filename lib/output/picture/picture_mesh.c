@@ -1,8 +1,8 @@
 /* Surfaces of solids as triangles.
  *
  * Each surface is a stack of rings about z (a box: six faces). A ring is a circle of a height and a radius with normals
- * of one slope. A band of triangles lies between two rings. If normals jump, at the rim of a cylinder, there are
- * two rings at one place; at a pole the ring is a point. */
+ * of one slope. A band of triangles lies between two rings. If normals jump, at the rim of a cylinder, two rings lie at
+ * one place; at a pole, the ring is a point. */
 #include "picture/picture_mesh.h"
 
 #include "base/grow.h"

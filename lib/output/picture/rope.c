@@ -1,4 +1,4 @@
-/* Ropes: their lengths, and how far slack ones sag. */
+/* Ropes: their lengths, and the sag of slack ropes. */
 #include "picture/camera.h"
 #include "picture/picture.h"
 
@@ -25,7 +25,7 @@ static double parabola_length(double depth, double along, double across) {
            (8.0 * depth);
 }
 
-/* Bisection: the length is at least that of two straight halves, which is at least 2 d. 0: the rope is taut. */
+/* Bisection: the length is at least the length of two straight halves, which is at least 2 d. 0: the rope is taut. */
 static double rope_depth(double length, kt_vec3 chord, kt_vec3 down) {
     const double along = kt_vec3_dot(chord, down), distance = kt_vec3_norm(chord);
     const double across = kt_vec3_norm(kt_vec3_sub(chord, kt_vec3_scale(along, down)));

@@ -1,5 +1,6 @@
-/* Curves and surfaces of loops, as straight strokes in the frame of the loop's first end. A curve is drawn as it is, a
- * surface by lines on it. An unbounded one is drawn around the second end, as far as the mechanism reaches. */
+/* Curves and surfaces of loops, as straight strokes in the frame of the loop's first end. A curve is drawn directly, a
+ * surface as lines on it. An unbounded curve or surface is drawn around the second end, within the extent of the
+ * mechanism. */
 #include "picture/picture.h"
 
 #include <math.h>
