@@ -18,8 +18,8 @@
 KT_ARENA_LAYOUT(lay_out, kt_batch, KT_BATCH_FIELDS, const kt_batch_counts *n)
 KT_ARENA_LAYOUT(lay_out_work, kt_batch_work, KT_BATCH_WORK_FIELDS, const kt_batch_counts *n)
 
-/* Whether lanes have all equations of a loop. They have no formulas, no equations of a caller, and no spatial equations
- * in a plane. */
+/* Whether lanes have all equations of a loop. Lanes have no formulas, no equations of a caller, and no spatial
+ * equations in a plane. */
 static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
     const kt_loop_record *loop = &model->loop[index];
     if (loop->kind == KT_LOOP_KIND_CUSTOM)
@@ -105,7 +105,7 @@ static kt_batch_counts count_batch(const kt_model *model, const kt_batch_options
 }
 
 /* Whether `most` times the bytes of a batch of one state and one thread are at most a quarter of all addresses. Then no
- * sum or product of sizes wraps around, since a state or a thread of a larger batch takes no more. */
+ * sum or product of sizes wraps around, since a state or a thread of a larger batch needs no more bytes. */
 static bool fits_memory(const kt_model *model, const kt_batch_options *options, size_t most) {
     const kt_batch_counts n =
         count_batch(model, &(kt_batch_options){.states = 1, .threads = 1, .method = options->method});

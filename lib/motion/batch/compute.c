@@ -1,4 +1,4 @@
-/* Computes a job for all states of a batch, or for those of a block. */
+/* Computes a job for all states of a batch, or for the states of a block. */
 #include "base/copy.h"
 #include "batch/batch.h"
 

@@ -1,12 +1,12 @@
 /* Several simulations at once. Each one has its own state, steps, error control and records. The stages of their steps
  * are computed together, each simulation in a lane.
  *
- * A lane follows kt_simulation_run, in the same order and with the same functions. The lane hands records over, plans a
- * try of a step, and accepts or rejects it (kt_attempt of integrator/integrator.h). Only the stages of the tries of all
- * lanes are computed at once, between planning and judging. A lane whose simulation has ended takes the next one. Lanes
- * cannot compute a step of an implicit method, or a stage that fails. The simulation itself tries such a step. Events,
- * gaps and breakpoints are handled lane by lane between tries, by the functions of kt_simulation_take_step
- * (step_parts.h).
+ * A lane follows kt_simulation_run, in the same order and with the same functions. The lane passes records on, plans a
+ * try of a step, and accepts or rejects the try (kt_attempt of integrator/integrator.h). Only the stages of the tries
+ * of all lanes are computed at once, between planning and the decision on acceptance. A lane whose simulation has ended
+ * continues with the next simulation. Lanes cannot compute a step of an implicit method, or a stage that fails. The
+ * simulation itself tries such a step. Events, gaps and breakpoints are handled lane by lane between tries, by the
+ * functions of kt_simulation_take_step (step_parts.h).
  *
  * Simulations take part if their models agree in all data that the recursions share between lanes (kt_lanes_agree). The
  * others are run one after the other.
@@ -78,7 +78,7 @@ kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
 
 /* ---- which simulations take part --------------------------------------------------------------------------------- */
 
-/* Why a simulation's steps are not computed in lanes; NULL: they are. */
+/* The reason why a simulation's steps are not computed in lanes; NULL: lanes compute them. */
 static const char *why_model(const kt_ensemble *e, const kt_model *model) {
     if (model->shape != e->shape)
         return "its joints, loops or effects are not those of the first run";
@@ -97,7 +97,7 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
         return why;
     if (s->transformation || s->options.acceleration || s->options.projection)
         return "its equations are not those of its own model";
-    return s->size.n > s->size.work || s->watches_works ? "it records or watches works (balance)" : NULL;
+    return s->size.n > s->size.work || s->watches_works ? "it records or watches the work done (balance)" : NULL;
 }
 
 static bool is_empty(const kt_ensemble *e) {
@@ -136,7 +136,7 @@ static const kt_method *lane_table_of(const kt_ensemble_lane *l) {
                : table;
 }
 
-/* The lanes that take the same step as the first one of them, whose number is *first. */
+/* Chooses the lanes that take the same step as the first of these lanes, whose number is *first. */
 static kt_lane_mask choose_leading_lanes(const kt_ensemble *e, size_t *first) {
     const kt_method *table = NULL;
     kt_lane_mask mask = 0;
@@ -163,7 +163,7 @@ static void gather_lane_steps(kt_ensemble *e, kt_lane_mask mask) {
     }
 }
 
-/* Slope i of the stages at e->stage. Returns the lanes of `mask` where it could be computed. */
+/* Slope i of the stages at e->stage. Returns the lanes of `mask` in which the slope could be computed. */
 static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, double c, kt_lane_mask mask,
                                      double *slope) {
     const size_t q = e->n.width * e->n.nq, x = q + e->n.width * e->n.nv;
@@ -260,7 +260,8 @@ static void find_growths(kt_ensemble *e, kt_lane_mask mask) {
                 kt_control_growth(e->lane[i].member.simulation->integrator, e->power[i], e->power[width + i]);
 }
 
-/* The stages of the steps that are planned, of two lanes or more. Returns the lanes where they could be computed. */
+/* Computes the stages of the planned steps of two or more lanes. Returns the lanes in which the stages could be
+ * computed. */
 static kt_lane_mask try_together(kt_ensemble *e) {
     size_t first = 0;
     kt_lane_mask mask = choose_leading_lanes(e, &first);
@@ -301,7 +302,7 @@ static void try_steps(kt_ensemble *e) {
 
 /* ---- a lane ------------------------------------------------------------------------------------------------------ */
 
-/* A simulation ends where its records have failed, where an event stops it, and at its duration. */
+/* A simulation ends if a record has failed, if an event stops the run, or at its duration. */
 static bool has_ended(const kt_ensemble_lane *l) {
     const kt_simulation *s = l->member.simulation;
     return !l->steps &&
@@ -318,9 +319,9 @@ static kt_status hand_over_lane_records(kt_ensemble_lane *l) {
     return status == KT_OK && s->memory.fires && s->watch ? s->watch->fire(s, to->record, to->user, &l->error) : status;
 }
 
-/* Gives the lane the numbers of its model again, after events or a recorder have set some of them. Does nothing if
- * lanes no longer compute this model, for example because of a new armature. Does nothing, either, if the models of the
- * other lanes disagree with it. */
+/* Copies the numbers of the lane's model to the lane again, after events or a recorder have changed numbers. Does
+ * nothing if lanes no longer compute this model, for example because of a new armature. Also does nothing if the models
+ * of other lanes disagree with this model. */
 static void renew_numbers(kt_ensemble *e, kt_ensemble_lane *l) {
     const kt_model *model = l->member.simulation->model;
     const kt_ensemble_lane *other = kt_ensemble_first_lane(e);
@@ -442,7 +443,7 @@ static void fill_free_lanes(kt_ensemble *e, source *from) {
     }
 }
 
-/* Begins a step in every lane that is between two; returns how many lanes there are. */
+/* Begins a step in every lane that is between two steps; returns the number of lanes. */
 static size_t begin_all(kt_ensemble *e, const source *from) {
     size_t lanes = 0;
     for (size_t i = 0; i < e->n.width; i++) {

@@ -7,7 +7,7 @@
 
 #include "base/copy.h"
 
-/* Whether effects have no potential energy. A law in C may fail, and a record with it. */
+/* Whether effects have no potential energy. A law in C may fail, so that the record fails, too. */
 static bool store_none(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
         if (!kt_effect_kind_of(model->effect[i].type)->stores_none || (model->effect[i].law))
@@ -41,8 +41,8 @@ static void begin_record(kt_ensemble_lane *l) {
     l->record.time = kt_simulation_record_time(s, k);
 }
 
-/* Reads the record of a lane if one is due, and returns whether it is. Reads its state, or its place in the step if
- * *dense. */
+/* Reads the record of a lane if one is due, and returns whether it is. Reads the state or, if *dense, the position of
+ * the record in the step. */
 static bool read_lane_record(kt_ensemble *e, size_t number, bool *dense) {
     kt_ensemble_lane *l = &e->lane[number];
     const kt_ensemble_member *m = &l->member;
@@ -90,7 +90,7 @@ static kt_lane_mask read_lane_records(kt_ensemble *e) {
     return due;
 }
 
-/* Hands a record over after its energies have been computed; `fine`: they are finite. */
+/* Passes a record on after its energies have been computed; `fine`: the energies are finite. */
 static kt_status give_lane_record(kt_ensemble *e, size_t number, bool fine) {
     kt_ensemble_lane *l = &e->lane[number];
     const kt_ensemble_member *to = &l->member;

@@ -1,4 +1,4 @@
-/* Records in lanes (interleave.h). The source is compiled for one state, where the records are those of a model. */
+/* Records in lanes (interleave.h). The source is compiled for one state, in which the records belong to one model. */
 #include "batch/interleave.h"
 
 #include "batch/lanes.h"
@@ -51,7 +51,7 @@ static bool settings_agree(const kt_model *a, const kt_model *b) {
            (a->disagreement > 0.0) == (b->disagreement > 0.0) && (a->n.group == 0 || a->length == b->length);
 }
 
-/* Compares the arrays of which lanes have no own copy. Ranges of arrays follow the order of KT_MODEL_FIELDS. The
+/* Compares the arrays that all lanes share. Ranges of arrays follow the order of KT_MODEL_FIELDS. The
  * initial state, markers and limits are left out, since no recursion reads them. The table of names is left out, since
  * it has pointers. */
 bool kt_lanes_agree(const kt_model *a, const kt_model *b) {

@@ -1,6 +1,6 @@
-/* The effects of several states at once, as evaluate/effects.c sums those of one. Types that are not compiled for
- * lanes (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. The variables of
- * formulas are read in lanes (evaluate/variable.h). The formulas themselves are evaluated lane by lane. */
+/* The effects of several states at once, as evaluate/effects.c sums the effects of one state. Types that are not
+ * compiled for lanes (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. The
+ * variables of formulas are read in lanes (evaluate/variable.h). The formulas themselves are evaluated lane by lane. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"
@@ -45,7 +45,7 @@ static void set_lane(kt_triple *a, int lane, kt_vec3 from) {
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* The variables of an effect's formulas, those of a lane one after the other. end: those of an effect between two. */
+/* The variables of an effect's formulas, grouped by lane. end: the ends of an effect between two ends. */
 typedef struct variables {
     double of[KT_LANES][KT_FORMULA_VARIABLE_MAX];
 } variables;

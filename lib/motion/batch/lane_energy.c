@@ -1,4 +1,4 @@
-/* Energies of several states at once, as dynamics/total.c has those of one:
+/* Energies of several states at once, as dynamics/total.c computes the energies of one state:
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c
  */

@@ -1,7 +1,7 @@
-/* Steps of many states with an explicit Runge-Kutta method (integrator/explicit.c). Stages and their sums are those of
- * one step, for all lanes at once. The bits are those of kt_step_evaluate (sensitivity/tangent_step.c), state by state.
- * The other method is semi-implicit Euler. It has first order, and is symplectic if forces do not depend on velocities
- * (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1):
+/* Steps of many states with an explicit Runge-Kutta method (integrator/explicit.c). The stages and sums of one step are
+ * computed for all lanes at once. The bits are those of kt_step_evaluate (sensitivity/tangent_step.c), state by state.
+ * The other method is semi-implicit Euler, which has first order, and is symplectic if forces do not depend on
+ * velocities (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1):
  *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of auxiliary states x1 = x0 + h f(t0, q0, v0, x0)
  */
 #include "batch/batch.h"
@@ -39,7 +39,7 @@ static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const
     }
 }
 
-/* All stages of the live lanes; the state after the step, before it is closed, is left in w->stage. */
+/* All stages of the live lanes; w->stage receives the state after the step, before loops are closed. */
 static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
@@ -109,7 +109,8 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
     kt_lane_put(w->one_v, n->width, lane, n->nv, w->stage + nq);
 }
 
-/* Closes the loops of the states in w->stage in lanes. Returns those that are closed; the others are as they were. */
+/* Closes the loops of the states in w->stage in lanes. Returns the lanes whose loops are closed; all other states are
+ * unchanged. */
 static kt_lane_mask close_stage_loops(kt_batch_work *w, const kt_batch_group *group, double h) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
@@ -128,7 +129,7 @@ static kt_lane_mask close_stage_loops(kt_batch_work *w, const kt_batch_group *gr
     return closed;
 }
 
-/* Closes the states in w->stage, and writes them to the lanes that have come so far. */
+/* Closes the states in w->stage, and writes these states to the lanes whose step has succeeded so far. */
 static void finish_group_step(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;

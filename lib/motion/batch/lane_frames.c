@@ -1,5 +1,5 @@
-/* Motion and Jacobians of frames on bodies, for several states at once. For one state they are in
- * dynamics/body_frames.c and control/marker.c. */
+/* Motion and Jacobians of frames on bodies, for several states at once. For one state, dynamics/body_frames.c and
+ * control/marker.c compute the same. */
 #include "batch/lanes.h"
 
 #include "dynamics/point.h"

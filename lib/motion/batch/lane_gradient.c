@@ -1,6 +1,6 @@
-/* The adjoint of forward dynamics of trees, for several states at once; sensitivity/stage_adjoint.c has it for one
- * state. With w = M^-1 mu, it is the gradient of w . (tau - inverse dynamics) with respect to positions, velocities and
- * tau. */
+/* The adjoint of forward dynamics of trees, for several states at once; sensitivity/stage_adjoint.c has the adjoint for
+ * one state. With w = M^-1 mu, the adjoint is the gradient of w . (tau - inverse dynamics) with respect to positions,
+ * velocities and tau. */
 #include "batch/lanes.h"
 
 #include "base/copy.h"

@@ -6,7 +6,7 @@
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 
-/* Gives all lanes the numbers of one model, which they may have. */
+/* Copies the numbers of one model to all lanes, unless the lanes have these numbers already. */
 static void put_group_model(kt_batch_work *w, const kt_model *model) {
     if (w->put == model && w->revision == model->revision)
         return;
@@ -15,8 +15,8 @@ static void put_group_model(kt_batch_work *w, const kt_model *model) {
     w->revision = model->revision;
 }
 
-/* Gives each lane the numbers of its model. Returns one of the models if they differ in nothing else. Otherwise the
- * lanes get the numbers of the batch's own model, for the rates of positions, and the result is NULL. */
+/* Copies to each lane the numbers of its model. Returns one of the models if the models differ only in these numbers.
+ * Otherwise the lanes get the numbers of the batch's own model, for the rates of positions, and the result is NULL. */
 static const kt_model *put_models(kt_batch_work *w, const kt_model *const *own, size_t used) {
     const kt_batch *batch = w->batch;
     bool same = true, agree = true;

@@ -10,7 +10,7 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_data, KT_LANE_FIELDS, const kt_counts *n)
 
-/* Indices of the lanes' angles; those that fill up the last eight are of any numbers. */
+/* Indices of the lanes' angles; indices that fill up the last group of eight are arbitrary. */
 static void spread_angles(const int32_t *angle, size_t count, int32_t *out) {
     for (size_t i = 0; i < count; i++)
         for (int32_t lane = 0; lane < KT_LANES; lane++)

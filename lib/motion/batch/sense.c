@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* Returns the place of a state's results for one frame; NULL: they are not requested. */
+/* Returns the memory for a state's results for one frame; NULL: these results are not requested. */
 static kt_frame_motion *sensed_motion_of(const kt_batch_sensors *s, size_t state, size_t frame) {
     return s->motion ? s->motion + state * s->count + frame : NULL;
 }
@@ -17,7 +17,7 @@ static double *jacobian_of(const kt_batch *batch, const kt_batch_sensors *s, siz
     return s->jacobian ? s->jacobian + (state * s->count + frame) * 6 * batch->n.nv : NULL;
 }
 
-/* Lanes are copied over them, number by number. */
+/* Lanes are copied over these structs, number by number. */
 _Static_assert(sizeof(kt_pose) == KT_POSE_NUMBERS * sizeof(double), "a pose is its numbers");
 _Static_assert(sizeof(kt_frame_motion) == KT_FRAME_NUMBERS * sizeof(double), "a frame's motion is its numbers");
 
@@ -65,7 +65,7 @@ static void sense_alone(kt_batch_work *w, kt_batch_group *group, const kt_batch_
 
 /* ---- in lanes ---------------------------------------------------------------------------------------------------- */
 
-/* Markers of one index may be elsewhere in the models of other lanes. */
+/* Markers with the same index may have other positions in the models of other lanes. */
 static void take_markers(const kt_batch *batch, const kt_batch_group *group, const kt_batch_frame *frame, double *out) {
     for (size_t lane = 0; lane < batch->n.width; lane++) {
         const kt_model *model = batch->own[group->first + lane];
@@ -100,7 +100,8 @@ static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_
 }
 
 /* Computes the motion of all links. Numbers that are not finite may have no effect on the motion, such as the velocity
- * of a joint about its own axis. The call for one state rejects them nevertheless, so they are checked here. */
+ * of a joint about its own axis. The call for one state rejects them nevertheless, so that this function checks all
+ * numbers. */
 static kt_lane_mask move_lane_links(kt_batch_work *w, const kt_batch_group *group, const double *a) {
     const kt_lane_kernels *kernels = w->batch->kernels;
     const kt_batch_counts *n = &w->batch->n;

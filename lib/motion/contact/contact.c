@@ -93,8 +93,8 @@ size_t kt_contacts_size(const kt_model *model, size_t n) {
     return n > 0 ? lay_out(NULL, &s) : 0;
 }
 
-/* Finds the contact of friction k. The search begins behind the last one that was found: contacts and their friction
- * have the same order. */
+/* Finds the contact of friction k. The search begins behind the last contact that was found, since contacts and their
+ * friction have the same order. */
 static void join_friction(struct kt_contacts *c, const kt_model *model, int k, int *from) {
     for (int i = 0; i < c->sides; i++) {
         const int j = (*from + i) % c->sides;

@@ -1,43 +1,44 @@
 /* Directions of slip of hard contacts, from step to step (evaluate/slip.c).
  *
  * A direction d is fixed along a step, and slip against d ends the step. If slip has turned from d when a step begins,
- * d becomes its direction. Slip that comes to rest by friction with little to spare turns at a rate of mu N / (m |s|)
+ * d becomes its direction. If friction has little reserve to stop a slip, the slip turns at a rate of mu N / (m |s|)
  * next to rest, which has no bound. The error of a step is then below the tolerances however slip turns within it. Slip
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * such slip does not grow: rounding may hide its turns, and one foot may slip while it holds another one. Tries of a
- * fixed step that find no solution, or gain energy, count, too (simulation/retry.c). After TURNS of them, contacts that
- * slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter
- * parts (simulation/contacts.c). If friction can hold only some of them, the others begin to slip again. If it can hold
- * none, all of them slip on as before.
+ * such slip does not grow: because rounding may hide turns, and one foot may slip while it holds another foot. Tries of
+ * a fixed step that find no solution, or gain energy, count, too (simulation/retry.c). After TURNS such events,
+ * contacts that slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in
+ * ever shorter parts (simulation/contacts.c). If friction can hold only some contacts, the others begin to slip again.
+ * If friction can hold none, all slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
  * that is slower than ten times the tolerances of the velocities therefore counts as slow, too.
  *
- * With fixed steps, slip may go round its rest at any speed: a foot of little mass stops within a small part of a
- * step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the length of a
- * step comes to rest at whatever speed, since the step does not resolve it.
+ * With fixed steps, slip may turn around the state of rest at any speed: a foot of little mass stops within a small
+ * part of a step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the
+ * length of a step comes to rest at whatever speed, since the step does not resolve it.
  *
  * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
  * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
  * length of a step, friction therefore holds slip below `hovering` rest velocities, for one step at least.
  *
- * Stages behind a reversal have the opposite friction. The search for the reversal may then find it at another time in
- * each repetition of the step, now before its end and now behind. Slip that is due to reverse at the end of a step, at
- * the third repetition, and is no faster than its rest velocity there, ends. All slip that reverses below this speed
- * comes to rest if friction can hold it.
+ * Stages behind a reversal have the opposite friction. Then the search may find the reversal at another time in each
+ * repetition of the step, before or after its end. At the third repetition, slip that is due to reverse at the end of a
+ * step, and is not faster than its rest velocity, ends. All slip that reverses below this speed comes to rest if
+ * friction can hold it.
  *
- * Forces may be at the limit of friction up to rounding. Slip then ends as soon as it begins. Friction that cannot hold
- * a contact at rest may also turn its slip at once, in every direction: slip is then near a direction that wedges the
- * contact. If stick or slip ends TURNS times, at intervals of at most `briefly`, friction therefore holds the contact
- * for the time `hold`. With fixed steps it holds the contact for one step at least. A contact that is held stays at
- * rest while others change, unless no reactions hold it. Otherwise the turns of another foot would end its rest.
+ * Forces may be at the limit of friction up to rounding. In this case, slip ends as soon as it begins. Friction that
+ * cannot hold a contact at rest may also turn its slip at once, in every direction: slip is then near a direction that
+ * wedges the contact. Therefore, if stick or slip ends TURNS times, at intervals of at most `briefly`, friction holds
+ * the contact for the time `hold`, and with fixed steps for at least one step. A held contact stays at rest while other
+ * contacts change, unless no reactions hold it. Otherwise the turns of another foot would end its rest.
  *
- * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of them slips, the
- * reactions that are evaluated next may have another one beyond its limit, which then slips in place of the first. The
- * two would take turns without end. Friction that has reached its limit twice slips for the rest of the instant.
+ * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of these corners
+ * slips, the next evaluated reactions may exceed the limit of another corner, which then slips in place of the first
+ * corner. The two would take turns without end. Friction that has reached its limit twice slips for the rest of the
+ * instant.
  */
 #include "contact/contact.h"
 #include "evaluate/slip.h"
@@ -347,8 +348,8 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
     return hovers ? resolve_between(simulation, error) : KT_OK;
 }
 
-/* Contacts of one island come to rest below the same speed. If single corners of a body came to rest, one after the
- * other, it would stay at rest although friction cannot hold all of them. */
+/* Contacts of one island come to rest below the same speed. If single corners of a body came to rest one after the
+ * other, the body would stay at rest although friction cannot hold all corners. */
 static void stop_islands_together(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->sides; k++)
@@ -385,8 +386,8 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* If directions change, forces in the present state are the previous ones except for rounding. A simulation that is
- * restored here has the same directions. */
+/* If directions change, forces in the present state equal the previous forces except for rounding. A simulation that is
+ * restored at this point has the same directions. */
 kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
     if (kt_contacts_follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);

@@ -80,10 +80,10 @@ static double find_row_acceleration(const struct kt_contacts *c, const double *W
     return w;
 }
 
-/* Finds contacts whose reaction has ended but that would penetrate, and lets them stay. At the same instant, friction
- * or another contact has changed the force on them. All accelerations may be rounding, as for a pendulum that hangs
- * down, or for a body that a growing force lifts. The acceleration from the largest reaction of the last step is
- * therefore a measure, too. */
+/* Finds contacts whose reaction has ended but that would penetrate if they opened, and leaves these closed. In such a
+ * case, friction or another contact has changed the force at the same instant. All accelerations may be rounding, as
+ * for a pendulum that hangs down, or for a body that a growing force lifts. The acceleration from the largest reaction
+ * of the last step is therefore a measure, too. */
 static bool find_penetrating(kt_simulation *simulation, const double *W, const reactions *r) {
     struct kt_contacts *c = simulation->contacts;
     bool penetrating = false;
@@ -156,8 +156,9 @@ kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const doubl
     return status;
 }
 
-/* The state of friction in row i. At its upper limit, z1 is 2 S except for rounding. There z2 decides, since variables
- * outside of Lemke's basis are exactly 0. Friction at its limit slips, against the force that is its limit. */
+/* The state of friction in row i. At its upper limit, z1 is 2 S except for rounding. At this limit z2 decides, since
+ * variables outside of Lemke's basis are exactly 0. Friction at its limit slips, against the force that is its
+ * limit. */
 static kt_contact_side side_of_friction(const struct kt_contacts *c, const reactions *r, int i,
                                         const kt_contact *contact) {
     const double most = 2.0 * c->limit[i], edge = contact->leaves ? 1e-6 * most : 0.0;
@@ -192,8 +193,8 @@ static kt_status solve_smooth_forces(kt_simulation *simulation, double t, kt_err
     return KT_OK;
 }
 
-/* Solves contact forces if contacts with friction are among those that touch (friction.c). If there are none, an
- * impulse without a collision may stop slip, unless one has already: c->selected->jams. */
+/* Solves contact forces if contacts with friction touch (friction.c). If no such forces exist, an impulse without a
+ * collision may stop slip, unless this has happened already (c->selected->jams). */
 static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const bool jams = !again && kt_contacts_must_jam(c, c->u);

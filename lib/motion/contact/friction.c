@@ -1,8 +1,8 @@
 /* Impacts and reactions of touching contacts with Coulomb's friction, with cone/coulomb.h.
  *
  * Impacts: in each phase (impact.c), Coulomb's law relates the impulses and the slip at its end, in one step. A
- * contact sticks if its impulse lies in the cone, and slips against it otherwise. Dry friction of joints has no
- * impulse.
+ * contact sticks if its impulse lies in the cone, and otherwise slips against the impulse. Dry friction of joints has
+ * no impulse.
  *
  * Reactions, at accelerations: a slipping contact has a given direction of friction. A resting contact sticks or begins
  * to slip against its friction. Dry friction of joints is among the items.
@@ -94,9 +94,9 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     return true;
 }
 
-/* Poses the problem of an impact without approach. Row `wedged` is that of one contact, or -1. This contact approaches
- * at a rate that is small against its slip, so that no impulse is no solution. Its friction is larger by the part
- * `excess`. */
+/* Poses the problem of an impact without approach. `wedged` is the row of a contact, or -1. This contact is given an
+ * approach rate that is small compared with its slip, so that zero impulse is not a solution. The friction of this
+ * contact is larger by the part `excess`. */
 static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
                             double excess) {
     struct kt_contacts *c = simulation->contacts;
@@ -116,7 +116,7 @@ static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, co
     return p;
 }
 
-/* Finds impulses that do not raise the energy. *energy: what they dissipate. */
+/* Finds impulses that do not raise the energy. *energy: the energy that the impulses dissipate. */
 static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) {
     struct kt_contacts *c = simulation->contacts;
     double most = 0.0;
@@ -153,9 +153,9 @@ static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
     return false;
 }
 
-/* The paradox's problem is that of an impact without approach. Zero impulse is one solution; another one stops slip. If
- * the solver finds the first one, an impulse is sought that wedges one contact after the other. A step that leads into
- * the paradox ends before, where this impulse still lies beyond the cone. */
+/* The paradox leads to the problem of an impact without approach. Zero impulse is one solution; another solution stops
+ * slip. If the solver finds zero impulse, the function tries to wedge one contact after the other. A step that leads
+ * into the paradox ends before, where this impulse still lies beyond the cone. */
 static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
     static const double excess[] = {0.0, 1e-4, 1e-2, 1e-1, 1.0};
     struct kt_contacts *c = simulation->contacts;
@@ -199,10 +199,10 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 
 /* ---- reactions --------------------------------------------------------------------------------------------------- */
 
-/* Adds a contact that does not part. If it slips fast, its direction is given. Slow slip has the direction of an
- * implicit step, as the forces behind this instant have (slip_prediction.c): its rates are (s + tau s') / tau. If it
- * sticks in the solution, it comes to rest within tau, and not yet. With present directions some corners of a body
- * would press that do not press behind this instant. They would part and close without end. */
+/* Adds a contact that does not part. The direction of fast slip is known. Slow slip has the direction of an implicit
+ * step, like the forces after this instant (slip_prediction.c): the rates are (s + tau s') / tau. Sticking in the
+ * solution means that slip comes to rest within tau, not at this instant. With present directions some corners of a
+ * body would press that do not press after this instant. Such corners would part and close without end. */
 static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
                                 bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
@@ -347,7 +347,8 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
                             &simulation->memory.contacts.pivots);
 }
 
-/* Finds decelerations of slip in present directions from a solution. Returns whether slip is predicted with them. */
+/* Finds decelerations of slip in present directions from a solution. Returns whether slip is predicted with these
+ * decelerations. */
 static bool find_decelerations(const kt_simulation *simulation, const double *u) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
@@ -364,11 +365,12 @@ static bool find_decelerations(const kt_simulation *simulation, const double *u)
     return any;
 }
 
-/* Solves the problem of one attempt. Under fixed steps, slow slip has present directions at first, and then those that
- * its deceleration permits. If slow slip has no solution in predicted directions, present ones are taken. Slow
- * slip that may stop is at rest in it. If friction holds none of it, slip goes on in its own directions. Those in which
- * it would begin from rest may have other reactions, and press other contacts. If these have no solution either, the
- * first solve is repeated, whose problem and solution the caller uses. */
+/* Solves the problem of one attempt. Under fixed steps, slow slip has present directions at first, and then the
+ * directions that its deceleration permits. If slow slip has no solution in predicted directions, present directions
+ * are used. In the solution, slow slip that may stop is at rest. If friction holds none of this slip, slip continues in
+ * its present directions, since the directions in which slip would begin from rest may have other reactions, and press
+ * other contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller
+ * uses. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;

@@ -2,23 +2,24 @@
  *
  *     u+ = u + W p,     0 <= p   complementary to   u+ + e min(u, 0) >= 0
  *
- * Poisson's rule (kt_loop.poisson) has two phases. Expansion returns the part e of the impulses of compression, and
- * more if a contact would penetrate
+ * Poisson's rule (kt_loop.poisson) has two phases. Expansion returns the part e of the impulses of compression, or more
+ * if a contact would otherwise penetrate
  *
  *     uC = u + W pC,    0 <= pC          complementary to   uC >= 0
  *     u+ = uC + W pE,   0 <= pE - e pC   complementary to   u+ >= 0
  *
  * Each phase includes friction (friction.c). If contacts of both rules close, those of Newton's rule take part
  * in both phases, and 0 <= pE is complementary to u+ + e min(u, 0) >= 0 in the second one. Contacts of Poisson's rule
- * that are not struck do not count: they may only rest on the same drive. A contact that closes below its rest velocity
- * has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared rate is W_ii pC,
- * which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is below ten of their
- * tolerances, and e = 0 for it, too. The height follows from e |u| and from the acceleration without contacts. Fixed
- * steps resolve the first EXACT instants of events within the length of a step. Behind these, e = 0 if all further
- * bounces end within that length. So the number of impacts within a step is bounded.
+ * without an impact do not count, since they may only rest on the same drive. A contact that closes below its rest
+ * velocity has e = 0, so that a chain of ever lower bounces comes to rest. With Poisson's rule, the compared rate is
+ * W_ii pC, which the contact's own impulse removes. Adaptive steps do not resolve a bounce whose height is below ten
+ * tolerances, so that e = 0 for such a bounce, too. The height follows from e |u| and from the acceleration without
+ * contacts. Fixed steps resolve the first EXACT instants of events within the length of a step. Behind these, e = 0 if
+ * all further bounces end within that length. So the number of impacts within a step is bounded.
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
- * friction it never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the least y . uC
+ * friction, the energy never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the
+ * least y . uC
  * + y'W y / 2 of all y >= e pC, and pC is one of these y.
  *
  * Newton's rule can increase the energy if the impulse of another contact acts on a parting contact. With friction,
@@ -26,8 +27,8 @@
  * These impacts are counted.
  *
  * The speed of a drive may jump. This is the limit of a fast ramp, in which contacts that are closed stay closed while
- * their reactions press. So they have e = 0, and the rates of their gaps before the jump are zero. With the rates
- * before and behind the ramp, all impulses dissipate -p . (u- + u+) / 2, which is the work of friction.
+ * their reactions press. Therefore such contacts have e = 0, and the rates of their gaps before the jump are zero. With
+ * the rates before and behind the ramp, all impulses dissipate -p . (u- + u+) / 2, which is the work of friction.
  *
  * Source: C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7,
  * 1995.
@@ -150,7 +151,8 @@ static bool any_is_poisson(const kt_simulation *simulation, const double *p) {
 }
 
 /* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. The
- * first phase of Poisson's rule becomes *compression. It is empty unless it strikes a contact of that rule. */
+ * first phase of Poisson's rule becomes *compression. This phase is empty unless the impact involves a contact of that
+ * rule. */
 static bool begin_impact(kt_simulation *simulation, const double *W, const double *u, bool limits,
                          kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
@@ -169,7 +171,7 @@ static bool begin_impact(kt_simulation *simulation, const double *W, const doubl
     return true;
 }
 
-/* Sets the phase in which contacts bounce, behind that of compression. */
+/* Sets the phase in which contacts bounce, after the phase of compression. */
 static void begin_expansion(const kt_simulation *simulation, const double *u, const double *e,
                             const kt_impact_phase *compression, kt_impact_phase *phase) {
     const struct kt_contacts *c = simulation->contacts;
@@ -209,7 +211,7 @@ static double loss_of(const kt_simulation *simulation, const double *u, const kt
 }
 
 /* Finds the impulses of the selected island, with Newton's restitutions halved until they do not raise the energy.
- * Returns whether there are any. *lost: the energy that they dissipate. */
+ * Returns whether such impulses exist. *lost: the energy that the impulses dissipate. */
 static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     const double *W = c->W, *u = c->u;

@@ -1,13 +1,14 @@
 /* Which rows that touch depend on those of closed contacts, in the metric of W = J M^-1 J'.
  *
- * Friction of a joint whose row depends on them holds still. A contact that grazes is closed without a reaction only if
- * its row does not depend on them: then it takes no freedom twice. */
+ * If the row of a joint's friction depends on these rows, the joint does not move, and its friction sticks. A grazing
+ * contact is closed without a reaction only if its row does not depend on these rows, so that no equation is
+ * redundant. */
 #include "contact/contact.h"
 #include "linear/cholesky.h"
 
 #include <math.h>
 
-/* How often contacts change places within an instant before they stay closed. */
+/* The number of times that contacts replace each other within an instant before they stay closed. */
 enum { TURNS = 3 };
 
 /* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
@@ -34,9 +35,9 @@ static int add_independent(struct kt_contacts *c, const double *W, int n, int i)
 }
 
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
- * joint. Its row then depends on theirs: orthogonalisation in the metric of W leaves nothing of it. Its rate is
- * rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest. Friction
- * that is spared has no lever at all: loops alone hold its joint. */
+ * joint. Then the row of this friction depends on their rows: orthogonalisation in the metric of W leaves zero. Its
+ * rate is rounding until its constraints move. Slip has reversed if it is against its direction and faster than rest.
+ * Friction that is spared has no lever at all: loops alone hold its joint. */
 static uint64_t find_held_in_island(const kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const double *W = c->W;
@@ -66,8 +67,8 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
     return held;
 }
 
-/* A contact grazes if it closes its gap no faster than its rest velocity, or if it grazed when it closed and has not
- * left its boundary since. */
+/* A contact grazes if its gap closes no faster than its rest velocity, or if the contact grazed when it closed and has
+ * not opened since. */
 void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->meeting; i++) {
@@ -87,11 +88,11 @@ static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
     return most > kt_contact_resting;
 }
 
-/* The weight of a box on three of its corners may lie on a diagonal. Two reactions then carry it, and the third is
- * rounding, also that of the fourth corner if it replaces the third. Where slip is slow, friction changes so fast that
- * both reactions end at once, each as soon as its contact replaces the other one. After some turns within one instant,
- * such a contact stays closed, as one that grazes does, and for a short time whatever its reaction. Events within that
- * time decide anew. */
+/* The weight of a box on three of its corners may lie on a diagonal. Then two reactions carry the weight, and the third
+ * is of the size of rounding; so is the reaction of the fourth corner if this corner replaces the third. If slip is
+ * slow, friction changes so fast that either reaction ends as soon as its contact replaces the other contact. After
+ * some replacements within one instant, such a contact stays closed like a grazing contact, for a short time regardless
+ * of its reaction. Events within that time decide anew. */
 static double opening_reaction_of(kt_simulation *simulation, const double *W, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const int k = c->list[i];

@@ -1,15 +1,15 @@
 /* Masks: models of sets of contacts between none and all.
  *
- * The compiler makes a model of each set of few contacts alone (compile/variants.c). A mask has its own loops, with
- * those of open contacts off, its own groups, and its own order of their equations. It shares all else with the model
- * in which all contacts are closed. The groups of that model have dense matrices, which factor any subset of their
- * equations.
+ * kt_model_compile makes a model of each set only for few contacts (compile/variants.c). A mask has its own loops, with
+ * those of open contacts off, its own groups, and its own order of their equations. Everything else is shared with the
+ * model in which all contacts are closed. The groups of that model have dense matrices, which factor any subset of
+ * their equations.
  *
  * The number of independent equations of a group follows from the state at which contacts close, which satisfies these
  * equations. (compile/rank.c does the same at compilation, without such a state.) Loops that are switched on may have a
- * gap (simulation/switch.c), where redundant equations are independent. They are closed first. The state may be a
- * singular position. If a position next to it has a larger rank, the loops are closed there, and that rank counts. If
- * equations are dependent, those that are chosen there are chosen from now on.
+ * gap (simulation/switch.c), where redundant equations are independent. Such loops are closed first. The state may be a
+ * singular position. If a nearby position has a larger rank, the loops are closed at this position, and the larger rank
+ * counts. Among dependent equations, the choice at this position holds from now on.
  */
 #include "contact/mask.h"
 
@@ -24,8 +24,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The distance of a position next to the state, in units of the coordinates; the residual of closed loops there,
- * relative to their scales. */
+/* The distance of a position next to the state, in units of the coordinates; the residual of closed loops at this
+ * position, relative to their scales. */
 static const double near = 0.01, closed = 1e-9;
 
 KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects, size_t groups)
@@ -35,7 +35,8 @@ static const kt_model *closed_model(const kt_model *model) {
     return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;
 }
 
-/* The effects of a mask that differ from those of the model in which all contacts are closed, and what follows them. */
+/* The effects of a mask that differ from those of the model in which all contacts are closed, and the data after
+ * them. */
 static size_t count_of_effects(const kt_model *all) {
     return all->variants->switches.back != 0 ? all->n.effect + all->n.effect_off : 0;
 }
@@ -106,7 +107,7 @@ static void set_slip(kt_mask *mask) {
     }
 }
 
-/* Sets the directions of friction of joints: forwards, backwards, or no force if it sticks or is released. */
+/* Sets the directions of friction of joints: forwards, backwards, or no force if the friction sticks or is released. */
 static void set_friction(kt_mask *mask, uint64_t set) {
     kt_model *model = &mask->model;
     const size_t count = count_of_effects(mask->all);
@@ -204,7 +205,7 @@ void kt_mask_make(kt_mask *mask, const kt_model *all, uint64_t set) {
 
 /* ---- ranks ------------------------------------------------------------------------------------------------------- */
 
-/* Takes the rank of the group that was factored last, if it is the largest so far, and the chosen equations. */
+/* Stores the rank and the chosen equations of the group that was factored last, if this rank is the largest so far. */
 static void take_rank(kt_mask *mask, const kt_data *data, size_t g, int rows, int32_t *rank) {
     const kt_model *model = &mask->model;
     kt_group *group = &mask->group[g];
@@ -246,7 +247,7 @@ static bool measure(kt_mask *mask, kt_data *data, double gap, bool takes, int32_
     return larger;
 }
 
-/* Finds a position next to q, with all loops closed if `closes`. Returns whether they are. */
+/* Finds a position next to q, with all loops closed if `closes`. Returns whether the loops are closed. */
 static bool find_near_position(kt_mask *mask, kt_data *data, double t, const double *q, bool closes) {
     const kt_model *model = &mask->model;
     memset(data->delta, 0, model->n.v * sizeof *data->delta);

@@ -6,7 +6,8 @@
 #include "model/switching.h"
 
 /* The compiled model of a set; NULL if there is none. The model in which masked friction slips forwards also stands for
- * friction that is released at first. Evaluations then reject it (open.c), and it is not taken. */
+ * friction that is released at first. Since evaluations reject such a state (open.c), the model is not used in this
+ * case. */
 static const kt_model *compiled(const kt_simulation *simulation, uint64_t set) {
     const kt_variants *variants = simulation->model->variants;
     const uint64_t masked = variants != NULL ? variants->switches.masked : 0;
@@ -31,13 +32,14 @@ static kt_mask *spare(const kt_simulation *simulation) {
     return contact_mask_of(simulation, simulation->model == &contact_mask_of(simulation, 0)->model);
 }
 
-/* Whether an item is open in a set of a checkpoint. Contacts that share bits are closed as the checkpoint has them. */
+/* Whether an item is open in a set of a checkpoint. For contacts that share bits, the checkpoint states which are
+ * closed. */
 static bool is_open_in(uint64_t set, const kt_contact *item, const kt_contact_memory *from) {
     return item->bit != 0 ? (set & (item->bit | item->back)) != item->bit
                           : (set & kt_switches_any) == 0 || !from->closed;
 }
 
-/* Opens the loops of a mask of a set as contacts are to be, or as a checkpoint has them. */
+/* Opens the loops of a mask of a set according to the next set of contacts, or to a checkpoint. */
 static void set_open(const kt_simulation *simulation, kt_mask *mask, uint64_t set, const kt_contact_memory *from) {
     const struct kt_contacts *c = simulation->contacts;
     kt_clear(mask->open, simulation->model->n.loop * sizeof *mask->open);
@@ -46,7 +48,7 @@ static void set_open(const kt_simulation *simulation, kt_mask *mask, uint64_t se
             from != NULL ? is_open_in(set, &c->item[k], &from[k]) : c->item[k].next != KT_CONTACT_ON;
 }
 
-/* Whether the simulation runs on the model in which contacts are as they are to be. */
+/* Whether the simulation runs on the model that has the next set of contacts. */
 static bool is_present(const kt_simulation *simulation, uint64_t set) {
     const struct kt_contacts *c = simulation->contacts;
     bool same = simulation->model->set == set;
@@ -65,8 +67,8 @@ void kt_contacts_init_masks(kt_simulation *simulation) {
         (void)kt_mask_init(simulation->model, contact_mask_of(simulation, k));
 }
 
-/* Makes a mask of a set in which contacts are as they are to be. Its ranks are measured in the present state, in which
- * its loops are closed. */
+/* Makes a mask of the next set of contacts. The ranks are measured in the present state, in which the loops of the mask
+ * are closed. */
 static const kt_model *make_mask(kt_simulation *simulation, kt_mask *mask, const kt_model *all, uint64_t set) {
     const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
     set_open(simulation, mask, set, NULL);

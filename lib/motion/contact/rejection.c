@@ -1,13 +1,14 @@
 /* Impacts and reactions that do not exist: error messages that name the cause.
  *
  * Prescribed motions (loops that are functions of time) reduce the degrees of freedom from which W = J M^-1 J' follows.
- * If they alone determine the rates of contacts, u = J v - b', rows of W are dependent or zero. Impulses then change
- * these rates by rounding only, and the result of the complementarity problem with such a W is no solution. After the
- * projection of velocities onto the loops, a contact still closes.
+ * If prescribed motions alone determine the rates of contacts, u = J v - b', rows of W are dependent or zero. Impulses
+ * then change these rates by rounding only, and the result of the complementarity problem with such a W is no solution.
+ * After the projection of velocities onto the loops, a contact still closes.
  *
- * If n contacts are compressed together, the sum of their rates is prescribed. One of them therefore keeps at least the
- * n-th part of that sum. If impulses exist, only rounding remains. Half of the smallest such part separates the two
- * cases. The message names the loops whose velocities contradict each other once these contacts are closed.
+ * If n contacts are compressed together, the sum of their rates is prescribed. Therefore at least one of these rates is
+ * at least the n-th part of that sum. If impulses exist, only rounding remains. Half of the smallest such part
+ * separates the two cases. The message names the loops whose velocities contradict each other once these contacts are
+ * closed.
  */
 #include "assembly/open_loops.h"
 #include "base/copy.h"
@@ -23,7 +24,7 @@
 #include <math.h>
 #include <stdio.h>
 
-/* For at most ten of them; with more, one may keep less. */
+/* Suffices for at most ten contacts; with more, the largest rate may be smaller. */
 static const double kept = 0.05;
 /* Rates above this part of the fastest approach belong to contacts that part. */
 static const double rounding = 1e-9;
@@ -122,7 +123,7 @@ bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double
     return own * square > lever * lever * unit * unit;
 }
 
-/* Spares contacts of the selected island. Returns whether there are any. */
+/* Spares contacts of the selected island. Returns whether any contact was spared. */
 static bool spare_held_of_island(struct kt_contacts *c, double square) {
     bool any = false;
     double size;
@@ -204,7 +205,7 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
 }
 
 /* The largest force of an island in the weights of its contacts (cone/rest.h). Rounding of each force is relative to
- * it: a foot may carry nothing. */
+ * this load, since the force of a single foot may be zero. */
 static double load_of_island(const kt_simulation *simulation, int island) {
     const struct kt_contacts *c = simulation->contacts;
     double load = 0.0;

@@ -1,4 +1,4 @@
-/* The model of small motions about the present state: all contacts that rest in it are closed.
+/* The model of small motions about the present state: all contacts at rest are closed.
  *
  * If reactions are not unique (four legs of a table), a simulation leaves redundant contacts open, although they touch.
  * A contact rests if it touches and its gap has neither a rate nor an acceleration. Its friction rests if it does not

@@ -305,7 +305,7 @@ static bool contact_sticks(const struct kt_contacts *c, const kt_model *model, c
 }
 
 /* Whether the force of item k is an unknown of its own in the problem of rest. Friction of a contact belongs to its
- * contact. The normal force of a contact that slips determines its friction, and stays as it is. */
+ * contact. The normal force of a contact that slips determines its friction, and does not change. */
 static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *model, int k) {
     const kt_contact *contact = &c->item[k];
     const bool slips = k < c->sides && contact->of >= 0 && !contact_sticks(c, model, contact);
@@ -377,7 +377,8 @@ static void take_forces_of_rest(struct kt_contacts *c, const kt_model *model, co
     }
 }
 
-/* Items that bound the margin have its sign, so that all of them are due at one instant. */
+/* The reserves of items that bound the margin have the margin's sign, so that all their events are due at one
+ * instant. */
 static void take_reserves(struct kt_contacts *c, const kt_model *model, const kt_group *group, const kt_rest *rest) {
     int item = 0;
     for (int k = 0; k < c->n; k++) {

@@ -9,8 +9,8 @@
  * manifold. Past slopes are those of equal steps.
  *
  * There may be fewer than n - 1 past slopes: at the start, after a jump, and after a step of another length. (A step
- * that ends at a given time has another length.) The Runge-Kutta method of the table then takes the step. This
- * Runge-Kutta method has the same order, and its error is that of one step.
+ * that ends at a given time has another length.) Then the Runge-Kutta method of the table computes the step. This
+ * method has the same order, so that the error is that of a single step.
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, section III.1; [MSD 5.6.1].
  */
@@ -18,7 +18,7 @@
 
 #include <string.h>
 
-/* The history: the number of past slopes, the step between them, and the slopes, the youngest first. */
+/* The history: the number of past slopes, the step between them, and the slopes, the latest first. */
 enum { HISTORY_COUNT, HISTORY_STEP, HISTORY_SLOPES };
 
 /* The slot of f(t1, y) of the prediction. */
@@ -33,7 +33,7 @@ static void measure_adams(const kt_method *method, kt_integrator_sizes *sizes) {
 
 static void forget_past(kt_integrator *it) { memset(it->history, 0, it->sizes.history * sizeof(double)); }
 
-/* Past slopes with the inputs of their own time are those of the motion under smooth ones. */
+/* With smooth inputs, past slopes, which used the inputs of their own time, remain slopes of the motion. */
 static void adams_change(kt_integrator *it, bool smooth) {
     if (!smooth)
         forget_past(it);

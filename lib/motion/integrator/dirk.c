@@ -51,7 +51,7 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
         kt_add_times(base, in->h * dirk_entry(it->method, i, j), it->k[j], n);
 }
 
-/* The correction of the stage in place of f at it. */
+/* Replaces f at the stage with the correction of the stage. */
 static kt_try_result find_correction(kt_integrator *it, double part, size_t slot, kt_try *result) {
     const kt_complex sigma = {1.0 / part, 0.0};
     const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
@@ -85,8 +85,8 @@ static kt_try_result correct_dirk_stage(kt_integrator *it, double t, double part
 /* The largest number of halvings of a correction. */
 enum { HALVINGS = 20 };
 
-/* Puts the stage at `from` + lambda times the correction, with the largest lambda that brings it nearer. *found returns
- * whether there is such a lambda. The norm of the test does not depend on the stage. */
+/* Puts the stage at `from` + lambda times the correction, with the largest lambda that reduces the residual. *found:
+ * whether such a lambda exists. The norm of the test does not depend on the stage. */
 static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     const double *from = kt_newton_row(it, KT_DIRK_FROM), *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
@@ -105,8 +105,8 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
     return result->result = KT_TRY_PASSED;
 }
 
-/* One iteration. A correction is small enough if judge_fixed (newton.c) would accept it. A small one is accepted as it
- * is, and counted, if no damping makes it shorter or if it is the last one. */
+/* One iteration. A correction is small enough if judge_fixed (newton.c) would accept it. A small correction is accepted
+ * undamped, and counted, if no damping shortens the next correction or if this is the last iteration. */
 static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
     const size_t n = it->sizes.n;
     kt_newton_work *w = kt_newton_of(it);

@@ -4,8 +4,8 @@
  *     y1  = y0 + h sum_i b_i k_i
  *     err = h sum_i e_i k_i
  *
- * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else. A
- * value has the same bits for every n, for every tile that it belongs to, and for every width of the machine's vectors.
+ * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else.
+ * Therefore a value has the same bits for every n, for every tile, and for every width of the machine's vectors.
  *
  * Dense output. With theta = (t - t0) / (t1 - t0) and theta' = 1 - theta, the form in the public header becomes
  *
@@ -13,7 +13,7 @@
  *     A        = theta^2 (3 - 2 theta)
  *     D_i      = d_0i + theta (d_1i + theta' (d_2i + theta (d_3i + ...)))
  *
- * which is a weighted sum of slopes, as a stage is. y1 and f1 = f(t1, y1) are those after the projection.
+ * which is a weighted sum of slopes, like a stage. y1 and f1 = f(t1, y1) are the values after the projection.
  *
  * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y. Since A is strictly lower triangular,
  *
@@ -187,7 +187,7 @@ static double explicit_error_norm(const kt_integrator *it, double h) {
 /* ---- dense output ------------------------------------------------------------------------------------------------ */
 
 /* Provides all slopes that the dense output needs, in their slots. Missing slopes are evaluated. f1 is missing if the
- * method is not fsal or a projection changed y1; the next step then uses it. The stages of the dense output are
+ * method is not fsal or a projection changed y1; the next step then uses this f1. The stages of the dense output are
  * missing, too. After a failed step or a restore, the stages of the last step itself are missing. */
 static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
     const kt_method *m = it->table;

@@ -9,8 +9,8 @@
 
 KT_ARENA_LAYOUT(lay_out, kt_integrator, KT_INTEGRATOR_FIELDS, const kt_integrator_sizes *s)
 
-/* The slopes are padded by one cache line beyond whole lines. If n is a power of two, the same component of all slopes
- * then does not fall into one set of the cache. */
+/* The slopes are padded by one cache line beyond whole lines. Otherwise, if n is a power of two, the same component of
+ * all slopes would fall into one set of the cache. */
 static kt_integrator_sizes measure_integrator(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t line = KT_ARENA_ALIGNMENT / sizeof(double);
     kt_integrator_sizes sizes = {.n = n, .stride = (n + line - 1) / line * line + line, .owns_matrices = owns_matrices};

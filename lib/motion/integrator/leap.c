@@ -1,9 +1,10 @@
-/* The family of methods whose steps the caller takes: time stepping over impacts (simulation/moreau.c), where the state
- * has no slope. The integrator keeps the grid, the two states of the last step, and the dense output between them,
+/* The family of methods whose steps the caller takes: time stepping over impacts (simulation/moreau.c), in which the
+ * state has no slope. The integrator keeps the grid, the two states of the last step, and the dense output between
+ * them,
  *
  *     y(theta) = y0 + theta (y1 - y0)
  *
- * The slope at the end of a step is the mean one along it, (y1 - y0) / h.
+ * The slope at the end of a step is the mean slope over the step, (y1 - y0) / h.
  */
 #include "integrator/integrator.h"
 

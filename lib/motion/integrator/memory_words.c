@@ -30,7 +30,7 @@ static const kt_block_word memory_words[] = {
 };
 #undef WORD
 
-/* A member without a word here fails to compile. */
+/* If a member lacks a word in the list, this assertion fails. */
 _Static_assert(sizeof(kt_integrator_memory) == 18 * sizeof(double) + 2 * sizeof(int32_t),
                "each member of kt_integrator_memory needs a word in memory_words");
 

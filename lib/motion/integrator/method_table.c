@@ -9,7 +9,8 @@ double kt_method_error_order(const kt_method *method) {
     return 1 + (method->embedded_order < method->order ? method->embedded_order : method->order);
 }
 
-/* The cubic through both states and slopes is exact to theta^3, but its order is at most that of the states it joins.
+/* The cubic through both states and slopes is exact to theta^3, but its order is at most the order of the states at its
+ * ends.
  */
 int kt_method_dense_order(const kt_method *method) {
     if (!method)

@@ -5,19 +5,19 @@
  *     (sigma - J) x = r,     J = f_y(t_J, y_J),
  *
  * with sigma = gamma / h, real or complex, where gamma belongs to the method. J is kept over steps as long as the
- * iteration contracts well. The corrections d_k shrink by theta = |d_k| / |d_{k-1}|, and the error after the last one
- * is theta / (1 - theta) |d_k|. Factors are kept while h stays.
+ * iteration contracts well. The corrections d_k shrink by theta = |d_k| / |d_{k-1}|, and the error after the last
+ * correction is theta / (1 - theta) |d_k|. Factors are kept while h stays.
  *
- * Solver. The caller solves these equations if kt_integrator_options.newton is given, since it can use the structure of
- * f. Otherwise J is computed here with forward differences, column by column, and sigma - J is factored as a dense
+ * Solver. If kt_integrator_options.newton is given, the caller solves these equations, and can use the structure of f.
+ * Otherwise this file computes J with forward differences, column by column, and sigma - J is factored as a dense
  * matrix.
  *
  * Checkpoints. A checkpoint does not contain J, but the point (t_J, y_J) of its evaluation, h of the factors, and the
  * last ratio. While `matrices_known` is set, the matrices in memory are those of the history. After a failed step or a
- * restore it is not set; the matrices are then computed again at (t_J, y_J), with the same bits.
+ * restore, this flag is not set, and the matrices are computed again at (t_J, y_J), with the same bits.
  *
- * If J cannot be computed, as at a singular position of loops, the J of earlier steps remains in use. If there is none,
- * J = 0: the iteration becomes Picard's, and steps are as short as it requires.
+ * If J cannot be computed, as at a singular position of loops, the J of earlier steps remains in use. Without such a J,
+ * J = 0: the iteration becomes Picard's, which requires short steps.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8.
  */
@@ -35,21 +35,21 @@
 /* A contraction rate of no use: corrections do not shrink. */
 #define KT_STALLED_RATE 0.99
 
-/* The fewest iterations of a try, which determine its rate (is_settled). A single iteration would be judged with the
- * rate of the step before. If a stiff force has vanished since then, the matrix hides it from the correction, however
- * large the residual is. */
+/* The fewest iterations of a try, which determine its rate (is_settled). A single iteration would have to use the rate
+ * of the previous step. If a stiff force has vanished since, the correction with the old matrix is small, however large
+ * the residual is. */
 #define KT_NEWTON_LEAST 2
 
-/* Hidden residuals. A stiff force may vanish within the step, as that of a contact that opens. J then no longer belongs
- * to the motion: a correction is (sigma - J)^-1 r, although it should be r / sigma. Such a correction is a million
- * times too small, and below the tolerance from the first iteration on. The same matrix hides such a step from the
- * error estimate.
+/* Hidden residuals. A stiff force, such as that of an opening contact, may vanish within the step. Then J no longer
+ * belongs to the motion: a correction is (sigma - J)^-1 r, although it should be r / sigma. Such a correction is a
+ * million times too small, and below the tolerance from the first iteration on. The same matrix hides such a step from
+ * the error estimate.
  *
  * But with J' instead of J the next residual is (J' - J) (sigma - J)^-1 r, which does not shrink. The test extrapolates
  * r / sigma with the rate of the last iteration. If the result is not tolerable, and the correction is smaller than
- * KT_HIDDEN_PART of r / sigma, there is one more iteration. If r / sigma shrinks more slowly than KT_HIDDEN_RATE, the
- * iteration is judged with r / sigma. Once residuals shrink faster, J is close to J' in the directions that matter, and
- * the estimate includes the step.
+ * KT_HIDDEN_PART of r / sigma, another iteration follows. If r / sigma shrinks more slowly than KT_HIDDEN_RATE, r /
+ * sigma replaces the correction in the test. Once residuals shrink faster, J is close to J' in the directions that
+ * matter, and the estimate includes the step.
  *
  * With a part of 0.01 or more, the smooth governor would trigger the test. Below 0.003, releases next to another stiff
  * spring are missed. */
@@ -118,8 +118,9 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
     return kt_try_called(result, newton->jacobian(t, y, it->k[slot], it->callbacks.user), "the Jacobian", t);
 }
 
-/* The J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. Behind a checkpoint it does not
- * count: a run without an interruption does not repeat it, and the costs that auto compares must be the same. */
+/* Computes the J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. After a checkpoint, this
+ * evaluation is not counted, because a run without an interruption does not repeat it, and the costs that auto compares
+ * must be equal. */
 static kt_try_result recompute(kt_integrator *it, bool is_cost, kt_try *result) {
     const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;
@@ -161,12 +162,12 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
  * at least this part of the scale of the stage's own value. */
 #define KT_SMALL_PART 1e-3
 
-/* Sets the scales of corrections. With adaptive steps they follow the weights of the error estimate. The estimate is of
- * order 3 and proportional to h^4, the error of a run to h^5. With the estimate held at r^(4/5), the error is
- * proportional to r. The relative tolerance of a try is therefore r^(4/5) instead of r, and the absolute ones are
- * larger by the same factor. (Hairer's RADAU5 has 0.1 r^(2/3): errors are proportional to r^(5/6).)
+/* Sets the scales of corrections. With adaptive steps, the scales follow the weights of the error estimate. The
+ * estimate is of order 3 and proportional to h^4, the error of a run to h^5. With the estimate held at r^(4/5), the
+ * error is proportional to r. Therefore the relative tolerance of a try is r^(4/5) instead of r, and absolute
+ * tolerances are larger by the same factor. (Hairer's RADAU5 has 0.1 r^(2/3): errors are proportional to r^(5/6).)
  *
- * With fixed steps the scales are the rounding of the state, or of the value that a step gives it. A component that is
+ * With fixed steps the scales are the rounding of the state, or of the value after a step. A component that is
  * 0 has a part of the largest component's scale. If all components are 0 and at rest, the largest one counts as 1. */
 static void set_scales(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
@@ -337,10 +338,10 @@ static double newton_noise_within(const kt_integrator *it, double h) {
     return it->noise == NULL ? 0.0 : it->noise->within(fabs(h), it->callbacks.user);
 }
 
-/* The largest error that is left in the stages, over the tolerance: a part of it that has no effect on the step's
- * error. With the tolerance r^(4/5) of a try (set_scales) it is r^(6/5). After the r^(-1/5) steps of a run it is
- * proportional to r, even if all steps leave errors of one sign. Such a motion is a bend of the path next to a singular
- * position of loops. With fixed steps the scales are those of rounding. */
+/* The largest error that may remain in the stages, over the tolerance, so small that it has no effect on the step's
+ * error. With the tolerance r^(4/5) of a try (set_scales), this error is r^(6/5). After the r^(-1/5) steps of a run,
+ * the total is proportional to r, even if all steps leave errors of one sign. Such a motion is a bend of the path next
+ * to a singular position of loops. With fixed steps, the scales are rounding errors. */
 static double iteration_tolerance(const kt_integrator *it) {
     const double relative = kt_newton_of(it)->slack * it->options.relative_tolerance;
     if (it->options.step > 0.0)
@@ -357,9 +358,10 @@ static bool correction_is_noise(const kt_integrator *it, double size) {
     return w->iterations >= KT_NEWTON_LEAST && size * w->slack * most <= newton_noise_within(it, w->now.step);
 }
 
-/* Whether corrections that do not shrink are small. With J = 0 they are the residual of the equations, which no
- * stiffness hides: rate * size after this correction. If a motion leaves a singular position from rest, accelerations
- * depend only on the direction of departure. Corrections then shrink by a factor that no shorter step lowers. */
+/* Whether corrections that do not shrink are small. With J = 0, corrections equal the residual of the equations, which
+ * no stiffness hides: rate * size after this correction. If a motion leaves a singular position from rest,
+ * accelerations depend only on the direction of departure. Corrections then shrink by a factor that no shorter step
+ * lowers. */
 static bool is_small(const kt_integrator *it, double size) {
     const kt_newton_work *w = kt_newton_of(it);
     return w->iterations >= KT_NEWTON_LEAST && w->rate >= KT_STALLED_RATE && kt_newton_is_zero(w) &&
@@ -400,9 +402,9 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, 
         result);
 }
 
-/* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Next to
- * a singular position of loops, f itself is not exact to rounding, and corrections stop shrinking earlier. Such
- * corrections are accepted if they are below 1e-7 of y, and counted. */
+/* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Near a
+ * singular position of loops, f itself is not exact to rounding, so that corrections stop shrinking earlier. Such
+ * corrections are accepted below 1e-7 of y, and counted. */
 static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->iterations < 2)
@@ -419,7 +421,7 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
 
 /* Whether the rate is reliable. A reliable rate needs two corrections, and a third if the second was not much shorter
  * than the first. If a stiff force has vanished within the step, as in a contact that opens, the matrix hides the
- * residual. Corrections are then small from the first one on and do not shrink, although the first two may seem to. */
+ * residual. In this case, all corrections are small and do not shrink, although the first two may seem to shrink. */
 static bool is_settled(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
@@ -452,8 +454,8 @@ static bool is_hidden(const kt_integrator *it, double size) {
     return size > KT_HIDDEN_ROUNDINGS * rounding_of(it);
 }
 
-/* Counts an iteration with a correction of this size. Returns the size to be judged: that of the correction, or that of
- * the hidden residual if the residual persists. */
+/* Counts an iteration with a correction of this size. Returns the size for the convergence test: the size of the
+ * correction, or of the hidden residual if the residual persists. */
 static double count_iteration(kt_integrator *it, double size) {
     kt_newton_work *w = kt_newton_of(it);
     w->hides = is_hidden(it, size);
@@ -491,8 +493,7 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
 }
 
 /* Leaves J out. If no Jacobian can be computed, as next to a singular position of loops, an old J may cause divergence
- * for every step size. A motion that is not stiff needs no J. J = 0 is used as long as the iteration converges with
- * it. */
+ * for every step size. A motion that is not stiff needs no J. J = 0 is used as long as the iteration converges. */
 static bool is_left_out(const kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
     const bool serves = (int)w->now.state == KT_JACOBIAN_KNOWN && !(it->options.step > 0.0);
@@ -549,7 +550,7 @@ void kt_newton_forget(kt_integrator *it) {
     kt_newton_renew(it);
 }
 
-/* The contraction rate grows at least in proportion to the step. A step may grow until its predicted rate is this one.
+/* The contraction rate grows at least in proportion to the step. A step may grow until its predicted rate is this rate.
  * A longer step, which the error alone would allow, would be rejected again and again. */
 #define KT_FORESEEN_RATE 0.5
 

@@ -10,7 +10,7 @@
  *     (gamma / h - J) dw_1                            = (T^-1 f)_1 - gamma w_1 / h
  *     ((alpha + i beta) / h - J) (dw_2 + i dw_3)      = (T^-1 f)_2 + i (T^-1 f)_3 - (alpha + i beta) (w_2 + i w_3) / h
  *
- * The iteration begins with the polynomial of the last step, continued, or with 0 if there is none. The residuals f - k
+ * The iteration begins with the continued polynomial of the last step, or with 0 in the first step. The residuals f - k
  * of the stages, k = A^-1 z / h, show whether J hides a part of them (newton.c).
  *
  * Error estimate. The embedded formula of order 3 (tables/radau_table.c) is filtered so that it decays if the motion is
@@ -18,11 +18,11 @@
  *
  *     err = (gamma / h - J)^-1 (f(t0, y0) + gamma (e_1 z_1 + e_2 z_2 + e_3 z_3) / h)
  *
- * If err is too large in the first step or after a rejected try, it is computed once more with f(t0, y0 + err).
+ * If err is too large in the first step or after a rejected try, err is computed once more with f(t0, y0 + err).
  *
- * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through them, and not evaluated.
- * f would magnify the small deviation of y1 from a stiff motion. The slope at the start is the last one of the step
- * before.
+ * Dense output. The slopes of the stages, k = A^-1 z / h, are those of the polynomial through the stages, and are not
+ * evaluated, because f would magnify the small deviation of y1 from a stiff motion. The slope at the start is the last
+ * slope of the previous step.
  *
  * Linear stability, A- and L-stable:
  *
@@ -44,7 +44,7 @@ enum { SLOT_START, SLOT_FIRST, SLOTS = SLOT_FIRST + STAGES };
 /* Rows of a try: z, w, the error estimate. */
 enum { ROW_Z, ROW_W = ROW_Z + STAGES, ROW_ERROR = ROW_W + STAGES, ROWS };
 
-/* The history besides Newton's: whether there was a step, and the slopes of its dense output. */
+/* The history besides Newton's: whether a step has been made, and the slopes of its dense output. */
 enum { HISTORY_FLAG, HISTORY_SLOPES };
 
 static const double gamma_real = 3.6378342527444957322084185;
@@ -252,7 +252,7 @@ static double radau_error_norm(const kt_integrator *it, double h) {
     return sqrt(sum / (double)it->counted) / kt_newton_of(it)->slack;
 }
 
-/* f(t0, y0 + err) goes to the slot of the first stage, before its slope is put there. */
+/* f(t0, y0 + err) goes to the slot of the first stage, before the slope of this stage. */
 static kt_try_result estimate_radau_error(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     double *error = kt_newton_row(it, ROW_ERROR);

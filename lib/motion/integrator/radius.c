@@ -7,8 +7,8 @@
  * The components of w along v_0 .. v_j form column j of the Hessenberg matrix H, and the normalised remainder is
  * v_{j+1}. The spectral radius of the leading j + 1 rows and columns of H converges to that of f_y. The start must have
  * a component in every mode. The radius converges far faster than the quotients of the power method. The start may hold
- * little of the fastest mode, and much of a mode that is nearly as fast. Those quotients then stagnate for many
- * iterations at 3/4 of the true value.
+ * little of the fastest mode, and much of a mode that is nearly as fast. Then the quotients of the power method would
+ * stagnate for many iterations at 3/4 of the true value.
  *
  * The iteration ends if two successive radii differ by less than one in a hundred, or if the vectors span all excited
  * modes.
@@ -65,7 +65,7 @@ static double radius_of(const hessenberg *matrix, int k) {
 }
 
 /* A start vector of length 1 with a component in every mode, different at each step: fractional parts of multiples of
- * the golden ratio. (The slope f is unsuitable: if one mode dominates it, it hides the others.) */
+ * the golden ratio. (The slope f is unsuitable, because a mode that dominates f hides the other modes.) */
 static void first_direction(double *v, size_t n, uint64_t step) {
     for (size_t i = 0; i < n; i++) {
         const double x = 0.61803398874989485 * (double)(i + 1 + step % 4096);
@@ -104,14 +104,14 @@ static kt_try_result extend_krylov_space(kt_integrator *it, hessenberg *matrix, 
 }
 
 /* The size of y. A small part of it is the step delta of the differences. Near y = 0, their rounding error eps |f| /
- * delta would exceed the differences. The size is therefore at least 1e-6, and 1 at y = 0. */
+ * delta would exceed the differences. Therefore the size is at least 1e-6, and 1 at y = 0. */
 static double state_size_of(const double *y, size_t n) {
     const double size = sqrt(kt_dense_dot(y, y, (int)n));
     return size > 0.0 ? fmax(size, 1e-6) : 1.0;
 }
 
 /* Estimates the radius at (t, y), without margin. Requires f(t, y) in slot 0; slot 1 and `trial` are scratch. A
- * remainder below 1e-5 counts as zero, since differencing leaves 1e-6 or so of a zero one. */
+ * remainder below 1e-5 counts as zero, since differences leave some 1e-6 of a zero remainder. */
 static kt_try_result estimate_radius(kt_integrator *it, double *radius, kt_try *result) {
     const size_t n = it->counted; /* the columns of f_y of quadratures are zero */
     const double delta = sqrt(DBL_EPSILON) * state_size_of(it->y, n);

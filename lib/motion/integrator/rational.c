@@ -1,8 +1,8 @@
 /* Stability functions of implicit methods: R = P / Q.
  *
  * Stages that are solved one after the other, with one gamma on the diagonal. The matrix B of such stages is lower
- * triangular, and Y = (1 - z B)^-1 1. With p_i the number of solved stages up to stage i, all but perhaps the first
- * one,
+ * triangular, and Y = (1 - z B)^-1 1. With p_i the number of solved stages up to stage i, all stages except perhaps the
+ * first,
  *
  *     Y_i = N_i / (1 - gamma z)^p_i
  *     N_i = (1 - gamma z)^(p_i - 1) + z sum_{j<i} B_ij N_j (1 - gamma z)^(p_i - 1 - p_j)

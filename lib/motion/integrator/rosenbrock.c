@@ -14,13 +14,13 @@
  * is stiff.
  *
  * J. The order depends on an exact Jacobian. This Jacobian is computed at every step, with central differences if the
- * caller provides none. If it cannot be computed, the old one remains in use, and the step is counted (capped). The
- * order of such a step is lower, and the error estimate of an adaptive step includes this. Behind a bend next to a
- * singular position of loops, the old J is wrong by any factor, and steps with it would be as short. If the slope of
- * the second stage is predicted better without J, the step uses J = 0.
+ * caller provides none. If the Jacobian cannot be computed, the old Jacobian remains in use, and the step is counted
+ * (capped). The order of such a step is lower, and the error estimate of an adaptive step includes this. After a bend
+ * near a singular position of loops, the old J may be wrong by any factor, and steps with this J would be shorter by
+ * this factor. If the slope of the second stage is predicted better without J, the step uses J = 0.
  *
  * f_t. The caller may declare that f does not depend on time (kt_newton.autonomous), or may compute f_t
- * (kt_newton.time_derivative). Otherwise it is a difference within the step. delta is h / 1024, or eight roundings of
+ * (kt_newton.time_derivative). Otherwise f_t is a difference within the step. delta is h / 1024, or eight roundings of
  * t0 if these are longer:
  *
  *     f_t = (-3 f(t0) + 4 f(t0 + delta) - f(t0 + 2 delta)) / (2 delta)
@@ -42,8 +42,8 @@
  * Simpson's rule over the dense output, which takes two more evaluations.
  *
  * Dense output: the quartic through both states, the value in the middle, and the slopes at the ends. The slopes are
- * those of the published continuous output and are not evaluated. f would magnify the small deviation of y1 from a
- * stiff motion. The slope at the start is the last one of the step before.
+ * those of the published continuous output and are not evaluated, because f would magnify the small deviation of y1
+ * from a stiff motion. The slope at the start is the last slope of the previous step.
  *
  * Linear stability (rational.c): R = Y_8, since b is the last row of B = alpha + gamma. The numerator of R has degree
  * 7, so that R goes to 0.
@@ -59,24 +59,24 @@
 
 enum { STAGES = KT_ROSENBROCK_STAGES };
 
-/* Slots: f(t0, y0), that of a stage, and one more for differences. */
+/* Slots: f(t0, y0), the slope of a stage, and a slot for differences. */
 enum { SLOT_START, SLOT_STAGE, SLOT_OTHER, SLOTS };
 
 /* Rows of a try: U, f_t, the slope at the end, and the state in the middle less the mean of both ends. The last two
  * rows are free until the last stage is solved. */
 enum { ROW_U, ROW_TIME = ROW_U + STAGES, ROW_END, ROW_MIDDLE, ROWS, ROW_FORETOLD = ROW_MIDDLE };
 
-/* The first of the stages at the end of the step. Each of them is the stage before it plus the U of that stage. */
+/* The first of the stages at the end of the step. Each of these stages is the previous stage plus its U. */
 enum { FIRST_AT_END = 5 };
 
 /* A prediction error counts if it exceeds the tolerance and FORETOLD_PART of J U, and if the matrix hides it. The
- * matrix leaves less than HIDDEN_PART of it then, but more than HIDDEN_ROUNDINGS roundings of the state. With a
- * FORETOLD_PART of 0.3 or 0.1, the smooth motion of a stiff direction that turns takes twice the steps. */
+ * matrix hides an error if less than HIDDEN_PART of it remains, but more than HIDDEN_ROUNDINGS roundings of the state.
+ * With a FORETOLD_PART of 0.3 or 0.1, the smooth motion of a stiff direction that turns takes twice the steps. */
 #define FORETOLD_PART 0.5
 #define HIDDEN_PART 0.01
 #define HIDDEN_ROUNDINGS 100.0
 
-/* The history besides Newton's: whether there was a step; the slopes at both ends, and the middle. */
+/* The history besides Newton's: whether a step has been made; the slopes at both ends, and the value in the middle. */
 enum { HISTORY_FLAG, HISTORY_SLOPES };
 
 static const kt_rosenbrock *rosenbrock_table_of(const kt_integrator *it) { return it->method->transformed; }

@@ -33,10 +33,11 @@
  *     y1 = T_1 / 12 - 4 T_2 / 3 + 9 T_3 / 4
  *
  * if all steps have the same number of stages, on which these errors depend. The sum stays bounded if each step is
- * damped more. With epsilon = 6/5 it stays below 0.74 (computed for all numbers of stages), on a length of 0.58 s^2.
+ * damped more. With epsilon = 6/5, the sum stays below 0.74 (computed for all numbers of stages), on a length of 0.58
+ * s^2.
  *
- * Dense output. The three steps over h/3 pass states at h/3 and 2h/3. Their increments d_1 and d_2 have the
- * errors of order 3 of one and of two steps, and D_3 - (y1 - y0) is that of three. Hence
+ * Dense output. The three steps over h/3 pass states at h/3 and 2h/3. Their increments d_1 and d_2 have the third-order
+ * errors of one and of two steps, and D_3 - (y1 - y0) has the error of three steps. Hence
  *
  *     u_j = d_j - j/3 (D_3 - (y1 - y0)) = y(t0 + j h/3) - y0 + O(h^4),   j = 1, 2
  *
@@ -49,9 +50,9 @@
  *
  *     delta = h (f1 - P') = h f1 - (9 u_1 - 18 u_2 + 11 (y1 - y0)) / 2 = O(h^4)
  *
- * The error is the larger one of the norms of the sums' difference (extrapolate_increments) and of delta / (20 (1 + h
- * radius)). The radius is that of the decay: f1 has the errors of y1 times the radius. f1 is the first slope of the
- * next step.
+ * The error is the larger of the norms of the sums' difference (extrapolate_increments) and of delta / (20 (1 + h
+ * radius)). The division by the radius accounts for decay, since f1 has the errors of y1 times the radius. f1 is the
+ * first slope of the next step.
  *
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
@@ -167,7 +168,7 @@ static void form_stage(kt_integrator *it, const recurrence *r, double h, const d
     }
 }
 
-/* One step of a member from the state z with the slope f there; writes z + d_s to trial. */
+/* One step of a member from the state z with its slope f; writes z + d_s to trial. */
 static kt_try_result member_step(kt_integrator *it, const kt_chebyshev *family, double t, double h, const double *z,
                                  const double *f, double **d_s, kt_try *result) {
     const size_t n = it->sizes.n;
@@ -268,7 +269,7 @@ static kt_try_result stabilised_try(kt_integrator *it, const kt_interval *in, kt
  *
  *     4/5 (y0 - y1) + 2/5 h (f0 + f1) = h^3/15 y3 + O(h^4)
  *
- * That of rkc4 is the difference of its two sums. */
+ * The error estimate of rkc4 is the difference of its two sums. */
 static double stabilised_error_at(const kt_integrator *it, double h, size_t i) {
     const double *y0 = it->y, *y1 = it->trial, *f0 = it->k[0], *f1 = it->k[it->fresh];
     return has_thirds(it->method) ? kt_stabilised_scratch_of(it)->krylov[i]
@@ -391,7 +392,8 @@ static double stabilised_imaginary_limit(const kt_stability *s) {
     return y > 2e-3 ? y : 0.0;
 }
 
-/* Inputs hardly change how fast the right-hand side decays; the radius is estimated again when it is due. */
+/* Inputs hardly change the decay of the right-hand side, so that the radius is estimated again only at the usual
+ * time. */
 static void stabilised_change(kt_integrator *it, bool smooth) { (void)it, (void)smooth; }
 
 static int stages_of_step(const kt_method *method, double z) {

@@ -1,8 +1,8 @@
-/* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and the longest step that it allows.
+/* Linear stability: R(z), y1 = R(h lambda) y0 for y' = lambda y, and the longest step that stability allows.
  *
  * The family defines R and the points at which |R| exceeds 1 on the axes. If |R| = 1 to rounding, as for an undamped
- * mode near 0, |R| cannot be compared with 1. For a general eigenvalue the criterion is therefore its growth over a
- * whole run. The rounding of one step does not affect that growth.
+ * mode near 0, |R| cannot be compared with 1. For a general eigenvalue the criterion is the growth over a whole run,
+ * because the rounding of one step does not affect this growth.
  */
 #include "integrator/integrator.h"
 
@@ -80,7 +80,7 @@ static bool mode_is_stable(const void *problem, double x) {
     return kt_stability_growth(m->stability, m->lambda, x / m->size, m->duration) <= m->growth;
 }
 
-/* Each mode is searched only up to the step that the previous ones allow, so that the order affects the time but not
+/* Each mode is searched only up to the step that previous modes allow, so that the order affects the time but not
  * the result. */
 static double longest_of_each(const kt_stability *s, const kt_complex *lambda, size_t count, double duration,
                               double growth, ptrdiff_t *index) {
@@ -118,8 +118,8 @@ static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *in
     return radius;
 }
 
-/* The largest growth of a mode, at least 1, and the index of this mode if it grows. The number of stages is that of the
- * method for this step. */
+/* The largest growth of a mode, at least 1, and the index of this mode if it grows, with the method's number of stages
+ * for this step. */
 static double worst_growth(const kt_method *method, double radius, const kt_complex *lambda, size_t count, double step,
                            double duration, ptrdiff_t *index) {
     kt_stability s;

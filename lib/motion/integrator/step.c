@@ -56,7 +56,8 @@ static void plan_adaptive(const kt_integrator *it, double t_limit, double propos
 
 /* ---- one step ---------------------------------------------------------------------------------------------------- */
 
-/* Puts f(t, y) into slot 0 if it is not there (after a step it may be in `fresh`), and prepares the family. */
+/* Puts f(t, y) into slot 0 unless the slot has it already (after a step it may be in `fresh`), and prepares the
+ * family. */
 static kt_try_result prepare_attempt(kt_integrator *it, kt_try *result) {
     result->result = KT_TRY_PASSED;
     it->stages_known = false;
@@ -99,7 +100,7 @@ static bool estimate_is_noise(const kt_integrator *it, double h, const kt_try *r
                it->noise->within(fabs(h), it->callbacks.user);
 }
 
-/* The caller's projection of the trial state, if there is one. */
+/* Applies the caller's projection, if any, to the trial state. */
 static kt_try_result project_trial(kt_integrator *it, double t, bool *changed, kt_try *result) {
     *changed = true;
     const int code = it->callbacks.project(t, it->trial, changed, it->callbacks.user);
@@ -137,8 +138,8 @@ static void commit_try(kt_integrator *it, const kt_plan_of_try *p, bool changed,
         it->family->accept(it);
 }
 
-/* Whether the present call may take another try (kt_integrator_limit_call). Its first step may take all its tries:
- * otherwise an event that needs more of them would fail in every call. */
+/* Whether the present call may make another try (kt_integrator_limit_call). The first step of a call may make as many
+ * tries as necessary, because an event that needs more tries than the limit would fail in every call. */
 static kt_status count_try(kt_integrator *it, kt_error *error) {
     const uint64_t tries = it->memory.counts.steps + it->memory.counts.rejected;
     if (it->tries_end == 0 || tries < it->tries_end || it->memory.t == it->call_began)
@@ -158,7 +159,8 @@ static kt_status report_steps_used_up(const kt_integrator *it, kt_error *error) 
 
 static const char advice_on_model[] =
     "Check the model there: a position it cannot reach, a singular one, or a pole of a force";
-/* A method that solves Newton's equations is not sent to another one that does, and nobody to one that is not built. */
+/* The advice for a method that solves Newton's equations names no other such method, and no advice names a method that
+ * is not built. */
 #define ADVICE_ON_MOTION "Look for a jump or a pole of a force here; if the motion is smooth, loosen the tolerances"
 static const char *advice_on_motion(const kt_integrator *it) {
     if (!kt_method_needs_newton(it->method))
@@ -197,7 +199,7 @@ static bool is_of_error(const kt_try *r) {
     return r->result == KT_TRY_PASSED || r->result == KT_TRY_INACCURATE || r->result == KT_TRY_DIVERGED;
 }
 
-/* Stores the component that caused a step to fail: the one that is not finite or has the largest error. */
+/* Stores the component that caused a step to fail: the component that is not finite or has the largest error. */
 static void blame_component(kt_integrator *it, const kt_try *r, double h) {
     if (r->result == KT_TRY_NOT_FINITE)
         it->blamed = r->component;
@@ -221,14 +223,14 @@ static kt_status report_too_small(const kt_integrator *it, double h, const kt_tr
                         is_of_error(r) ? advice_on_motion(it) : advice_on_model);
 }
 
-/* Progress. Accepted steps may nevertheless lead nowhere. Next to a point where velocities grow without bound, they
- * shrink with the distance to the point. If forces jump back and forth, or are not accurate enough, they stay as short
- * as one jump allows.
+/* Progress. Even accepted steps may make no progress. Near a point at which velocities grow without bound, steps shrink
+ * with the distance to the point. If forces jump back and forth, or are not accurate enough, steps remain as short as
+ * one jump allows.
  *
  * Progress is therefore checked every KT_PROGRESS_TRIES tries, accepted or not. The average advance of a try must be
- * KT_PROGRESS of the time. In one of KT_PROGRESS_WINDOWS such windows it must be KT_PROGRESS_LASTING. A run that would
- * need more than 1 / KT_PROGRESS tries counts as stuck at once. A run that would need a tenth of that counts as stuck
- * if it does not get faster. */
+ * KT_PROGRESS of the time. In at least one of KT_PROGRESS_WINDOWS windows, the average advance must be
+ * KT_PROGRESS_LASTING. A run that would need more than 1 / KT_PROGRESS tries counts as stuck at once. A run that would
+ * need a tenth of this number counts as stuck unless the run becomes faster. */
 static double time_scale(const kt_integrator *it, double t_limit) {
     return fmax(fmax(fabs(it->memory.t), fabs(it->until)), isfinite(t_limit) ? fabs(t_limit) : 0.0);
 }
@@ -253,7 +255,8 @@ static bool is_stuck(kt_integrator *it, double t_limit) {
     return stuck;
 }
 
-/* Whether a motion that counts as stuck would not with an event that may end it: only the end of the run is too far. */
+/* Whether a motion counts as stuck only because the end of the run is too far. With an event that may end the run, such
+ * a motion does not count as stuck. */
 static bool ends_too_late(const kt_integrator *it) {
     const double time = KT_PROGRESS_TRIES * fmax(fabs(it->memory.t), KT_PROGRESS_OPEN);
     return it->memory.advanced >= KT_PROGRESS_LASTING * time;
@@ -378,7 +381,7 @@ static kt_status shorten_try(kt_integrator *it, kt_attempt *a, const kt_try *fai
     return status == KT_OK ? plan_next(it, a, error) : status;
 }
 
-/* Accepts the step, or plans a shorter one. */
+/* Accepts the step, or plans a shorter step. */
 static kt_status end_adaptive(kt_integrator *it, kt_attempt *a, kt_try *r, bool *again, kt_error *error) {
     const kt_plan_of_try *p = &a->plan;
     bool changed = false;

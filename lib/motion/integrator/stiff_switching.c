@@ -1,18 +1,19 @@
-/* The family of methods that are explicit until the motion is stiff, and implicit while it is: dopri5 and radau5.
+/* The family of methods that are explicit until the motion is stiff, and implicit while the motion is stiff: dopri5 and
+ * radau5.
  *
  * Stiffness. Stability bounds the steps of dopri5 near h rho = 3.3 on the real axis, where rho is the spectral radius
  * of J = f_y. The last two stages of dopri5, Y_6 and Y_7 = y1, are both at the end of the step. If the fastest mode is
- * at its limit, it prevails in their difference d, and in the difference g of their slopes, so that
+ * at its stability limit, this mode prevails in their difference d, and in the difference g of their slopes, so that
  *
  *     h rho = |g| / |d|,    g = f(Y_7) - f(Y_6) = J (Y_7 - Y_6),    d = (Y_7 - Y_6) / h = sum_j (b_j - a_6j) k_j
  *
- * which takes no evaluation. Two cases resemble this, but their steps are bounded by accuracy, not by stability.
+ * which costs no evaluation. Two cases resemble this, but their steps are bounded by accuracy, not by stability.
  *   - A corner of f within the step (friction that reverses, a rope that goes slack). The quotient of the differences
  *     of slopes and of states is then any number. At its limit a mode that decays shows 3.3. A mode that oscillates
- *     while it decays shows somewhat more from step to step, since q and v have one norm. A sign of stiffness is
- *     therefore KT_STIFF_LEAST < h rho < KT_STIFF_MOST.
- *   - At loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as it is over
- *     corners. If a mode decays, the cosine is -1. So a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum is
+ *     while it decays shows somewhat more from step to step, since q and v have one norm. Therefore a sign of stiffness
+ * is KT_STIFF_LEAST < h rho < KT_STIFF_MOST.
+ *   - At loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as over kinks. If a
+ * mode decays, the cosine is -1. Therefore a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum is
  *     never less than 0.
  *
  * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
@@ -25,15 +26,17 @@
  *
  *     e = sum_i e_i k_i = J h d_2,    d_2 = sum_ij e_i a_ij k_j,
  *
- * so that in the plane of the pair [g e] = h J [d d_2]. The eigenvalues of M are those of the pair, z = h lambda:
+ * so that in the plane of the pair [g e] = h J [d d_2]. The eigenvalues of M are the eigenvalues z = h lambda of the
+ * pair:
  *
  *     M = (D'D)^-1 D' [g e],     D = [d d_2]
  *
- * Positions count 3.3 / h times in D' (options.positions). Both halves of an oscillation at the limit then have one
- * size. Otherwise the effect of other modes on velocities would outweigh the positions.
+ * Positions count 3.3 / h times in D' (options.positions). Then both halves of an oscillation at the limit have the
+ * same size. Otherwise the effect of other modes on velocities would outweigh the positions.
  *
- * dopri5 is stable up to |z| = 2.4 to 3.4 for every damping above 0.05 of the critical one. There, and only there, the
- * pair grows as often as it decays. An oscillation that the steps follow decays like e^z. A step counts as ringing if
+ * dopri5 is stable up to |z| = 2.4 to 3.4 for every damping above 0.05 of the critical one. At this limit, and only
+ * there, the pair grows as often as it decays. An oscillation that the steps follow decays like e^z. A step counts as
+ * ringing if
  * |g| > KT_RINGING_RATE |d| and KT_RINGING_LEAST < |z| < KT_RINGING_MOST, and if it decays by more than
  * KT_RINGING_DAMPING. The step then counts
  *
@@ -52,19 +55,19 @@
  * If the implicit phase was short, the next one takes twice as many signs. A motion between the two therefore does not
  * switch for ever.
  *
- * The radius rho is that of the Jacobian in use. When the Jacobian is new, the power method finds rho with its factors.
- * The eigenvalues of
+ * The radius rho is that of the Jacobian in use. When the Jacobian is new, the power method computes rho with the
+ * factors of the Jacobian. The eigenvalues of
  *
  *     B = J (sigma - J)^-1 = sigma (sigma - J)^-1 - 1,     sigma = gamma / h,
  *
- * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) if lambda decays, and less if it oscillates. The
+ * are lambda / (sigma - lambda), so that rho = sigma mu / (1 - mu) if lambda decays, and less if lambda oscillates. The
  * iteration begins with Y_7 - Y_6, in which the fastest mode prevails. The iteration continues with the final vector of
  * the Jacobian before.
  *
  * The steps themselves are those of dopri5 and radau5: a motion that is never stiff has exactly the bits of dopri5.
- * With a fixed step, all steps are dopri5's. The history holds which method took the last step, whose dense output may
- * be requested, and which method takes the next one. The struct also holds the counts of the detection. The counts
- * change after an accepted step only.
+ * With a fixed step, all steps are dopri5's. The history records the method of the last step, whose dense output may be
+ * requested, and the method of the next step. The struct also holds the counts of the detection. The counts change
+ * after an accepted step only.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
  */
@@ -98,7 +101,7 @@ enum {
 };
 
 /* The cost of linear equations in evaluations, measured on mechanisms of 2 to 20 degrees of freedom. The first number
- * is for one evaluation of radau5 with its linear equations. The second one is for a Jacobian and its factors. */
+ * is for one evaluation of radau5 with its linear equations. The second number is for a Jacobian and its factors. */
 #define KT_IMPLICIT_EVALUATION 1.5
 #define KT_JACOBIAN_EVALUATIONS 10.0
 
@@ -170,7 +173,7 @@ static void switching_init(kt_integrator *it) {
     it->table = &kt_method_dopri5;
 }
 
-/* A jump leaves the motion as stiff as it was; a motion that begins, which has no steps yet, is not. */
+/* A jump does not change whether the motion is stiff. A new motion, which has no steps yet, counts as not stiff. */
 static void switching_start(kt_integrator *it) {
     watch w = {.wanted = KT_STIFF_SIGNS};
     if (it->memory.counts.steps > 0)
@@ -406,7 +409,8 @@ static void to_explicit(kt_integrator *it) {
     it->memory.counts.switches++;
 }
 
-/* At the end of each window but the first, in which steps grow: whether it cost more than dopri5 would have. */
+/* Called at the end of each window except the first, in which steps grow: whether the window cost more than dopri5
+ * would have. */
 static bool is_dear(const kt_integrator *it, watch *w) {
     if (fmod(w->age, KT_WINDOW) != 0.0)
         return false;

@@ -4,10 +4,11 @@
  *     Y = base + h b_0 f(t1, Y),     base = a_1 y0 + a_2 y_{-1} + h (b_1 f_0 + b_2 f_{-1})
  *
  * This equation is solved as a stage of a diagonally implicit method. The initial guess is y_{-1} + 2 h f_0, with an
- * error of O(h^3). Both past states are those after the projection, and their slopes are evaluated there.
+ * error of O(h^3). Both past states are projected, and their slopes are evaluated after the projection.
  *
  * A two-step step needs a past state at the distance h. This state is missing at the start, after a jump, and before
- * and after a step of another length. The method of the table then takes the step; it is L-stable and of order 2.
+ * and after a step of another length. In these cases, the method of the table computes the step; this method is
+ * L-stable and of order 2.
  *
  * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
  * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].

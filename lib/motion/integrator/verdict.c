@@ -4,7 +4,7 @@
  *
  * The largest |R| of the left half plane is on the imaginary axis, unless R has a pole on the left (the maximum
  * principle). For a multistep method this holds for the largest root. Both are tested at points: the axis, and arcs in
- * the left half plane. A pole would show at the points of the arcs next to it.
+ * the left half plane. A pole would be detected at nearby points of the arcs.
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.
  */
@@ -12,12 +12,12 @@
 
 #include <math.h>
 
-/* Points per factor of ten of |z|, the exponents of ten between which they lie, and directions from the axis to the
- * real one. */
+/* Points per factor of ten of |z|, the least and largest exponent of ten, and the number of directions from the
+ * imaginary to the real axis. */
 enum { GRAIN = 40, LEAST = -4, MOST = 6, DIRECTIONS = 8 };
 
 /* A growth in a step below this bound counts as rounding. The bound is the square root of eps: a double root turns an
- * error of eps into it. */
+ * error of eps into an error of this size. */
 #define ROUNDING 1e-7
 
 /* The |z| that represents infinity: the remainder, 1 / z or its square root, is below ROUNDING. */

@@ -1,4 +1,5 @@
-/* The stages of an implicit method, solved to rounding, and the linear equations that they share with their changes.
+/* The stages of an implicit method, solved to rounding, and the linear equations that determine the stages and also
+ * their changes.
  *
  * With the slopes K_i = f(t + c_i h, Y_i) as unknowns, f = (E(q) v, a),
  *
@@ -10,13 +11,14 @@
  *     dK_i - h F_i sum_j a_ij dK_j = r_i,   F_i = f_y(Y_i),   sum over the stages that are solved together
  *
  * For corrections r_i = f(Y_i) - K_i. For changes from outside r_i = F_i dY_i + f_p dp. Stages are solved together if
- * a_ij couples them forward. Diagonally implicit methods solve them one after the other, Radau IIA all three together.
- * If positions are plain numbers, their slopes V_i = v + h sum a_ij A_j are inserted, and only A_i = dv/dt is unknown:
+ * a_ij couples them forward. Diagonally implicit methods solve stages one after the other, Radau IIA all three
+ * together. If positions are plain numbers, their slopes V_i = v + h sum a_ij A_j are inserted, and only A_i = dv/dt is
+ * unknown:
  *
  *     dA_i - h F^v_i sum_j a_ij dA_j - h^2 F^q_i sum_j (a^2)_ij dA_j = r_i
  *
- * With quaternions, the unknowns are the slopes of all N numbers. F then contains the terms of E and of the rotation xi
- * of dp (tangent.c).
+ * With quaternions, the unknowns are the slopes of all N numbers. In this case, F contains the terms of E and of the
+ * rotation xi of dp (tangent.c).
  *
  * The iteration has three forms.
  *
@@ -26,8 +28,10 @@
  * - Otherwise F of one guessed stage serves all stages, as long as corrections shrink.
  *
  * - If they do not shrink, for example because a contact closes within the step, F is computed at the stages themselves
- *   in every iteration. Corrections are then damped, as in integrator/dirk.c. The factor is the largest lambda = 1,
- *   1/2, .. that makes the next correction, with the same factors, shorter than (1 - lambda / 4) of this one.
+ *   in every iteration. In this form, corrections are damped, as in integrator/dirk.c. The factor is the largest lambda
+ * = 1,
+ *   1/2, .. that makes the next correction, with the same factors, shorter than (1 - lambda / 4) of the present
+ * correction.
  *
  * Corrections are compared with rounding of the state, like those of a simulation with fixed steps
  * (integrator/newton.c).
@@ -184,8 +188,8 @@ static void correct_slopes(const kt_step_work *w, kt_coupled c) {
     kt_coupled_solve(w, c, w->correction);
 }
 
-/* Computes F at a stage, into the block of one of the stages that are solved together. a: its accelerations. For trees,
- * it computes M F, and M (kt_stiffness_evaluate). */
+/* Computes F at a stage, into the block of one of the stages that are solved together. a: the accelerations of the
+ * stage. For trees, it computes M F, and M (kt_stiffness_evaluate). */
 static kt_status differentiate_implicit_stage(kt_step_work *w, size_t stage, size_t block, const double *a, bool inputs,
                                               kt_error *error) {
     const kt_model *model = w->model;
@@ -288,7 +292,7 @@ static void keep_slopes(const kt_step_work *w, kt_coupled c, double *to) {
         memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
 }
 
-/* Computes F at the present stages, and the correction with it from their residual. */
+/* Computes F at the present stages, and from their residual the correction with this F. */
 static kt_status relinearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     kt_status status = KT_OK;
     w->one_derivative = false;
@@ -373,8 +377,8 @@ static void take_guess(kt_step_work *w, kt_coupled c) {
     form_coupled(w, c);
 }
 
-/* The iteration without F, from the residual of the guess. *done: it has converged to rounding. Otherwise the slopes
- * and their residual are the last ones, or those of the guess if these are nearer. */
+/* The iteration without F, from the residual of the guess. *done: whether the iteration has converged to rounding.
+ * Otherwise the slopes and their residual are those of the last iteration, or of the guess if the guess is nearer. */
 static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_error *error) {
     double size = slope_size_of(w, c, w->correction), theta = 0.0;
     keep_slopes(w, c, w->guess);
@@ -399,8 +403,8 @@ static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_err
     return KT_OK;
 }
 
-/* Computes F at the middle one of the guessed stages, for all stages: it is closer to the solution than the start. The
- * residual of the stages is available. */
+/* Computes F at the middle of the guessed stages, for all stages, because this stage is closer to the solution than the
+ * start. The residual of the stages is available. */
 static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t middle = (c.end - c.first) / 2;
     kt_status status =
@@ -410,9 +414,9 @@ static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
     return status == KT_OK ? factor_coupled(w, c, error) : status;
 }
 
-/* The simplified iteration, from the residual of the guess. With the ratio theta of a correction to the last one, the
- * remaining error is theta / (1 - theta) times the correction. If it does not converge well, *slow is true, and the
- * slopes are those at the beginning. */
+/* The simplified iteration, from the residual of the guess. With the ratio theta of a correction to the previous
+ * correction, the remaining error is theta / (1 - theta) times the correction. If the iteration does not converge well,
+ * *slow is true, and the slopes are those at the beginning. */
 static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_error *error) {
     double last = HUGE_VAL;
     keep_slopes(w, c, w->guess);

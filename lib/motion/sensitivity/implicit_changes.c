@@ -17,7 +17,7 @@
 
 #include <string.h>
 
-/* The arrays of one column: changes at the start, of the slopes of stage j, and of V_i. */
+/* The arrays of one column: changes of the start, of the slopes of stage j, and of V_i. */
 typedef struct column {
     const double *start_q, *start_v;
     double *rate_q, *rate_v, *change_v;

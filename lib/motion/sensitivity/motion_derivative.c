@@ -1,4 +1,4 @@
-/* A and B of a simulation's motion over an interval, through the events in it.
+/* A and B of a simulation's motion over an interval, through its events.
  *
  * Between events, they are products of the matrices of the steps. An event is the root of g(t, x) along the motion. The
  * state after the event is x+ = R(t, x-): an impact, a contact that closes, an action. A neighbouring motion that
@@ -6,8 +6,8 @@
  *
  *     dt = -(g_x dx) / g',   g' = g_t + g_x f-
  *
- * There it differs by d = dx + f- dt, and after the event by R_x d + R_t dt. Along the motion after the event, back at
- * the time of the event, it differs by
+ * At its root, this motion differs by d = dx + f- dt, and after the event by R_x d + R_t dt. Followed along the motion
+ * after the event back to the time of the event, it differs by
  *
  *     dx+ = R_x (dx + f- dt) + R_t dt - f+ dt
  *
@@ -15,9 +15,9 @@
  * of A and B. The change d is tangent to g = 0 and to the loops, so that neighbours reach the event, too. R_x d, g_x dx
  * and g' are differences of order four.
  *
- * Every neighbour is set in the simulation itself, and a checkpoint restores the simulation. There is no derivative if
- * a neighbour has another outcome than the motion (it closes another set of contacts). Nor is there one if g touches
- * zero without crossing it. The call then reports an error.
+ * Every neighbour is set in the simulation itself, and a checkpoint restores the simulation. The derivative does not
+ * exist if a neighbour has another outcome than the motion (a different set of closed contacts), or if g touches zero
+ * without a change of sign. The call then reports an error.
  *
  * Sources: Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
  * Systems, 2004, 7.1.
@@ -34,8 +34,8 @@
 
 #include <math.h>
 
-/* The shift of the largest number of a change in a difference: a contact still counts it as rest, and it is far above
- * rounding. */
+/* The shift of the largest number of a change in a difference: small enough that a contact still counts this shift as
+ * rest, and far above rounding. */
 static const double reach = 1e-4;
 /* If g' is below this part of the largest |g| of a neighbour over its distance, the event is touched and not
  * crossed. */
@@ -81,8 +81,8 @@ KT_ARENA_ARRAYS(place_arrays, motion, KT_MOTION_FIELDS, const motion *m)
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* The method whose steps are differentiated: the method of the simulation. If its steps depend on earlier ones, they
- * are no functions of a state. Then it is radau5 over the same steps, which is stable for any length of these. */
+/* The method whose steps are differentiated: the method of the simulation. Steps that depend on earlier steps are not
+ * functions of a state. For such a method, radau5 over the same steps is used, which is stable for any step size. */
 static const kt_method *method_of(const kt_simulation *simulation) {
     const kt_method *method = kt_integrator_method(simulation->integrator);
     return kt_step_work_size(simulation->model, method) > 0 ? method : kt_method_find("radau5");
@@ -427,8 +427,8 @@ static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     return status;
 }
 
-/* Applies the events at the present time to the motion and to its changes. A contact may open because forces jump. It
- * then opens at the same time in neighbouring motions, and their states do not change. */
+/* Applies the events at the present time to the motion and to its changes. A contact may open because forces jump. Such
+ * a contact opens at the same time in neighbouring motions, whose states do not change. */
 static kt_status pass_events(motion *m, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     size_t k;
@@ -448,7 +448,7 @@ static kt_status pass_events(motion *m, kt_error *error) {
 
 /* ---- drives whose speed jumps ------------------------------------------------------------------------------------ */
 
-/* Returns to the checkpoint, and lets drives jump there, from a neighbour or from the motion itself (d: NULL). */
+/* Returns to the checkpoint, and applies the jumps of drives, from a neighbour or from the motion itself (d: NULL). */
 static kt_status strike_neighbour(motion *m, const direction *d, double s, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     double unlimited = HUGE_VAL;

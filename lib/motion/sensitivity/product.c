@@ -1,6 +1,6 @@
 /* Products, sums and solutions of small matrices, whose columns are padded to whole vectors. A tile of rows is summed
- * in registers, over all columns of A and then of B, in their order. Results therefore have the same bits for every
- * width of the registers. Several columns are computed together, since each waits for its own sums. */
+ * in registers, over all columns of A and then of B, in their order. Therefore results have the same bits for every
+ * width of the registers. Several columns are computed together, since each column waits for its own sums. */
 #include "sensitivity/sensitivity.h"
 
 #include <stddef.h>
@@ -67,7 +67,7 @@ void KT_KERNEL(kt_sum)(double *out, const double *start, double h, const double 
 typedef double pair __attribute__((vector_size(16)));
 enum { PAIRS = KT_LANES / 2 };
 
-/* row -= sum over `count` rows of x, from the first one on in steps of `next`, each times its factor. */
+/* row -= sum over `count` rows of x, starting at the first row, in steps of `next`, each times its factor. */
 KT_INLINE void eliminate(pair *row, size_t count, const double *factor, ptrdiff_t stride, const pair *x,
                          ptrdiff_t next) {
     pair a = row[0], b = row[1], c = row[2], d = row[3];

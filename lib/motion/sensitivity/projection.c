@@ -21,7 +21,7 @@
  * Next to a singular position, the manifold bends as x y = d (evaluate/singular_crossing.c). Let s be the size of the
  * smallest direction. A residual c turns the tangent by c / s^2. The projection of velocities changes with the
  * curvature of the path, 2 d / s^3. A residual c changes its derivative with respect to q by 2 c / s^3 for each unit of
- * speed. Derivatives are rejected if their error exceeds KT_KNOWN of the largest one.
+ * speed. Derivatives are rejected if their error exceeds KT_KNOWN of the largest derivative.
  *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h). The matrix
  * d(M x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
@@ -58,7 +58,7 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-/* Computes W = M, W Z, and the factors of Z' W Z; with W = 1 all of them are left out. */
+/* Computes W = M, W Z, and the factors of Z' W Z; with W = 1, nothing is computed. */
 static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (!mass)
@@ -229,7 +229,7 @@ static gain gain_of(const kt_projection_work *w, const kt_parameter_work *parame
     return parameter ? (gain){parameter->inertia + column * w->n, parameter->gap + column * w->p} : (gain){NULL, NULL};
 }
 
-/* Computes dx of up to eight columns of changes (xi, dv), of which `first` is the first one, into w->moved. */
+/* Computes dx of up to eight columns of changes (xi, dv), from column `first` on, into w->moved. */
 static void change_eight_columns(kt_projection_work *w, linear_step step, size_t columns, const double *x,
                                  const kt_parameter_work *parameter, size_t first) {
     const size_t n = w->n, p = w->p;
@@ -264,7 +264,7 @@ static kt_status factor_positions(kt_projection_work *w, const double *q, kt_err
     return status == KT_OK ? factor_projected(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
 }
 
-/* Factors along the tree again, since other evaluations overwrite the data that they use. */
+/* Factors along the tree again, since other evaluations overwrite the data of the factors. */
 static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
     return w->dense ? KT_OK : factor_along(w, rows, q, mass, error);
 }
@@ -340,7 +340,7 @@ kt_status kt_projection_run(kt_projection_work *w, double *q, double *v, kt_erro
     return status == KT_OK ? measure_smallest(w, q, error) : status;
 }
 
-/* Changes columns with the correction `by` of positions; NULL: with that of velocities. */
+/* Changes columns with the correction `by` of positions; NULL: with the correction of velocities. */
 static void change_columns(kt_projection_work *w, linear_step step, const double *by, size_t columns, double *x,
                            const kt_parameter_work *parameter) {
     const size_t n = w->n;
@@ -395,7 +395,7 @@ static kt_status propagate_changes(kt_projection_work *w, const double *q, size_
     return status;
 }
 
-/* Whether the equations of positions are those of velocities, all of them independent. */
+/* Whether positions and velocities have the same equations, all independent. */
 static bool shares_equations(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
@@ -406,7 +406,7 @@ static bool shares_equations(const kt_model *model) {
     return true;
 }
 
-/* Propagates columns of changes, of which the first `moving` ones move positions. */
+/* Propagates columns of changes, of which the first `moving` columns move positions. */
 static kt_status propagate_projection(kt_projection_work *w, const double *q, const double *v, size_t moving,
                                       size_t columns, double *x, kt_parameter_work *parameter, kt_error *error) {
     const bool shared = w->dense && shares_equations(w->model);

@@ -46,7 +46,8 @@ static kt_status add_loop_gradients(kt_projection_work *w, const double *q, cons
     return status;
 }
 
-/* Turns the gradient by the velocities after the projection, y, into that before it; adds to by_xi. */
+/* Turns the gradient by the velocities after the projection, y, into the gradient before the projection; adds to
+ * by_xi. */
 static kt_status pull_velocities(kt_projection_work *w, const double *q, const double *v, double *y, double *by_xi,
                                  kt_error *error) {
     const kt_model *model = w->model;
@@ -95,8 +96,8 @@ static kt_status respond_to_gradient(kt_projection_work *w, const double *q, con
     return status;
 }
 
-/* Turns the gradient by the positions after an iteration at q into that before it. The last iteration follows
- * pull_velocities at the same positions. */
+/* Turns the gradient by the positions after an iteration at q into the gradient before the iteration. The last
+ * iteration follows pull_velocities at the same positions. */
 static kt_status pull_positions(kt_projection_work *w, const double *q, bool last, double *by_xi, kt_error *error) {
     kt_status status = last ? kt_loops_factor_again(w->model, w->data, KT_ROWS_CLOSED, error)
                             : kt_loops_factor(w->model, w->data, w->t, q, KT_ROWS_CLOSED, error);

@@ -1,13 +1,13 @@
 /* Checkpoints of a motion that is reversed, step by step. The memory holds the states at the start of some steps. Other
- * states are computed again from the last checkpoint before them.
+ * states are computed again from the last earlier checkpoint.
  *
- * With c checkpoints in memory, including that of the present step, and at most r runs over each step,
+ * With c checkpoints in memory, including the checkpoint of the present step, and at most r runs over each step,
  *
  *     beta(c, r) = (c + r)! / (c! r!)
  *
  * steps can be reversed. The next checkpoint is set beta(c, r - 1) steps ahead, with the least r that suffices. The
- * steps before it are reversed with c checkpoints and one run less. The remaining steps are reversed with c - 1
- * checkpoints.
+ * steps before this checkpoint are reversed with c checkpoints and one run less. The remaining steps are reversed with
+ * c - 1 checkpoints.
  *
  * Source: Griewank, Walther, algorithm revolve, ACM Transactions on Mathematical Software 26(1), 19-45, 2000. */
 #include "sensitivity/sensitivity.h"
@@ -29,7 +29,7 @@ kt_revolve kt_revolve_of(const kt_rollout *rollout, size_t numbers, double *stat
                         .taken = taken};
 }
 
-/* beta(c, r), or any larger number once it reaches n. */
+/* beta(c, r), or any number of at least n once beta reaches n. */
 static double beta(int c, int r, int n) {
     double product = 1.0;
     for (int i = 1; i <= r && product < n; i++)

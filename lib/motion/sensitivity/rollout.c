@@ -1,5 +1,5 @@
 /* Gradients over many steps, from the last to the first. The adjoint of a step needs the state at its start:
- * checkpoints (revolve.c) hold it.
+ * checkpoints (revolve.c) supply this state.
  *
  * Once the step from a checkpoint has been taken, the checkpoint also has the accelerations of its stages. The adjoint
  * of this step then needs no evaluation again. */
@@ -83,8 +83,8 @@ static kt_status call_rollout_cost(rollout_work *w, int k, const double *state, 
                : kt_error_set(error, KT_ERROR_NOT_FINITE, "cost", "the caller's cost of step %d is %g", k, *value);
 }
 
-/* Advances from the state at the start of step k to that of k + 1, in place. Counts the cost of step k at the first
- * pass. */
+/* Advances from the state at the start of step k to the start of step k + 1, in place. Adds the cost of step k at the
+ * first pass. */
 static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_error *error) {
     rollout_work *w = user;
     const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), at = keep < 0 ? 0 : (size_t)keep;
@@ -111,7 +111,8 @@ static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_
     return KT_OK;
 }
 
-/* Turns the gradient with respect to the state after step k into that before it, with the cost of step k. */
+/* Turns the gradient with respect to the state after step k into the gradient before the step, including the cost of
+ * step k. */
 static kt_status reverse_rollout(void *user, int k, int kept, const double *state, kt_error *error) {
     rollout_work *w = user;
     const kt_model *model = w->model;

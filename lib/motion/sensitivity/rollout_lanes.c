@@ -2,8 +2,8 @@
  * and their adjoints (step_adjoint.c), for trees whose effects act in joints, with explicit methods. Costs, and the
  * derivatives of effects, are evaluated lane by lane. The bits are those of kt_rollout_gradient.
  *
- * A motion that fails in a lane leaves the lanes. Such a motion is computed alone afterwards, with its error if it has
- * one. */
+ * A motion that fails in a lane leaves the lanes. Such a motion is computed alone afterwards, with its error if it
+ * fails again. */
 #include "base/copy.h"
 #include "batch/batch.h"
 #include "sensitivity/sensitivity.h"
@@ -114,8 +114,8 @@ static const kt_model *task_model_of(const kt_model *model, const kt_rollout_tas
     return task->model ? task->model : model;
 }
 
-/* Whether the motions of a group can be computed together. A model that does not fit the data is rejected on its
- * own. */
+/* Whether the motions of a group can be computed together. The call for one motion rejects a model that does not fit
+ * the data. */
 static bool tasks_fit(const kt_model *model, const kt_rollout_task *tasks, size_t used) {
     const kt_model *first = task_model_of(model, tasks);
     for (size_t i = 0; i < used; i++) {
@@ -158,7 +158,7 @@ static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
 
 static double *accelerations(const lanes_work *w, size_t i) { return w->slope + w->n.W * (i * w->n.N + w->n.nq); }
 
-/* Sets times, lengths and inputs of step k. Lanes without a motion copy those of the first one. */
+/* Sets times, lengths and inputs of step k. Lanes without a motion copy the values of the first lane. */
 static void begin_lanes_step(lanes_work *w, int k) {
     for (size_t lane = 0; lane < w->n.W; lane++) {
         const kt_rollout *r = &w->tasks[lane < w->used ? lane : 0].rollout;
@@ -183,7 +183,7 @@ static void run_step(lanes_work *w, int k, const double *state) {
         w->live &= w->kernels->make_units(w->model, w->lanes, w->next);
 }
 
-/* kt_adjoint_keep, at a checkpoint, and then kt_adjoint_recall from it. */
+/* kt_adjoint_keep, at a checkpoint, followed by kt_adjoint_recall from this checkpoint. */
 static void keep_lane_states(lanes_work *w, size_t index) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
@@ -322,7 +322,8 @@ static kt_status reverse_lanes(void *user, int k, int kept, const double *state,
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
-/* Initialises w in memory, with the models and states of a group, and runs it. Returns the lanes that are done. */
+/* Initialises w in memory, with the models and states of a group, and runs the group. Returns the lanes that
+ * succeeded. */
 static kt_lane_mask run_lanes(lanes_work *w, const kt_model *model, kt_rollout_task *tasks, size_t used, void *memory) {
     const kt_rollout *r = &tasks[0].rollout;
     *w = (lanes_work){.model = task_model_of(model, tasks), .tasks = tasks, .used = used, .cost = w->cost};

@@ -1,4 +1,4 @@
-/* The start of a step, and the derivatives of the accelerations of one of them. */
+/* The start of a step, and the derivatives of the accelerations of a stage. */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"
@@ -43,9 +43,8 @@ static kt_status differentiate_stage(kt_step_work *w, const kt_dynamic_state *at
                                           &(kt_acceleration_matrices){.by = *by}, error);
 }
 
-/* Widens a matrix of n columns of n numbers to n + m columns of n + m. Below them come -`below` (m x n), then columns
- * of
- * -`right` (m x m). These begin with the columns of `above` (n x m). NULL: zeros. */
+/* Widens a matrix of n columns of n numbers to n + m columns of n + m. The m new rows are -`below` (m x n). The m new
+ * columns are `above` (n x m) over -`right` (m x m). NULL: zeros. */
 static void join_state_blocks(double *matrix, size_t n, size_t m, const double *below, const double *above,
                               const double *right) {
     const size_t e = n + m;

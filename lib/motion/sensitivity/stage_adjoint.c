@@ -13,8 +13,9 @@
  *     mu . da = w . (dtau + dQ) - d(w . inverse dynamics) + d(lambda . J w + pi . (J a - b''))
  *
  * at constant w, a, lambda and pi. This needs one solution, one sweep and one gradient. The sweep computes the gradient
- * of w times inverse dynamics (dynamics/rnea_gradient.h), and also M w and inverse dynamics. The gradient is that of a
- * sum of the loops' equations (constraint/gradient.h). With other effects, the derivatives themselves are multiplied.
+ * of w times inverse dynamics (dynamics/rnea_gradient.h), and also M w and inverse dynamics. With loops, the gradient
+ * of a sum of the loops' equations is added (constraint/gradient.h). With other effects, the derivatives themselves are
+ * multiplied.
  */
 #include "derivative/dual_effect.h"
 #include "linear/cholesky.h"

@@ -1,5 +1,5 @@
 /* a_p, the derivative of the accelerations of a stage with respect to a parameter. With r the forces that the motion
- * needs minus those that act,
+ * requires minus the acting forces,
  *
  *     r(q, v, a; p) = A' lambda,   A a = b''(p)
  *     da = a_tau (-dr/dp - M m) + m,   A m = db''/dp

@@ -15,7 +15,7 @@
 #include <string.h>
 
 /* Whether A and B are formed. For linearly implicit methods, they cost more than a sweep without them would save. With
- * auxiliary states, there is no other way. */
+ * auxiliary states, A and B are always formed. */
 static bool is_formed(const kt_step_work *w) { return w->linear || kt_has_auxiliary_states(w->model); }
 
 static bool step_closes(const kt_step_work *w) { return w->model->n.row && !w->step->unprojected; }
@@ -43,7 +43,7 @@ void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32
     *iterations = w->projection.iterations;
 }
 
-/* Restores the stages and the state after them from the kept part of their slopes. */
+/* Restores the stages and the state after the step from the stored part of the slopes. */
 static void recall_stages(kt_step_work *w, const double *slopes) {
     const size_t n = w->model->n.v;
     for (size_t i = 0; i < w->stages; i++) {

@@ -1,5 +1,5 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
- * change. The change is one of the start (xi, dv) or of a held input (dtau, dp). The equations are in the public
+ * change. The change is a change of the start (xi, dv) or of a held input (dtau, dp). The equations are in the public
  * header. */
 #include "base/copy.h"
 #include "kinetree/joint.h"
@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-/* Sets the changes at the start: unit vectors of xi and dv, zero for held inputs. The padding of the columns stays zero
- * from here on. */
+/* Sets the changes at the start: unit vectors of xi and dv, zero for held inputs. The padding of the columns remains
+ * zero in all later calls. */
 static void begin_changes(kt_step_work *w, size_t columns) {
     const size_t n = w->model->n.v, Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     memset(w->start_q, 0, Q * columns * sizeof *w->start_q);
@@ -85,7 +85,7 @@ static kt_status reject_unknown_step(const kt_step_work *w, size_t columns, kt_e
     return kt_projection_reject_unknown(&w->projection, w->next + model->n.q, by, v_by, error);
 }
 
-/* From the state and the changes after the sum to those after the projection: w->next and w->end. */
+/* Projects the state and the changes after the sum of the stages; results: w->next and w->end. */
 static kt_status close(kt_step_work *w, const double *change_v, size_t columns, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, Q = kt_padded_q(model), V = kt_padded_v(model);

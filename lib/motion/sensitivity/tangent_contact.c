@@ -1,8 +1,8 @@
 /* Hard contacts, stops and slack ropes in a step that is a function of a state, and in its derivatives. The step uses
- * the equations of the model. In these, each of them is open or closed from the beginning of the step to its end. If
- * one closes within the step, or its reaction changes sign, the motion has an event there, which the step would omit.
- * Friction that sticks has an event if it comes to rest, and if it begins to slip. Such steps are rejected, as their
- * error exceeds rounding. */
+ * the equations of the model. In these equations, each contact is open or closed from the beginning of the step to its
+ * end. If a contact closes within the step, or its reaction changes sign, the motion has an event, which the step would
+ * omit. Friction has an event when it begins to stick, and when it begins to slip. Such steps are rejected, as
+ * their error exceeds rounding. */
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
@@ -12,8 +12,8 @@
 
 #include <math.h>
 
-/* Gaps within this part of the mechanism's length, or of 1 m or rad, count as zero. So do reactions within this part of
- * the largest one. */
+/* Gaps within this part of the mechanism's length, or of 1 m or rad, count as zero. Reactions within this part of the
+ * largest reaction also count as zero. */
 static const double rounding = 1e-9;
 
 static uint64_t bit_of(const kt_model *model, size_t loop) {
@@ -34,7 +34,7 @@ static kt_status reject_contact_derivatives(const kt_step_work *w, size_t loop, 
         what, size);
 }
 
-/* Rejects steps with friction that sticks: friction of a joint always, friction of a contact while it sticks. */
+/* Rejects steps with friction that sticks: friction of a joint always, friction of a contact while sticking. */
 static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
     for (size_t i = 0; i < w->model->n.loop; i++) {
         const kt_loop_record *loop = &w->model->loop[i];

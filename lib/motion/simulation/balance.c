@@ -1,10 +1,10 @@
-/* Works of an energy balance in steps that are too long for them.
+/* The work done in an energy balance, for steps that are too long for the powers.
  *
- * The works W = (W_d, W_s) are quadratures of powers, W' = P(t, q, v). A step integrates them with its own rule,
+ * The work W = (W_d, W_s) is a quadrature of powers, W' = P(t, q, v). A step integrates the powers with its own rule,
  * together with the motion. The step is chosen for the motion alone. An example is a crank with a constant driven
- * speed. The motion of this crank is exact in a step of a turn, but the power of its weight is not.
+ * speed. In a step of a whole turn, the motion is exact, but the power of the weight is not.
  *
- * If the method's error estimate of the works is large, the powers are therefore integrated once more along the dense
+ * Therefore, if the method's error estimate of the work is large, the powers are integrated once more along the dense
  * output, panel by panel. With P at the nodes x_j of a panel of length L (s in [-1, 1]),
  *
  *     b_m          = L / 4 sum_j w_j Q_m(x_j) P_j                     Kronrod's rule of 15 nodes
@@ -13,9 +13,9 @@
  *     errors       = L / 2 |sum_j (w_j - g_j) P_j|                    of the whole: Gauss' rule of 7 of the nodes
  *                    2 (|b_11| + |b_12|)                              within it, for sums up to m = 12
  *
- * A panel whose errors exceed the tolerances is halved. If that does not help, the works remain those of the method.
- * Next to a singular position of loops, more panels do not improve the powers. The whole step is then one panel. The
- * motion itself does not change in any bit.
+ * A panel whose errors exceed the tolerances is halved. If halving does not help, the work that the method has
+ * integrated remains. Next to a singular position of loops, more panels do not improve the powers. The whole step is
+ * then one panel. The motion itself does not change in any bit.
  *
  * Source: R. Piessens, E. de Doncker-Kapenga, C. W. Ueberhuber, D. K. Kahaner, QUADPACK, 1983.
  */
@@ -30,12 +30,12 @@
  * therefore gets at most PANELS_MOST panels, tried or taken. */
 enum { NODES = 15, HALVINGS = 20, PANELS_MOST = 128 };
 
-/* The number of tolerances from which on the works are integrated again. Estimates come from the embedded formula,
- * which has the lower order, so that true errors are far below them. On the bundled scenes, a repetition is rare. A
- * limit of 1 improves no balance by more than a factor of four, for up to twice the evaluations.
+/* The number of tolerances from which on the powers are integrated again. Estimates come from the embedded formula,
+ * which has the lower order, so that true errors are far below the estimates. On the bundled scenes, a repetition is
+ * rare. A limit of 1 improves no balance by more than a factor of four, for up to twice the evaluations.
  *
  * For driven loops, the power v . (M a + h - tau) contains accelerations. Stages violate the loops by their errors c,
- * which change an acceleration by some c v^2 / s^3. Here s is the size of the smallest direction
+ * which change an acceleration by some c v^2 / s^3. s is the size of the smallest direction
  * (evaluate/singular_crossing.c). Next to a singular position, one stage then dominates, and the estimate may be as
  * large as the error or smaller. In a step before a change point of a driven four-bar, the estimate was 26 tolerances
  * and the error 160. */
@@ -91,7 +91,7 @@ static void expand_panel(kt_work_panel *panel, const kt_power power[NODES]) {
     }
 }
 
-/* The larger of the two errors over the tolerances, for one of the works. Errors: `difference` of the two rules;
+/* The larger of the two errors over the tolerances, for one component of W. Errors: `difference` of the two rules;
  * `turned`: the integral of the power's magnitude; `tail`: |b_11| + |b_12|. */
 static double error_over_tolerance(const kt_simulation *simulation, double start, double turned, double difference,
                                    double tail) {
@@ -125,7 +125,7 @@ static kt_work panel_end_of(const kt_work_panel *panel) {
  * it (kt_noise). Powers have these errors too, and shorter panels do not reduce them. */
 static bool step_is_noise(const kt_simulation *simulation) { return simulation->integrator->memory.last_error > 1.0; }
 
-/* Moves to the next panel, from the end of the last one. Returns false if no panel is short enough. */
+/* Moves to the next panel, from the end of the previous panel. Returns false if no panel is short enough. */
 static bool advance_panel(kt_simulation *simulation, kt_work_panel *panel) {
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator), least = ldexp(t1 - t0, -HALVINGS);
@@ -149,7 +149,7 @@ static bool advance_panel(kt_simulation *simulation, kt_work_panel *panel) {
     }
 }
 
-/* The works at s in a panel. */
+/* The work done at s in a panel. */
 static kt_work within(const kt_work_panel *panel, double s) {
     double before = -1.0, now = 1.0; /* Q_{m-1} and Q_m */
     kt_work work = panel->start;

@@ -2,7 +2,7 @@
  *
  * An adaptive method evaluates forces at its stages only. In quiet motion its steps grow tenfold. A later force would
  * then begin and end between two stages. A step might also reach across a breakpoint, where a method has only the order
- * of the continuous derivatives. Steps therefore end at breakpoints. Between two breakpoints, every function of time is
+ * of the continuous derivatives. Therefore steps end at breakpoints. Between two breakpoints, every function of time is
  * one of these:
  *
  * - A polynomial, whose values each step samples.
@@ -13,12 +13,12 @@
  *   (expression/formula_breakpoint.c).
  *
  * The accelerations themselves jump, for example, if a drive's second derivative or the slope of a servo's target
- * jumps. A step that ends there needs the limit from the left, and the step that begins there the limit from the right.
+ * jumps. A step that ends at a breakpoint needs the limit from the left, and the next step the limit from the right.
  * The time of evaluation is moved by a few roundings into the step, and the slopes of the step before are forgotten.
  *
- * The velocity of a drive may jump, too. The step that ends there is projected to the limit from the left, so that its
- * interpolant is right. The step that begins there starts from a projection to the limit from the right. Fixed steps
- * end at such jumps only, and the next step ends on the grid again.
+ * The velocity of a drive may jump, too. The step that ends at such a time is projected to the limit from the left, so
+ * that its interpolant is right. The next step starts from a projection to the limit from the right. Fixed steps end at
+ * such jumps only, and the next step ends on the grid again.
  */
 #include "effect/effect.h"
 #include "expression/formula_breakpoint.h"
@@ -30,14 +30,14 @@
 
 /* ---- of the model ------------------------------------------------------------------------------------------------ */
 
-/* A breakpoint of all functions together. The accelerations jump if a derivative jumps that they depend on. */
+/* A breakpoint of all functions together. The accelerations jump if a derivative on which they depend jumps. */
 typedef struct breakpoint {
     double time;
     bool jumps, cut; /* cut: a search of features reached its limit */
     bool strikes;    /* a velocity or a position that a loop prescribes jumps */
 } breakpoint;
 
-/* Takes the time into account if it is after t and not after the one found so far. */
+/* Uses this time if it is after t, and not after the earliest breakpoint found so far. */
 static void meet_breakpoint(breakpoint *first, double t, double time, bool jumps) {
     if (!(time > t) || time > first->time)
         return;
@@ -55,8 +55,8 @@ static kt_breakpoint seek_breakpoint(kt_simulation *simulation, const kt_curve *
     return next;
 }
 
-/* order: the highest derivative of the function that the accelerations depend on. speed: the one that velocities
- * depend on; -1: none. */
+/* order: the highest derivative of the function on which accelerations depend. speed: the derivative on which
+ * velocities depend; -1: none. */
 static void meet_curve(kt_simulation *simulation, breakpoint *first, double t, const kt_curve *curve, int order,
                        int speed) {
     const kt_breakpoint next = seek_breakpoint(simulation, curve, t, first->time);
@@ -111,7 +111,8 @@ static breakpoint next_strike(kt_simulation *simulation, double t) {
     return first;
 }
 
-/* A search of features ends at the breakpoint found so far: corners of callers come before the formulas behind them. */
+/* A search of features ends at the earliest breakpoint found so far. Therefore breakpoints of callers are searched
+ * before formulas. */
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     breakpoint first = {.time = HUGE_VAL};
@@ -159,7 +160,7 @@ double kt_simulation_longest_step(const kt_model *model) {
     return longest;
 }
 
-/* The least distance of two breakpoints of one function, or `least` if that is less, at times from 0 on. */
+/* The least distance of two breakpoints of one function, or `least` if `least` is smaller, at times from 0 on. */
 static double shortest_piece(const kt_curve *curve, const double *numbers, double duration, int64_t *left,
                              double least) {
     double last = -HUGE_VAL;
@@ -196,7 +197,7 @@ double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression
 
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
-/* Times this close to each other are equal: rounding would hide a step between them. */
+/* Times this close to each other count as equal, because rounding would hide a step between them. */
 static double margin_at(double t) { return isfinite(t) ? 64.0 * DBL_EPSILON * fabs(t) : 0.0; }
 
 /* The distance from a jump at which the limits on its sides are evaluated. */
@@ -217,7 +218,7 @@ void kt_simulation_renew_breakpoints(kt_simulation *simulation) {
     simulation->breakpoints.begin = begin;
 }
 
-/* Finds the breakpoint after t. Returns what jumps at t itself. */
+/* Finds the breakpoint after t. Returns the quantities that jump at t itself. */
 static breakpoint enter_piece(kt_simulation *simulation, double t) {
     kt_breakpoints *c = &simulation->breakpoints;
     const double margin = margin_at(t);
@@ -288,8 +289,7 @@ bool kt_simulation_has_inner_stage(const kt_method *method) {
 }
 
 /* Methods with stages only at the ends of their steps (heun) do not see a bump that ends at the value at which it
- * began. One of their steps therefore ends within each piece, at a time at which cubics and bumps have no zero by
- * symmetry. */
+ * began. Therefore a step ends within each piece, at a time at which no cubic or bump is zero by symmetry. */
 static void end_within_piece(const kt_simulation *simulation, double *t_limit) {
     static const double part = 0.4;
     const kt_breakpoints *c = &simulation->breakpoints;
@@ -316,7 +316,7 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
 
 /* ---- after a step of a method that does not see its end ---------------------------------------------------------- */
 
-/* Whether a function changes behind the last stage far more than before it, so that the step cannot represent it. The
+/* Whether a function changes far more after the last stage than before it, so that the step cannot represent it. The
  * latest time with an available slope counts as the last stage. orders: the number of its derivatives that count.
  * Changes below `nothing` are zero in every unit of a machine. */
 static bool changes_behind(const kt_curve *curve, const double *numbers, const double time[3], int orders) {

@@ -5,9 +5,9 @@
  * With a transformation, the user model's state comes next, then the ranks of a mask. The memories and roots of events
  * come last.
  *
- * The run after a checkpoint also depends on the model, the method and its settings. The head identifies these, and a
- * block is accepted only if all of them agree. The values of a model's parameters are not compared: a copy of a model
- * may continue with other values.
+ * The run after a checkpoint also depends on the model, the method and its settings. The head identifies model, method
+ * and settings, and a block is accepted only if all agree. The values of a model's parameters are not compared: a copy
+ * of a model may continue with other values.
  */
 #include "simulation/checkpoint.h"
 #include "base/copy.h"
@@ -24,8 +24,8 @@
     X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)                           \
     X(contact, "the option 'contact' at", simulation->steps_over_contacts)
 
-/* The settings that steps and records after a checkpoint depend on: name, words, value. One list writes, compares and
- * reports them. */
+/* The settings on which steps and records after a checkpoint depend: name, words, value. One list writes, compares and
+ * reports all settings. */
 #define KT_CHECKPOINT_SETTINGS(X)                                                                                      \
     X(step, "a step of", simulation->step)                                                                             \
     X(relative, "a relative tolerance of", adaptive ? options->relative_tolerance : 0.0)                               \
@@ -46,7 +46,7 @@ typedef struct kt_checkpoint_settings {
 #undef KT_CHECKPOINT_SETTING
 } kt_checkpoint_settings;
 
-/* The arrays of the simulation that are copied as they are, by name. */
+/* The arrays of the simulation that are copied unchanged, by name. */
 #define KT_CHECKPOINT_INPUTS(X)                                                                                        \
     X(torque, size->user_nv * sizeof(double))                                                                          \
     X(torque_next, size->user_nv * sizeof(double))                                                                     \
@@ -222,7 +222,7 @@ void kt_checkpoint_seal(const kt_simulation *simulation, void *block) {
     memcpy(block, &head, sizeof head);
 }
 
-/* Compares the sums of all parts with those in the head. */
+/* Compares the sums of all parts with the sums in the head. */
 static kt_status check_sums(const char *block, const kt_checkpoint_head *head, const kt_checkpoint_offsets *at,
                             kt_error *error) {
 #define KT_CHECKPOINT_NAME(part, bytes) #part,
@@ -267,8 +267,8 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     kt_checkpoint_seal(simulation, block);
 }
 
-/* `recorded`: records were handed over before the checkpoint. Without them, duration and interval concern later steps
- * and records alone, and may differ. */
+/* `recorded`: records were passed on before the checkpoint. Without earlier records, duration and interval concern only
+ * later steps and records, and may differ. */
 static kt_status check_settings(const kt_checkpoint_settings *its, const kt_checkpoint_settings *own, bool recorded,
                                 kt_error *error) {
 #define KT_CHECKPOINT_SETTING(name, words, value) {words, offsetof(kt_checkpoint_settings, name)},

@@ -1,8 +1,8 @@
 /* The words of a checkpoint, with their ranges (base/block_words.h).
  *
- * A checkpoint comes from outside: its sums detect accidents, but anybody can compute them. Therefore each word that
- * the program takes as an index, a count, a flag or a sign has a range here. Other numbers may have any value, because
- * a step that computes with them ends with an error at worst. */
+ * A checkpoint comes from outside: its sums detect accidents, but anybody can compute valid sums. Therefore each word
+ * that the program uses as an index, a count, a flag or a sign has a range in this file. Other numbers may have any
+ * value, because a step that computes with them ends with an error at worst. */
 #include "base/block_words.h"
 #include "simulation/checkpoint.h"
 
@@ -135,8 +135,7 @@
     X(side, -1.0, 1.0)                                                                                                 \
     X(time, KT_BLOCK_ANY)
 
-/* The parts that are structs: name, type, number, bytes that no member takes, words. One list checks
- * them. */
+/* The parts that are structs: name, type, number, bytes that no member takes, words. One list checks all. */
 #define KT_CHECKPOINT_STRUCTS(X)                                                                                       \
     X(memory, kt_simulation_memory, 1, 9, KT_MEMORY_WORDS)                                                             \
     KT_CHECKPOINT_EVENT_STRUCTS(X)

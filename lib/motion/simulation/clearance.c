@@ -1,13 +1,13 @@
 /* Distances from contacts and stops, and bounds of their speeds.
  *
- * After each step, every contact and every stop is checked: may the step have leapt over it (gap.c)? For nearly all of
- * them the answer is no. Distances and bounds of speeds are therefore computed first, at far less cost than gaps.
+ * After each step, every contact and every stop is checked: may the step have leapt over it (gap.c)? For nearly all
+ * contacts and stops the answer is no. Therefore distances and bounds of speeds are computed first, at far less cost
+ * than gaps.
  *
  * - A stop, and a sphere about the centre of a free body, need a coordinate and its rate.
  *
- * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. The speed of
- * such points
- *   is that of the farthest point.
+ * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. The bound of
+ * their speed is the speed of the farthest point.
  */
 #include "dynamics/dynamics.h"
 #include "evaluate/effect_ends.h"
@@ -16,11 +16,11 @@
 
 #include <math.h>
 
-/* Rare cases are called, not inlined. Inlined, they would make all other cases save registers. */
+/* Rare cases are not inlined, because inlined code would make all other cases save registers. */
 #define KT_BY_ITSELF static __attribute__((noinline))
 
 /* Whether the path reaches the boundary, judged by the sum of both distances. If the effect acts at an end of the step,
- * the boundary lies at twice the depth there (gap.c). */
+ * the boundary lies at twice the depth at that end (gap.c). */
 KT_INLINE bool is_within(const kt_simulation *simulation, double d0, double d1, double path) {
     const double least = d0 < d1 ? d0 : d1;
     if (least >= 0.0)
@@ -35,13 +35,13 @@ bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double
     return is_within(simulation, begin[0], end[0], 2.0 * h * speed);
 }
 
-/* Not inlined, so that its callers need not save registers for it. */
+/* Not inlined, so that callers need not save registers. */
 KT_BY_ITSELF bool is_near(const kt_simulation *simulation, double d0, double d1, double path) {
     return is_within(simulation, d0, d1, path);
 }
 
-/* Stores the distance and speed of effect k. Returns whether a step may have reached it, judged by twice the larger of
- * the speeds at the ends of the step. */
+/* Stores the distance and speed of effect k. Returns whether a step may have reached the boundary, judged by twice the
+ * larger of the speeds at the ends of the step. */
 KT_INLINE bool note(const kt_simulation *simulation, size_t k, double twice_h, double distance, double speed) {
     const double *begin = &simulation->clearance_begin[k];
     double *end = &simulation->clearance_end[k];
@@ -80,9 +80,9 @@ KT_BY_ITSELF bool reaches_some(const kt_simulation *simulation, size_t first, si
     return reached;
 }
 
-/* Measures stops in pairs, as their coordinates follow each other. The sum of both speeds replaces the larger one. The
- * signs of the distances less the path are collected. If one of them is negative, a second pass checks which stops may
- * have been reached. */
+/* Measures stops in pairs, as their coordinates follow each other. The sum of both speeds replaces the larger speed.
+ * The signs of distance minus path are collected. If any sign is negative, a second pass checks which stops may have
+ * been reached. */
 static bool measure_stops(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const size_t count = simulation->size.gap, n = end - first;
     const bool last = n % 2 != 0 && measure_stop(simulation, end - 1, twice_h);

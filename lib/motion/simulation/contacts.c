@@ -16,9 +16,9 @@
  * The speed of a drive may jump. Velocities first jump with all contacts open. The two steps follow, in which contacts
  * that were closed do not bounce (contact/impact.c).
  *
- * Friction of a joint that sticks (kt_effect.stick) is handled alike. While it slips, its rate in the direction of slip
- * is watched. While it sticks, it is a constraint, and the reserve S - |lambda| to its limit S is watched. Dry friction
- * has no impulse. At rest
+ * Friction of a joint that sticks (kt_effect.stick) is handled alike. While the joint slips, events watch its rate in
+ * the direction of slip. While the joint sticks, friction is a constraint, and events watch the reserve S - abs(lambda)
+ * to its limit S. Dry friction has no impulse. At rest
  *
  *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
  *
@@ -78,8 +78,8 @@ static void clear_due_contacts(struct kt_contacts *c) {
         c->item[k].meets = c->item[k].leaves = false;
 }
 
-/* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event may have
- * resolved one: then it has the other side again. */
+/* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event at this instant
+ * may have resolved a contact already, which then has the other side again. */
 static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
@@ -122,7 +122,7 @@ static void open_all(kt_simulation *simulation) {
 /* ---- at an instant ----------------------------------------------------------------------------------------------- */
 
 /* Stores which contacts are closed, and counts changes. Switches and jumps open all contacts first: a contact that is
- * closed again behind them is not counted. */
+ * closed again afterwards is not counted. */
 static void store_changes(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
@@ -141,9 +141,9 @@ static void store_changes(kt_simulation *simulation) {
     }
 }
 
-/* Adds to *lost the energy that closed contacts and sticking friction take without an impulse of an impact: a bounce or
- * slip that comes to rest, or that is held, still has a speed. The projection onto the loops removes it. A change of
- * velocities that is rounding takes none. */
+/* Adds to *lost the energy that closing contacts and sticking friction dissipate without an impact: a bounce or slip
+ * that comes to rest, or is held, still has a speed, which the projection onto the loops removes. A change of
+ * velocities of the size of rounding dissipates nothing. */
 static kt_status add_holds(kt_simulation *simulation, const double *y, double *lost, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     double held = 0.0;
@@ -205,9 +205,9 @@ static void watch_open_of_island(kt_simulation *simulation) {
     }
 }
 
-/* A contact that is left open while it touches, or friction that slips from rest, moves to the free side first, or
- * penetrates (event.c). Closing others may have moved an open contact beyond its boundary, by the tolerance of
- * touching. Such a contact then closes at its present gap, since a bounce may be lower than that. */
+/* An open contact that touches either parts first, or penetrates; friction that slips from rest either slips in its
+ * direction first, or reverses (event.c). Closing others may have moved an open contact beyond its boundary, by the
+ * tolerance of touching. Such a contact then closes at its present gap, since a bounce may be lower than that. */
 static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
@@ -229,8 +229,8 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     return status;
 }
 
-/* Applies impulses, and finds the set that follows. *lost grows by the energy that impulses dissipate; *approach: the
- * speed before them. */
+/* Applies impulses, and finds the next set. *lost grows by the energy that impulses dissipate; *approach: the speed
+ * before the impulses. */
 static kt_status solve_contacts(kt_simulation *simulation, double t, double *lost, double *approach, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *y = kt_integrator_state(simulation->integrator);
@@ -269,8 +269,8 @@ static kt_status strike_open(kt_simulation *simulation, double t, kt_error *erro
     return status;
 }
 
-/* Finds the accelerations between impacts that accumulate: those of the present model. If there are none, since
- * friction wedges a contact, the flights are straight. */
+/* Finds the accelerations between impacts that accumulate: the accelerations of the present model. If friction wedges a
+ * contact, no accelerations exist, and the flights are straight. */
 static void find_flight(kt_simulation *simulation, double t, const double *y) {
     double *a = simulation->contacts->flight;
     kt_error made = {0};
@@ -341,15 +341,15 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     return rests || (status == KT_OK && simulation->model != before);
 }
 
-/* Frees the contact that friction wedged in the last evaluation. If there is none, it frees the slowest contact that
- * slips below its rest velocity. The attempts are, in this order:
+/* Frees the contact that friction wedged in the last evaluation. Without such a contact, treats the slowest contact
+ * that slips below its rest velocity. The attempts are, in this order:
  *
  *     REST       slow slip comes to rest: it may turn faster than the shortest step, in which an implicit method finds
  *                no solution, or friction wedges a contact
  *     RELEASE    the contact is released, if it then parts
  *     then       impulses without a collision stop the slip, up to IMPULSES times
- *     HOLD       its slip is held for a short time; once for each contact. If it slips on although it is held, other
- *                contacts of its body do: then all slow slip is held
+ *     HOLD its slip is held for a short time; once for each contact. If the contact slips on nevertheless, other
+ * contacts of its body slip, too; then all slow slip is held
  *
  * Returns false if no attempt is left. */
 static bool free_wedged(kt_simulation *simulation, int *attempt) {
@@ -384,7 +384,7 @@ static bool free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
-/* Contacts that are held at rest stay so, unless no reactions hold them. */
+/* Contacts that are held at rest remain held, unless no reactions hold them. */
 static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     kt_status status = resolve_once(simulation, error);
     int attempt = 0;

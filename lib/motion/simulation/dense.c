@@ -1,14 +1,15 @@
 /* The state within the last step, from the method's dense output.
  *
  * The dense output uses the acceleration at the end of the step. At a dead point of drives, that acceleration grows
- * without bound or consists of rounding errors, although the state itself is closed. The polynomial can then leave the
- * motion by any distance. Between the ends of a step, the velocities and the distance of both ends limit the motion,
+ * without bound or consists of rounding errors, although the state itself is closed. In this case, the polynomial can
+ * deviate from the motion by any distance. Between the ends of a step, the velocities and the distance of both ends
+ * limit the motion,
  *
  *     |q - q0| <= LEEWAY (|q1 - q0| + h |v0| + h |v1|)
  *     |v - v0| <= LEEWAY (|v1 - v0| + |v0| + |v1| + |q1 - q0| / h)
  *
- * If a dense output violates this limit or cannot be computed, an interpolation of the two states replaces it. This
- * interpolation takes q as a cubic with v at both ends (linear with quaternions), and v and the works as linear.
+ * If a dense output violates this limit or cannot be computed, an interpolation of the two states replaces it. In this
+ * interpolation, q is a cubic with the slopes v at both ends (linear with quaternions); v and the work done are linear.
  * Afterwards, loops are closed and quaternions are scaled to unit norm. Only drives have dead points: a model without
  * drives is not checked.
  */

@@ -13,21 +13,21 @@
  * repetition takes at most half of the remaining values. Beyond this limit, an adaptive step is repeated with the
  * length for which half of these values suffice. A fixed step has fewer, longer panels, and is counted (kt_event_cuts).
  *
- * The step is then undone, and repeated so that it ends at that root. The state at the root has the order of the
+ * Then the step is undone, and repeated so that it ends at the root. The state at the root has the order of the
  * method, not that of the dense output, and the next step begins there. The repeated step has another dense output, on
- * which the root differs by the error of the first one. The root is searched again. Towards the end of a step the two
- * agree better and better, so that one or two repetitions suffice.
+ * which the root differs by the error of the first dense output. The root is searched again. Since both dense outputs
+ * agree better towards the end of a step, one or two repetitions suffice.
  *
- * Repetitions of a step are ever shorter. If one has no root in it and has not reached its event, the root of the
- * longer one was an error of its dense output: friction reversed within it, for example. The event is accepted as it
- * is, and the next step begins at its end, nearer to the event. A longer repetition would have the wrong dense output
- * again. The two would alternate, and other events that happen between them would be missed.
+ * Each repetition is shorter than the last. If a repetition has no root and has not reached its event, the root of the
+ * longer step was an error of its dense output, for example because friction reversed within the step. Then the
+ * repetition is accepted, and the next step begins at its end, nearer to the event. A longer repetition would have the
+ * wrong dense output again, so that both would alternate, and other events between them would be missed.
  *
  * An event has a side: the sign that g had last. A value of zero keeps the previous side, so that a root at the end of
- * a step is not found twice. Hard contacts that are left open while they touch have the side -1: they part, and may
- * close again. If forces have changed before they parted, they penetrate instead, which is an event, too. Roots within
- * kt_event_together of each other are one instant. At an instant, events take effect in the order in which they were
- * added.
+ * a step is not found twice. Open hard contacts that touch have the side -1, because they part, and may close again. If
+ * forces have changed before such a contact parted, the contact penetrates instead, which is an event, too. Roots
+ * within kt_event_together of each other are one instant. At an instant, events take effect in the order in which they
+ * were added.
  */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
@@ -76,9 +76,9 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
     return status;
 }
 
-/* Whether the step ends at event k, at which it was to end: the state has almost reached the event, or is beyond it. If
- * it is far from it, the dense output of the longer try before was wrong, for example because friction reversed within
- * it. Then the time to which the slope at the end leads is noted. */
+/* Whether the step ends at event k as planned: the state has almost reached the event, or is beyond it. If the state is
+ * far from the event, the dense output of the previous, longer try was wrong, for example because friction reversed
+ * within that try. Then the time to which the slope at the end leads is noted. */
 static bool arrives(kt_simulation *simulation, size_t k, const double *times) {
     const double *before = simulation->event_value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
                  *end = times + KT_EVENT_SAMPLES - 1;
@@ -92,8 +92,8 @@ static bool arrives(kt_simulation *simulation, size_t k, const double *times) {
     return false;
 }
 
-/* Finds the roots of all events in a panel, in `root` and `side`. The earliest one so far becomes *first. settles: an
- * awaited end of slip is at the end of the step if the slip is below its rest velocity there. */
+/* Finds the roots of all events in a panel, in `root` and `side`. The earliest root so far becomes *first. settles: an
+ * awaited end of slip is at the end of the step if the slip is below its rest velocity at the end. */
 static kt_status find_roots_in(kt_simulation *simulation, const double *times, bool settles, double *first,
                                kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -126,8 +126,8 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
     return status;
 }
 
-/* The first breakpoint of an event after t, and the index of that event. A breakpoint is searched again only after it
- * is passed: a search costs more than a step. */
+/* The first breakpoint of an event after t, and the index of that event. The next search follows only after this
+ * breakpoint is passed, because a search costs more than a step. */
 static double next_event_breakpoint(kt_simulation *simulation, double t, size_t *of) {
     double next = HUGE_VAL;
     for (size_t k = 0; k < simulation->event_count; k++) {
@@ -303,7 +303,7 @@ static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_s
     return status;
 }
 
-/* The last root that belongs to the same instant as the first one. Roots behind it are not due any longer. */
+/* The last root that belongs to the same instant as the first root. Later roots are not due any longer. */
 static double event_instant_of(kt_simulation *simulation, double first) {
     double last = first;
     for (size_t k = 0; k < simulation->event_count; k++)
@@ -438,7 +438,8 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
 
 /* ---- effects of events ------------------------------------------------------------------------------------------- */
 
-/* Hands over the record of an event: once before its action, and once after it if the action changed the state. */
+/* Passes on the record of an event: once before its action, and again after the action if the action changed the
+ * state. */
 static kt_status hand_over_event(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user,
                                  kt_error *error) {
     const kt_event *event = &simulation->event[k];
@@ -481,7 +482,8 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Applies one event that is due. If a recorder stops the run at an event, it does not get this event's record again. */
+/* Applies one event that is due. A recorder that stops the run at an event does not receive this event's record
+ * again. */
 static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
     kt_event_root *root = &simulation->event_root[k];
     const double t = kt_integrator_time(simulation->integrator);

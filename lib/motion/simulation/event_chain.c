@@ -1,4 +1,5 @@
-/* Chains of events: instants that follow each other without end, or too many of them, and events that come no nearer.
+/* Chains of events: instants that follow each other without end, too many instants, and events whose time a run does
+ * not reach.
  */
 #include "base/where.h"
 #include "simulation/event_root.h"
@@ -21,9 +22,9 @@
  * cost of a step. Each call of kt_simulation_advance begins a new count.
  *
  * If a step is far too long for the motion, its dense output may have roots that no shorter step reaches. At most
- * MISSED successive steps may be cut short for such a root. Each of them is accepted. The step behind it is no longer,
- * since a longer one would show such a root again. If the slope at its beginning leads to the event, it ends next to
- * that time: it takes a little more than the remaining time. */
+ * MISSED successive steps may be cut short for such a root. Each of these steps is accepted. The next step is not
+ * longer, since a longer step would show such a root again. If the slope at its beginning leads to the event, the next
+ * step takes a little more than the remaining time. */
 static const double at_once = 1e-9, soon = 1e-4;
 enum { SHRINKING = 8, IN_A_ROW = 64, INSTANTS = 16, MARGIN = 4, PARTS = 1000, WITHIN = 10000, MISSED = 100 };
 

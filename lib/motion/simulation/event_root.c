@@ -1,8 +1,8 @@
 /* The first root of one event's function g(t, q, v) in a panel of a step.
  *
- * A panel has five samples of g. If two neighbouring samples differ in sign, there is a root between them. If three
- * samples of one sign have the middle one nearest to zero, the vertex of the parabola through them is sampled, too. In
- * this way, two roots between two neighbours are found if the parabola shows them.
+ * A panel has five samples of g. If two neighbouring samples differ in sign, a root lies between them. If, among three
+ * samples of one sign, the middle sample is nearest to zero, the vertex of their parabola is sampled, too. Thus two
+ * roots between neighbouring samples are found if the parabola shows both.
  *
  * The first root in the event's direction is enclosed with ITP, to four units of rounding of the time. Source:
  * Oliveira, Takahashi 2021, "An enhancement of the bisection method average performance preserving minmax optimality".
@@ -93,7 +93,7 @@ static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, s
 }
 
 /* The gap of two spheres has a kink where they pass each other. With b = 2 (R + r), g (g + b) = |d|^2 - (R + r)^2 has
- * none, and the sign of g. The product is a parabola if the spheres move uniformly. */
+ * no kink, but the sign of g. The product is a parabola if the spheres move uniformly. */
 static double kink_of(const kt_simulation *simulation, size_t k) {
     if (k < simulation->contact_count && simulation->contact_calls->kink != NULL)
         return simulation->contact_calls->kink(simulation, k);
@@ -152,9 +152,9 @@ static int insert_sample(sample *samples, int count, sample new) {
 }
 
 /* Clears values of rounding at the beginning of a panel. A step that ended at the root may have left such a value on
- * the side from which it came. With its present rate, g reaches the other side within the same instant. Up to there,
- * values that are no farther from zero are rounding too, and count as on the other side. For contacts, such values are
- * penetration instead. Returns the size of the rounding. */
+ * the side before the event. With its present rate, g reaches the other side within the same instant. Until then,
+ * values that are not farther from zero are rounding, too, and count as on the other side. For contacts, such values
+ * are penetration instead. Returns the size of the rounding. */
 static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sample *base) {
     const int from = simulation->event_search[k].side;
     const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * kt_event_together(base[0].t);
@@ -173,7 +173,7 @@ static bool has_values_left(const kt_simulation *simulation, size_t k) {
     return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
 }
 
-/* Lists the samples of event k along a panel, with those that parabolas add. */
+/* Lists the samples of event k along a panel, with the samples that parabolas add. */
 static kt_status place_samples(kt_simulation *simulation, size_t k, const double *times, sample *samples, int *count,
                                kt_error *error) {
     sample base[KT_EVENT_SAMPLES];
@@ -232,8 +232,8 @@ static kt_status enclose_root(kt_simulation *simulation, size_t k, double thresh
     return KT_OK;
 }
 
-/* Whether forces that jump at the beginning of the step have made the reaction of contact k negative there, beyond
- * rounding. */
+/* Whether forces that jump at the beginning of the step have made the reaction of contact k negative at this time,
+ * beyond rounding. */
 static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const double *times) {
     const kt_event_search *search = &simulation->event_search[k];
     return kt_simulation_has_jumped(simulation) && k < kt_simulation_contact_events(simulation) && search->side > 0 &&

@@ -1,5 +1,4 @@
-/* Events between steps: which ones there are, which ones are armed, how often they happened, and which one ended the
- * motion. */
+/* Events between steps: their list, which are armed, how often each happened, and which ended the motion. */
 #include "base/where.h"
 #include "simulation/simulation.h"
 

@@ -1,10 +1,10 @@
 /* Error messages of a step, or a record, that failed: the time, the cause and the remedy.
  *
- * If loops change with time, there may be a time after which no position closes them. Motions contradict each other, or
+ * If loops change with time, no position may close them after some time. Motions contradict each other, or
  * a length exceeds the length of the bars between its ends. The error of the step itself then reveals little: rates
  * that grow without bound, steps that shrink to nothing, a state far away. The loops are therefore closed once more at
  * a later time, starting from the last closed position. The delay is a fixed step, or the interval between records. If
- * the loops cannot be closed there either, the message names them and their remaining gaps.
+ * the loops cannot be closed at this later time either, the message names them and their remaining gaps.
  *
  * Rates that drives and loops prescribe (a wheel that rolls) may end, although positions do not. Let s(t) be the size
  * of the smallest direction of the equations A v = b. Then s v stays as b requires, and s falls by v, so that
@@ -126,8 +126,8 @@ static bool may_have_leapt(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->memory.crossings.near > 0;
 }
 
-/* Advice for a fixed step. A bend that was leapt over lets velocities grow until they overflow, much later and far from
- * the bend. The advice therefore mentions every bend. advice: room for ADVICE. */
+/* Advice for a fixed step. If a step leaps over a bend, velocities grow until they overflow, much later and far from
+ * the bend. Therefore the advice mentions every bend. advice: room for ADVICE. */
 enum { ADVICE = 240 };
 static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
     const kt_crossings *seen = &simulation->memory.crossings;

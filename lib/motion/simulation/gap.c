@@ -12,20 +12,21 @@
  * If neither holds, the interval is halved. The cubic through d and d' at its ends lies above the least of its
  * Bernstein coefficients d0, d0 + h d0' / 3, d1 - h d1' / 3, d1. The error of the cubic is about the difference from d
  * and d' of the dense output in the middle. If the least coefficient of a half exceeds twice that error, the half needs
- * no evaluation. Otherwise it is halved again. While the bodies turn by more than a radian, every half is halved again.
+ * no evaluation. Otherwise the half is halved again. While the bodies turn by more than a radian, every half is halved
+ * again.
  *
- * If stages of the method meet the effect, the error of its dense output (dop853) can be metres. From sample to sample,
- * w is therefore at least |d1 - d0| / h. If the effect acts at an end of the step, the boundary lies at twice the depth
- * there. The stages next to that end have seen this depth. The depth of rounding does not count. For some effects d is
- * a coordinate: for a stop, and for the centre of a free body above a plane on the ground. Rotations do not move that
- * centre. Then u is d' and r is 0.
+ * If stages of the method meet the effect, the error of its dense output (dop853) can be metres. Therefore, from sample
+ * to sample, w is at least |d1 - d0| / h. If the effect acts at an end of the step, the boundary lies at twice the
+ * depth at that end. The stages next to that end have seen this depth. The depth of rounding does not count. For some
+ * effects d is a coordinate: for a stop, and for the centre of a free body above a plane on the ground. Rotations do
+ * not move that centre. Then u is d' and r is 0.
  *
- * Nearly all steps are far from nearly all boundaries. Distances and bounds of the speeds are therefore computed first
- * (clearance.c). The conditions above apply only to effects that violate the following one. Records are checked only if
- * an effect violates it.
+ * Nearly all steps are far from nearly all boundaries. Therefore distances and bounds of the speeds are computed first
+ * (clearance.c). The conditions above are tested only for effects that violate the following condition. Records are
+ * checked only if an effect violates this condition.
  *     min(d0, d1) >= 2 w h
  *
- * A step that went deeper in between is undone and repeated up to the time that was found. The last stage of the
+ * A step that went deeper in between is undone, and repeated up to the crossing. The last stage of the
  * repeated step sees the effect, and the error control does the rest.
  */
 #include "base/where.h"
@@ -35,8 +36,8 @@
 #include <float.h>
 #include <math.h>
 
-/* The most halvings of a step, and evaluations within it for one effect. If a path stays at a boundary for long, no
- * number of halvings decides. The remaining uncertainty is a contact of 1 / 4096 of the step. */
+/* The most halvings of a step, and the most evaluations within a step for one effect. If a path remains at a boundary
+ * for long, no number of halvings decides. The remaining uncertainty is a contact of 1 / 4096 of the step. */
 enum { HALVINGS = 12, EVALUATIONS = 64 };
 
 /* Depths below these parts of the path w h do not count: rounding in a step, the error of the state in a record. */
@@ -50,7 +51,8 @@ typedef struct sample {
     kt_vec3 u;
 } sample;
 
-/* The larger depth of an effect at the ends of the step, from its distances there; 0 if it acts at neither end. */
+/* The larger depth of an effect at the ends of the step, from its distances at the ends; 0 if the effect acts at
+ * neither end. */
 static double deepest(double begin, double end) { return kt_larger(0.0, -smaller_double(begin, end)); }
 
 /* The depth that counts as an unseen action, from the depth that the step has seen and a negligible depth. */
@@ -138,9 +140,9 @@ static bool goes_deeper(search *s, sample a, sample b, const kt_gap *middle, int
 
 /* ---- methods that do not see the end of a step ------------------------------------------------------------------- */
 
-/* If a method has no stage at the end of a step (rkc4), no step sees forces that begin or end behind the last stage.
- * The next step begins with them. A step of such a method ends at the boundary that it crosses, to within this part of
- * the path w h. */
+/* If a method has no stage at the end of a step (rkc4), the step misses forces that begin or end after the last stage,
+ * and the next step begins with these forces. Therefore a step of such a method ends at the boundary that it crosses,
+ * to within this part of the path w h. */
 static const double crossing_part = 1e-6;
 
 bool kt_simulation_has_end_stage(const kt_method *method) {

@@ -1,4 +1,4 @@
-/* Jumps of the state: the energies before and after, their share in the works, and the commit (simulation.h). */
+/* Jumps of the state: the energies before and after, their share in the work done, and the commit (simulation.h). */
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -37,7 +37,8 @@ void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost,
     work[1] += driven ? gain + lost : gain < 0.0 ? 0.0 : gain;
 }
 
-/* Forgets values of gaps and events, and works along the last step: they are those before the jump. */
+/* Discards values of gaps and events, and the work done along the last step, because all belong to the state before the
+ * jump. */
 static void forget_motion(kt_simulation *simulation) {
     simulation->gap_time = simulation->event_time = (double)NAN;
     simulation->memory.refined = false;
@@ -71,7 +72,7 @@ static kt_status strike_with_contacts(kt_simulation *simulation, const kt_contac
 }
 
 /* Moves y of the simulation, the present state, to the velocities of drives just after this time, at which they jump.
- * The drives supply the change of the energy. The change of velocities is no error of a step. */
+ * The drives supply the change of the energy. The change of velocities does not count as an error of a step. */
 static kt_status strike_drives(kt_simulation *simulation, kt_error *error) {
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
     if (calls != NULL && calls->strike != NULL)

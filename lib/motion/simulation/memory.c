@@ -24,7 +24,7 @@ typedef struct kt_simulation_request {
     unsigned record;
 } kt_simulation_request;
 
-/* Whether the accelerations are those of the model, by the engine or by the caller. */
+/* Whether the accelerations are those of the model, computed by the library or by the caller. */
 static bool has_model_equations(const kt_simulation_request *settings) {
     return settings->options.acceleration == NULL || settings->options.equals_model;
 }
@@ -58,7 +58,7 @@ static kt_status check_simulation_options(const kt_simulation_options *options, 
     return kt_record_check(options->record, error);
 }
 
-/* Rejects what time stepping over contacts has not. */
+/* Rejects options that time stepping over contacts does not support. */
 static kt_status check_time_stepping_options(const kt_model *model, const kt_simulation_request *settings,
                                              kt_error *error) {
     const kt_simulation_options *options = &settings->options;
@@ -93,7 +93,7 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
                               "that sticks, and there are none; leave it out");
 }
 
-/* Rejects markers that the model does not have, and a second one of the same names. */
+/* Rejects markers that the model does not have, and repeated pairs of names. */
 static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_error *error) {
     for (int i = 0; i < run->marker_count; i++) {
         const kt_marker_pair *pair = &run->markers[i];
@@ -159,8 +159,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     return KT_OK;
 }
 
-/* The solver of Newton's equations: that of the simulation. NULL if the equations are the caller's, nothing moves,
- * coordinates follow from the balance of forces, or the library was built without. */
+/* The solver of Newton's equations: the solver of the simulation. NULL if the caller supplies the equations, if nothing
+ * moves, if coordinates follow from the balance of forces, or if the library was built without this solver. */
 static const kt_newton *newton_of(const kt_simulation_request *settings) {
     const bool own =
         has_model_equations(settings) && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;

@@ -1,33 +1,33 @@
 /* Time stepping over impacts: Moreau's midpoint rule with impulses (theta = 1/2), as an alternative to events.
  *
- * A step of length h takes (q, v) to (q+, v+). Contacts have the gaps g(q) >= 0 and rates u = J v - b'. M^-1 is that of
+ * A step of length h takes (q, v) to (q+, v+). Contacts have the gaps g(q) >= 0 and rates u = J v - b'. M^-1 belongs to
  * the mechanism with its other loops.
  *
- *     qm = q (+) h v / 2                   the middle; other loops are closed there
- *     v+ = v + h a(qm, vm) + M^-1 J' p     a without contacts; J, b' and M at qm
+ *     qm = q (+) h v / 2 the middle, at which other loops are closed v+ = v + h a(qm, vm) + M^-1 J' p a without
+ * contacts; J, b' and M at qm
  *     q+ = qm (+) h v+ / 2                 then loops are closed, positions and velocities
  *
- * In the first of two passes vm is v, in the second one (v + v+) / 2. Both solve for the impulses p. These obey
+ * In the first of two passes vm is v, in the second pass (v + v+) / 2. Both solve for the impulses p. These obey
  * Newton's rule and Coulomb's law at the velocities of the end. With the rates u- at the beginning, and uf at the end
  * without impulses
  *
  *     0 <= p_n  complementary to  u_n+ - r >= 0,    |p_t| <= mu p_n,    |u_t+| p_t = -mu p_n u_t+
- *     r = -e u_n-                              if it bounces, |u_n-| > max(rest velocity, u_n- - uf_n)
+ *     r = -e u_n-                              if the contact bounces, |u_n-| > max(rest velocity, u_n- - uf_n)
  *     r = -g(qm) / h, at most max(c, min(d / h, u_n- - uf_n))  otherwise
  *     c = max(-u_n-, 0), and at most 2 h b'' for a closed contact
  *
- * A bounce that is shorter than about a step does not exist: the second speed is that of free fall during h. The bound
- * -g / h lets a contact close without penetration, since the middles of two steps are h v+ apart. For the same reason,
- * contacts with g(qm) + h u_n+ < 0 take part. A closed contact with a curved gap has u_n+ = -u_n- = h b'' / 2, as in
- * the method SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (cone/cone.h). Without a solution of
- * the cone solver, its best impulses are taken and counted.
+ * A bounce that is shorter than about a step does not exist: the second speed is the speed of free fall during h. The
+ * bound -g / h lets a contact close without penetration, since the middles of two steps are h v+ apart. For the same
+ * reason, contacts with g(qm) + h u_n+ < 0 take part. A closed contact with a curved gap has u_n+ = -u_n- = h b'' / 2,
+ * as in the method SHAKE, and dissipates nothing. Dry friction of joints is |p| <= h S (cone/cone.h). Without a
+ * solution of the cone solver, its best impulses are used, and the step is counted.
  *
  * Depths that the bound does not remove are those of the start, of the cone solver's residual, or of bounces that
  * others prevent. The middle is moved out of these contacts, by the least displacement in the mass metric:
  *
  *     qm <- qm (+) M^-1 J' m,    0 <= m  complementary to  g(qm) + h max(r, 0) + J M^-1 J' m >= 0
  *
- * Gaps and bounds are those behind this displacement. If bounces are reduced, a second displacement ends the step.
+ * Gaps and bounds are evaluated after this displacement. If bounces are reduced, a second displacement ends the step.
  *
  * Redundant contacts. Four corners of a rigid face share a load in many ways, and friction of corners that differ
  * depends on the shares. Let p be redundant impulses, J'p = 0. Newton's method with the damping delta
@@ -41,10 +41,11 @@
  * part, r > 0, may have no solution: a sphere between two walls cannot leave both. Others, r < 0, have solutions in
  * which contacts slip or open by rounding. So a closed contact does not return the speed of its approach, unless its
  * gap is curved. A gap counts as zero while both bodies are at rest, if the residual of the cone solver explains the
- * gap. All contacts then stick with r = 0, and the impulses of the last step solve the next one.
+ * gap. Then all contacts stick with r = 0, and the impulses of the last step solve the next step.
  *
- * The impulses of a step dissipate -p . (u- + u+) / 2. If restitution makes this negative, it is halved, as for events
- * (contact/impact.c); the rest is counted. A displacement lifts weights: its energy is of the order of the depth.
+ * The impulses of a step dissipate -p . (u- + u+) / 2. If restitution makes this negative, the restitution is halved,
+ * as for events (contact/impact.c); steps that still gain energy are counted. A displacement lifts weights: its energy
+ * is of the order of the depth.
  *
  * Sources: J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; M. Jean, The non-smooth
  * contact dynamics method, 1999; D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme, 1996 (the bound).
@@ -150,14 +151,14 @@ static kt_status move_freely(kt_simulation *simulation, double t, double h, cons
     return status;
 }
 
-/* Auxiliary states from those of y, over a part of the step. */
+/* Advances the auxiliary states from their values in y, over a part of the step. */
 static void move_states(const kt_simulation *simulation, double h, const double *y) {
     const size_t x = simulation->size.nq + simulation->size.nv;
     for (size_t i = 0; i < simulation->size.x; i++)
         simulation->moreau->y[x + i] = y[x + i] + h * simulation->moreau->rate[i];
 }
 
-/* The impulses, from the velocities without them in m->y. */
+/* Adds the impulses to the velocities without impulses in m->y. */
 static kt_status add_impulses(kt_simulation *simulation, double h, const double *v, bool again, kt_error *error) {
     bool any = false;
     kt_moreau_take_free(simulation, h);
@@ -173,7 +174,7 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
     return status;
 }
 
-/* One pass: velocities without impulses, and with them. */
+/* One pass: velocities without, and then with impulses. */
 static kt_status take_pass(kt_simulation *simulation, double t, double h, const double *y, bool again, kt_power *power,
                            kt_error *error) {
     kt_moreau *m = simulation->moreau;
@@ -228,8 +229,8 @@ static kt_status find_impulsive_work(kt_simulation *simulation, double h, const 
     return status;
 }
 
-/* Adds the works of the step to those of the state. Impulses p of contacts and of dry friction change the velocities by
- * dv. Driven loops then have impulses, too, with the work
+/* Adds the work done in the step to the work in the state. Impulses p of contacts and of dry friction change the
+ * velocities by dv. Driven loops then have impulses, too, with the work
  *
  *     vm . A'l = vm . (M dv - J'p),    -vm . J'p = dissipated energy - p . b'
  */
@@ -341,7 +342,8 @@ const struct kt_leap kt_moreau_leap = {leap, accept_moreau, retreat_moreau};
 
 /* ---- operations on contacts -------------------------------------------------------------------------------------- */
 
-/* The model without contacts. Dry friction of joints does not act in it: it is released (compile/variants.c). */
+/* The model without contacts. In this model, dry friction of joints does not act, because it is released
+ * (compile/variants.c). */
 static void take_open_model(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) | simulation->contact_friction;
     if (set != simulation->model->set)

@@ -9,7 +9,8 @@
 
 #include <math.h>
 
-/* Rates up to this part of their change in a step are residuals of the cone solver: ten times that at which it ends. */
+/* Rates up to this part of their change in a step count as residuals of the cone solver: ten times the residual at
+ * which it ends. */
 static const double settled = 1e-6;
 
 double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
@@ -46,7 +47,7 @@ static void clear_items(kt_simulation *simulation) {
     }
 }
 
-/* Appends item i to those of its island. */
+/* Appends item i to the list of its island. */
 static void append_item(kt_simulation *simulation, int i) {
     kt_moreau *m = simulation->moreau;
     kt_moreau_island *island = &m->island[simulation->contacts->item[m->item[i]].island];
@@ -65,7 +66,7 @@ static int list_item(kt_simulation *simulation, int k) {
     return i;
 }
 
-/* Takes the items from `from` on out of the lists. Those that are not held may be added again. */
+/* Removes the items from `from` on from the lists. Items that are not held may be added again. */
 static void drop_items(kt_simulation *simulation, int from) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -112,7 +113,7 @@ static double following_rate_of(const kt_simulation *simulation, int k, double h
     return fmax(simulation->contact_state[k].closed != 0 ? fmin(-begin, 2.0 * turn) : -begin, 0.0);
 }
 
-/* The law of a contact: whether it bounces, and the least rate at the end otherwise. */
+/* The law of a contact: whether the contact bounces, and otherwise the least rate at the end. */
 static void set_law(const kt_simulation *simulation, int i, double h) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -125,7 +126,7 @@ static void set_law(const kt_simulation *simulation, int i, double h) {
     m->bound[i] = fmin(-c->gap[k] / h, fmax(following_rate_of(simulation, k, h, begin), rounding));
 }
 
-/* The dry force of a joint that slips at the rate v: that of its effect, without the viscous part. */
+/* The dry force of a joint that slips at the rate v: the force of its effect, without the viscous part. */
 static double dry_force_of(const kt_simulation *simulation, const kt_contact *item, double v) {
     kt_effect_record effect = *kt_effect_record_find(simulation->model, item->effect);
     effect.idle = false;
@@ -176,7 +177,7 @@ static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Whether new rows of all islands are as many behind equally many known ones, or the only ones. */
+/* Whether all islands have equally many known rows, and equally many new rows after these. */
 static bool columns_are_free(const struct kt_contacts *c, int known) {
     bool are = true;
     for (int i = 0; are && i < c->islands; i++) {
@@ -267,8 +268,8 @@ static bool is_closing(const kt_simulation *simulation, int k, double h) {
     return c->gap[k] + h * kt_contacts_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
 }
 
-/* Whether a contact was closed in the last step and does not bounce. Such a contact most probably takes part, and does
- * not disturb if it opens: its impulse is then zero. */
+/* Whether a contact was closed in the last step and does not bounce. Such a contact most probably takes part, and has
+ * no influence if it opens, because its impulse is then zero. */
 static bool was_closed(const kt_simulation *simulation, int k, const double *v) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
@@ -276,7 +277,7 @@ static bool was_closed(const kt_simulation *simulation, int k, const double *v) 
            (!(loop->restitution > 0.0) || -kt_contacts_rate(c, k, 0, v) <= loop->rest_velocity);
 }
 
-/* Adds contacts that take part; begins: with those of the last step. */
+/* Adds contacts that take part; begins: including the contacts of the last step. */
 static bool list_closing(kt_simulation *simulation, double h, const double *v, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     bool any = false;
@@ -364,9 +365,9 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 
-/* Spares contacts from item `from` on that have no lever: other loops hold their gaps (kt_contacts_spare_held). Their
- * rates in the middle are not zero, since v belongs to the beginning. If loops move, they may close a gap.
- * *any: whether any contact is spared. */
+/* Excludes contacts, from item `from` on, whose gaps other loops hold, so that impulses have no lever
+ * (kt_contacts_spare_held). Their rates in the middle are not zero, since v belongs to the beginning. If loops move,
+ * they may close a gap. *any: whether any contact is spared. */
 static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;

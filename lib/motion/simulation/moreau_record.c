@@ -80,7 +80,7 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
     return KT_OK;
 }
 
-/* Moves multipliers of the model's own loops to the rows that they have with all contacts. */
+/* Moves multipliers of the model's own loops to the rows of these loops in the model with all contacts. */
 static void arrange_multipliers(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;

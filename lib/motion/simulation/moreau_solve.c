@@ -9,8 +9,9 @@
 
 /* The cone solver ends at this residual. */
 static const double enough = 1e-7;
-/* Impulses above this multiple of those that stop the free motion do not enlarge this residual. A sphere between two
- * walls can be wedged with any force: with enough of it, all other rates would be rounding. */
+/* Impulses above this multiple of the impulses that stop the free motion do not enlarge this residual. Otherwise a
+ * sphere wedged between two walls, with any internal force, could enlarge the residual until all other rates count as
+ * rounding. */
 static const double gain = 100.0;
 enum { HALVINGS = 10 };
 
@@ -40,7 +41,7 @@ static void clear_island(const struct kt_contacts *c, double *v) {
         v[coordinate[j]] = 0.0;
 }
 
-/* Rates of the chosen items due to impulses, from those of the mechanism. */
+/* Rates of the chosen items due to impulses, from the rates of the mechanism. */
 static void step_rates(const void *user, const double *p, double *rate) {
     const kt_simulation *simulation = user;
     const struct kt_contacts *c = simulation->contacts;
@@ -200,7 +201,7 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
 static const double removed = 1e-3;
 
 /* Chooses the contacts of an island, and sets the gaps that their bounds leave. Before the impulses are known
- * (`begins`), a displacement may close gaps. Returns the number of contacts; 0 if none of them stays deep. */
+ * (`begins`), a displacement may close gaps. Returns the number of contacts; 0 if no contact remains deep. */
 static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;

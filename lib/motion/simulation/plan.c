@@ -33,7 +33,7 @@ static const char *effect_type_name(int type) {
     return type == KT_EFFECT_CUSTOM ? "effect of the caller's" : names[type];
 }
 
-/* Adds the batches of effects with ends (`ends`), or those on joints (not `ends`); returns their number. */
+/* Adds the batches of effects with ends (`ends`), or of effects on joints (not `ends`); returns their number. */
 static int add_batches(list *l, const kt_model *model, bool ends) {
     int count = 0;
     for (size_t i = 0; i < model->n.batch; i++) {

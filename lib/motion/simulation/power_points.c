@@ -1,4 +1,4 @@
-/* The points of the cubic through the last powers (work_watch.c): each one adds the work of a step. */
+/* The points of the cubic through the last powers (work_watch.c): each point adds the work of a step. */
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/motion.h"

@@ -60,15 +60,15 @@ static kt_status move_kinematics(kt_simulation *simulation, double t, const doub
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
-/* The time of the forces of a record. With time stepping, it is the middle of the last step, where the forces of
- * contacts balance them. */
+/* The time of the forces of a record. With time stepping, it is the middle of the last step, at which contact forces
+ * balance the other forces. */
 static double time_of_forces(const kt_simulation *simulation, double t) {
     return kt_simulation_is_stepped(simulation) ? 0.5 * (kt_integrator_previous_time(simulation->integrator) +
                                                          kt_integrator_time(simulation->integrator))
                                                 : t;
 }
 
-/* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends there. */
+/* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends at the jump. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     double t = time_of_forces(simulation, record->time);
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
@@ -406,7 +406,7 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     return KT_OK;
 }
 
-/* Computes them without the integrator, if the last step is still needed. */
+/* Computes the accelerations without the integrator, if the last step is still needed. */
 static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *from) {
     const double t = kt_integrator_time(simulation->integrator);
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;

@@ -1,11 +1,11 @@
-/* The times of records: how many there are, when, and which are still to come. */
+/* The times of records: their number, their times, and which are still to come. */
 #include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
 
-/* The number of intervals, the last one perhaps shorter. Duration and interval carry half an ulp each and the quotient
- * another half: within 2 eps of a whole number (relative), they are meant to divide. */
+/* The number of intervals, of which the last may be shorter. Duration, interval and quotient each have an error of up
+ * to half an ulp. Therefore a quotient within 2 eps of a whole number (relative) counts as whole. */
 double kt_record_intervals(double duration, double interval) {
     if (!(duration > 0.0))
         return 0.0;

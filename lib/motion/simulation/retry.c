@@ -1,17 +1,17 @@
 /* Steps on hard contacts that fail, or that gain energy.
  *
  * Slip of a contact may end, or turn, within a step. Before the search for events has shortened the step, stages lie
- * behind that time. The friction of these stages has a direction in which it may wedge the contact, so that no
- * acceleration exists (evaluate/slip.c). For the same reason an implicit method may find no solution of its equations.
- * The step is therefore repeated with a quarter of its length, and again, until it passes. Adaptive methods shorten
- * their steps themselves, except where a value of an event cannot be computed.
+ * after that time. The friction at these stages has a direction in which the contact may wedge, so that no acceleration
+ * exists (evaluate/slip.c). For the same reason an implicit method may find no solution of its equations. Therefore the
+ * step is repeated with a quarter of its length, as often as necessary. Adaptive methods shorten their steps
+ * themselves, except where a value of an event cannot be computed.
  *
  * The dense output of such a step may also show an event that no shorter step reaches. Fixed steps behind an event that
  * was missed, or behind a failed try, grow slowly, also across impacts: the next full step would fail likewise.
  *
  * Friction of a contact that slips may turn fast, or have no bound (Painleve's paradox). A fixed step that does not
  * resolve it may end with more energy than it began with, although nothing supplies any. Such a step is repeated in the
- * same way, down to `finest` of its length. Between the two, its errors are larger than the work of friction.
+ * same way, down to `finest` of its length. Between both lengths, errors are larger than the work of friction.
  *
  * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step, or slow
  * slip turns within that step. Slow slip then comes to rest, or the contact is freed (simulation/contacts.c). */
@@ -28,7 +28,7 @@ enum { MOST = 10000 };
 /* The shortest step, which is as long as an instant of events, s. */
 static double shortest_step_at(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
 
-/* Each try of a step that failed is shorter by this factor. Each step behind it is at most longer by this factor. */
+/* Each try of a step that failed is shorter by this factor. Each later step is longer by at most this factor. */
 static const double growth = 4.0;
 
 /* Steps below this part of a fixed step are not repeated for their energy. */

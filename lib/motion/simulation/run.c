@@ -34,7 +34,7 @@ static kt_status check_run_step(const kt_run *run, kt_error *error) {
     return check_length(run, "step", run->step, error);
 }
 
-/* The bound applies to steps that a method chooses, not to fixed ones. */
+/* The bound applies to steps that a method chooses, not to fixed steps. */
 static kt_status check_max_step(const kt_run *run, kt_error *error) {
     if (!kt_is_not_negative(run->max_step))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "max_step", "%g s: must be above zero, or zero for no limit",

@@ -260,9 +260,9 @@ static kt_state_derivatives state_derivatives_of(const kt_simulation *s) {
     return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
 }
 
-/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that only solve linear systems take them,
- * however uncertain they are next to a singular position. Matrices of earlier steps belong to the path before its bend,
- * and are wrong. */
+/* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that only solve linear systems use these
+ * matrices even near a singular position, however uncertain they are, because matrices of earlier steps belong to the
+ * path before its bend, and are wrong. */
 static kt_status differentiate_all_directions(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
     const kt_state_derivatives states = state_derivatives_of(s);
@@ -282,7 +282,7 @@ static kt_status differentiate_all_directions(kt_simulation *s, const kt_dynamic
 }
 
 /* Rejects matrices next to a singular position, where the path bends within a step. Newton's iterations stall with
- * matrices of the bend, however exact they are. With earlier matrices and a shorter step, they converge. */
+ * matrices of the bend, however exact they are. With earlier matrices and a shorter step, the iterations converge. */
 static kt_status reject_near(kt_simulation *s, double t, const double *q, const double *v, kt_error *error) {
     kt_violation violation;
     if (s->groups == 0)
@@ -293,7 +293,8 @@ static kt_status reject_near(kt_simulation *s, double t, const double *q, const 
     return kt_loops_reject_near(s->model, s->data, error);
 }
 
-/* Computes M, C, K and the matrices of auxiliary states, if any velocity is free or there are states. */
+/* Computes M, C, K and the matrices of auxiliary states, if any velocity is free, or if the model has auxiliary
+ * states. */
 static kt_status differentiate_motion(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
     kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_status status = KT_OK;

@@ -145,7 +145,7 @@ static kt_status try_watched_step(kt_simulation *simulation, double t_limit, kt_
     return status;
 }
 
-/* A step on hard contacts that fails may have a shorter one, or one behind an impulse. */
+/* If a step on hard contacts fails, a shorter step, or a step after an impulse, may succeed. */
 static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_retry retry = {.t_limit = t_limit};
     const bool retries = simulation->contacts != NULL && simulation->contact_calls->retry != NULL;
@@ -268,7 +268,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
     return kt_simulation_work_of(simulation, kt_integrator_state(simulation->integrator));
 }
 
-/* Resets events: none has happened, and their sides are those of the new state. */
+/* Resets events: none has happened, and the new state determines their sides. */
 static void forget_events(kt_simulation *simulation) {
     kt_simulation_memory *m = &simulation->memory;
     for (size_t k = 0; k < simulation->event_count; k++)
@@ -280,7 +280,7 @@ static void forget_events(kt_simulation *simulation) {
     m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
 }
 
-/* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator there. */
+/* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator to this state. */
 static kt_status start_closed_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
     bool changed;
     kt_status status;
@@ -414,7 +414,8 @@ typedef struct instant_change {
     int count;
 } instant_change;
 
-/* Undoes the first `count` parameters, the last one first, since each was valid with those before it. */
+/* Undoes the first `count` parameters, the last parameter first, since each parameter was valid together with earlier
+ * ones. */
 static void undo_parameters(kt_model *model, kt_parameter_change *changes, int count) {
     for (int i = count - 1; i >= 0; i--) {
         double values[KT_PARAMETER_MAX];

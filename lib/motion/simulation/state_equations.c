@@ -41,7 +41,7 @@ static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt
                         .external = at->external};
 }
 
-/* Returns the result of the caller's callback, with its message or, if it wrote none, a standard one. */
+/* Returns the result of the caller's callback, with its message or, if the callback wrote none, a standard message. */
 static int report_callback(int result, const char *what, kt_error *made, kt_error *error) {
     if (made->code == KT_OK)
         (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "the caller's %s returned %d", what, result);
@@ -50,8 +50,8 @@ static int report_callback(int result, const char *what, kt_error *made, kt_erro
     return result;
 }
 
-/* Writes v' to `a`, and points *rate at the velocities that give q': those of the state, or the caller's. The state is
- * a part of y. power: NULL without a balance. */
+/* Writes v' to `a`, and points *rate at the velocities that give q': the velocities of the state, or the caller's. The
+ * state is a part of y. power: NULL without a balance. */
 static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *given, const double **rate, double *a,
                             kt_power *power, kt_error *error) {
     const kt_model *model = simulation->model;
@@ -130,13 +130,14 @@ static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynam
     return KT_OK;
 }
 
-/* Classifies an error at t for the integrator: a smaller step may avoid it unless it is at the present state. */
+/* Classifies an error at t for the integrator: a smaller step may avoid the error, unless it occurs at the present
+ * state. */
 static int fail_slope(kt_simulation *simulation, double t, bool is_recoverable) {
     simulation->ahead = t != kt_integrator_time(simulation->integrator);
     return is_recoverable && simulation->ahead ? 1 : -1;
 }
 
-/* Computes the slope at (t, y). Next to a breakpoint, forces and drives are those of a time that differs from t by
+/* Computes the slope at (t, y). Near a breakpoint, forces and drives are evaluated at a time that differs from t by
  * rounding. */
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
@@ -261,7 +262,7 @@ static int project_state(double t, double *y, bool *changed, void *user) {
 }
 
 /* Errors of accelerations next to a singular position. These accelerations are uncertain by passage.acceleration. If
- * both ways to compute them may be right, they jump from one to the other by passage.jump. A step of a tenth of the
+ * both ways of computation may be right, accelerations jump by passage.jump between the two. A step of a tenth of the
  * time to the position resolves the path. A method of fourth order resolves it to 1e-5 of the distance. Errors of the
  * stages have either sign and add up to some of these values.
  *
@@ -275,7 +276,7 @@ static double acceleration_noise_within(double h, void *user) {
     return h <= (uncertain ? 0.1 : 1e-3) * passage->time ? off * h : 0.0;
 }
 
-/* Records and works evaluate accelerations, too. No step may be judged by those evaluations. */
+/* Records and the work done need accelerations, too. These evaluations must not affect the acceptance of a step. */
 static void begin_passage(void *user) {
     const kt_simulation *simulation = user;
     simulation->data->passage = (kt_passage){.time = 0.0};

@@ -1,6 +1,6 @@
 /* Loops and effects that are switched on and off while a simulation runs.
  *
- * The simulation changes to another variant of the model (model/switching.h). All arrays have room for each of them.
+ * The simulation changes to another variant of the model (model/switching.h). All arrays have room for each variant.
  * Loops that are switched on exert an impulse: velocities are projected in the mass metric,
  *
  *     v+ = v + M^-1 A' lambda,   A v+ = b'
@@ -74,7 +74,7 @@ kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, co
     return status;
 }
 
-/* Writes the state and the works after the switch to y. */
+/* Writes the state and the work done after the switch to y. */
 static kt_status close_switched_state(kt_simulation *simulation, const kt_simulation_energy *before,
                                       kt_simulation_energy *after, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);

@@ -1,8 +1,9 @@
 /* Restores the simulation after a change of the state that fails, although hard contacts have been opened or committed.
  *
- * Before a change, the simulation and those of its arrays that a change writes are copied byte by byte. On failure they
- * are copied back. All pointers among them point into the memory of the simulation, which does not move. Data are
- * scratch: they are adapted to the previous model. Counts that the data hold until the end of a step are restored, too.
+ * Before a change, the simulation and the arrays that a change writes are copied byte by byte. On failure, they are
+ * copied back. This is valid because all their pointers point into the memory of the simulation, which does not move.
+ * Data are scratch, and are adapted to the previous model. Counts that the data hold until the end of a step are
+ * restored, too.
  */
 #include "base/copy.h"
 #include "contact/contact.h"

@@ -1,9 +1,9 @@
 /* The state of the user model. If a transformation of that model is integrated: its coordinates, forces and reactions.
  *
- * `state` is the user model's state at the current time. The state has a memory address of its own for two reasons. The
- * integrator exchanges its arrays in every step, and a controller keeps the pointers to the state that it got once.
- * With a transformation, each step derives `state` from the one before, so that angles count whole turns. A checkpoint
- * then contains `state` in addition to the state that is integrated.
+ * `state` is the user model's state at the current time. The state has its own memory, because the integrator exchanges
+ * its arrays in every step, whereas a controller stores the pointers to the state. With a transformation, each step
+ * derives `state` from the previous state, so that angles count whole turns. A checkpoint then contains `state` in
+ * addition to the state that is integrated.
  */
 #include "evaluate/evaluate.h"
 #include "simulation/simulation.h"

@@ -1,5 +1,5 @@
-/* Works estimated from powers at the ends of steps. They let a watch over the energy of driven and damped motions run
- * at almost no cost.
+/* The work done, estimated from powers at the ends of steps. The estimate serves to watch the energy of driven and
+ * damped motions at almost no cost.
  *
  * The net power P = dissipated - supplied is computed once a step, in an evaluation that the step needs anyway. That is
  * the first evaluation, or the last one if a method ends with the slope of the next step (fsal). Methods that have that
@@ -10,8 +10,8 @@
  *     N        = h P_0 - h^2 D_1 / 2 - h^3 D_2 / 6 - h^3 (2 h_1 - h) D_3 / 12
  *
  * with divided differences D_k. h_1 is the time from the last point but two to the last point. The last term of N is
- * the error of the parabola. If powers are smooth at all, it is far larger than the error of the cubic. If they are not
- * (impacts, friction that reverses), it is as large.
+ * the error of the parabola. For smooth powers, this term is far larger than the error of the cubic; otherwise
+ * (impacts, reversing friction) both are equally large.
  *
  * Four times the sum of the magnitudes of these terms is reported as the uncertainty of the work. A watch must not rely
  * on a smaller difference. For the bundled scenes, the uncertainty is 1e-15 to 0.05 of the energy of the motion. True
@@ -27,8 +27,8 @@
 
 #include <math.h>
 
-/* The net work from the last point but one to the last, minus the work from s <= 0 (relative to the last point) to
- * it. */
+/* The net work from the last point but one to the last, minus the work from s <= 0 (relative to the last point) to the
+ * last point. */
 static double work_until(const kt_power_points *p, double s) {
     const double h = p->t[0] - p->t[1], h1 = p->t[0] - p->t[2], *d = p->d;
     const double s2 = s * s / 2.0, s3 = s * s * s / 3.0, s4 = s * s * s * s / 4.0;

@@ -43,7 +43,7 @@ typedef struct kt_simulation_memory {
     kt_input_flags next; /* the inputs of the next step */
     bool pending;        /* `next` or a parameter was set since the last step */
     bool changed;        /* a parameter was set */
-    bool refined;        /* the works of the last step are those of balance.c */
+    bool refined;        /* balance.c has integrated the powers of the last step */
     uint64_t balance_evaluations;
     uint64_t joined;        /* states within steps that do not come from the dense output (dense.c) */
     uint64_t cut;           /* searches of features that reached their limit */
@@ -155,7 +155,7 @@ typedef struct kt_work_panel {
     int tried;                 /* panels of this step, tried or taken */
     double from, to, next;     /* s; `next`: the proposed length of the next panel */
     kt_work start;             /* at `from`, since the start of the run */
-    kt_work b[KT_PANEL_TERMS]; /* the works from there on, as coefficients of Legendre's polynomials */
+    kt_work b[KT_PANEL_TERMS]; /* the work done from `from` on, as coefficients of Legendre's polynomials */
 } kt_work_panel;
 
 #define KT_SQUARE(x) ((x) * (x))
@@ -247,7 +247,7 @@ typedef struct kt_known_gap {
 typedef struct kt_simulation_sizes {
     size_t nq, nv;
     size_t x;    /* auxiliary states */
-    size_t work; /* index in y of the works, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
+    size_t work; /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
     size_t n;    /* of the integrator: work, or work + 2 if a balance is computed: */
     bool integrates_works;
     size_t history; /* numbers of the integrator that are part of a checkpoint */
