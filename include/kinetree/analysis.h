@@ -511,23 +511,23 @@ KT_API void kt_mode_watch_restore(kt_mode_watch *watch, const void *block);
  * energy, and the work done. */
 typedef struct kt_energy_watch {
     kt_energetics energetics; /* of the model */
-    int32_t has_balance;      /* whether the records contain works */
-    int32_t has_estimate;     /* whether they contain estimated works instead */
+    int32_t has_balance;      /* whether the records contain the work done */
+    int32_t has_estimate;     /* whether the records contain an estimate of the work done */
     int64_t records;          /* the number of records with energies */
     double start;             /* E of the first record, J */
-    double start_size;        /* the larger of its |kinetic| and |potential|, J */
+    double start_size;        /* the larger of |kinetic| and |potential| of the first record, J */
     double lowest;            /* least E, J */
     double change;            /* largest |E - start|, J */
     double kinetic;           /* largest, J */
     double potential[2];      /* least and largest, J */
     double work;              /* largest of |dissipated| and |supplied|, J */
-    double uncertainty;       /* of estimated works, the largest so far, J */
+    double uncertainty;       /* the largest uncertainty of estimated work so far, J */
     double balance_start;     /* of the first record, J */
     double balance_change;    /* largest |balance - balance_start|, J */
     double gain;              /* largest rise of E that the mechanism cannot have caused, J; 0 if energy can be
                                  supplied */
     double error;             /* largest error, J */
-    double excess_time;       /* time of the record since which the error exceeds KT_ENERGY_ERROR, s; NaN: none */
+    double excess_time;       /* from this record on the error exceeds KT_ENERGY_ERROR, s; NaN: none */
 } kt_energy_watch;
 
 /* Returns the watch before the first record. */

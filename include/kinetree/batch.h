@@ -287,7 +287,7 @@ KT_API kt_batch_report kt_batch_report_of(const kt_batch *batch);
  *
  * Lanes compute trees, and mechanisms whose loops a batch computes in lanes, with effects and auxiliary states. After
  * steps the loops are closed state by state. Methods must be explicit; auto is explicit while the motion is not stiff.
- * Simulations that compute works are excluded. The models may differ only in the initial state, gravity, masses,
+ * Simulations that compute the work done are excluded. Models may differ only in the initial state, gravity, masses,
  * centres of mass, inertias and lengths. All other simulations run one after the other; the report counts them and
  * gives the reason.
  *

@@ -525,8 +525,8 @@ typedef struct kt_simulation_counts {
     uint64_t switches;        /* of auto, to the implicit method and back */
     uint64_t capped;          /* iterations of the method that ended at their limit, with the last iterate accepted
                                  (kt_integrator_counts) */
-    uint64_t balance;         /* evaluations for works (kt_work), in addition to those of the steps */
-    uint64_t joined;          /* states within steps, for records and works, that are interpolated between the ends of
+    uint64_t balance;         /* evaluations for the work done (kt_work), in addition to those of steps */
+    uint64_t joined;          /* states within steps, for records and work, that are interpolated between the ends of
                                  the step. At a dead point of drives the acceleration is of no use */
     kt_iterations iterations; /* of projections, and of the assembly at the start; iterations.capped counts those that
                                  ended at their limit, including those of the method (`capped` above) */

@@ -168,7 +168,7 @@ KT_TEST(damped_and_driven_motions_are_watched_or_said_not_to_be) {
         json_decref(root);
         ran = kt_shell("$K run watched.yaml --integrator tsit5 --step 0.05 --out /dev/null --summary -");
         kt_check_contains("words", ran.err,
-                          i == 0 ? "while the scene can only dissipate it" : "the uncertainty of the works");
+                          i == 0 ? "while the scene can only dissipate it" : "the uncertainty of the work done");
         root = kt_json(ran.out);
         kt_check_true("a wrong one is", find_warning(root, "energy") != NULL);
         json_decref(root);

@@ -1,8 +1,8 @@
 /* The watch of a simulation that a program drives.
  *
- * A run hands over records and ends once. A program takes steps as it likes: it may stop anywhere, set torques, jump,
- * and begin again. The watch therefore takes the state itself, once in KT_DRIVEN_STEPS steps, and the rules of
- * `kinetree run` judge what it has seen so far as if the run ended at the present time. Two things differ from a run.
+ * `kinetree run` receives all records, and ends once. A program may stop at any time, set torques, jump, and begin
+ * again. Therefore the watch samples the state itself, once in KT_DRIVEN_STEPS steps, and applies the rules of
+ * `kinetree run` to these samples, as if the run ended at the present time. Two things differ from a run.
  *
  *   Energy. Torques of a program supply energy. To integrate their work would cost one more evaluation for each change
  *     of a torque. The energy is therefore watched without torques only. After a jump or a new parameter the watch

@@ -99,7 +99,7 @@ void kt_warn_of_energy(kt_outcome *outcome) {
     else if (energy->has_estimate)
         kt_warn(&outcome->warnings, &warning,
                 "the balance of energies (kinetic + potential + dissipated - supplied) is off by %.3g J more than the "
-                "uncertainty of the works (%.2g J), which are estimated at the ends of steps. That is %.2g of the "
+                "uncertainty of the work done (%.2g J), which is estimated at the ends of steps. That is %.2g of the "
                 "energy of the motion (%.3g J); the error exceeds %g of that from t = %g s on",
                 energy->error, energy->uncertainty, error, scale, KT_ENERGY_ERROR, energy->excess_time);
     else

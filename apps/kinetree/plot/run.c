@@ -18,7 +18,7 @@ struct kt_plot_run {
     int panel_count;
     kt_bytes rows; /* row-major, so that rows can be appended: change of the energy, then the columns, the time first */
     size_t width, count;
-    double energy_start; /* J, total energy, or the balance if the works are recorded */
+    double energy_start; /* J, total energy, or the balance if the work done is recorded */
 };
 
 /* ---- the panels -------------------------------------------------------------------------------------------------- */

@@ -108,7 +108,7 @@ void kt_columns_fill(kt_columns *columns, const kt_record *record);
 
 /* Returns whether a column is a coordinate, a velocity or an auxiliary state. Returns whether it also has a value at
  * the ends of steps: such columns follow from the state and its kinematics. Others need accelerations, reactions or
- * works, or are formulas that may read these. */
+ * the work done, or are formulas that may read these. */
 static inline bool kt_column_is_state(kt_column_source source) {
     return source == KT_COLUMN_POSITION || source == KT_COLUMN_VELOCITY || source == KT_COLUMN_STATE;
 }
@@ -123,12 +123,12 @@ static inline bool kt_column_has_steps(kt_column_source source) {
 bool kt_column_has_arc(const kt_model *model, int loop);
 
 /* Returns kinetic + potential + dissipated - supplied, J. This balance is constant along the exact motion. NaN if the
- * works are not available. */
+ * work done is not available. */
 static inline double kt_balance_of(const kt_record *record) {
     return record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
 }
 
-/* Returns the energy whose change a run shows, J: the balance, or the total energy if the works are not available. */
+/* Returns the energy whose change a run shows, J: the balance, or the total energy if the work done is unknown. */
 static inline double kt_shown_energy_of(const kt_record *record) {
     const double balance = kt_balance_of(record);
     return isnan(balance) ? record->kinetic + record->potential : balance;

@@ -42,10 +42,11 @@ void kt_extreme_add(kt_extreme *e, double time, double value, bool is_gap);
 /* Adds the value at the end of a step, in the order of time. Records within the step may follow. */
 void kt_extreme_step(kt_extreme *e, double time, double value);
 
-/* Returns whether records show less than two thirds of the path of a column. For a sine this holds below about 2.1
- * records a period. They must also miss a twentieth of its range between two records, since a ripple on a slow motion
- * is no part of its shape, and ten times its range in all, since a single impact is no oscillation. noise: ranges up to
- * this do not count. */
+/* Returns whether the path of a column between its records is more than half as long again as the path that the records
+ * show. For a sine, this is so with less than about 2.1 records a period. Two further conditions exclude harmless
+ * cases. Between two records, the column must move by a twentieth of its range more than the records show, since a
+ * ripple on a slow motion does not count. In total, it must move by ten ranges more, since a single impact is no
+ * oscillation. noise: ranges up to this value do not count. */
 bool kt_extreme_is_aliased(const kt_extreme *e, double noise);
 
 /* Returns the mean over time, and the root mean square; without any duration, the last value is taken. */

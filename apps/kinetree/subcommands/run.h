@@ -264,9 +264,9 @@ void kt_warn_of_drift(kt_outcome *outcome);
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_stability(kt_outcome *outcome);
 
-/* Returns whether works are estimated at the ends of steps to watch the energy. This holds for motions that are damped
- * or driven by forces, if the estimate costs little. If loops drive the motion, powers need accelerations and
- * reactions. The balance is then recorded only on request. */
+/* Returns whether the work done is estimated at the ends of steps, to watch the energy. This holds for motions that are
+ * damped or driven by forces, if the estimate costs little. If loops drive the motion, powers need accelerations and
+ * reactions, so that the balance is recorded only on request. */
 bool kt_watches_works(const kt_outcome *outcome);
 /* Returns the reason, in words, why the energy is not watched; NULL: it is watched. */
 const char *kt_energy_not_watched(const kt_outcome *outcome);
