@@ -36,6 +36,8 @@ TABLE = {
     "base-parameters": ["draw apps/scenes/double-pendulum.yaml --names"],
     "first-scene": ["draw first-scene/pendulum.yaml --strobe 9 --until 0.878"],
     "first-scene-curves": ["run first-scene/pendulum.yaml --out pendulum.csv --summary pendulum.json", "plot pendulum.csv"],
+    "first-program": ["draw first-program/pendulum.yaml --strobe 7 --until 0.87"],
+    "python-first-script": ["run python-first-script/pendulum.yaml --out swing.csv --summary swing.json", "plot swing.csv --columns position.arm"],
     "first-press": ["draw first-machines/crank-press.yaml --at 0,0.1,0.2"],
     "first-crane": ["draw first-machines/crane.yaml --strobe 6 --until 2.2"],
     "first-suspension": ["run first-machines/suspension.yaml --out suspension.csv --summary suspension.json", "plot suspension.csv --columns position.car"],
