@@ -77,7 +77,8 @@ bool kt_apart_read(const kt_apart *apart, void *data, size_t size) {
 kt_status kt_apart_start(kt_apart *apart, kt_apart_work *work, void *user, double seconds, kt_error *error) {
     int ends[2];
     if (pipe(ends) != 0)
-        return kt_error_set(error, KT_ERROR_MEMORY, "", "there is no pipe to read it through: %s", strerror(errno));
+        return kt_error_set(error, KT_ERROR_MEMORY, "",
+                            "the system supplies no pipe for the process that reads the file: %s", strerror(errno));
     *apart = (kt_apart){.from = ends[0], .until = now() + (long long)(1e3 * seconds), .seconds = seconds};
     apart->child = fork();
     if (apart->child < 0) {

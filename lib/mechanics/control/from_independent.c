@@ -26,7 +26,8 @@ kt_status kt_actuation_begin(const kt_model *model, void *memory, size_t size, k
     *w = (kt_actuation_work){.model = model};
     (void)place_arrays(w, memory, &model->n);
     if (list.count < 0 || list.count > nv)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "the list has %d: there are %d", list.count, nv);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates",
+                            "the list has %d coordinates, but the model has %d", list.count, nv);
     if (list.count > 0 && list.index == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "coordinates", "the list of %d coordinates is NULL", list.count);
     memset(w->chosen, 0, model->n.v * sizeof *w->chosen);

@@ -510,9 +510,10 @@ kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *
 /* Checks that parameters of a model may change while the simulation runs. */
 static kt_status check_changed_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
     if (simulation->transformation != NULL)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "parameters",
-                            "another formulation is integrated, whose model was made of the description; take the "
-                            "formulation 'tree'");
+        return kt_error_set(
+            error, KT_ERROR_UNSUPPORTED, "parameters",
+            "the simulation integrates another formulation, whose model follows from the description; use the "
+            "formulation 'tree'");
     const bool related = copy->variants != NULL && copy->variants == simulation->model->variants;
     if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",

@@ -105,9 +105,10 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
 static int accelerate_formulation(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_constraint_formulation *formulation = user;
     if (at->model != formulation->model) {
-        (void)kt_error_set(error, KT_ERROR_ARGUMENT, "constraint formulation",
-                           "it was placed for another model than the one that is simulated (in the absolute "
-                           "formulation that is kt_absolute_model)");
+        (void)kt_error_set(
+            error, KT_ERROR_ARGUMENT, "constraint formulation",
+            "the formulation belongs to another model than the simulation (in absolute coordinates, make the "
+            "formulation for kt_absolute_model)");
         return -1;
     }
     return kt_constraint_formulation_evaluate(formulation, at->data, at->t, at->q, at->v, at->tau, at->external, rate,
