@@ -274,6 +274,17 @@ static void paint_strokes(const kt_sheet *sheet, const kt_picture_loop *loop) {
                       loop->type == KT_LOOP_CURVE ? 1.4 : 0.7, kt_sheet_faded(sheet, sheet->palette->quiet));
 }
 
+/* Paints pitch circles in thin lines, pulleys and the spans between them in thick ones. */
+static void paint_wheels(const kt_sheet *sheet, const kt_picture_loop *loop) {
+    kt_stroke strokes[KT_WHEEL_STROKES];
+    const int count = kt_wheel_strokes(loop, sheet->poses, strokes);
+    const bool is_rope = loop->type == KT_LOOP_SPAN || loop->type == KT_LOOP_BELT;
+    const kt_colour colour = kt_sheet_faded(sheet, is_rope ? sheet->palette->ink : sheet->palette->quiet);
+    for (int i = 0; i < count; i++)
+        kt_paint_line(sheet, kt_sheet_place(sheet, strokes[i].from), kt_sheet_place(sheet, strokes[i].to),
+                      is_rope ? 1.4 : 1.0, colour);
+}
+
 /* Paints the curve of a rope that is slack in the state of a sheet. Returns false if the loop is no slack rope. */
 static bool paint_slack_rope(const kt_sheet *sheet, const kt_picture_loop *loop) {
     const kt_drawing *d = sheet->drawing;
@@ -305,6 +316,7 @@ void kt_paint_loops(const kt_sheet *sheet) {
         const kt_picture_loop *loop = &p->loops[i];
         const kt_spot a = kt_sheet_frame(sheet, &loop->ends[0]), b = kt_sheet_frame(sheet, &loop->ends[1]);
         paint_strokes(sheet, loop);
+        paint_wheels(sheet, loop);
         if (!paint_slack_rope(sheet, loop) && loop->type == KT_LOOP_DISTANCE)
             kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->ink), 1.4);
         if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)

@@ -111,6 +111,8 @@ static void put_view_loop(kt_json_writer *out, const kt_motion *motion, int i) {
     put_ends(out, loop->ends, 2);
     put_released(out, motion, loop->name);
     put_rope(out, motion, loop);
+    if (loop->radii[0] != 0.0)
+        kt_json_put_numbers(out, "radii", loop->radii, 2);
     if (loop->stroke_count > 0)
         kt_json_put_numbers(out, "strokes", &loop->strokes[0].from.x, 6 * loop->stroke_count);
 }

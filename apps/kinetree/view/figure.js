@@ -234,7 +234,7 @@ class Figure {
         if (shown.axes)
             this.data.joints.filter((joint) => !joint.loop).forEach((joint) => this.draw_axis(poses, joint));
         if (shown.loops)
-            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); acts(loop, t) && this.draw_gap(poses, loop, i); });
+            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); this.draw_wheels(poses, loop); acts(loop, t) && this.draw_gap(poses, loop, i); });
         const effects = this.data.effects.filter((effect) => acts(effect, t));
         if (shown.springs)
             effects.filter(({ends, type, lines}) => ends.length === 2 && type !== "contact" && lines === 0).forEach((effect) => this.draw_spring(poses, effect));
@@ -295,6 +295,32 @@ class Figure {
         const point = (k) => add(at, turn(turned, strokes.slice(k, k + 3)));
         for (let k = 0; k < strokes.length; k += 6)
             this.line(type === "curve" ? this.thick : this.thin, point(k), point(k + 3), [...this.theme.ink, 0.35]);
+    }
+
+    /* Pitch circles, pulleys and the spans between them, as lib/output/picture/wheel.c has them. */
+    draw_wheels(poses, {type, ends, radii}) {
+        if (!radii)
+            return;
+        const rope = type === "span" || type === "belt", colour = [...this.theme.ink, rope ? 1 : 0.5];
+        const centre = ends.map((end) => this.place(poses, end));
+        const axis = (end, unit) => turn(turn_of(poses, end.body, end.turn), unit);
+        ends.forEach((end, k) => {
+            const about = (angle) => add(centre[k], axis(end, [radii[k] * Math.cos(angle), radii[k] * Math.sin(angle), 0]));
+            for (let i = 0; i < 60 && radii[k] !== 0; i++)
+                this.line(this.thin, about(Math.PI * i / 30), about(Math.PI * (i + 1) / 30), colour);
+        });
+        if (type === "rack") {
+            const t = axis(ends[1], [0, 0, 1]), d = add(centre[0], scale(-1, centre[1]));
+            const foot = add(centre[1], scale(dot(d, t), t));
+            this.line(this.thin, add(foot, scale(-6 * radii[0], t)), add(foot, scale(6 * radii[0], t)), colour);
+        }
+        const n = axis(ends[0], [0, 0, 1]), d = add(centre[1], scale(-1, centre[0])), across = add(d, scale(-dot(n, d), n));
+        const a = Math.sqrt(dot(across, across)), e = scale(1 / a, across);
+        for (const side of type === "belt" ? [1, -1] : type === "span" ? [1] : []) {
+            const sine = side * (radii[0] - radii[1]) / a, x = add(scale(Math.sqrt(1 - sine * sine), e), scale(-sine, cross(n, e)));
+            const m = cross(n, x);
+            this.line(this.thick, add(centre[0], scale(side * radii[0], m)), add(centre[1], scale(side * radii[1], m)), colour);
+        }
     }
 
     draw_gap(poses, {type, ends, rope}, i) {

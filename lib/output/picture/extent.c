@@ -71,6 +71,10 @@ void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_poi
             each(user, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
         for (int k = 0; k < p->loops[i].stroke_count; k++)
             each(user, kt_pose_apply(first, p->loops[i].strokes[k].to));
+        kt_stroke strokes[KT_WHEEL_STROKES];
+        const int count = kt_wheel_strokes(&p->loops[i], poses, strokes);
+        for (int k = 0; k < count && p->loops[i].type != KT_LOOP_RACK; k++)
+            each(user, strokes[k].to);
         hear_rope(p, &p->loops[i], poses, &listener);
     }
     for (int i = 0; i < p->effect_count; i++) {

@@ -76,12 +76,18 @@ typedef struct kt_picture_loop {
     kt_body_frame ends[2];    /* z along the loop's axis; rolling: the wheel's centre with z along the axle, and the
                                 plane with z along its normal */
     double radius;            /* rolling */
+    double radii[2];          /* gear, rack, worm, span, belt: of the wheels; signed as of spans (loop/span.h) */
     const kt_function *rope;  /* distance: the length of a rope, of the scene; NULL: none */
     double rope_given;        /* m, the length of a rope without a function: the distance in the first poses */
     const kt_stroke *strokes; /* curve, surface: in the frame of the first end */
     int stroke_count;
     const char *name;
 } kt_picture_loop;
+
+/* Writes the pitch circles and pitch lines of wheels, the circles of pulleys and the spans between them, world axes.
+ * Spans come last. Returns their number, 0 for loops of other types. */
+enum { KT_WHEEL_STROKES = 128 };
+int kt_wheel_strokes(const kt_picture_loop *loop, const kt_pose *poses, kt_stroke strokes[KT_WHEEL_STROKES]);
 
 /* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value at this time. */
 double kt_picture_rope_length(const kt_picture_loop *loop, double t);

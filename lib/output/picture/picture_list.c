@@ -2,6 +2,7 @@
 #include "effect/effect.h"
 #include "evaluate/path_force.h"
 #include "kinetree/descriptor.h"
+#include "loop/loop.h"
 #include "picture/maker.h"
 #include "picture/solid.h"
 
@@ -80,12 +81,28 @@ static bool has_member_key(const kt_descriptor *type, size_t offset) {
     return false;
 }
 
+/* The axis of a loop in the frame of its second end. */
+static kt_vec3 second_axis_of(const kt_loop *loop, const kt_descriptor *type) {
+    const kt_vec3 own = loop->second_axis;
+    const bool has_own = has_member_key(type, offsetof(kt_loop, second_axis)) && kt_vec3_dot(own, own) > 0.0;
+    return has_member_key(type, offsetof(kt_loop, axis2)) ? loop->axis2 : has_own ? own : loop->axis;
+}
+
+/* The radius of a wheel or a pulley, 0 for other loops. */
+static double radius_of_wheel(const kt_picture_maker *m, int loop, int k) {
+    const kt_loop_record *r = &m->model->loop[loop];
+    if (r->type < KT_LOOP_GEAR || r->type > KT_LOOP_BELT || (r->type == KT_LOOP_RACK && k == 1))
+        return 0.0;
+    if (r->type == KT_LOOP_WORM && k == 0)
+        return r->radius;
+    return r->type >= KT_LOOP_SPAN ? r->gain[k] : fabs(r->gain[k]);
+}
+
 void kt_picture_list_loops(kt_picture_maker *m) {
     kt_picture *p = m->picture;
     for (int i = 0; i < m->description->loop_count; i++) {
         const kt_loop *loop = &m->description->loops[i];
         const kt_descriptor *type = kt_loop_descriptor(loop->type);
-        const bool two_axes = has_member_key(type, offsetof(kt_loop, axis2));
         const bool is_rope = loop->type == KT_LOOP_DISTANCE && loop->slack;
         if (!has_member_key(type, offsetof(kt_loop, between)))
             continue;
@@ -93,8 +110,9 @@ void kt_picture_list_loops(kt_picture_maker *m) {
             (kt_picture_loop){.type = loop->type,
                               .loop = i,
                               .ends = {picture_frame_of(m, &loop->between[0], loop->axis),
-                                       picture_frame_of(m, &loop->between[1], two_axes ? loop->axis2 : loop->axis)},
+                                       picture_frame_of(m, &loop->between[1], second_axis_of(loop, type))},
                               .radius = loop->radius,
+                              .radii = {radius_of_wheel(m, i, 0), radius_of_wheel(m, i, 1)},
                               .rope = is_rope ? &loop->function : NULL,
                               .name = loop->name};
     }
