@@ -27,7 +27,8 @@ typedef struct kt_apart {
     double seconds;  /* that it may take */
 } kt_apart;
 
-/* What a child does. It writes its answer with kt_apart_write. Returns whether all of it could be written. */
+/* The work of a child process. The function writes its answer with kt_apart_write, and returns whether the whole answer
+ * could be written. */
 typedef bool kt_apart_work(int to, void *user);
 
 /* Starts a child that calls `work` and ends. kt_apart_end must follow. Errors: KT_ERROR_MEMORY. */
@@ -43,7 +44,8 @@ void kt_apart_forbid_files(void);
  * caller checks the data, because a child with damaged memory may answer anything. */
 bool kt_apart_read(const kt_apart *apart, void *data, size_t size);
 
-/* Ends the child. is_answered: its whole answer was read. Errors: KT_ERROR_SCENE, with the reason, if it was not. */
+/* Ends the child. is_answered: the whole answer was read. Errors: KT_ERROR_SCENE, with the reason, if the answer is
+ * incomplete. */
 kt_status kt_apart_end(kt_apart *apart, bool is_answered, kt_error *error);
 
 #endif

@@ -138,7 +138,7 @@ typedef struct kt_choice {
     const kt_closed_word *closed; /* NULL: none */
 } kt_choice;
 
-/* A mapping. With types, its keys are those of the table and those of its type's descriptor, in this order. */
+/* A mapping. With types, the keys are those of the table, followed by those of the type's descriptor. */
 typedef struct kt_table {
     const kt_field *fields;
     int count;
@@ -171,10 +171,10 @@ static inline const void *kt_detail_of(const kt_field *field) {
  * Fields are read in the order of the table, not of the file. Returns false if the node is no mapping. */
 bool kt_table_read(kt_reader *r, const kt_scope *scope, kt_node *map, const kt_table *table, void *object);
 
-/* Whether a mapping without types lacks a key, and has a wrong one in its place: an unknown one, or a second one. */
+/* Whether a mapping without types lacks a key, and has a wrong key in its place: an unknown key, or a repeated key. */
 bool kt_key_is_hidden(kt_reader *r, const kt_table *table, const kt_node *map, const char *key);
 
-/* Writes the mapping: the fields that differ from those of `standard`. */
+/* Writes the mapping: the fields that differ from the fields of `standard`. */
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard);
 
 /* Whether the mapping would be written without any key. */

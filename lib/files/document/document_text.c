@@ -19,7 +19,7 @@ bool kt_character_is_plain(uint32_t c) {
     return c >= 0x20U && kt_character_is_allowed(c) && !breaks;
 }
 
-/* Words that YAML 1.1 reads as booleans; those of 1.2 are among kt_scalar_classify's. */
+/* Words that YAML 1.1 reads as booleans; kt_scalar_classify has the words of YAML 1.2. */
 static bool is_old_boolean(const char *text) {
     static const char *const words[] = {"y", "yes", "on", "n", "no", "off", "true", "false", "null", NULL};
     return kt_is_word_of(text, words);

@@ -1,7 +1,7 @@
 /* YAML in the layout of scene-files.md.
  *
- * The layout is part of the format and must not change with a library's version, so it is written here. Block mappings
- * and lists are indented by two, short values are in flow style, and lines are broken near column 110.
+ * The layout is part of the format and must not change with the version of a library, so that this file writes it.
+ * Block mappings and lists are indented by two, short values are in flow style, and lines are broken near column 110.
  */
 #include "document/emit.h"
 
@@ -40,7 +40,7 @@ static void new_line(kt_emitter *e, int indent) {
     emit_bytes(e, blanks, (size_t)indent);
 }
 
-/* Separates an item of a flow level from the one before. */
+/* Separates an item of a flow level from the previous item. */
 static void separate(kt_emitter *e, const kt_emit_level *level) {
     if (level->count == 0)
         return;

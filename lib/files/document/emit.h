@@ -34,13 +34,13 @@ void kt_emit_map(kt_emitter *e, bool flow);
 void kt_emit_list(kt_emitter *e, bool flow);
 void kt_emit_end(kt_emitter *e);
 
-/* Write a key of a mapping, before its value: kt_emit_key a plain one, kt_emit_section one that follows a blank line.
- * The function kt_emit_name writes a name, in quotes if it needs them. */
+/* Write a key of a mapping, before its value: kt_emit_key a plain key, kt_emit_section a key after a blank line. The
+ * function kt_emit_name writes a name, in quotes if necessary. */
 void kt_emit_key(kt_emitter *e, const char *key);
 void kt_emit_section(kt_emitter *e, const char *key);
 void kt_emit_name(kt_emitter *e, const char *name);
 
-/* Write values. A text gets quotes where YAML would read it as something else; a word never does. */
+/* Write values. A text gets quotes if YAML would read it as something else; a word never gets quotes. */
 void kt_emit_text(kt_emitter *e, const char *text);
 void kt_emit_word(kt_emitter *e, const char *word);
 void kt_emit_pair(kt_emitter *e, const char *body, const char *marker); /* BODY.MARKER; valid names need no quotes */

@@ -1,7 +1,7 @@
-/* Faults of a scene file: found in any order, reported in that of the lines.
+/* Faults of a scene file: found in any order, reported in the order of lines.
  *
- * A message is  [NOUN 'NAME': ][PATH: ]TEXT . The noun is that of the innermost body, loop or effect, and the path is
- * the place within it. An example is "body 'crank': joint.axis: the axis is zero".
+ * A message is [NOUN 'NAME': ][PATH: ]TEXT . The noun names the innermost body, loop or effect, and the path is the
+ * position within this item. An example is "body 'crank': joint.axis: the axis is zero".
  */
 #include "document/document_reader.h"
 #include "document/number.h"
@@ -36,7 +36,7 @@ char *kt_reader_text(kt_reader *r, kt_pool *pool, const char *text, size_t lengt
 
 static void phrase_add_list(kt_phrase *phrase, const char *format, va_list arguments) KT_PRINTF(2, 0);
 
-/* A phrase that is full stays as it is. */
+/* A full phrase is not changed. */
 static void phrase_add_list(kt_phrase *phrase, const char *format, va_list arguments) {
     size_t room = sizeof phrase->text - phrase->length;
     int length = vsnprintf(phrase->text + phrase->length, room, format, arguments);
@@ -129,7 +129,7 @@ void kt_fault_sort(kt_reader *r) {
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-/* Adds the path from the innermost noun to this scope, and returns whether it added anything. */
+/* Adds the path from the innermost noun to this scope, and returns whether anything was added. */
 static bool add_scope_path(kt_phrase *phrase, const kt_scope *scope) {
     if (scope == NULL || scope->noun != NULL)
         return false;
@@ -167,7 +167,7 @@ bool kt_fault_at(kt_reader *r, kt_status code, const kt_scope *scope, kt_node *n
     return false;
 }
 
-/* Describes a scalar in place of a number, and how to mend it. */
+/* Describes a scalar in place of a number, and its remedy. */
 static void describe_scalar(kt_phrase *phrase, const kt_node *node) {
     double value;
     const char *text = node->of.text;

@@ -10,7 +10,7 @@
 
 enum { KT_FILE_SIZE_MAX = 64 << 20 };
 
-/* What a file is read as. */
+/* The kind as which a file is read. */
 typedef struct kt_file_kind {
     const char *thing; /* "a scene", which has at most so many bytes */
     const char *file;  /* "a scene file", which the user shall name */

@@ -80,7 +80,7 @@ static size_t read_quoted(kt_flow *f, char *to) {
     return length;
 }
 
-/* Whether a plain text ends here. Outside of all brackets only the line ends it. */
+/* Whether a plain text ends here. Outside of all brackets, only the end of the line ends a plain text. */
 static bool ends_plain(const kt_flow *f) {
     const char c = *f->at, next = flow_next(f, 1);
     if (c == '\n' || c == '\r' || (is_flow_blank(c) && next == '#'))

@@ -1,5 +1,5 @@
-/* Writes trees of nodes in flow style. Plain texts are quoted, unless they are words. Numbers and the words that a
- * scene reads as no text (true, null) stay plain. */
+/* Writes trees of nodes in flow style. Plain texts are quoted, unless they are words. Numbers, and words that a scene
+ * does not read as text (true, null), stay plain. */
 #include "document/flow.h"
 
 #include "document/number.h"

@@ -8,7 +8,7 @@
 
 typedef enum kt_node_kind { KT_NODE_TEXT = 0, KT_NODE_LIST, KT_NODE_MAP } kt_node_kind;
 
-/* Children are chained by `next`; those of a mapping are key, value, key, value ... */
+/* Children are chained by `next`; the children of a mapping are key, value, key, value ... */
 typedef struct kt_node {
     union {
         const char *text;      /* of a scalar: terminated */
@@ -31,10 +31,10 @@ enum {
 /* Returns the value of the first such key of a mapping; NULL if there is none. O(number of keys). */
 kt_node *kt_node_find(const kt_node *map, const char *key);
 
-/* Whether a fault has been reported at a key of a mapping: it may have been meant for any other one. */
+/* Whether a fault has been reported at a key of a mapping: such a key may have been meant for any other key. */
 bool kt_node_has_stray(const kt_node *map);
 
-/* Whether a fault has been reported at this node or below it. NULL has none. */
+/* Whether a fault has been reported at this node or below it. A node that is NULL has no fault. */
 bool kt_node_is_faulty(const kt_node *node);
 
 typedef struct kt_reader kt_reader;

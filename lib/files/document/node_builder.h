@@ -13,7 +13,7 @@ typedef struct kt_node_builder {
     kt_node *root;
 } kt_node_builder;
 
-/* Adds a node behind the last one of the innermost list or mapping. Returns NULL after reporting a fault. */
+/* Adds a node after the last node of the innermost list or mapping. Returns NULL after reporting a fault. */
 kt_node *kt_node_builder_add(kt_node_builder *b, kt_node_kind kind, uint32_t line, uint32_t column);
 
 /* Adds a list or mapping, which holds the following nodes until kt_node_builder_close. Returns false after a fault. */

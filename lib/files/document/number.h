@@ -20,8 +20,8 @@ typedef enum kt_scalar {
 } kt_scalar;
 
 /* Classifies a terminated plain scalar. *value is the number, or for an angle its value in radians. Underscores,
- * sexagesimals (`1:30`) and the words of YAML 1.1 (yes, on) are text. A number too small for a double is the nearest
- * one, subnormal or zero. */
+ * sexagesimals (`1:30`) and the words of YAML 1.1 (yes, on) are text. A number too small for a double becomes the
+ * nearest double, subnormal or zero. */
 kt_scalar kt_scalar_classify(const char *text, double *value);
 
 /* Whether a text is one of some words of up to eight small letters, in any case; NULL ends them. */

@@ -1,5 +1,5 @@
 /* Mappings by tables: one list of keys serves reading, writing, comparing and suggesting. If a mapping has types, its
- * keys are those of the table and those of the type's descriptor. */
+ * keys are the keys of the table and of the type's descriptor. */
 #include "document/document_reader.h"
 #include "document/number.h"
 
@@ -58,7 +58,7 @@ int kt_choice_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_
 
 /* ---- the fields of a mapping ------------------------------------------------------------------------------------- */
 
-/* The fields of the table, and those of a type. */
+/* The fields of the table, and the fields of a type. */
 typedef struct kt_fields {
     kt_field field[KT_TABLE_COUNT_MAX];
     int count;
@@ -277,7 +277,7 @@ static void sort_key(kt_reading *reading, kt_node *key) {
     }
 }
 
-/* Reports a key that is no field's, or is there twice; at first (`all` is false) those alone that resemble one. */
+/* Reports a key that belongs to no field, or occurs twice. Without `all`, reports only keys that resemble a field. */
 static void report_stray(kt_reading *reading, kt_node *key, bool all) {
     if (key->faulty || key->kind != KT_NODE_TEXT)
         return;
@@ -319,7 +319,8 @@ static void report_missing(const kt_reading *reading, kt_node *map) {
                 missing.text, count > 1 ? "are" : "is", mend.text);
 }
 
-/* The type is read first, at any position in the mapping: it decides which other keys there are, and their meaning. */
+/* The type is read first, at any position in the mapping: because the type determines the other keys and their
+ * meaning. */
 static void read_object_type(kt_reading *reading, const kt_node *map) {
     const kt_table *table = reading->table;
     reading->type_is_known = table->types == NULL;
@@ -344,7 +345,7 @@ static bool type_is_closed(const kt_table *table, const kt_node *map) {
     return type != NULL && type->kind == KT_NODE_TEXT && strcmp(type->of.text, table->types->closed->word) == 0;
 }
 
-/* Whether a key that is no field's may be meant for this one: it resembles this key, or no field. */
+/* Whether a key without a field may be meant for this field: the key resembles this field, or resembles none. */
 static bool may_stand_for(kt_reader *r, const kt_fields *fields, const char *word, const char *key) {
     kt_nearest nearest = kt_nearest_make(word, &r->effort);
     for (int i = 0; i < fields->count; i++)

@@ -65,7 +65,7 @@ static inline const kt_unit *kt_unit_find(const char *name, size_t length) {
     return NULL;
 }
 
-/* Whether a number of it is that in SI units. */
+/* Whether a number in this unit equals the number in SI units. */
 static inline bool kt_unit_is_si(const kt_unit *unit) { return unit->divided == 1 && unit->times == 1; }
 
 #endif

@@ -171,7 +171,8 @@ static bool begins_at(const char *text, size_t size, size_t at, const char *with
     return at + strlen(with) <= size && memcmp(text + at, with, strlen(with)) == 0;
 }
 
-/* The index of a declaration that only blanks and comments precede; 0: it is at the beginning, or there is none. */
+/* The index of a declaration that only blanks and comments precede; 0: the declaration is at the beginning, or
+ * missing. */
 static size_t late_declaration(const char *text, size_t size) {
     size_t i = 0;
     while (i < size && (strchr(" \t\r\n", text[i]) != NULL || begins_at(text, size, i, "<!--")))

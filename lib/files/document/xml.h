@@ -20,7 +20,8 @@ typedef struct kt_element {
     const struct kt_element *by;       /* likewise, in the file that includes `file` */
 } kt_element;
 
-/* An XML declaration that is not at the very beginning, but before the root. It is accepted nevertheless. */
+/* An XML declaration that is not at the very beginning, but before the root. Such a declaration is accepted
+ * nevertheless. */
 typedef struct kt_xml_late {
     uint32_t line, column; /* 0: there is none */
 } kt_xml_late;

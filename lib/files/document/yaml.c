@@ -1,9 +1,9 @@
 /* YAML to nodes, from libyaml's events. Constructs that a scene does not use are rejected.
  *
  * Text is checked before libyaml sees it. UTF-8 and characters are checked for a line and a column in the message, and
- * because libyaml would guess UTF-16. Directives are checked because libyaml compares each with all before it. Aliases
- * and anchors are rejected, so that time and memory of reading grow with the size of the file alone. Tags are rejected,
- * since a scene's own keys determine the type of each value.
+ * because libyaml would guess UTF-16. Directives are checked because libyaml compares each directive with all earlier
+ * ones. Aliases and anchors are rejected, so that time and memory of reading grow with the size of the file alone. Tags
+ * are rejected, since a scene's own keys determine the type of each value.
  */
 #include "document/node_builder.h"
 
@@ -16,7 +16,7 @@
  *
  * libyaml names the token that its grammar missed ("did not find expected key"), which is no help for the author of the
  * file. This table gives the usual meaning of each such text, a remedy, and a position. The position is that of the
- * offending token, or the beginning of the construct that was left open. */
+ * offending token, or of the beginning of the unfinished construct. */
 
 typedef enum kt_spot {
     SPOT_PROBLEM, /* where libyaml stopped */
@@ -83,7 +83,7 @@ static bool fault_at_mark(kt_reader *r, yaml_mark_t mark, const char *message) {
     return kt_fault_put(r, KT_ERROR_SCENE, yaml_line_of(mark), yaml_column_of(mark), "%s", message);
 }
 
-/* Reports a character that cannot begin a token: a tab, or one that YAML reserves (@ ` and, here, %). */
+/* Reports a character that cannot begin a token: a tab, or a character that YAML reserves (@ ` and, here, %). */
 static void report_no_token(kt_reader *r, const yaml_parser_t *parser) {
     char character = (char)*parser->buffer.pointer;
     yaml_mark_t mark = parser->problem_mark;

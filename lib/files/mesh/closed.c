@@ -1,6 +1,6 @@
-/* Whether a surface is closed and its triangles all have one sense. Then for each edge that one triangle passes from a
- * to b, another triangle passes it from b to a. Vertices with equal positions are one vertex, for any number of copies
- * in the file.
+/* Whether a surface is closed and its triangles all have one sense. If so, for each edge that one triangle passes from
+ * a to b, another triangle passes the edge from b to a. Vertices with equal positions are one vertex, for any number of
+ * copies in the file.
  *
  * Edges are sorted by their two ends, so that those of one pair follow each other. O(n log n).
  */
@@ -45,7 +45,7 @@ static void find_places(const kt_triangles *mesh, corner *corners, int *place) {
     }
 }
 
-/* Edges of no length, of triangles that have shrunk to a line or a point, are left out. Returns how many there are. */
+/* Edges of no length, of triangles that have shrunk to a line or a point, are left out. Returns the number of edges. */
 static size_t list_edges(const kt_triangles *mesh, const int *place, edge *edges) {
     size_t count = 0;
     for (int i = 0; i < mesh->triangle_count; i++)

@@ -5,15 +5,15 @@
  *     (b - a) x (c - a) . (p - a) > 0
  * These triangles are replaced by triangles between p and the edges around them.
  *
- * Each point that is still to come and outside is in the list of one triangle that it sees. From this triangle, the
- * others that it sees are found through common edges. The points of replaced triangles are distributed among the new
+ * Each remaining point outside the hull is in the list of a triangle that it sees. From this triangle, a search across
+ * common edges finds all other seen triangles. The points of replaced triangles are distributed among the new
  * ones: a point outside of the new hull that saw a replaced triangle sees a new one (Barber, Dobkin, Huhdanpaa,
  * doi:10.1145/235815.235821). In a random order of n points, all this takes O(n log n) operations on average.
  *
- * Many points of a box or a cylinder are in one plane, where rounding decides which triangles p sees. So all decisions
- * are those of moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random. Points nearer
- * than NEAR are one. The triangles then have the vertices of the file. The volume that they enclose differs from the
- * hull by the part MOVE of its area times its size. */
+ * Many points of a box or a cylinder are in one plane, where rounding decides which triangles p sees. Therefore all
+ * decisions use slightly moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random.
+ * Points nearer than NEAR count as one point. The resulting triangles have the vertices of the file. The volume that
+ * they enclose differs from the hull by the part MOVE of its area times its size. */
 #include "mesh/mesh.h"
 
 #include "algebra/elementary.h"
@@ -25,7 +25,7 @@
 
 static const double MOVE = 0x1p-34, NEAR = 0x1p-30, FLAT = 0x1p-26; /* FLAT: less than that high is a plane */
 
-/* A vertex without its copies: where it is in steps of NEAR. */
+/* A vertex without its copies: its position in steps of NEAR. */
 typedef struct spot {
     double at[3];
     int vertex;
@@ -46,7 +46,8 @@ typedef struct face {
 
 enum { NONE = -1 };
 
-/* Numbers of a vertex: the face whose list has it, and the next one in the list; the new face that begins there. */
+/* Numbers of a vertex: the face whose list has it, and the next vertex in the list; the new face that begins at this
+ * vertex. */
 typedef struct link {
     int face, next, begins;
 } link;
@@ -81,7 +82,7 @@ static double next_random(uint64_t *state) {
     return (double)(*state >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Each coordinate as a part of its range; false where they have none. */
+/* Each coordinate as a part of its range; false if the coordinates have no range. */
 static bool scale_points(hull *h, const kt_triangles *mesh) {
     kt_vec3 low, high;
     kt_box_of(mesh->vertices, mesh->vertex_count, &low, &high);
@@ -95,7 +96,7 @@ static bool scale_points(hull *h, const kt_triangles *mesh) {
     return true;
 }
 
-/* Leaves one of points that are the same, moves all, and puts them in a random order. */
+/* Removes copies of points, moves the remaining points, and puts these in a random order. */
 static void scatter_points(hull *h, int vertex_count) {
     uint64_t state = 1;
     for (int i = 0; i < vertex_count; i++) {
@@ -250,7 +251,7 @@ static bool add_new_faces(hull *h, int point) {
     return true;
 }
 
-/* Puts points into the lists of new faces that they see. The others are inside. */
+/* Puts points into the lists of new faces that they see. Points that see no new face are inside. */
 static void distribute(hull *h, int q) {
     for (int next; q != NONE; q = next) {
         next = h->links[q].next;
@@ -293,7 +294,8 @@ static double distance_from(const hull *h, const int first[4], int count, int po
         kt_vec3_dot(kt_vec3_normalize(kt_vec3_cross(u, kt_vec3_sub(h->points[first[2]], h->points[first[0]]))), d));
 }
 
-/* The first four points: each the farthest from those before it. False where all are in a plane. */
+/* Finds the first four points, each the farthest from the previous points. Returns false if all points are in a
+ * plane. */
 static bool find_simplex(const hull *h, int first[4]) {
     first[0] = h->spots[0].vertex;
     for (int k = 1; k < 4; k++) {

@@ -173,7 +173,7 @@ static bool add_quadrilateral(maker *m, const long c[4]) {
     return add_read_triangle(m, c[0], c[1], c[3]) && add_read_triangle(m, c[1], c[2], c[3]);
 }
 
-/* `1/2/3` or `4//5`: the first number of a corner, from 1, or from the end where it is negative. The index is -1 after
+/* `1/2/3` or `4//5`: the first number of a corner, from 1, or from the end if negative. The index is -1 after
  * reporting. False if there is no corner. */
 static bool take_corner(maker *m, const char **at, long *index) {
     double number;
@@ -307,7 +307,8 @@ void kt_triangles_free(kt_triangles *mesh) {
     *mesh = (kt_triangles){.vertices = NULL};
 }
 
-/* A variable that is not volatile loses the conversion: gcc 12 leaves it out of two of three coordinates (-O3). */
+/* A variable that is not volatile loses the conversion: gcc 12 omits the conversion for two of three coordinates
+ * (-O3). */
 static double round_to_single(double x) {
     volatile float single = (float)x;
     return (double)single;

@@ -30,7 +30,7 @@ enum { KT_TRIANGLES_MOST = 1 << 24 };
  * Cost: O(size). */
 kt_status kt_triangles_parse(const char *text, size_t size, kt_triangles *mesh, kt_error *error);
 
-/* Whether the contents of a file are those of a binary STL. */
+/* Whether the contents of a file are a binary STL. */
 bool kt_triangles_is_binary_stl(const char *text, size_t size);
 
 /* Vertices and triangles from lists of numbers, three each; vertices are shared. Without triangles: the convex hull. */
@@ -49,16 +49,17 @@ bool kt_triangles_round(kt_triangles *mesh);
 void kt_triangles_turn_over(kt_triangles *mesh);
 
 /* Shares vertices, and leaves no more than `most` triangles (>= 0), as near to the surface as cubes of one size allow;
- * those without area vanish. On failure the mesh is as it was. Errors: KT_ERROR_MEMORY. O(size) some fifteen times. */
+ * triangles without area vanish. On failure the mesh is unchanged. Errors: KT_ERROR_MEMORY. O(size) some fifteen
+ * times. */
 kt_status kt_triangles_decimate(kt_triangles *mesh, int most, kt_error *error);
 
 /* Whether the surface is closed, and its triangles all face outwards or all inwards.
- * Errors: KT_ERROR_SCENE, with the number of edges at which it is not closed, and the place of one; KT_ERROR_MEMORY.
+ * Errors: KT_ERROR_SCENE, with the number of open edges, and the position of one of them; KT_ERROR_MEMORY.
  * Cost: O(n log n). */
 kt_status kt_triangles_check_closed(const kt_triangles *mesh, kt_error *error);
 
-/* Replaces the triangles by those of the convex hull of all vertices. Coordinates that differ by less than 1e-9 of
- * their range are the same. On failure the mesh is as it was.
+/* Replaces the triangles by the triangles of the convex hull of all vertices. Coordinates that differ by less than 1e-9
+ * of their range are the same. On failure the mesh is as it was.
  * Errors: KT_ERROR_SCENE if all vertices are in a plane; KT_ERROR_MEMORY.
  * Cost: O(n log n) for n vertices, on average over the order in which they are taken. */
 kt_status kt_triangles_hull(kt_triangles *mesh, kt_error *error);

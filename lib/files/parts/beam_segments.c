@@ -17,8 +17,8 @@
  * and begins half such a turn away from the section at its beginning.
  *
  * Source: the finite-segment method, e.g. J. W. Kamman, R. L. Huston, Multibody System Dynamics 6 (2001). Section
- * forces and strains are those of a geometrically exact beam, of which it is a difference scheme: J. C. Simo, CMAME 49,
- * p. 55 (1985).
+ * forces and strains are those of a geometrically exact beam, of which these equations are a difference scheme: J. C.
+ * Simo, CMAME 49, p. 55 (1985).
  */
 #include "parts/builder.h"
 
@@ -240,7 +240,7 @@ static const kt_marker *find_added_marker(const kt_builder *builder, const kt_en
     return NULL;
 }
 
-/* A second end that is attached needs its place: without one, the beam would end where the world begins. */
+/* An attached second end needs a position, because the default would be the origin of the world. */
 static kt_status check_second_end(const kt_beam *b, kt_error *error) {
     const kt_end none = kt_end_default();
     const bool has_place = b->to.body != NULL || b->to.marker != NULL || b->to.at.x != none.at.x ||
@@ -380,7 +380,7 @@ static bool name_parts(kt_builder *builder, const kt_beam *b, kt_beam_parts *par
     return true;
 }
 
-/* Adds what there is room for. */
+/* Adds parts as long as the beam has room. */
 static void add_parts(kt_builder *builder, const kt_beam *b, const kt_beam_segment *s, const kt_beam_parts *parts,
                       const kt_body *first) {
     const int n = b->segments;

@@ -152,8 +152,8 @@ static bool take_sizes(sizes *s, const kt_draft *d) {
     return true;
 }
 
-/* The distance of a body on the world is zero, at any position of its origin. A circle of parents ends the walk; the
- * check of the description reports it. */
+/* The distance of a body on the world is zero, at any position of its origin. A circle of parents ends the walk, and
+ * the check of the description reports the circle. */
 static void find_distances(sizes *s) {
     const kt_draft *d = s->d;
     for (int i = 0; i < d->bodies.count; i++) {
@@ -186,7 +186,7 @@ static double reach_of_shapes(const kt_body *body) {
     return reach;
 }
 
-/* How far the robot reaches, without the shapes of its collisions: origins, centres of mass, and solids of visuals.
+/* The extent of the robot, without the shapes of its collisions: origins, centres of mass, and solids of visuals.
  * Zero: there is nothing to compare with. */
 static double reach_of_robot(const sizes *s, const kt_appearance *appearance) {
     const kt_seen_collision *collision = appearance->collisions.items;

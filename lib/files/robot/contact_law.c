@@ -10,17 +10,17 @@
  * since 2 (condim - 1) edges carry N, each with the compliance 2 (1 + mu^2) mu^2 / r of a contact without friction, and
  * two of them carry T.
  *
- * A contact here has the force
+ * A contact of the library has the force
  *     N = K x^m (1 + 3/2 c x').
  * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
- * creep are those of MuJoCo at x1. */
+ * creep equal MuJoCo's at x1. */
 #include "robot/robot_contact.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has none of its
- * own. */
+/* The least mobility, relative to that of the whole robot. A body that turns about its centre of mass has zero
+ * mobility. */
 static const double mobility_least = 0.01;
 
 kt_contact_law kt_contact_law_standard(void) {

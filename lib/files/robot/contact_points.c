@@ -1,11 +1,11 @@
 /* The points in which a mesh touches planes.
  *
- * A plane touches the convex hull. On a flat face of the hull, such as a sole, the mesh needs the corners of this face:
- * they decide over which area it stands. The triangles of the mesh show its flat faces. Their normals n are counted in
- * the cells of a cube's surface, n and -n as one. In each cell, the largest triangle gives the normal. A side of the
- * hull is flat if triangles of the part FLAT of the surface are within the tolerance of its plane. Its corners are the
- * vertices in the plane that are the farthest in TURNS directions along it. The directions are turned by half an angle
- * between them, since most edges are parallel to an axis.
+ * A plane touches the convex hull. On a flat face of the hull, such as a sole, the mesh needs the corners of this face,
+ * because they determine the area of support. The triangles of the mesh show its flat faces. Their normals n are
+ * counted in the cells of a cube's surface, n and -n as one. In each cell, the largest triangle gives the normal. A
+ * side of the hull is flat if triangles of the part FLAT of the surface are within the tolerance of its plane. Its
+ * corners are the vertices in the plane that are the farthest in TURNS directions along it. The directions are turned
+ * by half an angle between them, since most edges are parallel to an axis.
  *
  * Else the mesh needs vertices that are the farthest in the directions to faces, edges and corners of its box. A point
  * that surpasses all others by less than the tolerance is left out. */

@@ -1,7 +1,7 @@
-/* The tree of a robot that touches the ground: mobilities, and how deep it starts in the ground.
+/* The tree of a robot that touches the ground: mobilities, and the initial depth in the ground.
  *
  * The mobility of a point is the mean of (J M^-1 J')_ii over the three directions, with the mass matrix M and the
- * Jacobian J of the point. It is the acceleration per force, averaged over the directions of the force.
+ * Jacobian J of the point. The mobility is the acceleration per force, averaged over the directions of the force.
  *
  * A stop without a stiffness is as soft as MuJoCo's default for limits, under a force that accelerates its joint by
  * 9.81 rad/s^2 or m/s^2: the mobility is (M^-1)_jj, at the start.

@@ -44,8 +44,8 @@ static bool has_own_joint_name(const kt_draft *d, int body) {
     return name != NULL && strcmp(name, ((const kt_body *)d->bodies.items)[body].name) != 0;
 }
 
-/* Joints without a name of their own have that of their body. Those that move keep it; a body that is fixed without a
- * joint of the file takes another one, if a joint of the file has it. */
+/* A joint without its own name has the name of its body. Joints that move keep this name. A body that is fixed without
+ * a joint of the file gets another name, if a joint of the file has this name. */
 void kt_draft_name_joints(kt_draft *d, kt_namer *joints) {
     for (int pass = 0; pass < 3; pass++)
         for (int i = 0; i < d->bodies.count; i++) {

@@ -1,7 +1,7 @@
 /* Files that a robot includes.
  *
  * These files are in the folder of the robot, or in folders that the caller names (options->search, options->allow). A
- * path that leads elsewhere is rejected, also if it leads there through links of the file system. */
+ * path to another folder is rejected, also if the path leads there through links of the file system. */
 #define _XOPEN_SOURCE 700 /* realpath, stat */
 #include "base/text.h"
 #include "document/file.h"

@@ -1,5 +1,5 @@
-/* A mechanism from a file, ready to run. It makes the calls that a program would make one by one, and releases all
- * results. */
+/* A mechanism from a file, ready to run. One call makes the calls that a program would make one by one, and one call
+ * releases all results. */
 #include "base/require.h"
 #include "kinetree/import.h"
 

@@ -10,8 +10,8 @@
 
 /* ---- default classes --------------------------------------------------------------------------------------------- */
 
-/* A <default> element. An attribute has the value of the element, else that of its class, else that of the class around
- * it. The class main may be written in several places. */
+/* A <default> element. An attribute has the value in the element, else in the element's class, else in the class around
+ * this class. The class main may be written in several places. */
 typedef struct kt_mjcf_class {
     const char *name;
     const kt_element *element;
@@ -40,7 +40,7 @@ typedef struct kt_mjcf_settings {
     bool align_free;   /* frames of free bodies that carry nothing are those of their inertia: false */
 } kt_mjcf_settings;
 
-/* What <option> turns off. */
+/* The features that <option> turns off. */
 typedef struct kt_mjcf_off {
     bool springs, dampers, friction, limits, actuation, equalities, control_limits;
     unsigned actuator_groups; /* a bit each */
@@ -48,8 +48,8 @@ typedef struct kt_mjcf_off {
 
 /* ---- documents --------------------------------------------------------------------------------------------------- */
 
-/* The model itself (document 0), or an attached one. An element has the settings and default classes of its document.
- * Files that a document includes are part of it. */
+/* The model itself (document 0), or an attached model. An element has the settings and default classes of its document.
+ * Files that a document includes are part of the document. */
 typedef struct kt_mjcf_document {
     kt_element *root;
     int parent; /* the document that attaches it; -1: the model itself */
@@ -155,7 +155,7 @@ enum {
     KT_MJCF_CLASSES
 };
 
-/* Numbers in place of the class of an element. Incomplete: it refers to an item that is not attached. */
+/* Numbers in place of the class of an element. Incomplete: the element refers to an item that is not attached. */
 enum { KT_MJCF_INCOMPLETE = -3 };
 
 typedef struct kt_mjcf {
@@ -209,17 +209,18 @@ bool kt_mjcf_fault(kt_mjcf *m, const kt_element *e, const char *format, ...) KT_
 /* The nearest body around an element; NULL: the world. */
 const kt_element *kt_mjcf_body_around(const kt_element *e);
 
-/* Finds the classes, and gives each element the number of its own. */
+/* Finds the classes, and gives each element the number of its class. */
 void kt_mjcf_classes(kt_mjcf *m);
 
-/* The <default> element of a class, whose number becomes that of the class around it; NULL: there is none. */
+/* The <default> element of a class, whose number becomes the number of the class around it; NULL: no such class. */
 const kt_element *kt_mjcf_class_element(const kt_mjcf *m, int *number);
 
 /* The value of an attribute, or of its default for elements called `tag` (NULL: no defaults); NULL if there is none. */
 const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *name);
 
-/* Its numbers, from `least` to `most` of them. Those behind are the ones of its class, as in MuJoCo; others stay.
- * Returns how many it has itself; 0 if the attribute is missing, or wrong, which is reported. */
+/* Reads the numbers of an attribute, from `least` to `most`. Missing numbers at the end are taken from the class, as in
+ * MuJoCo; others do not change. Returns the count of the numbers in the element itself; 0 if the attribute is missing,
+ * or wrong, which is reported. */
 int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, int least, int most,
                     double *values);
 double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard);
@@ -239,11 +240,11 @@ kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double
 /* `pos`, and the orientation by any of its ways. */
 kt_pose kt_mjcf_pose(kt_mjcf *m, const kt_element *e, const char *tag);
 
-/* Two parts of a name in one, such as a prefix and the name of an element. All such names are bounded, so that a small
- * file cannot take all memory. NULL after reporting. */
+/* Two parts of a name in one, such as a prefix and the name of an element. The total size of such names is bounded, so
+ * that a small file cannot use up memory. NULL after reporting. */
 const char *kt_mjcf_join(kt_mjcf *m, const kt_element *e, const char *first, const char *second);
 
-/* Adds the name of an element, if it has one; reports one that is there already. */
+/* Adds the name of an element, if any; reports a name that exists already. */
 void kt_mjcf_add_name(kt_mjcf *m, int scope, const kt_element *e, int index);
 
 /* The index that an attribute names; -1 after reporting. */

@@ -1,9 +1,10 @@
 /* Activations of actuators in MJCF as auxiliary states.
  *
- * The activation w of an actuator takes the place of its control u in the force. It has one of these rates:
+ * The activation w of an actuator replaces its control u in the force. The activation has one of these rates:
  *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T,   muscle: mjcf_muscle.c.
- * `actrange` bounds it. For a constant control w has no turning point. It then makes no difference whether w itself is
- * bounded, as in MuJoCo, or the value that the force uses, as here. With a delay, the control is zero before. */
+ * `actrange` bounds it. For a constant control w has no turning point. Therefore w itself, which MuJoCo bounds, and the
+ * value that the force uses, which the library bounds, give the same force. With a delay, the control is zero
+ * before. */
 #include "robot/mjcf.h"
 
 /* Time constants below this are none, s: the activation is the control. */

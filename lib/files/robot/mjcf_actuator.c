@@ -37,7 +37,7 @@ typedef struct action {
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
 
-/* Whether an action is that of a spatial tendon. */
+/* Whether an action acts along a spatial tendon. */
 static bool is_along_path(const kt_mjcf *m, const action *d) {
     return d->tendon >= 0 && kt_mjcf_tendon_at(m, d->tendon)->path_count > 0;
 }
@@ -52,7 +52,8 @@ static double lever_of(const kt_mjcf *m, const action *d, int joint) {
     return sum;
 }
 
-/* Finds the joint or tendon of an actuator. If it is left out, counts it and returns false. */
+/* Finds the joint or tendon of an actuator. If this joint or tendon is left out, counts the actuator and returns
+ * false. */
 static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     const char *attribute = kt_xml_attribute(e, "joint") != NULL           ? "joint"
                             : kt_xml_attribute(e, "jointinparent") != NULL ? "jointinparent"
@@ -157,7 +158,7 @@ static double next_activation(const kt_mjcf_dynamics *dynamics, const double *nu
 }
 
 /* Adds what an actuator does to `actions`. `numbers` are the activations of the keyframe (NULL: zeros), of which `used`
- * belong to the actuators before. */
+ * belong to earlier actuators. */
 static void add_action(kt_mjcf *m, const kt_element *e, double control, const double *numbers, int *used,
                        kt_list *actions) {
     const double infinite = (double)INFINITY;
@@ -248,7 +249,7 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     }
 }
 
-/* Whether a formula is needed. It is if a sum that contains the actuator is bounded. It is also needed if the force
+/* Whether a formula is needed. A formula is needed if a sum that contains the actuator is bounded, or if the force
  * grows with the length or its rate, since no servo has such a force. */
 static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
     int count;
@@ -287,7 +288,7 @@ static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], cons
     kt_left_count(&m->servos, l->element);
 }
 
-/* Adds an actuator as an effect of its own. No other actuator shares its bounds. */
+/* Adds an actuator as a separate effect. No other actuator shares its bounds. */
 static void add_alone(kt_mjcf *m, const action *d) {
     kt_mjcf_line l = {.element = d->element, .factor = 1.0};
     kt_mjcf_tendon *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon) : NULL;
@@ -434,7 +435,7 @@ static void put_action(const kt_mjcf *m, const kt_list *actions, const action *f
     }
 }
 
-/* Whether an action is part of one that is written with another along the same tendon. */
+/* Whether an action is written together with another action along the same tendon. */
 static bool is_written_with_another(const kt_list *actions, int index) {
     const action *d = action_at(actions, index);
     for (int i = 0; i < index && d->is_shared; i++)
@@ -443,7 +444,7 @@ static bool is_written_with_another(const kt_list *actions, int index) {
     return false;
 }
 
-/* Whether a muscle in a joint without bounds is an effect of its own. */
+/* Whether a muscle, in a joint without bounds, is a separate effect. */
 static bool is_apart(const kt_mjcf_joint *j, const action *d) {
     return action_is_muscle(d) && isinf(j->force[0]) && isinf(j->force[1]);
 }

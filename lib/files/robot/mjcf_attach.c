@@ -27,7 +27,7 @@ static int add_document(kt_mjcf *m, kt_element *root, int parent, const char *pa
     return m->documents.count - 1;
 }
 
-/* Whether a document, or one that attaches it, is a file. */
+/* Whether a document, or a document that attaches it, comes from a file. */
 static bool attaches_itself(const kt_mjcf *m, int document, const char *path) {
     while (document >= 0 && !kt_text_is(kt_mjcf_document_at(m, document)->path, path))
         document = kt_mjcf_document_at(m, document)->parent;
@@ -55,8 +55,8 @@ static kt_element *read_model(kt_mjcf *m, const kt_element *model, int document,
     return NULL;
 }
 
-/* The root of the model that an asset of a document names; one without a name has that of its file's root. NULL after
- * reporting. */
+/* The root of the model that an asset of a document names; an asset without a name has the name of its file's root.
+ * NULL after reporting. */
 static kt_element *find_model(kt_mjcf *m, const kt_element *e, int document, const char *name, const char **path) {
     const kt_element *root = kt_mjcf_document_at(m, document)->root;
     for (const kt_element *s = kt_xml_child(root, "asset"); s != NULL; s = kt_xml_next(s, "asset"))
@@ -216,7 +216,7 @@ static void take_sections(kt_element *from, kt_element *to) {
     }
 }
 
-/* Options and the total mass concern the whole, so those of an attached model are counted as lost. */
+/* Options and the total mass concern the whole model, so that those of an attached model are counted as lost. */
 static void count_lost(kt_mjcf *m, int document) {
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
     const kt_element *option = kt_xml_child(d->root, "option");
@@ -305,7 +305,7 @@ void kt_mjcf_expand(kt_mjcf *m) {
 
 /* ---- what is incomplete ----------------------------------------------------------------------------------------- */
 
-/* Whether a name is that of an incomplete item. */
+/* Whether a name belongs to an incomplete item. */
 static bool is_lost(const kt_mjcf *m, const char *name) {
     bool found = false;
     for (int i = 0; i < m->lost_names.count && !found; i++)
@@ -313,7 +313,7 @@ static bool is_lost(const kt_mjcf *m, const char *name) {
     return found;
 }
 
-/* Whether all that an element and those in it refer to exists, or is missing from the model itself. */
+/* Whether all references of an element, and of the elements in it, exist, or are missing from the model itself. */
 static bool is_complete(const kt_mjcf *m, const kt_element *e) {
     for (size_t i = 0; e->attributes[i] != NULL; i += 2) {
         const int scope = scope_of_reference(e->attributes[i]);

@@ -43,7 +43,7 @@ enum { NONE = -2 };
 
 static kt_mjcf_class *class_at(const kt_mjcf *m, int i) { return (kt_mjcf_class *)m->classes.items + i; }
 
-/* Adds a <default> of the root (is_main), or of a class, and those in it. */
+/* Adds a <default> of the root (is_main), or of a class, and the classes in it. */
 static void add_class(kt_mjcf *m, const kt_element *e, bool is_main, int outer) {
     const char *name = kt_xml_attribute(e, "class");
     const int index = m->classes.count, document = e->document;
@@ -59,7 +59,7 @@ static void add_class(kt_mjcf *m, const kt_element *e, bool is_main, int outer) 
         add_class(m, child, false, index);
 }
 
-/* The number of a class that an attribute names; that of `around` without one. */
+/* The number of a class that an attribute names; without such a name, the number of `around`. */
 static int class_of(kt_mjcf *m, const kt_element *e, const char *attribute, int around) {
     const char *name = kt_xml_attribute(e, attribute);
     if (name == NULL)
@@ -133,8 +133,8 @@ static void replace_text(const char *text, int index, const char **value, int *w
     }
 }
 
-/* The text of one of several attributes: that of the element, else that of the innermost class with any of them. Of
- * several in one place, the last counts. */
+/* The text of one of several attributes: the text of the element, else of the innermost class with any of these
+ * attributes. Among several at one place, the last counts. */
 static const char *nearest_text(const kt_mjcf *m, const kt_element *e, const char *tag, const char *const *names,
                                 int count, int *which) {
     const char *value = NULL;

@@ -1,11 +1,11 @@
-/* The axes of an inertia in MuJoCo's order, since some frames of MJCF are those axes: of free bodies with `align`, and
+/* The axes of an inertia in MuJoCo's order, since some frames of MJCF have these axes: of free bodies with `align`, and
  * of the drag of a medium.
  *
  * MuJoCo turns the axes by Jacobi rotations of a quaternion. Each annuls the largest entry D_rc off the diagonal of
  * D = R' S R, with the smaller of two angles a:
  *     t = tan a = sign(tau) / (|tau| + sqrt(1 + tau^2)),   tau = (D_cc - D_rr) / (2 D_rc).
- * It stops when that entry is rounding. Quarter turns then sort the moments, the largest first; equal ones keep their
- * order. Source: user_util.cc. */
+ * The iteration stops when that entry is of the size of rounding. Quarter turns then sort the moments, the largest
+ * first; equal ones keep their order. Source: user_util.cc. */
 #include "robot/mjcf_axes.h"
 
 #include <math.h>
@@ -20,7 +20,7 @@ static kt_quat quat_about(int axis, double cosine, double sine) {
     return kt_quat_make(cosine, axis == 0 ? sine : 0.0, axis == 1 ? sine : 0.0, axis == 2 ? sine : 0.0);
 }
 
-/* One rotation; false if none is needed. The moments become those before it. */
+/* Makes one rotation; returns false if no rotation is needed. On return, `moments` are those before the rotation. */
 static bool turn_axes(kt_sym3 s, kt_quat *q, double moments[3]) {
     const kt_mat3 r = kt_matrix_from_quat(*q);
     const double d01 = turned_entry(s, r.x, r.y), d02 = turned_entry(s, r.x, r.z), d12 = turned_entry(s, r.y, r.z);

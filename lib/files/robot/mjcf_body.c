@@ -4,9 +4,9 @@
  * body in its parent. J_k moves about axis_k through the point p_k, both in the body's frame after the joints before
  * have moved it:
  *     J_k = shift(p_k) R(axis_k, q_k - ref_k) shift(-p_k)
- * Each joint becomes a body of the scene whose frame is at p_k. The last of them is the body itself if its frame is at
- * the body's origin. Else the body is fixed to the last one. The joint frame is turned back by ref, so that coordinates
- * are those of MuJoCo.
+ * Each joint becomes a body of the scene whose frame is at p_k. The last of these is the body itself if its frame is at
+ * the body's origin. Otherwise the body is fixed to the last one. The joint frame is turned back by ref, so that
+ * coordinates equal MuJoCo's.
  */
 #include "robot/mjcf_axes.h"
 

@@ -2,9 +2,9 @@
  *
  * Two geoms touch if a <pair> names them. They also touch if no <exclude> has their bodies and their masks allow it:
  *     (contype1 & conaffinity2) | (contype2 & conaffinity1) != 0.
- * Their numbers are those of the geom with the higher priority. At equal priority, friction and condim are the larger
- * values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller values
- * apply.
+ * The contact has the numbers of the geom with the higher priority. At equal priority, friction and condim are the
+ * larger values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller
+ * values apply.
  *
  * The law of a contact follows from these numbers (contact_law.c). The contact begins at the distance margin - gap, as
  * in MuJoCo. */

@@ -1,7 +1,7 @@
 /* Passive forces and fixed tendons of MJCF as effects.
  *
- * A fixed tendon has the length L = sum c_i q_i. If it has a single joint, it acts in that joint, with the factor c. If
- * it has several, L becomes the position of a body without mass, on its own prismatic joint. A coupling holds this
+ * A fixed tendon has the length L = sum c_i q_i. With a single joint, the tendon acts in that joint, with the factor c.
+ * With several joints, L becomes the position of a body without mass, on its own prismatic joint. A coupling holds this
  * position to the sum, so that a force along L acts in joint i with the factor c_i.
  */
 #include "robot/mjcf.h"
@@ -144,7 +144,8 @@ static void act_in_joint(kt_mjcf *m, const kt_mjcf_joint *j) {
         add_line_stop(m, &l, j->lower, j->upper);
 }
 
-/* MuJoCo adds the compensation in such a joint to the forces of actuators, which it computes only if there are any. */
+/* MuJoCo adds the compensation in such a joint to the forces of actuators, which MuJoCo computes only if actuators
+ * exist. */
 static void report_lost_compensation(kt_mjcf *m) {
     if (!m->off.actuation && kt_mjcf_section(m, "actuator", NULL) != NULL)
         return;

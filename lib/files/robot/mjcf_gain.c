@@ -62,7 +62,7 @@ static void read_position_servo(kt_mjcf *m, const kt_element *e, kt_mjcf_actuato
     set_kind(a, FIXED, AFFINE_BIAS, strcmp(e->name, "intvelocity") == 0 ? KT_MJCF_INTEGRATOR : a->dynamics.type);
 }
 
-/* Numbers of a muscle below zero stand for those that it has already. */
+/* A negative number of a muscle means the present number. */
 static void read_muscle_numbers(kt_mjcf *m, const kt_element *e, const char *name, int least, int most,
                                 double *values) {
     double read[2] = {-1.0, -1.0};
@@ -72,7 +72,7 @@ static void read_muscle_numbers(kt_mjcf *m, const kt_element *e, const char *nam
 }
 
 /* A muscle has its own defaults in place of those that all actuators have. Its attributes are the numbers of the gain,
- * which are those of the bias, too. */
+ * and the bias has the same numbers. */
 static void read_muscle(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a) {
     static const double own[] = {0.75, 1.05, -1.0, 200.0, 0.5, 1.6, 1.5, 1.3, 1.2};
     static const char *const names[] = {"force", "scale", "lmin", "lmax", "vmax", "fpmax", "fvmax"};
@@ -155,8 +155,8 @@ static bool is_position(const kt_mjcf_actuator *a) {
     return a->gain_type == FIXED && a->bias_type == AFFINE_BIAS && a->gain[0] == -a->bias[1];
 }
 
-/* M_jj of a scalar joint at the reference position. It is the armature plus a sum over all bodies that the joint
- * carries. A slide has the terms m_i. A hinge about the axis a through p has the terms a' I_i a + m_i |a x (c_i -
+/* M_jj of a scalar joint at the reference position. This inertia is the armature plus a sum over all bodies that the
+ * joint carries. A slide has the terms m_i. A hinge about the axis a through p has the terms a' I_i a + m_i |a x (c_i -
  * p)|^2. */
 static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     const kt_pose at = kt_mjcf_body_at(m, j->body)->world;
@@ -175,7 +175,7 @@ static double carried_inertia(kt_mjcf *m, const kt_mjcf_joint *j) {
     return sum;
 }
 
-/* If the damping is above zero, it is a ratio to the critical one, 2 sqrt(stiffness inertia). As in MuJoCo, the numbers
+/* A damping above zero is a ratio to the critical damping, 2 sqrt(stiffness inertia). As in MuJoCo, the numbers
  * alone decide whether the actuator is one of positions, whatever the types of gain and bias are. */
 void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *a, double gear, int tendon,
                              const kt_mjcf_term *own) {

@@ -83,7 +83,7 @@ static double geom_volume_of(const geom *g) {
 
 /* ---- geoms ------------------------------------------------------------------------------------------------------- */
 
-/* Whether a geom is one of those that have mass. */
+/* Whether a geom has mass. */
 static bool counts(kt_mjcf *m, const kt_element *e) {
     const double group = kt_mjcf_number(m, e, "geom", "group", 0.0);
     return m->geoms_have_mass && group >= m->body_settings->group_first && group <= m->body_settings->group_last;
@@ -123,7 +123,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
     set_moments(g, volume);
 }
 
-/* A solid with a mesh is fitted to it. If the mesh cannot be read, the geom is that mesh. */
+/* Fits a solid to the mesh of a geom. If the mesh cannot be read, the geom remains a mesh. */
 static void fit_geom(kt_mjcf *m, const kt_element *e, geom *g) {
     kt_pose within = kt_pose_identity();
     g->is_fitted = g->type != SDF && kt_mjcf_fit(m, e, solids[g->type], g->size, &within);
@@ -252,8 +252,8 @@ void kt_mjcf_masses(kt_mjcf *m, int body) {
 
 /* ---- the compiler's settings ------------------------------------------------------------------------------------- */
 
-/* The axes of an inertia that changes. They stay, as in MuJoCo, also if moments become equal: a medium and aligned
- * frames have them. */
+/* The axes of an inertia that changes. The axes remain, as in MuJoCo, even if moments become equal, because a medium
+ * and aligned frames use them. */
 static void keep_axes(kt_mjcf_body *b) {
     b->inertial = (kt_pose){.rotation = kt_mjcf_axes_of_body(b), .position = b->com};
     b->has_axes = true;
@@ -291,7 +291,7 @@ static void bound_mass(kt_mjcf *m, double least, kt_mjcf_body *b) {
     kt_left_count(&m->bounded, b->element);
 }
 
-/* Whether the body, or one that carries it, has a joint. */
+/* Whether the body, or a body that carries it, has a joint. */
 static bool moves_in_world(const kt_mjcf *m, int body) {
     while (body > 0 && kt_mjcf_body_at(m, body)->joint_count == 0)
         body = kt_mjcf_body_at(m, body)->parent;

@@ -8,7 +8,8 @@
  *
  * Muscles need the inverse of the mass matrix, too (mjcf_reach.c).
  *
- * Contacts are softer if the touching body is lighter: its mobility is that of its centre of mass (contact_tree.c).
+ * Contacts are softer if the touching body is lighter: its mobility is the mobility of its centre of mass
+ * (contact_tree.c).
  */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"

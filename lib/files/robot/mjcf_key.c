@@ -1,8 +1,9 @@
 /* The start of a model in MJCF: one of its keyframes.
  *
- * The keyframe of an attached model has numbers for all joints and actuators of that model, in its order. The attached
- * ones take their numbers. The others of the whole begin at their reference positions, at rest and without control.
- * Numbers of `act`, `mpos` and `mquat` of an attached model are left out with a warning. */
+ * The keyframe of an attached model has numbers for all joints and actuators of that model, in its order. Attached
+ * joints and actuators get their numbers from this keyframe. The others of the whole begin at their reference
+ * positions, at rest and without control. Numbers of `act`, `mpos` and `mquat` of an attached model are left out with a
+ * warning. */
 #include "robot/mjcf.h"
 
 #include <math.h>

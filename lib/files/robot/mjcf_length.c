@@ -1,7 +1,7 @@
 /* The armature of spatial tendons of MJCF, an inertia a along the length L of a straight path.
  *
- * It adds a J'J to the mass matrix and a J' (dJ/dt v) to the bias, with J = dL/dq. A slider without mass has the
- * armature a and the position s, and a coupling keeps s = L. Eliminating s by s' = J v gives these terms exactly.
+ * The armature adds a J'J to the mass matrix and a J' (dJ/dt v) to the bias, with J = dL/dq. A slider without mass has
+ * the armature a and the position s, and a coupling keeps s = L. Eliminating s by s' = J v gives these terms exactly.
  *
  * The coupling needs coordinates. Between two points p and q on different bodies, three sliders without mass carry a
  * point along the axes of the body of p. A spherical loop keeps this point at q, so that the positions x, y, z of these

@@ -1,7 +1,7 @@
 /* Equalities of MJCF as loops.
  *
- * MuJoCo holds equalities with soft forces; here they are exact. Their numbers refer to the reference positions of all
- * joints, at which the bodies have the poses of <body>.
+ * MuJoCo holds equalities with soft forces, whereas the library holds them exactly. Their numbers refer to the
+ * reference positions of all joints, at which the bodies have the poses of <body>.
  *   A `connect` keeps a point of the first body on the point of the second body that is there at these positions.
  *   A `weld` keeps the point `anchor` and the axes of the second body at a pose in the first body. The pose is
  *   `relpose`, or that at the reference positions. With torquescale 0 only the point is held.

@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The joint or the tendon of an actuator; -1: it is none. */
+/* The joint or the tendon of an actuator; -1: the actuator has none. */
 typedef struct line {
     int joint, tendon;
     double gear;

@@ -5,9 +5,10 @@
  * point becomes a `contact` effect of a sphere, whose radius is zero at a corner or on a rim.
  *
  * An ellipsoid with the half axes A = diag(a, b, c) has the farthest point A^2 n / |A n| in the direction n. Its
- * smallest radius of curvature is r = min^2 / max. A sphere of this radius that touches it there from inside has its
- * centre at A^2 n / |A n| - r n. These spheres in KT_CONTACT_EXTREMES directions represent the ellipsoid. In these
- * directions a plane touches it at the right height. Between them it sinks by up to 8 % of its longest half axis.
+ * smallest radius of curvature is r = min^2 / max. A sphere of this radius that touches the ellipsoid from inside has
+ * its centre at A^2 n / |A n| - r n. These spheres in KT_CONTACT_EXTREMES directions represent the ellipsoid. In these
+ * directions, a plane touches the ellipsoid at the right height. Between these directions, the ellipsoid sinks by up to
+ * 8 % of its longest half axis.
  */
 #include "robot/robot_contact.h"
 

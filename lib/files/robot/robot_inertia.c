@@ -53,7 +53,7 @@ static int fixed_to(const parts *p, int b) {
     return kt_draft_body_at(p->j->d, b)->joint.type == KT_JOINT_FIXED ? p->j->d->parents[b] : -1;
 }
 
-/* A walk over all bodies has met a circle of parents: it ends there, and the check of the description reports the
+/* A walk over all bodies that meets a circle of parents ends there, and the check of the description reports the
  * circle. */
 static void find_firsts(parts *p) {
     const kt_draft *d = p->j->d;
