@@ -111,6 +111,27 @@ typedef struct kt_record {
                                         are no hard contacts */
 } kt_record;
 
+/* The force of one contact in a state. All vectors have world axes.
+ *
+ * The first body is that of the sphere, the point or the disc (kt_effect.between[0]). The force acts on the first body
+ * at `point`, and its opposite on the body of the plane there. So a body that rests on a floor has a force upwards, and
+ * friction that slows slip has force . slip < 0. This is the sign of all columns `effect.NAME`. */
+typedef struct kt_contact_load {
+    bool touches, sticks; /* it has a force; it is hard, and its friction holds it at rest */
+    kt_vec3 point;        /* the lowest point of the first body, m */
+    kt_vec3 normal;       /* the unit normal of the plane, towards the first body */
+    kt_vec3 force;        /* normal force and friction, N; 0 if it does not touch */
+    kt_vec3 slip;         /* velocity of the first body less that of the other one at `point`, across the normal, m/s */
+} kt_contact_load;
+
+/* Finds the force of a contact in a record: of elastic ones, of hard ones that stick or slip, and with time stepping.
+ * The argument effect is the index in the description. kt_contact_force does so in the present state.
+ * Errors: KT_ERROR_ARGUMENT if the effect is no contact, or if it is hard and the run does not request
+ * KT_RECORD_REACTION. *load is then unchanged.
+ * Cost: O(1). */
+KT_API KT_CHECKED kt_status kt_record_contact(const kt_record *record, int effect, kt_contact_load *load,
+                                              kt_error *error);
+
 /* Returns 0 to continue, and any other number to stop. */
 typedef int kt_recorder(const kt_record *record, void *user);
 

@@ -441,6 +441,11 @@ typedef struct kt_contact_counts {
     int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 
+/* Finds the force of a contact in the present state (kt_record_contact), after kt_simulation_sense.
+ * Errors: those of both. *load is then unchanged. */
+KT_API KT_CHECKED kt_status kt_contact_force(kt_simulation *simulation, int effect, kt_contact_load *load,
+                                             kt_error *error);
+
 /* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for
  * NULL. */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);

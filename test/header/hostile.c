@@ -64,6 +64,7 @@ typedef struct fixture {
     kt_residual residual;
     kt_power power;
     kt_effect_load load;
+    kt_contact_load touch;
     kt_initial_change changes[64];
     kt_equilibrium equilibrium;
     kt_step step;

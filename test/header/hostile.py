@@ -60,7 +60,7 @@ BY_TYPE = {
     "const kt_spectrum *": "f->spectrum", "kt_mode_watch *": "f->watch", "const kt_mode_watch *": "f->watch", "const kt_linear_system *": "f->system",
     "kt_energy_watch *": "&f->energy", "const kt_energy_watch *": "&f->energy", "const kt_record *": "&f->record", "kt_record *": "&f->record",
     "const kt_parameter *": "&f->parameter", "kt_parameter *": "&f->parameter_out", "kt_coordinate_list": "(kt_coordinate_list){f->index, f->dofs}",
-    "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_initial_change *": "f->changes",
+    "kt_residual *": "&f->residual", "kt_power *": "&f->power", "kt_effect_load *": "&f->load", "kt_contact_load *": "&f->touch", "kt_initial_change *": "f->changes",
     "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_batch_sensors *": "&f->sensors", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "const kt_beam *": "&f->beam", "const kt_link_tree *": "&f->tree", "kt_builder *": "f->builder", "const kt_builder *": "f->builder", "const kt_effect *": "&f->effect",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",

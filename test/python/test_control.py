@@ -325,3 +325,19 @@ def test_a_loop_that_an_action_keeps_dies_with_its_simulation(scenes):
     del controller
     gc.collect()
     assert simulation() is None
+
+
+def test_contacts_have_the_force_on_the_first_body():
+    ball = {"name": "ball", "mass": 2, "inertia": [1, 1, 1],
+            "joint": {"type": "free", "position": {"position": [0, 0, 0.1]}, "velocity": {"linear": [5, 0, 0]}}}
+    contact = {"name": "c", "type": "contact", "point": "ball", "radius": 0.1, "plane": "world", "axis": "z", "restitution": 0, "friction": 0.3}
+    scene = kt.Scene({"kinetree": 1, "gravity": [0, 0, -9.81], "bodies": [ball], "effects": [contact]})
+    simulation = scene.simulation(duration=1, sensors=["reaction"])
+    simulation.advance(0.1)
+    [found] = simulation.contacts()
+    assert found["name"] == "c" and not found["sticks"]
+    assert np.allclose(found["force"], [-5.886, 0, 19.62], atol=1e-12)
+    assert np.allclose(found["normal"], [0, 0, 1]) and abs(found["point"][2]) < 1e-15
+    assert found["slip"] @ found["force"] < 0
+    with pytest.raises(kt.ArgumentError, match="reactions"):
+        scene.simulation(duration=1).contacts()

@@ -1,7 +1,7 @@
 """Records of a simulation that Python drives, as a `Run`."""
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -30,6 +30,20 @@ def sensor_bits(sensors: Sequence[str]) -> int:
     if isinstance(sensors, str) or not isinstance(sensors, Iterable) or not all(isinstance(each, str) and each in names for each in sensors):
         raise mistyped("sensors", f"a list of {', '.join(names)}", sensors)
     return sum({names[each] for each in sensors})
+
+
+def contacts_of(simulation: Any, effects: Sequence[Tuple[str, str]], check: Callable[[int], None], error: Any) -> List[Json]:
+    """The contacts of the present state that touch."""
+    record, load, found = ffi.new("kt_record *"), ffi.new("kt_contact_load *"), []
+    check(lib.kt_simulation_sense(simulation, record, error))
+    for i, (name, kind) in enumerate(effects):
+        if kind != "contact":
+            continue
+        check(lib.kt_record_contact(record, i, load, error))
+        vectors = {key: getattr(load, key) for key in ("point", "normal", "force", "slip")}
+        if load.touches:
+            found.append({"name": name, "sticks": bool(load.sticks), **{key: np.array([v.x, v.y, v.z]) for key, v in vectors.items()}})
+    return found
 
 
 class Recording:

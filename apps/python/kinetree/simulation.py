@@ -16,7 +16,7 @@ from .events import ROOM, Events
 from .laws import Event, Feedback, Law, Recorder, copied
 from .model import Model, ModelCopy
 from .present import Present, Stepped
-from .recording import Recording, sensor_bits
+from .recording import Recording, contacts_of, sensor_bits
 from .watch import Watch, issue
 
 _tick, _time = lib.kt_python_tick, lib.kt_simulation_time
@@ -469,6 +469,12 @@ class Simulation(Events, Fixed):
         if np.isfinite(record.kinetic) and self._sensed & (lib.KT_RECORD_ENERGY | lib.KT_RECORD_BALANCE):
             values["energy"] = (record.kinetic, record.potential)
         return values
+
+    def contacts(self) -> List[Json]:
+        """The contacts that touch: ``name``, ``sticks``, ``point``, ``normal``, ``force`` on the first body, ``slip``. Hard ones need the sensor reaction."""
+        with self._guard:
+            self._apply()
+            return contacts_of(self._simulation, self.model.effect_types, self._check, self._error)
 
     def data(self) -> Data:
         """A workspace at the present state, with its kinematics: for positions, Jacobians and dynamics.

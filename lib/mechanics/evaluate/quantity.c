@@ -200,6 +200,17 @@ static kt_vec3 end_velocity_at(const kt_effect_end *end, kt_vec3 point) {
     return kt_vec3_add(end->velocity, kt_vec3_cross(end->omega, kt_vec3_sub(point, end->point)));
 }
 
+static kt_vec3 slip_velocity_at(const reading *r, kt_vec3 point) {
+    return tangential(r, kt_vec3_sub(end_velocity_at(&r->end[0], point), end_velocity_at(&r->end[1], point)));
+}
+
+kt_contact_place kt_contact_place_find(const kt_data *data, const kt_effect_record *effect) {
+    reading r = {.effect = effect};
+    kt_effect_ends_find(data, effect, r.end);
+    const kt_vec3 point = lowest_point(&r);
+    return (kt_contact_place){.point = point, .normal = contact_normal_of(&r), .slip = slip_velocity_at(&r, point)};
+}
+
 static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     const bool touches = r->effect->type == KT_EFFECT_CONTACT;
     const kt_wrench *wrench = &r->load.wrench[r->effect->ends == 2 && !touches ? 1 : 0];
@@ -234,7 +245,7 @@ static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     case KT_QUANTITY_EXCESS:
         return penetration_of(r);
     case KT_QUANTITY_SLIP:
-        return kt_vec3_norm(tangential(r, kt_vec3_sub(end_velocity_at(&r->end[0], l), end_velocity_at(&r->end[1], l))));
+        return kt_vec3_norm(slip_velocity_at(r, l));
     case KT_QUANTITY_POINT_X:
     case KT_QUANTITY_POINT_Y:
     case KT_QUANTITY_POINT_Z:
