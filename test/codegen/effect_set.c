@@ -170,6 +170,8 @@ static bool draw_effect(kt_effect_set *set, int i, kt_effect_type type, const kt
         e->dissipation = 0.2;
         e->friction = i % 3 ? 0.6 : 0.0;
         e->slip = 0.3;
+        if (i % 2)
+            e->axle = kt_tree_direction(random);
         break;
     case KT_EFFECT_THRUST:
         e->mass = kt_function_polynomial(burnt, 3);

@@ -68,7 +68,7 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
         {URDF_OF("<contact><lateral_friction value='0.1'/></contact>", BALL, DRAKE("0.15", "0.15"), ""), &on_ground, 1,
          0.15},
         {SDF_WORLD(SDF_LINK(SPHERE, SDF_DRAKE), "0 0 1", SURFACE("", "0.3")), &on_plane, 1, 0.25},
-        {URDF("<cylinder radius='.1' length='1'/>", ""), &on_ground, 32, 1.0},
+        {URDF("<cylinder radius='.1' length='1'/>", ""), &on_ground, 2, 1.0},
         {URDF("<mesh filename='none.stl'/>", ""), &on_ground, 0, 0.0},
         {URDF(BOX, ""), &on_plane, 0, 0.0}, /* no plane, and it does not move */
         {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", SURFACE("", "0.3")), &on_plane, 1, 0.3},
@@ -131,7 +131,6 @@ KT_TEST(free_robots_without_ground_are_told_in_all_formats) {
         {URDF(BOX, ""), &groundless, "--ground HEIGHT adds a floor"},
         {URDF(BOX, ""), &deep, "starts 0.5 m deep in the ground"},
         {URDF("<mesh filename='none.stl'/>", ""), &on_ground, "no mesh that can be read"},
-        {URDF("<cylinder radius='.1' length='1'/>", ""), &on_ground, "sinks by up to 1.9 % of its radius: 1"},
         {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", ""), NULL, "falls, 4.9 m in the first second"},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {

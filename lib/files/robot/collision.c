@@ -140,6 +140,19 @@ static int read_touching_points(touching *t, const kt_collision *item, kt_vec3 p
     return count;
 }
 
+/* Whether the first joint that moves a body, upwards, turns it without limits. */
+static bool turns_freely(const touching *t, int body) {
+    int at = body;
+    for (int steps = 0; steps < t->d->bodies.count && t->d->parents[at] >= 0; steps++) {
+        if (kt_draft_body_at(t->d, at)->joint.type != KT_JOINT_FIXED)
+            break;
+        at = t->d->parents[at];
+    }
+    const kt_joint *joint = &kt_draft_body_at(t->d, at)->joint;
+    return joint->type == KT_JOINT_FREE ||
+           (joint->type == KT_JOINT_REVOLUTE && isinf(joint->limits.lower) && isinf(joint->limits.upper));
+}
+
 static bool collision_moves(const touching *t, const kt_collision *item) {
     return item->body >= 0 && t->moves[item->body];
 }
@@ -156,6 +169,7 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
                               .points = points,
                               .pose = item->pose,
                               .mobility = t->mobility[item->body],
+                              .turns_freely = turns_freely(t, item->body),
                               .mass = touching_tree_mass(t, item->body)};
     memcpy(shape.size, item->size, sizeof shape.size);
     if (item->solid == KT_SOLID_NONE)
@@ -242,7 +256,7 @@ static const kt_note near_notes[] = {
     KT_NOTE(kt_contact_tally, made, START, KT_NOTE_STIFF),
     KT_NOTE(kt_contact_tally, floors, START, KT_NOTE_FLOORS),
     KT_NOTE(kt_contact_tally, rounded, MOTION, KT_NOTE_ROUNDED),
-    KT_NOTE(kt_contact_tally, edged, MOTION, KT_NOTE_EDGED),
+    KT_NOTE(kt_contact_tally, rough, MOTION, KT_NOTE_ROUGH),
 };
 
 void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,

@@ -79,7 +79,7 @@ static const kt_note contact_notes[] = {
     KT_NOTE(kt_mjcf, touched.made, START, KT_NOTE_STIFF),
     KT_NOTE(kt_mjcf, touched.floors, START, KT_NOTE_FLOORS),
     KT_NOTE(kt_mjcf, touched.rounded, MOTION, KT_NOTE_ROUNDED),
-    KT_NOTE(kt_mjcf, touched.edged, MOTION, KT_NOTE_EDGED),
+    KT_NOTE(kt_mjcf, touched.rough, MOTION, KT_NOTE_ROUGH),
     KT_NOTE(kt_mjcf, contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 

@@ -154,6 +154,15 @@ static bool find_law(kt_mjcf *m, const surface *plane, const surface *s, kt_cont
     return can_close;
 }
 
+/* Whether the last joint of a body, or of the one that it is fixed to, turns it without limits. */
+static bool mjcf_turns_freely(const kt_mjcf *m, int body) {
+    while (body > 0 && kt_mjcf_body_at(m, body)->joint_count == 0 && !kt_mjcf_body_at(m, body)->is_freed)
+        body = kt_mjcf_body_at(m, body)->parent;
+    const kt_mjcf_body *b = kt_mjcf_body_at(m, body);
+    const kt_mjcf_joint *j = b->joint_count > 0 ? kt_mjcf_joint_at(m, b->first_joint + b->joint_count - 1) : NULL;
+    return b->is_freed || (j != NULL && j->type != KT_MJCF_SLIDE && !j->is_limited);
+}
+
 static const char *body_name(const kt_mjcf *m, const surface *s) {
     return s->body > 0 ? kt_mjcf_body_at(m, s->body)->name : NULL;
 }
@@ -172,6 +181,7 @@ static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surf
                               .solid = s->solid,
                               .pose = s->pose,
                               .mobility = b->mobility,
+                              .turns_freely = mjcf_turns_freely(m, s->body),
                               .mass = contact_tree_mass(m, s->body)};
     memcpy(shape.size, s->size, sizeof shape.size);
     if (s->is_mesh)

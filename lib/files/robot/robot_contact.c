@@ -1,8 +1,8 @@
 /* Contacts of robots with planes, as effects.
  *
  * A solid touches a plane in its lowest points. A sphere has one such point, and a capsule has one at each end. A box
- * has its corners, and a cylinder has RIM points on each rim. The points of a mesh are those of contact_points.c. Each
- * point becomes a `contact` effect of a sphere, whose radius is zero at a corner or on a rim.
+ * has its corners, and a cylinder has the lowest point of each rim. The points of a mesh are those of contact_points.c.
+ * Each point becomes a `contact` effect of a sphere, whose radius is zero at a corner. A rim becomes that of a disc.
  *
  * An ellipsoid with the half axes A = diag(a, b, c) has the farthest point A^2 n / |A n| in the direction n. Its
  * smallest radius of curvature is r = min^2 / max. A sphere of this radius that touches the ellipsoid from inside has
@@ -14,13 +14,11 @@
 
 #include <math.h>
 
-enum { RIM = 16 };
-
-static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
-                              double radius) {
+static kt_effect *add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
+                                    double radius) {
     kt_effect *effect = kt_draft_effect(d, shape->element, KT_EFFECT_CONTACT);
     if (effect == NULL)
-        return;
+        return NULL;
     const char *name = kt_namer_make(shape->names, shape->name);
     effect->name = *name != '\0' ? name : NULL;
     effect->between[0].body = shape->body;
@@ -32,13 +30,14 @@ static void add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const 
     effect->stiffness = shape->stiffness;
     effect->exponent = shape->exponent;
     effect->dissipation = shape->dissipation;
+    return effect;
 }
 
 static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
     const double *a = shape->size, least = fmin(a[0], fmin(a[1], a[2])), most = fmax(a[0], fmax(a[1], a[2]));
     const double r = least * least / most;
     if (most - least < 1e-9 * most) {
-        add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), most);
+        (void)add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), most);
         return;
     }
     for (int i = 0; i < KT_CONTACT_EXTREMES; i++) {
@@ -47,15 +46,14 @@ static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_g
         const double length = kt_vec3_norm(stretched);
         const kt_vec3 far =
             kt_vec3_make(a[0] * stretched.x / length, a[1] * stretched.y / length, a[2] * stretched.z / length);
-        add_shape_contact(d, shape, ground, kt_vec3_sub(far, kt_vec3_scale(r, n)), r);
+        (void)add_shape_contact(d, shape, ground, kt_vec3_sub(far, kt_vec3_scale(r, n)), r);
     }
 }
 
 static void add_rim(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, double height) {
-    for (int i = 0; i < RIM; i++) {
-        const double turn = 2.0 * 3.14159265358979323846 * (double)i / RIM, r = shape->size[0];
-        add_shape_contact(d, shape, ground, kt_vec3_make(r * cos(turn), r * sin(turn), height), 0.0);
-    }
+    kt_effect *effect = add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, height), shape->size[0]);
+    if (effect != NULL)
+        effect->axle = shape->pose.rotation.z;
 }
 
 /* Adds the contacts of a solid with a plane; false if no contact can represent the solid. */
@@ -63,11 +61,11 @@ static bool add_contact_solid(kt_draft *d, const kt_contact_shape *shape, const 
     const double *size = shape->size;
     switch (shape->solid) {
     case KT_SOLID_SPHERE:
-        add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), size[0]);
+        (void)add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), size[0]);
         return true;
     case KT_SOLID_CAPSULE:
         for (int i = -1; i < 2; i += 2)
-            add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, i * size[1]), size[0]);
+            (void)add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, i * size[1]), size[0]);
         return true;
     case KT_SOLID_CYLINDER:
         add_rim(d, shape, ground, -size[1]);
@@ -77,7 +75,7 @@ static bool add_contact_solid(kt_draft *d, const kt_contact_shape *shape, const 
         for (int i = 0; i < 8; i++) {
             const kt_vec3 corner = kt_vec3_make((i & 1) != 0 ? size[0] : -size[0], (i & 2) != 0 ? size[1] : -size[1],
                                                 (i & 4) != 0 ? size[2] : -size[2]);
-            add_shape_contact(d, shape, ground, corner, 0.0);
+            (void)add_shape_contact(d, shape, ground, corner, 0.0);
         }
         return true;
     case KT_SOLID_ELLIPSOID:
@@ -85,7 +83,7 @@ static bool add_contact_solid(kt_draft *d, const kt_contact_shape *shape, const 
         return true;
     case KT_SOLID_NONE:
         for (int i = 0; i < shape->point_count; i++)
-            add_shape_contact(d, shape, ground, shape->points[i], 0.0);
+            (void)add_shape_contact(d, shape, ground, shape->points[i], 0.0);
         return shape->point_count > 0;
     default:
         return false;
@@ -98,8 +96,8 @@ void kt_contact_make(kt_draft *d, kt_contact_shape *shape, const kt_ground *grou
         kt_contact_law_apply(law, cone, gravity, shape);
     if (shape->solid == KT_SOLID_ELLIPSOID)
         kt_left_count(&touched->rounded, shape->element);
-    if (shape->solid == KT_SOLID_CYLINDER)
-        kt_left_count(&touched->edged, shape->element);
+    if (shape->turns_freely && shape->solid == KT_SOLID_NONE && kt_contact_is_round(shape->points, shape->point_count))
+        kt_left_count(&touched->rough, shape->element);
     const bool is_made = shape->stiffness > 0.0 && add_contact_solid(d, shape, ground);
     kt_left_count(is_made ? &touched->made : &touched->lost, shape->element);
 }

@@ -47,6 +47,7 @@ typedef struct kt_contact_shape {
     kt_pose pose;                                            /* in the body */
     double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
     double mobility, mass;                                   /* of the body, 1/kg; of the robot */
+    bool turns_freely;                                       /* by a free joint, or about an axis without limits */
 } kt_contact_shape;
 
 /* A plane through the origin of a pose in a body (NULL: the world), with its z axis as the normal. */
@@ -69,7 +70,7 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
 typedef struct kt_contact_tally {
     kt_left planes, made, lost; /* lost: shapes that no contact can represent */
     kt_left floors;             /* boxes that are planes */
-    kt_left rounded, edged;     /* ellipsoids and cylinders, of which contacts are near */
+    kt_left rounded, rough;     /* ellipsoids, and meshes of wheels, of which contacts are near */
     double depth;               /* of the deepest contact at the start */
 } kt_contact_tally;
 
@@ -94,9 +95,12 @@ kt_vec3 kt_contact_direction(int i, kt_vec3 extent);
 #define KT_NOTE_STIFF                                                                                                  \
     "contacts are stiff: the method is " KT_ROBOT_STIFF_METHOD " (--integrator names another); shapes that touch:"
 
-#define KT_NOTE_EDGED                                                                                                  \
-    "cylinders that touch planes, each with 16 points of both rims, so that a lying or rolling one sinks by up to "    \
-    "1.9 % of its radius:"
+/* Whether the points of a mesh are those of a wheel or ball: round about one of the axes. */
+bool kt_contact_is_round(const kt_vec3 *points, int count);
+
+#define KT_NOTE_ROUGH                                                                                                  \
+    "meshes of wheels, which touch planes in points, so that they bump and lose speed like polygons; give them "       \
+    "cylinders or spheres as collisions:"
 
 /* ---- contact_tree.c: the tree of a robot that touches ------------------------------------------------------------ */
 

@@ -117,7 +117,7 @@ static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *e
         return;
     if (effect->relative.type)
         write_relative_jacobian(s, effect, e.end, &jacobian);
-    else if (kind->jacobian)
+    else if (kind->jacobian && !effect->disc)
         kind->jacobian(effect, s->model->number, e.end, s->at->t, &jacobian);
     else
         kt_dual_effect_jacobian(effect, s->model->number, e.end, s->at->t, &jacobian);

@@ -104,11 +104,13 @@ static kt_gap gap_of_moving_ends(const kt_model *model, const kt_data *data, con
     return kind->joint_gap(effect, motion.position, motion.rate);
 }
 
-/* The gap of an effect whose second end is on the ground; points are relative to that end. Gaps do not depend on the
- * axes of the first end, which are not computed. */
+/* The gap of an effect whose second end is on the ground; points are relative to that end. The axes of the first end
+ * are computed for discs alone. */
 KT_INLINE kt_gap gap_to_ground(const kt_data *data, const kt_effect_record *effect) {
     kt_effect_end end[2];
     kt_effect_point_of(data, effect, 0, kt_v4_from(effect->frame[1].position), end);
+    if (effect->disc)
+        end[0].axes = kt_effect_axes_of(data, effect, 0);
     end[1].axes.z = effect->frame[1].rotation.z;
     end[1].point = kt_vec3_make(0.0, 0.0, 0.0);
     return kt_effect_kind_of(effect->type)->gap(effect, end);

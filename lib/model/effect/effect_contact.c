@@ -11,21 +11,24 @@
  *
  * Friction opposes the tangential part of s, and is smooth in s_t:
  *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|
- * Below v0 (`slip`), friction acts as a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu N))
- * instead of resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power
- * is
+ * Below v0 (`slip`), friction acts as a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu
+ * N)) instead of
+ * resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power is
  *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
+ *
+ * A disc (an axle a) touches with KT_RIM_POINTS points of its rim, in the directions cos u d + sin u e for the lowest
+ * direction d = e x a and the level direction e = n x a / |n x a|. The points keep these directions while the disc
+ * spins. An upright disc touches at its lowest point alone and rolls without bumps, and a disc that lies flat stands on
+ * all of them. Since the points come in pairs +u and -u, k x^m of a pair does no work in a spin, and the energy is the
+ * sum of those of the points. When the disc is flat (|n x a| < KT_RIM_FLAT), the directions are fixed to the disc: the
+ * sum of the points hardly depends on their angles then.
  */
 #include "effect/effect.h"
+#include "effect/rim.h"
 
 static void contact_check(kt_checker *checker, const kt_effect *effect) {
     kt_effect_check_hard(checker, effect, "contact");
-    if (kt_effect_has_axle(effect) && !kt_effect_is_hard(effect))
-        kt_checker_fault(
-            checker, "axle", -1,
-            "an elastic contact is that of a sphere; give a restitution in place of the stiffness, or leave "
-            "`axle` out");
-    else if (kt_effect_has_axle(effect) && !(effect->radius > 0.0))
+    if (kt_effect_has_axle(effect) && !(effect->radius > 0.0))
         kt_checker_fault(checker, "radius", -1, "radius is %g; that of a disc must be above 0", effect->radius);
     if (effect->radius2 > 0.0 && (!kt_effect_is_hard(effect) || kt_effect_has_axle(effect)))
         kt_checker_fault(
@@ -43,22 +46,18 @@ static inline kt_triple end_point_velocity(const kt_effect_frame *end, kt_triple
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
-static void contact_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
-                           kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
-    (void)numbers, (void)t;
-    const kt_triple n = end[1].axes.z, none = kt_triple_zero();
-    const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
-    const kt_real x = effect->radius - kt_triple_dot(n, from_plane);
-    const kt_condition touches = kt_not(kt_value(x) <= 0.0);
-    if (!kt_is_anywhere(touches)) {
-        wrench[0] = wrench[1] = (kt_effect_wrench){.moment = none, .force = none};
-        if (balance)
-            *balance = (kt_effect_power){.energy = kt_real_of(0.0)};
-        return;
-    }
+/* What a contact does in one point: the wrenches on both ends, and the parts of the power. */
+typedef struct contact_load {
+    kt_effect_wrench wrench[2];
+    kt_real energy, dissipated;
+} contact_load;
+
+/* The contact in a point at `down` from the first end, x deep; `touches` are the lanes in which it is. */
+static contact_load load_in_point(const kt_effect_record *effect, const kt_effect_frame *end, kt_triple from_plane,
+                                  kt_triple down, kt_real x, kt_condition touches) {
     /* In lanes without contact it makes all forces zero. */
+    const kt_triple n = end[1].axes.z, arm = kt_triple_add(from_plane, down);
     const kt_real depth = KT_CHOOSE(touches, x, kt_real_of(0.0));
-    const kt_triple down = kt_triple_scale(kt_real_of(-effect->radius), n), arm = kt_triple_add(from_plane, down);
     const kt_triple s = kt_triple_sub(end_point_velocity(&end[0], down), end_point_velocity(&end[1], arm));
     const kt_real deeper = -kt_triple_dot(n, s), elastic = effect->stiffness * kt_pow(depth, effect->exponent);
     const kt_real normal = elastic * kt_max(1.0 + 1.5 * effect->dissipation * deeper, 0.0);
@@ -68,11 +67,62 @@ static void contact_wrench(const kt_effect_record *effect, const double *numbers
                         KT_CHOOSE(kt_value(ratio) > 0.0, kt_tanh(ratio) / ratio, kt_real_of(1.0));
     const kt_triple force = kt_triple_sub(kt_triple_scale(normal, n), kt_triple_scale(rub, across));
     const kt_triple back = kt_triple_scale(kt_real_of(-1.0), force);
-    wrench[0] = (kt_effect_wrench){.moment = kt_triple_cross(down, force), .force = force};
-    wrench[1] = (kt_effect_wrench){.moment = kt_triple_cross(arm, back), .force = back};
+    return (contact_load){.wrench = {{.moment = kt_triple_cross(down, force), .force = force},
+                                     {.moment = kt_triple_cross(arm, back), .force = back}},
+                          .energy = elastic * depth / (effect->exponent + 1.0),
+                          .dissipated = (normal - elastic) * deeper + rub * speed * speed};
+}
+
+/* Sums the points of a disc's rim. */
+static contact_load load_on_rim(const kt_effect_record *effect, const kt_effect_frame *end, kt_triple from_plane) {
+    const kt_triple n = end[1].axes.z, tilt = kt_triple_cross(n, end[0].axes.z), none = kt_triple_zero();
+    const kt_real s = kt_triple_norm(tilt);
+    const kt_condition flat = kt_value(s) < KT_RIM_FLAT;
+    const kt_real per_s = 1.0 / KT_CHOOSE(flat, kt_real_of(1.0), s);
+    const kt_triple e = KT_CHOOSE_TRIPLE(flat, end[0].axes.y, kt_triple_scale(per_s, tilt));
+    const kt_triple d = kt_triple_cross(e, end[0].axes.z);
+    contact_load sum = {.wrench = {{none, none}, {none, none}}};
+    sum.energy = sum.dissipated = kt_real_of(0.0);
+    for (int i = 0; i < KT_RIM_POINTS; i++) {
+        const kt_triple down = kt_triple_add(kt_triple_scale(kt_real_of(effect->radius * kt_rim_cosine(i)), d),
+                                             kt_triple_scale(kt_real_of(effect->radius * kt_rim_sine(i)), e));
+        const kt_real x = -kt_triple_dot(n, kt_triple_add(from_plane, down));
+        const kt_condition touches = kt_not(kt_value(x) <= 0.0);
+        if (!kt_is_anywhere(touches))
+            continue;
+        const contact_load load = load_in_point(effect, end, from_plane, down, x, touches);
+        for (int k = 0; k < 2; k++) {
+            sum.wrench[k].moment = kt_triple_add(sum.wrench[k].moment, load.wrench[k].moment);
+            sum.wrench[k].force = kt_triple_add(sum.wrench[k].force, load.wrench[k].force);
+        }
+        sum.energy = sum.energy + load.energy;
+        sum.dissipated = sum.dissipated + load.dissipated;
+    }
+    return sum;
+}
+
+static void contact_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
+                           kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
+    (void)numbers, (void)t;
+    const kt_triple n = end[1].axes.z, none = kt_triple_zero();
+    const kt_triple from_plane = kt_triple_sub(end[0].point, end[1].point);
+    const kt_real reach =
+        effect->disc ? effect->radius * kt_triple_norm(kt_triple_cross(n, end[0].axes.z)) : kt_real_of(effect->radius);
+    const kt_real x = reach - kt_triple_dot(n, from_plane);
+    const kt_condition touches = kt_not(kt_value(x) <= 0.0);
+    if (!kt_is_anywhere(touches)) {
+        wrench[0] = wrench[1] = (kt_effect_wrench){.moment = none, .force = none};
+        if (balance)
+            *balance = (kt_effect_power){.energy = kt_real_of(0.0)};
+        return;
+    }
+    const contact_load load = effect->disc ? load_on_rim(effect, end, from_plane)
+                                           : load_in_point(effect, end, from_plane,
+                                                           kt_triple_scale(kt_real_of(-effect->radius), n), x, touches);
+    wrench[0] = load.wrench[0];
+    wrench[1] = load.wrench[1];
     if (balance)
-        *balance = (kt_effect_power){.energy = elastic * depth / (effect->exponent + 1.0),
-                                     .dissipated = (normal - elastic) * deeper + rub * speed * speed};
+        *balance = (kt_effect_power){.energy = load.energy, .dissipated = load.dissipated};
 }
 
 static kt_energetics contact_energetics(const kt_effect_record *effect) {
@@ -169,17 +219,19 @@ static double contact_reach_of(const kt_effect_record *effect, const kt_effect_e
 }
 
 /* Returns -x, and the velocity of the sphere's centre in the frame of the plane. For a plane on the ground, the
- * velocity is in the world's axes. Contacts of a disc, and of two spheres, are
- * hard: only their distances are used. */
+ * velocity is in the world's axes. Contacts of two spheres are hard: only their distances are used. */
 static kt_gap contact_gap(const kt_effect_record *effect, const kt_effect_end *end) {
     const kt_vec3 from_plane = kt_vec3_sub(end[0].point, end[1].point), n = end[1].axes.z;
     if (effect->radius2 > 0.0)
         return (kt_gap){.distance = kt_vec3_norm(from_plane) - effect->radius - effect->radius2};
     const double distance = kt_vec3_dot(n, from_plane) - contact_reach_of(effect, end);
+    kt_vec3 velocity = end[0].velocity;
+    if (effect->disc) /* that of its lowest point: the rate of the distance is its part along n */
+        velocity = kt_vec3_add(velocity, kt_vec3_cross(end[0].omega, kt_contact_lowest(effect, end[0].axes, n)));
     if (effect->force_link[1] == 0)
-        return (kt_gap){distance, kt_vec3_dot(n, end[0].velocity), end[0].velocity, kt_vec3_norm(end[0].omega)};
+        return (kt_gap){distance, kt_vec3_dot(n, velocity), velocity, kt_vec3_norm(end[0].omega)};
     const kt_vec3 carried = kt_vec3_add(end[1].velocity, kt_vec3_cross(end[1].omega, from_plane));
-    const kt_vec3 u = kt_mat3_apply_transposed(end[1].axes, kt_vec3_sub(end[0].velocity, carried));
+    const kt_vec3 u = kt_mat3_apply_transposed(end[1].axes, kt_vec3_sub(velocity, carried));
     return (kt_gap){distance, u.z, u, kt_vec3_norm(kt_vec3_sub(end[0].omega, end[1].omega))};
 }
 
@@ -202,8 +254,8 @@ static const kt_key keys[] = {
     {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m", "r; 0: a point", .range = KT_RANGE_NOT_NEGATIVE},
     {"axle", KT_KEY_AXIS, KT_EFFECT_AT(axle), "",
 
-     "of hard contacts: the axis of a thin disc whose rim touches, in place of the sphere; frame of the point",
-     "a sphere", .needed = false},
+     "the axis of a thin disc whose rim touches, in place of the sphere; frame of the point", "a sphere",
+     .needed = false},
     {"plane", KT_KEY_END, KT_EFFECT_AT(between[1]), "",
      "a frame in the plane, or the centre of a second sphere (radius2)", .needed = true},
     {"radius2", KT_KEY_NUMBER, KT_EFFECT_AT(radius2), "m",
@@ -222,10 +274,10 @@ static const kt_key keys[] = {
     KT_HARD_KEYS("e: the contact is hard; a point that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
-    .help = "contact of a sphere with a half-space (Hunt and Crossley), with friction",
+    .help = "contact of a sphere or a disc with a half-space (Hunt and Crossley), with friction",
     .formula =
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
-        "x: depth of the sphere's lowest point;  s: slip velocity there",
+        "x: depth of the lowest point;  s: slip velocity there",
     .example = "bodies:\n"
                "  - name: ball\n"
                "    joint:\n"

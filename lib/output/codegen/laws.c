@@ -1,6 +1,7 @@
 /* The laws of effects, as nodes. Each has the formula of its file in lib/model/effect; a condition becomes a choice,
  * both sides of which are computed. */
 #include "effect/effect.h"
+#include "effect/rim.h"
 
 #include "codegen/node_effect.h"
 
@@ -197,43 +198,85 @@ static kt_op3 velocity_at(kt_graph *g, const code_end *end, kt_op3 arm) {
     return kt_op3_add(g, end->velocity, kt_op3_cross(g, end->omega, arm));
 }
 
-/* Friction, per metre and second of slip: mu N tanh(|s| / v0) / |s| */
-static kt_op rub_of_contact(const code_effect *e, kt_op normal, kt_op speed) {
-    kt_graph *g = graph_of(e);
-    const kt_op mu = law_number_of(e, "friction", "coefficient", e->record->friction);
-    const kt_op slip = law_number_of(e, "slip", "m/s", e->record->slip), one = constant(e, 1.0);
-    const kt_op ratio = kt_op_divide(g, speed, slip);
-    kt_op share = kt_op_divide(g, kt_op_call(g, KT_OP_TANH, ratio, -1), ratio);
-    share = kt_op_choose(g, ratio, share, one);
-    return kt_op_multiply(g, kt_op_divide(g, kt_op_multiply(g, mu, normal), slip), share);
-}
+/* The numbers of a contact, and its normal. */
+typedef struct code_contact {
+    kt_op radius, stiffness, exponent, loss, friction, slip;
+    kt_op3 n, apart; /* apart: from the plane's point to the centre */
+} code_contact;
 
-/* With the height h = n . (c - p) of a sphere over a plane, and x = r - h its depth. */
-static void contact_between(code_effect *e) {
+static code_contact numbers_of_contact(const code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
-    const kt_op zero = constant(e, 0.0), radius = law_number_of(e, "radius", "m", r->radius);
-    const kt_op k = law_number_of(e, "stiffness", "N/m^exponent", r->stiffness);
-    const kt_op power = law_number_of(e, "exponent", "of the depth", r->exponent);
-    const kt_op loss = law_number_of(e, "dissipation", "s/m", r->dissipation);
     const kt_op33 *axes = &e->end[1].axes;
-    const kt_op3 n = {{axes->row[0].x[2], axes->row[1].x[2], axes->row[2].x[2]}};
-    const kt_op3 apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point);
-    const kt_op x = kt_op_subtract(g, radius, kt_op3_dot(g, n, apart)), depth = kt_op_choose(g, x, x, zero);
-    const kt_op3 down = kt_op3_scale(g, kt_op_negate(g, radius), n), arm = kt_op3_add(g, apart, down);
+    return (code_contact){.radius = law_number_of(e, "radius", "m", r->radius),
+                          .stiffness = law_number_of(e, "stiffness", "N/m^exponent", r->stiffness),
+                          .exponent = law_number_of(e, "exponent", "of the depth", r->exponent),
+                          .loss = law_number_of(e, "dissipation", "s/m", r->dissipation),
+                          .friction = law_number_of(e, "friction", "coefficient", r->friction),
+                          .slip = law_number_of(e, "slip", "m/s", r->slip),
+                          .n = {{axes->row[0].x[2], axes->row[1].x[2], axes->row[2].x[2]}},
+                          .apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point)};
+}
+
+/* What resists a speed, per unit of the speed: most tanh(|s| / s0) / |s| */
+static kt_op rub_of_contact(const code_effect *e, kt_op most, kt_op scale, kt_op speed) {
+    kt_graph *g = graph_of(e);
+    const kt_op ratio = kt_op_divide(g, speed, scale);
+    kt_op share = kt_op_divide(g, kt_op_call(g, KT_OP_TANH, ratio, -1), ratio);
+    share = kt_op_choose(g, ratio, share, constant(e, 1.0));
+    return kt_op_multiply(g, kt_op_divide(g, most, scale), share);
+}
+
+/* Adds the contact in a point at `down` from the first end, x deep if x is positive. */
+static void contact_in_point(code_effect *e, const code_contact *c, kt_op3 down, kt_op x) {
+    kt_graph *g = graph_of(e);
+    const kt_op zero = constant(e, 0.0), depth = kt_op_choose(g, x, x, zero);
+    const kt_op3 arm = kt_op3_add(g, c->apart, down);
     const kt_op3 plane = velocity_at(g, &e->end[1], arm);
     const kt_op3 s = kt_op3_subtract(g, velocity_at(g, &e->end[0], down), plane);
-    const kt_op deeper = kt_op_negate(g, kt_op3_dot(g, n, s));
-    const kt_op elastic = kt_op_multiply(g, k, kt_op_call(g, KT_OP_POWER, depth, power));
-    const kt_op more = kt_op_multiply(g, kt_op_scale(g, 1.5, loss), deeper);
+    const kt_op deeper = kt_op_negate(g, kt_op3_dot(g, c->n, s));
+    const kt_op elastic = kt_op_multiply(g, c->stiffness, kt_op_call(g, KT_OP_POWER, depth, c->exponent));
+    const kt_op more = kt_op_multiply(g, kt_op_scale(g, 1.5, c->loss), deeper);
     const kt_op gain = kt_op_add(g, constant(e, 1.0), more);
     const kt_op normal = kt_op_multiply(g, elastic, kt_op_choose(g, gain, gain, zero));
-    const kt_op3 across = kt_op3_add(g, s, kt_op3_scale(g, deeper, n));
-    const kt_op3 friction = kt_op3_scale(g, rub_of_contact(e, normal, kt_op3_length(g, across)), across);
-    e->force[0] = kt_op3_subtract(g, kt_op3_scale(g, normal, n), friction);
-    e->force[1] = negative_of(g, e->force[0]);
-    e->moment[0] = kt_op3_cross(g, down, e->force[0]);
-    e->moment[1] = kt_op3_cross(g, arm, e->force[1]);
+    const kt_op3 across = kt_op3_add(g, s, kt_op3_scale(g, deeper, c->n));
+    const kt_op rub = rub_of_contact(e, kt_op_multiply(g, c->friction, normal), c->slip, kt_op3_length(g, across));
+    const kt_op3 force = kt_op3_subtract(g, kt_op3_scale(g, normal, c->n), kt_op3_scale(g, rub, across));
+    const kt_op3 back = negative_of(g, force);
+    e->force[0] = kt_op3_add(g, e->force[0], force);
+    e->force[1] = kt_op3_add(g, e->force[1], back);
+    e->moment[0] = kt_op3_add(g, e->moment[0], kt_op3_cross(g, down, force));
+    e->moment[1] = kt_op3_add(g, e->moment[1], kt_op3_cross(g, arm, back));
+}
+
+/* The points of a disc's rim (effect/effect_contact.c). */
+static void contact_on_rim(code_effect *e, const code_contact *c) {
+    kt_graph *g = graph_of(e);
+    const kt_op33 *disc = &e->end[0].axes;
+    const kt_op3 axle = {{disc->row[0].x[2], disc->row[1].x[2], disc->row[2].x[2]}},
+                 fixed = {{disc->row[0].x[1], disc->row[1].x[1], disc->row[2].x[1]}};
+    const kt_op3 tilt = kt_op3_cross(g, c->n, axle);
+    const kt_op s = kt_op3_length(g, tilt), leans = kt_op_subtract(g, s, constant(e, KT_RIM_FLAT));
+    const kt_op per_s = kt_op_divide(g, constant(e, 1.0), kt_op_choose(g, leans, s, constant(e, 1.0)));
+    const kt_op3 across = choose_vector(g, leans, kt_op3_scale(g, per_s, tilt), fixed);
+    const kt_op3 lowest = kt_op3_cross(g, across, axle);
+    for (int i = 0; i < KT_RIM_POINTS; i++) {
+        const kt_op a = kt_op_scale(g, kt_rim_cosine(i), c->radius), b = kt_op_scale(g, kt_rim_sine(i), c->radius);
+        const kt_op3 down = kt_op3_combine(g, a, lowest, b, across);
+        contact_in_point(e, c, down, kt_op_negate(g, kt_op3_dot(g, c->n, kt_op3_add(g, c->apart, down))));
+    }
+}
+
+/* With the height h = n . (c - p) of a sphere over a plane, x = r - h is its depth. */
+static void contact_between(code_effect *e) {
+    kt_graph *g = graph_of(e);
+    const code_contact c = numbers_of_contact(e);
+    e->force[0] = e->force[1] = e->moment[0] = e->moment[1] = kt_op3_zero(g);
+    if (e->record->disc)
+        contact_on_rim(e, &c);
+    else
+        contact_in_point(e, &c, kt_op3_scale(g, kt_op_negate(g, c.radius), c.n),
+                         kt_op_subtract(g, c.radius, kt_op3_dot(g, c.n, c.apart)));
 }
 
 /* Three numbers KEY_1 and so on, which multiply a vector. */
