@@ -142,7 +142,7 @@ class _Effect:
     def contact(self, *, point: End, plane: End, name: str = ..., switched: bool = ..., radius: Number = 0.0, axle: Axis = ..., radius2: Number = ...,
         axis: Axis = ..., stiffness: Number = 0.0, exponent: Number = 1.5, dissipation: Number = 0.0, friction: Number = 0.0, slip: Number = 0.001,
         restitution: Number = ..., rest_velocity: Number = 1e-06, poisson: Union[bool, str] = False) -> Json:
-        """contact of a sphere with a half-space (Hunt and Crossley), with friction"""
+        """contact of a sphere or a disc with a half-space (Hunt and Crossley), with friction"""
     def expression(self, *, name: str = ..., switched: bool = ..., joint: str = ..., between: Sequence[End] = ..., path: Any = ..., at: End = ...,
         force: Union[Number, Sequence[Number]] = ..., torque: Union[Number, Sequence[Number]] = ..., frame: str = ...) -> Json:
         """a force by formulas of t, parameters and the motion of joints and markers"""
