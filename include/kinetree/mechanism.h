@@ -312,13 +312,33 @@ KT_API KT_CHECKED kt_status kt_loop_equations(const kt_model *model, kt_data *da
  * the second end (in rolling: on the surface), about the first end's point. For a prescribed motion, the wrench is the
  * torque or force along the joint's axis that drives the joint. For a coupling the wrench is zero, since a coupling
  * acts along its joints and loads no bearing; kt_multiplier_evaluate gives its joint forces. Either output may be NULL.
- * Redundant loops can share a reaction in many ways; kt_multiplier_evaluate describes the computed distribution.
+ *
+ * Redundant loops can share a reaction in many ways. Then the sum of |F|^2 + |M|^2 / L^2 is least, over the loops and
+ * the joints on their paths, in each group (kt_loop_group_at). L is the length of the longest loop of the group, once
+ * around. The call kt_reaction_shares names the components that are not unique. Contacts, stops, friction that sticks,
+ * and wheels in gears and belts do not take part in the sum.
  * Frame: world axes.
  * Errors: as kt_acceleration_evaluate.
  * Cost: an evaluation of accelerations, and kinematics. */
 KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data *data, double t, const double *q,
                                                  const double *v, const double *tau, const kt_wrench *external,
                                                  kt_wrench *joints, kt_wrench *loops, kt_error *error);
+
+/* How a reaction is shared among redundant loops. */
+typedef struct kt_reaction_share {
+    unsigned open;     /* bits of the components that the balance of forces does not determine: 1 fx, 2 fy, 4 fz, 8 mx,
+                          16 my, 32 mz, 64 the multiplier of a coupling or motion */
+    double length;     /* L in kt_reaction_evaluate, m; 0: all is determined */
+    bool is_too_large; /* of a loop: its group has too many redundant equations for the least sum to be found */
+} kt_reaction_share;
+
+/* Writes which components of the reactions are not unique at (t, q), because loops repeat each other. Stops, contacts
+ * and friction that sticks are left out, since they have laws of their own.
+ * Shape: joints has one entry for each body, loops one for each loop.
+ * Errors: KT_ERROR_ARGUMENT, KT_ERROR_NOT_FINITE (q).
+ * Cost: kinematics; for each redundant group O(equations coordinates^2 + joints redundant^2). */
+KT_API KT_CHECKED kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, const double *q,
+                                               kt_reaction_share *joints, kt_reaction_share *loops, kt_error *error);
 
 /* Computes the multipliers lambda of the loops' equations at (t, q, v) under tau and external. There is one multiplier
  * for each equation, in the order of kt_loop_equations (kt_loop_rows_of). With its jacobian A and the generalised
@@ -327,9 +347,10 @@ KT_API KT_CHECKED kt_status kt_reaction_evaluate(const kt_model *model, kt_data 
  * Units: N for an equation with a residual in m (or m/s), N m for a residual in rad. For a coupling, coefficient times
  * lambda is the generalised force on each of its joints. For a motion, lambda drives the joint.
  *
- * If equations depend on others, only the sum A' lambda is determined. The reduction then decides how the loops share
- * this sum. With `qr` and `partition` dependent equations carry nothing: one of two equal stops carries the whole load.
- * With `svd` lambda is the solution of least norm: each stop carries half of the load. Near a singular position a
+ * If equations depend on others, only the sum A' lambda is determined. The multipliers are then those of the reactions
+ * of kt_reaction_evaluate, whose sum of squares is least: each of two equal motors carries half of the load. Stops,
+ * contacts and friction that sticks do not take part: among them the reduction decides. With `qr` and `partition`,
+ * dependent equations carry nothing; with `svd`, multipliers are least. Near a singular position a
  * multiplier may grow like the reciprocal of the size of the direction that is lost.
  * Errors: as kt_acceleration_evaluate. KT_ERROR_NOT_FINITE names the loop whose multiplier overflows.
  * Cost: an evaluation of accelerations, and with planar loops a second evaluation by the spatial recursion. */

@@ -36,6 +36,7 @@ typedef struct fixture {
     bool flag;
     kt_error error;
     kt_wrench wrench[64];
+    kt_reaction_share share[64];
     kt_vec3 vector;
     kt_mat3 matrix, no_matrix;
     kt_sym3 inertia, no_inertia;

@@ -46,7 +46,7 @@ BY_NAME = {
 BY_TYPE = {
     "const kt_model *": "f->model", "kt_model *": "f->copy", "kt_data *": "f->data", "const kt_data *": "f->data",
     "const double *": "f->any", "double": "0.5", "int": "1", "unsigned": "1", "bool": "true", "size_t": "2", "const int *": "f->index", "int *": "f->ints",
-    "const kt_wrench *": "NULL", "kt_wrench *": "f->wrench", "kt_vec3": "(kt_vec3){0.1, 0.2, 0.3}", "kt_vec3 *": "&f->vector", "bool *": "&f->flag",
+    "const kt_wrench *": "NULL", "kt_wrench *": "f->wrench", "kt_reaction_share *": "f->share", "kt_vec3": "(kt_vec3){0.1, 0.2, 0.3}", "kt_vec3 *": "&f->vector", "bool *": "&f->flag",
     "kt_mat3": "kt_mat3_identity()", "kt_mat3 *": "&f->matrix", "kt_quat": "(kt_quat){1.0, 0.0, 0.0, 0.0}", "kt_sym3": "(kt_sym3){1.0, 1.0, 1.0, 0.0, 0.0, 0.0}",
     "kt_complex": "(kt_complex){-1.0, 1.0}", "const kt_complex *": "&f->complex", "kt_sym3 *": "&f->inertia", "kt_error *": "&f->error",
     "const kt_rotation *": "&f->rotation", "const kt_method *": "f->method", "kt_method *": "&f->table", "const kt_stability *": "&f->stability",

@@ -54,6 +54,7 @@ int kt_take_record(const kt_record *record, void *user) {
     kt_marks_add(&sinks->outcome->marks, record);
     watch_record(sinks->outcome, record);
     kt_watch_event_jump(sinks->outcome, record);
+    kt_watch_shares(sinks->outcome, record);
     if (sinks->outcome->check != NULL)
         kt_error_check_take(sinks->outcome->check, sinks->outcome->model, record);
     kt_growth_add(&sinks->outcome->so_far.growth, record, sinks->outcome->run->duration);

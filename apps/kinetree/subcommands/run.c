@@ -258,7 +258,8 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
     outcome->columns = &results->columns;
     if (kt_columns_add_own(&results->columns, outcome->scene, &record, &error) != KT_OK) /* names have been checked */
         return false;
-    if (!kt_extremes_start(&outcome->extremes, results->columns.count))
+    if (!kt_shares_begin(&outcome->shares, outcome->model) ||
+        !kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
     outcome->steps = (kt_steps){.simulation = outcome->simulation,
                                 .columns = &results->columns,
@@ -314,6 +315,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_growth(outcome);
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
+        kt_warn_of_shares(outcome);
         kt_warn_of_gaps(outcome);
         kt_warn_of_frames(outcome, results.motion);
         if (outcome->check != NULL && code == KT_EXIT_DONE)
@@ -326,6 +328,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_plot_run_free(results.plot);
     kt_steps_free(&outcome->steps);
     kt_extremes_free(&outcome->extremes);
+    kt_shares_free(&outcome->shares);
     kt_columns_free(&results.columns);
     return code;
 }

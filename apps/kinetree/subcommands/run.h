@@ -15,6 +15,7 @@
 #include "records/steps.h"
 
 #include "kinetree/analysis.h"
+#include "kinetree/mechanism.h"
 #include "kinetree/study.h"
 
 #include <stdbool.h>
@@ -170,6 +171,13 @@ void kt_error_check_say(const kt_error_check *check);
 json_t *kt_error_check_describe(const kt_error_check *check);
 void kt_error_check_free(kt_error_check *check);
 
+/* Which reactions are not unique (advice/shares.c). */
+typedef struct kt_shares {
+    kt_reaction_share *of; /* of each joint, by bodies, and each loop, and room for one model's; NULL: unknown */
+    size_t bodies, loops;
+    const struct kt_model *seen; /* the model of the latest record */
+} kt_shares;
+
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
@@ -186,6 +194,7 @@ typedef struct kt_outcome {
     kt_error excess;           /* a value beyond all reason, which has ended the run */
     kt_pace pace;              /* watches adaptive steps */
     double advised_step;       /* s, the smallest step that a warning has suggested; 0: none */
+    kt_shares shares;          /* of the reactions that redundant loops share */
     kt_path_watch paths;       /* around surfaces, after all steps */
     const kt_columns *columns; /* of the records; NULL: not listed yet */
     kt_extremes extremes;      /* of these columns, at all records and steps */
@@ -299,6 +308,14 @@ void kt_warn_of_frames(kt_outcome *outcome, const struct kt_motion *motion);
 
 /* Warns, once for each event, if an event has happened at a jump of atan2 in its formula. */
 void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record);
+
+/* Watches, and after the run warns of reactions that are recorded or read, and that the model does not determine:
+ * redundant loops share them, or a coupling loads no bearing. kt_shares_begin returns false if memory is insufficient.
+ */
+bool kt_shares_begin(kt_shares *shares, const kt_model *model);
+void kt_watch_shares(kt_outcome *outcome, const kt_record *record);
+void kt_warn_of_shares(kt_outcome *outcome);
+void kt_shares_free(kt_shares *shares);
 
 /* Reports the value beyond all reason, and adds a warning to the list. */
 void kt_say_excess(kt_outcome *outcome);

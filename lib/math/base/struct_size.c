@@ -91,6 +91,7 @@
     X(kt_pose)                                                                                                         \
     X(kt_power)                                                                                                        \
     X(kt_quat)                                                                                                         \
+    X(kt_reaction_share)                                                                                               \
     X(kt_record)                                                                                                       \
     X(kt_reference)                                                                                                    \
     X(kt_residual)                                                                                                     \

@@ -141,6 +141,12 @@ static double length_of_loop(const kt_attach *a, const kt_loop_record *r, kt_vec
     return length;
 }
 
+/* A point of a loop that stands on the ground: an end, or the first joint of an end's path. */
+static kt_vec3 point_on_ground(const kt_attach *a, const kt_loop_record *r) {
+    const int k = r->link[0] != 0 && r->link[1] == 0;
+    return r->link[k] == 0 ? r->frame[k].position : a->pose[a->base[r->link[k]]].position;
+}
+
 /* The largest distance of a link or its centre of mass from the world's origin. */
 static double reach_of_tree(const kt_attach *a) {
     double most = 0.0;
@@ -160,7 +166,7 @@ void kt_attach_measure_loops(const kt_attach *a, kt_model *m) {
         kt_vec3 common = none, own;
         bool has_common = false;
         for (size_t i = 0; i < m->n.loop; i++) {
-            const kt_loop_record *r = &m->loop[i];
+            kt_loop_record *r = &m->loop[i];
             if (kt_attach_is_relation(r->type) || kt_loop_is_off(r))
                 continue;
             const bool counted = kt_attach_find_origin(m, r, &own);
@@ -171,6 +177,7 @@ void kt_attach_measure_loops(const kt_attach *a, kt_model *m) {
             const double length = length_of_loop(a, r, origin, false);
             if (pass && length >= (1.0 - 1e-9) * about)
                 longest = fmax(longest, length_of_loop(a, r, origin, true));
+            r->around = length_of_loop(a, r, point_on_ground(a, r), false);
             about = fmax(about, length);
             given = fmax(given, length_of_loop(a, r, none, false));
         }

@@ -10,6 +10,7 @@
 #include "base/aligned.h"
 #include "compile/rank_samples.h"
 #include "constraint/rejecting_loop.h"
+#include "constraint/self_stress.h"
 #include "kinetree/loop.h"
 
 #include <stdio.h>
@@ -102,6 +103,7 @@ static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_sam
     }
     kt_armature_note(model);
     kt_forms_choose(model);
+    kt_stress_plan(model);
 }
 
 /* Fronts choose among the equations of a step and the delayed equations of earlier steps. Without weights all equations

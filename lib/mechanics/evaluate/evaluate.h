@@ -201,6 +201,10 @@ KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *d
 /* Puts multipliers in the form of kt_multiplier_evaluate into the groups of the data. */
 void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers);
 
+/* Shares the reactions of redundant loops (stress_share.c): adds to joints (n.body), loops, and
+ * data->stress_multiplier. */
+void kt_reactions_share(const kt_model *model, kt_data *data, kt_wrench *joints, kt_wrench *loops);
+
 /* Evaluates kt_reaction_evaluate, and writes the kinematics of the motion to links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                         kt_link_kinematics *links, kt_wrench *joints, kt_wrench *loops,

@@ -1,7 +1,7 @@
 /* Reactions, computed only on request. A' lambda = M a + h - tau yields the loops' multipliers, and these yield the
  * loops' wrenches (loop_wrenches.c). With the loops' wrenches as external wrenches, Newton-Euler on the bodies yields
  * the joints' reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and
- * partitioning, dependent equations carry no reaction; with SVD, the multipliers are least. Towards a singular position
+ * partitioning, dependent equations carry no reaction at first; then reactions are shared (stress_share.c). Towards a singular position
  * reactions may grow without bound, because the lever arm of the vanishing direction vanishes. At the position
  * itself that direction carries none.
  *
@@ -66,6 +66,7 @@ KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_d
     kernels->react(model, data, at->t, data->loaded, model->n.load > 0 ? data->idle : NULL, data->loop_wrench);
     if (model->n.load > 0 && data->given_multipliers == NULL)
         balance_idle_wrenches(model, data, &loaded, a);
+    kt_clear(data->stress_multiplier, kt_where(model->n.stress, model->n.row) * sizeof *data->stress_multiplier);
 }
 
 void kt_multipliers_find(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
@@ -86,6 +87,8 @@ static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, cons
     if (model->n.slip > 0)
         loaded.external = kt_slip_load(model, data, loaded.external);
     find_multipliers(model, data, &loaded, a);
+    if (model->n.stress > 0)
+        kt_reduction_kernels_in_space(model)->stress(model, data, at->t, at->q);
     return data->loaded;
 }
 
@@ -109,7 +112,10 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dyna
     const kt_status status = kt_links_update(model, data, at->q, at->v, a, !data->interpolated, links, error);
     if (status != KT_OK)
         return status;
-    const kt_wrench *found = joints ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
+    const bool shares = loaded && model->n.stress > 0;
+    const kt_wrench *found = joints || shares ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
+    if (shares)
+        kt_reactions_share(model, data, data->wrench, data->loop_wrench);
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)
@@ -133,7 +139,9 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dyna
 /* The multiplier of an equation of a loop; zero for equations that no group contains. */
 static double equation_multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
     const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
-    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] : 0.0;
+    const double shared = model->n.stress > 0 ? data->stress_multiplier[loop->equation + r] : 0.0;
+    return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] + shared
+                     : shared;
 }
 
 kt_status kt_multipliers_take(const kt_model *model, const kt_data *data, double t, double *multipliers,
@@ -159,7 +167,15 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
         status = kt_acceleration_trusted(model, data, &at, a, error);
     if (status != KT_OK)
         return status;
-    load_wrenches(model, data, &at, a);
+    const kt_wrench *loaded = load_wrenches(model, data, &at, a);
+    if (model->n.stress > 0) {
+        kt_link_kinematics *links = kt_links_scratch(data);
+        status = kt_links_update(model, data, q, at.v, a, !data->interpolated, links, error);
+        if (status != KT_OK)
+            return status;
+        (void)kt_joint_reactions_find(model, data, links, loaded);
+        kt_reactions_share(model, data, data->wrench, data->loop_wrench);
+    }
     return kt_multipliers_take(model, data, t, multipliers, error);
 }
 

@@ -94,5 +94,5 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
 #define KT_FIRST_ROW_KERNELS , .pose = driver_pose, .move = driver_move, .first_row = first_row
 
 const kt_reduction_kernels KT_KERNEL(kt_reduction_kernels) = {KT_DRIVER_KERNELS, .multipliers = driver_multipliers,
-                                                              .basis = driver_basis,
-                                                              .react = KT_KERNEL(kt_react) KT_FIRST_ROW_KERNELS};
+                                                              .basis = driver_basis, .react = KT_KERNEL(kt_react),
+                                                              .stress = KT_KERNEL(kt_stress_find) KT_FIRST_ROW_KERNELS};

@@ -124,6 +124,7 @@ KT_INLINE kt_condition residuals(const kt_model *model, kt_data *data, kt_real1 
 #ifndef KT_LANES
 
 #include "constraint/loop_wrenches.h"
+#include "constraint/self_stress.h"
 #include "reduction/groups.h"
 #include "reduction/half_columns.h"
 #include "reduction/kernel.h"

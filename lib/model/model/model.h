@@ -26,6 +26,7 @@ typedef struct kt_counts {
     size_t load;       /* loops whose wrenches have parts that do no work (kt_loop_kind.load) */
     size_t slip_work;  /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
+    size_t stress;                            /* bytes of the self-stresses of redundant groups */
     size_t dense;                             /* numbers that the groups' matrices take in the data */
     size_t island;
     size_t entry; /* of the equations of all groups, each over the coordinates of its group (kt_loop_entries) */
@@ -419,6 +420,10 @@ typedef struct kt_slip_frame {
     X(kt_wrench, loaded, kt_where(n->group, n->body), "wrenches on bodies: those and the loops'")                      \
     X(kt_wrench, idle, kt_where(n->load, n->body), "wrenches on bodies: parts of the loops' that do no work")          \
     X(kt_wrench, loop_wrench, n->loop, "reactions of loops")                                                           \
+    X(char, stress, n->stress, "of redundant groups (constraint/self_stress.h)")                                       \
+    X(int32_t, stress_joint, kt_where(n->stress, n->body), "rows of the joints of one of them")                        \
+    X(int32_t, stress_count, kt_where(n->stress, n->group), "self-stresses of each")                                   \
+    X(double, stress_multiplier, kt_where(n->stress, n->row), "what sharing adds to multipliers")                      \
     X(int32_t, stopped, kt_where(n->loop, 2), "the loop (from 1) whose callback stopped in this call, and its code")
 
 /* The motion next to a singular position, since the start of the last step or the last call of kt_data_crossings. The

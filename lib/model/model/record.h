@@ -122,6 +122,7 @@ typedef struct kt_loop_record {
     int32_t length[2];        /* of the paths */
     int32_t term, term_count; /* relations: in model->term; -1 terms: it is switched off */
     int32_t group;            /* -1: it is switched off */
+    double around;            /* length of a loop between frames, once around, at the initial positions */
     double disagreement[2];   /* with others: the largest residual that stays, a length and an angle */
     int32_t equation;         /* its first row among those of all loops */
     int32_t row, row_count;   /* rows in its group: first, number */
@@ -204,6 +205,10 @@ typedef enum kt_form_reason {
 #undef KT_FORM_REASON_ENUM
 } kt_form_reason;
 
+/* Whether the loops of a group share reactions in several ways, and whether a least sum decides
+ * (evaluate/stress_share.c). */
+typedef enum kt_redundancy { KT_REDUNDANCY_NONE, KT_REDUNDANCY_SHARED, KT_REDUNDANCY_LARGE } kt_redundancy;
+
 /* A constraint group: loops that share links and are therefore reduced together. No link is in two groups. `parent`
  * carries all links of the group, but does not belong to the group. Equations that vanish at every position are left
  * out; equations with a residual come first. */
@@ -225,6 +230,9 @@ typedef struct kt_group {
     kt_form_reason reason;           /* why it has this form */
     bool has_armature;               /* a joint of it has */
     bool balanced;                   /* its equations are solved in the units of their rows and coordinates */
+    kt_redundancy redundancy;        /* whether its reactions are unique (constraint/self_stress.h) */
+    double stress_length;            /* by which moments are divided where they are not */
+    size_t stress;                   /* first byte in data->stress */
     bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */
