@@ -1,9 +1,9 @@
 /* Reactions, computed only on request. A' lambda = M a + h - tau yields the loops' multipliers, and these yield the
  * loops' wrenches (loop_wrenches.c). With the loops' wrenches as external wrenches, Newton-Euler on the bodies yields
  * the joints' reactions (dynamics/total.c). Redundant loops can share a reaction in infinitely many ways. With QR and
- * partitioning, dependent equations carry no reaction at first; then reactions are shared (stress_share.c). Towards a singular position
- * reactions may grow without bound, because the lever arm of the vanishing direction vanishes. At the position
- * itself that direction carries none.
+ * partitioning, dependent equations carry no reaction at first; then reactions are shared (stress_share.c). Towards a
+ * singular position reactions may grow without bound, because the lever arm of the vanishing direction vanishes. At the
+ * position itself that direction carries none.
  *
  * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
  * accelerations of the planar kernels.
