@@ -128,7 +128,7 @@ static kt_status linearize_rates(kt_fmu *fmu, kt_error *error) {
     if (fmu->has_jacobian)
         return KT_OK;
     if (fmu->is_exchange && fmu->nx > 0)
-        memcpy(kt_own_states(fmu->model, data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
+        memcpy(kt_auxiliary_states(fmu->model, data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
     const kt_status status =
         kt_acceleration_derivatives_at(present_model(fmu), data, l->work, l->work_size, &at, NULL, &to, error);
     fmu->has_jacobian = status == KT_OK;

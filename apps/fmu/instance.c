@@ -149,7 +149,7 @@ static kt_status compile_anew(kt_fmu *fmu, kt_error *error) {
         return status;
     fmu->nq = kt_model_nq(fmu->model);
     fmu->nv = kt_model_nv(fmu->model);
-    fmu->nx = kt_own_state_count(fmu->model);
+    fmu->nx = kt_auxiliary_state_count(fmu->model);
     return shift_start(fmu, error);
 }
 
@@ -246,12 +246,12 @@ void kt_fmu_close(kt_fmu *fmu) {
 static kt_status derive_exchanged(kt_fmu *fmu, const double *y, const double *v, kt_error *error) {
     double *a = fmu->rates + fmu->nq;
     if (fmu->nx > 0)
-        memcpy(kt_own_states(fmu->model, fmu->data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
+        memcpy(kt_auxiliary_states(fmu->model, fmu->data), v + fmu->nv, (size_t)fmu->nx * sizeof *v);
     const kt_status status =
         kt_acceleration_evaluate(fmu->model, fmu->data, fmu->time, y, v, fmu->torque, NULL, a, error);
     if (status != KT_OK || fmu->nx == 0)
         return status;
-    return kt_own_state_rates(fmu->model, fmu->data, fmu->time, y, v, a + fmu->nv, error);
+    return kt_auxiliary_state_rates(fmu->model, fmu->data, fmu->time, y, v, a + fmu->nv, error);
 }
 
 /* Computes v' and x' in the state of the simulation, with its contacts and with the parameters that its events set. */
@@ -284,7 +284,7 @@ kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error) {
     if (status == KT_OK)
         status = kt_simulation_set_state(fmu->simulation, fmu->time, y, y + fmu->nq, error);
     if (status == KT_OK && fmu->nx > 0)
-        status = kt_simulation_set_own_states(fmu->simulation, y + fmu->nq + fmu->nv, error);
+        status = kt_simulation_set_auxiliary_states(fmu->simulation, y + fmu->nq + fmu->nv, error);
     return status;
 }
 

@@ -8,7 +8,7 @@
 /* Returns the data of the present model (kt_simulation_model), which hold the auxiliary states. */
 kt_data *kt_fmu_present_data(kt_simulation *simulation);
 
-/* Computes x' (kt_own_state_count numbers). Errors: as kt_own_state_rates. */
+/* Computes x' (kt_auxiliary_state_count numbers). Errors: as kt_auxiliary_state_rates. */
 kt_status kt_fmu_own_rates(kt_simulation *simulation, double *rates, kt_error *error);
 
 /* Lets the simulation compute all anew that depends on the parameters of its model, as kt_simulation_set_parameter. */

@@ -40,9 +40,9 @@ static bool open_motion(peer_request *request, void **given) {
     motion->e.limit = 100000000;
     if (!motion->is_open)
         (void)snprintf(request->reason, PEER_REASON, "the scene cannot be read");
-    else if (kt_own_state_count(motion->e.model) > 0)
+    else if (kt_auxiliary_state_count(motion->e.model) > 0)
         (void)snprintf(request->reason, PEER_REASON, "auxiliary states are not part of these equations");
-    return motion->is_open && kt_own_state_count(motion->e.model) == 0;
+    return motion->is_open && kt_auxiliary_state_count(motion->e.model) == 0;
 }
 
 static bool write_record(void *given, int record, const double *y) {

@@ -22,7 +22,7 @@
  *
  * Position differences have one component per velocity coordinate. These differences are measured along the joint's
  * exponential map (kt_position_add), which for quaternions is a small rotation in body axes. Last come the model's
- * auxiliary states (kt_state), which count in their own units.
+ * auxiliary states (kt_auxiliary_state), which count in their own units.
  *
  * A difference is taken from the whole motion through the given state. The rotation of a spherical or free joint is
  * expressed in the axes of the body as it moves, d/dt dq = dv - omega x dq. Some steady motions (a sleeping top, a
@@ -78,9 +78,9 @@ KT_API int kt_motor_coordinates(const kt_model *model, int *coordinates);
 /* x' = state x + input u and y = output x about a state. All arrays belong to the linearisation and are valid until its
  * next evaluation. A coordinate is an index into v; its unit is rad or m for positions, rad/s or m/s for velocities. */
 typedef struct kt_linear_system {
-    int states;                     /* positions + velocities + own_states */
+    int states;                     /* positions + velocities + auxiliary_states */
     int positions, velocities;      /* dimensions of the position manifold, and of the velocities at one position */
-    int own_states;                 /* of the model (kt_own_state_count): the last states, in their own order */
+    int auxiliary_states;           /* of the model (kt_auxiliary_state_count): the last states, in their own order */
     int coordinates;                /* nv */
     int inputs, outputs;            /* outputs: six per marker, x, y, z and x', y', z' in the world frame */
     const int *position_coordinate; /* positions: the coordinate of each position state, ascending */
@@ -157,11 +157,11 @@ KT_API void kt_linearization_free(kt_linearization *linearization);
 KT_API KT_CHECKED kt_status kt_linearization_evaluate(kt_linearization *linearization, double t, const double *q,
                                                       const double *v, const double *tau, kt_error *error);
 
-/* Returns the auxiliary states about which the model is linearised: kt_own_state_count numbers, which may be written.
- * Their first values are the initial ones of the model. kt_equilibrium_find replaces these values by the values at the
- * equilibrium.
+/* Returns the auxiliary states about which the model is linearised: kt_auxiliary_state_count numbers, which may be
+ * written. Their first values are the initial ones of the model. kt_equilibrium_find replaces these values by the
+ * values at the equilibrium.
  * Ownership: the array belongs to the linearisation. NULL if there are no auxiliary states. */
-KT_API double *kt_linearization_own_states(kt_linearization *linearization);
+KT_API double *kt_linearization_auxiliary_states(kt_linearization *linearization);
 
 /* Returns the system of the last successful evaluation. Before any evaluation all counts are zero. */
 KT_API const kt_linear_system *kt_linearization_system(const kt_linearization *linearization);
@@ -211,9 +211,9 @@ typedef struct kt_equilibrium {
  * that cancel. The linearisation serves as workspace; its system is unchanged.
  *
  * In a model with auxiliary states, the auxiliary states are in equilibrium, too: x' = 0. Newton's method finds the
- * equilibrium from q and kt_linearization_own_states, which then contains the states found. The equilibrium may be
- * unstable, for either value of `nearest`. If the rates of all auxiliary states are the number 0, as for footholds, the
- * states are held, and only positions are searched.
+ * equilibrium from q and kt_linearization_auxiliary_states, which then contains the states found. The equilibrium may
+ * be unstable, for either value of `nearest`. If the rates of all auxiliary states are the number 0, as for footholds,
+ * the states are held, and only positions are searched.
  *
  * Errors:
  *   KT_ERROR_STEP: no equilibrium is found. The message names the joint with the largest remaining acceleration or the
@@ -274,9 +274,9 @@ KT_API kt_mode kt_modes_at(const kt_modes *modes, int mode);
  * Valid until the next evaluation. */
 KT_API const double *kt_modes_positions(const kt_modes *modes, int mode);
 KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
-/* Returns the mode's part in auxiliary states (kt_own_state_count complex numbers), with the same scale. If nothing
- * moves, the part is not scaled. Returns NULL if there are no auxiliary states. */
-KT_API const double *kt_modes_own_states(const kt_modes *modes, int mode);
+/* Returns the mode's part in auxiliary states (kt_auxiliary_state_count complex numbers), with the same scale. If
+ * nothing moves, the part is not scaled. Returns NULL if there are no auxiliary states. */
+KT_API const double *kt_modes_auxiliary_states(const kt_modes *modes, int mode);
 
 /* ---- periodic motion --------------------------------------------------------------------------------------------- */
 
@@ -341,9 +341,9 @@ KT_API kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier);
  * With auxiliary states the coordinates are (xi, dv, dx). */
 KT_API const double *kt_floquet_monodromy(const kt_floquet *floquet);
 
-/* Returns the auxiliary states at the start of the motion (kt_own_state_count). Their first values are the model's
- * initial ones. The caller may write other values before an evaluation. */
-KT_API double *kt_floquet_own_states(kt_floquet *floquet);
+/* Returns the auxiliary states at the start of the motion (kt_auxiliary_state_count). Their first values are the
+ * model's initial ones. The caller may write other values before an evaluation. */
+KT_API double *kt_floquet_auxiliary_states(kt_floquet *floquet);
 
 /* Returns the distance of the motion from its start after the period, the largest of three kinds of changes. NaN before
  * an evaluation.

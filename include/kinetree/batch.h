@@ -106,11 +106,13 @@ KT_API size_t kt_batch_count(const kt_batch *batch);
 KT_API KT_CHECKED kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const double *q,
                                                const double *v, kt_error *error);
 
-/* Set and copy the auxiliary states of a state (kt_own_state_count numbers, kt_state of description.h). Their first
- * values are the model's initial values. The call kt_batch_set_state leaves them unchanged.
+/* Set and copy the auxiliary states of a state (kt_auxiliary_state_count numbers, kt_auxiliary_state of description.h).
+ * Their first values are the model's initial values. The call kt_batch_set_state leaves them unchanged.
  * Errors: as kt_batch_set_state. */
-KT_API KT_CHECKED kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error);
-KT_API KT_CHECKED kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_set_auxiliary_states(kt_batch *batch, size_t state, const double *x,
+                                                          kt_error *error);
+KT_API KT_CHECKED kt_status kt_batch_get_auxiliary_states(const kt_batch *batch, size_t state, double *x,
+                                                          kt_error *error);
 
 /* Gives a state its own parameters. The argument `model` is a copy of the batch's model with changed parameters, or
  * the batch's model again. Parameters are masses, inertias, gravity, springs, dampers and others (kt_parameter_set of

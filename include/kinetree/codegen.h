@@ -27,7 +27,7 @@ extern "C" {
     X(KT_CODEGEN_BIAS, bias, "joint forces without accelerations: gravity, centrifugal and Coriolis forces")           \
     X(KT_CODEGEN_MASS, mass, "the mass matrix, as kt_dynamics_mass")                                                   \
     X(KT_CODEGEN_EFFECTS, effects, "joint forces of all effects, as kt_effect_forces")                                 \
-    X(KT_CODEGEN_STATES, states, "rates of auxiliary states, as kt_own_state_rates")                                   \
+    X(KT_CODEGEN_STATES, states, "rates of auxiliary states, as kt_auxiliary_state_rates")                             \
     X(KT_CODEGEN_ACCELERATION, acceleration, "accelerations under all effects, as kt_acceleration_evaluate")           \
     X(KT_CODEGEN_ENERGY, energy, "kinetic energy, and potential energy of gravity")                                    \
     X(KT_CODEGEN_MARKERS, markers, "positions and velocities of all markers, world axes")                              \

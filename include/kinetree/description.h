@@ -442,11 +442,11 @@ typedef struct kt_effect {
  * kt_variable, which include all auxiliary states. Alternatively the law of one effect in C writes the rate
  * (kt_effect.states), even while the effect is switched off. Effects of type expression and other states refer to the
  * state by its name. Functions call these states auxiliary states. */
-typedef struct kt_state {
+typedef struct kt_auxiliary_state {
     const char *name; /* letters, digits and _, as for names in formulas; the only state of its name */
     double initial;   /* at the start; default 0 */
     const char *rate; /* a formula x' = rate(t, q, v, x); NULL: the law of an effect writes it */
-} kt_state;
+} kt_auxiliary_state;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */
 
@@ -488,15 +488,15 @@ typedef struct kt_description {
                                        a radian or to the length of the longest loop. 0: none; default: 1e-6. See
                                        kt_loop_disagreement_of */
     kt_inertia_limit inertia_check; /* default: strict. Otherwise kt_inertia_excess returns the accepted violation */
-    const kt_state *states;         /* auxiliary states */
-    int state_count;                /* length of states */
+    const kt_auxiliary_state *states; /* auxiliary states */
+    int state_count;                  /* length of states */
 } kt_description;
 
 /* Returns a struct with the default values: axes z, no forces. */
 KT_API kt_end kt_end_default(void);
 KT_API kt_loop kt_loop_default(void);
 KT_API kt_effect kt_effect_default(void);
-KT_API kt_state kt_state_default(void);
+KT_API kt_auxiliary_state kt_auxiliary_state_default(void);
 KT_API kt_description kt_description_default(void);
 
 /* Returns the name of a type in scene files ("revolute", "spring"), or NULL for an unknown value. */

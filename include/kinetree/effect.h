@@ -72,7 +72,7 @@
  *
  * and where the mechanism is described
  *
- *     kt_state current = kt_state_default();
+ *     kt_auxiliary_state current = kt_auxiliary_state_default();
  *     static const char *const variables[] = {"current", "velocity.rotor"}, *const names[] = {"current"};
  *     current.name = "current";
  *     description.states = &current;

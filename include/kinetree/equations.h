@@ -24,7 +24,7 @@ typedef struct kt_instant {
     const double *q, *v;       /* nq positions, nv velocities, of that model */
     const double *tau;         /* nv: applied torques, without those of effects; NULL: none */
     const kt_wrench *external; /* one applied wrench for each body; NULL: none */
-    const double *x;           /* auxiliary states, kt_own_state_count */
+    const double *x;           /* auxiliary states, kt_auxiliary_state_count */
 } kt_instant;
 
 /* Computes the accelerations v' = a (nv) at any stage of a step, in place of kt_acceleration_evaluate. The result

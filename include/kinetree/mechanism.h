@@ -157,31 +157,32 @@ KT_API KT_CHECKED kt_status kt_stiffness_evaluate(const kt_model *model, kt_data
 /* ---- auxiliary states
  * --------------------------------------------------------------------------------------------------
  *
- * Auxiliary states x of a mechanism are states besides positions and velocities (kt_state), in the order of the
- * description: x' = f(t, q, v, x). An evaluation reads x as an input from the data (kt_own_states). Initially the data
- * hold the initial values of the model. A simulation sets the states in its own data in every evaluation. */
+ * Auxiliary states x of a mechanism are states besides positions and velocities (kt_auxiliary_state), in the order of
+ * the
+ * description: x' = f(t, q, v, x). An evaluation reads x as an input from the data (kt_auxiliary_states). Initially the
+ * data hold the initial values of the model. A simulation sets the states in its own data in every evaluation. */
 
 /* Return the number of auxiliary states (0 in most models), the name of a state, and the index of a name. The model
  * owns the name, which is NULL if there is no such state. The index is -1 if there is no such name.
  * Cost: O(1); O(states) for the search by name. */
-KT_API int kt_own_state_count(const kt_model *model);
-KT_API const char *kt_own_state_name(const kt_model *model, int state);
-KT_API int kt_own_state_find(const kt_model *model, const char *name);
+KT_API int kt_auxiliary_state_count(const kt_model *model);
+KT_API const char *kt_auxiliary_state_name(const kt_model *model, int state);
+KT_API int kt_auxiliary_state_find(const kt_model *model, const char *name);
 
-/* Writes the initial auxiliary states to x (kt_own_state_count numbers).
+/* Writes the initial auxiliary states to x (kt_auxiliary_state_count numbers).
  * Cost: O(states). */
-KT_API void kt_own_states_initial(const kt_model *model, double *x);
+KT_API void kt_auxiliary_states_initial(const kt_model *model, double *x);
 
 /* Returns the auxiliary states that evaluations with these data read, for the caller to set; NULL if the data belong to
  * another model. The values do not change until the caller sets them again.
  * Cost: O(1). */
-KT_API double *kt_own_states(const kt_model *model, kt_data *data);
+KT_API double *kt_auxiliary_states(const kt_model *model, kt_data *data);
 
-/* Computes x' (kt_own_state_count numbers) at t, q, v (NULL: zeros) and the auxiliary states in the data.
+/* Computes x' (kt_auxiliary_state_count numbers) at t, q, v (NULL: zeros) and the auxiliary states in the data.
  * Errors: KT_ERROR_NOT_FINITE, naming the state. The output rates is untouched on failure.
  * Cost: O(states), and the motion of the links with markers in the formulas. */
-KT_API KT_CHECKED kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q,
-                                               const double *v, double *rates, kt_error *error);
+KT_API KT_CHECKED kt_status kt_auxiliary_state_rates(const kt_model *model, kt_data *data, double t, const double *q,
+                                                     const double *v, double *rates, kt_error *error);
 
 /* ---- quasi-statics -----------------------------------------------------------------------------------------------
  *

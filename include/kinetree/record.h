@@ -38,7 +38,7 @@ extern "C" {
     X(KT_RECORD_MARKER_ACCELERATION, 2048, marker acceleration)                                                        \
     X(KT_RECORD_EFFECT, 4096, effect)   /* forces and motions of effects (kt_effect_quantity_at) */                    \
     X(KT_RECORD_CLOSURE, 8192, closure) /* relative coordinates of loops (kt_loop_motion_evaluate) */                  \
-    X(KT_RECORD_STATE, 16384, state)    /* auxiliary states (kt_state) */                                              \
+    X(KT_RECORD_STATE, 16384, state)    /* auxiliary states (kt_auxiliary_state) */                                    \
     X(KT_RECORD_ANGULAR_VELOCITY, 32768, angular velocity)         /* of bodies */                                     \
     X(KT_RECORD_ANGULAR_ACCELERATION, 65536, angular acceleration) /* of bodies */                                     \
     X(KT_RECORD_SINGULAR_VALUE, 131072, singular value)            /* the least one of the loops' Jacobian */          \
@@ -91,7 +91,7 @@ typedef struct kt_record {
     const struct kt_event *event; /* the event of this record; NULL: the record is one of those at k * interval */
     const double *q;              /* nq */
     const double *v;              /* nv */
-    const double *x;              /* auxiliary states, kt_own_state_count */
+    const double *x;              /* auxiliary states, kt_auxiliary_state_count */
 
     /* Requested quantities; NULL or NaN if they are not requested. Each comment ends with the names of the requests. */
     const double *a;                 /* nv; acceleration */

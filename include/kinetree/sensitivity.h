@@ -67,12 +67,13 @@
  * Differences of r give dr/dp exactly, since r is a polynomial in p. The projection gains the term -(dW/dp) x. For a
  * loop's own function of time, J a = b''(p) and J x = -phi(q, p) gain the derivatives of their right sides.
  *
- * Auxiliary states (kt_state) of a model are part of the state of a step. The members kt_step.x and kt_rollout.x give
- * their values at the start, so that the result is a function of the arguments alone. NULL selects the values in the
- * data (kt_own_states). After a successful kt_step_evaluate or kt_step_derivatives the data hold the values after the
- * step. With NULL the next step continues from these values. All other calls, and calls that fail, leave the values in
- * the data unchanged. With m auxiliary states a change is (xi, dv, dx) with 2 nv + m numbers, and so are the gradients
- * with respect to a state. A, B and C then have 2 nv + m rows, and A as many columns. Adjoints then form A and B.
+ * Auxiliary states (kt_auxiliary_state) of a model are part of the state of a step. The members kt_step.x and
+ * kt_rollout.x give their values at the start, so that the result is a function of the arguments alone. NULL selects
+ * the values in the data (kt_auxiliary_states). After a successful kt_step_evaluate or kt_step_derivatives the data
+ * hold the values after the step. With NULL the next step continues from these values. All other calls, and calls that
+ * fail, leave the values in the data unchanged. With m auxiliary states a change is (xi, dv, dx) with 2 nv + m numbers,
+ * and so are the gradients with respect to a state. A, B and C then have 2 nv + m rows, and A as many columns. Adjoints
+ * then form A and B.
  *
  * Sources: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1 and I.14 (tangents). Griewank,
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints). Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
@@ -98,7 +99,7 @@ typedef struct kt_step {
     const double *tau;         /* nv joint forces; NULL: none */
     const kt_wrench *external; /* one for each body, as for kt_acceleration_evaluate; NULL: none */
     bool unprojected;          /* loops are not closed after the step */
-    const double *x;           /* auxiliary states at the start (kt_own_state_count); NULL: those in the data */
+    const double *x;           /* auxiliary states at the start (kt_auxiliary_state_count); NULL: those in the data */
     double end;                /* s, the time at the end: t + h up to rounding; 0: t + h */
 } kt_step;
 
@@ -220,7 +221,7 @@ typedef struct kt_rollout {
     const double *inputs;    /* joint forces held during each step, nv x steps, column-major; NULL: none */
     bool unprojected;        /* as of a step */
     int checkpoints;         /* number of steps whose start is stored in the work memory; 0, or more than steps: all */
-    const double *x;         /* auxiliary states at the start (kt_own_state_count); NULL: those in the data */
+    const double *x;         /* auxiliary states at the start (kt_auxiliary_state_count); NULL: those in the data */
 } kt_rollout;
 
 /* A point of the motion at which the cost is evaluated. */
@@ -229,7 +230,7 @@ typedef struct kt_cost_point {
     double t;            /* s */
     const double *q, *v; /* state */
     const double *tau;   /* nv, held during this step; NULL: none, and at the last state */
-    const double *x;     /* auxiliary states (kt_own_state_count); NULL: none */
+    const double *x;     /* auxiliary states (kt_auxiliary_state_count); NULL: none */
 } kt_cost_point;
 
 /* Computes the cost of a point and writes the cost to *value and, unless by_state and by_tau are NULL, its gradients.

@@ -19,7 +19,7 @@
  *
  * A simulation belongs to one thread at a time; any number of simulations may share a model.
  * Units: SI and radians. Unless a comment differs, the arrays q and v have the lengths nq and nv of the caller's model.
- * The auxiliary states x (kt_state) have the length kt_own_state_count.
+ * The auxiliary states x (kt_auxiliary_state) have the length kt_auxiliary_state_count.
  */
 #ifndef KINETREE_SIMULATION_H
 #define KINETREE_SIMULATION_H
@@ -148,9 +148,9 @@ KT_API void kt_simulation_free(kt_simulation *simulation);
 KT_API double kt_simulation_time(const kt_simulation *simulation);
 KT_API const double *kt_simulation_positions(const kt_simulation *simulation);
 KT_API const double *kt_simulation_velocities(const kt_simulation *simulation);
-/* Returns the auxiliary states (kt_own_state_count) at that time, likewise. In memory, the velocities follow the
+/* Returns the auxiliary states (kt_auxiliary_state_count) at that time, likewise. In memory, the velocities follow the
  * positions, and the auxiliary states follow the velocities. */
-KT_API const double *kt_simulation_own_states(const kt_simulation *simulation);
+KT_API const double *kt_simulation_auxiliary_states(const kt_simulation *simulation);
 
 /* Restarts at time t from q (nq) and v (nv; NULL: at rest). The state is projected: quaternions get unit norm, and
  * loops are closed. Auxiliary states begin with their initial values. Counts return to zero; torques and wrenches
@@ -160,10 +160,11 @@ KT_API const double *kt_simulation_own_states(const kt_simulation *simulation);
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 
-/* Changes the auxiliary states at the present time to x (kt_own_state_count). kt_simulation_jump does the same for
- * positions and velocities. A restart by kt_simulation_set_state begins with the initial values.
+/* Changes the auxiliary states at the present time to x (kt_auxiliary_state_count). kt_simulation_jump does the same
+ * for positions and velocities. A restart by kt_simulation_set_state begins with the initial values.
  * Errors: KT_ERROR_NOT_FINITE with the name of the state. On failure the simulation is unchanged. */
-KT_API KT_CHECKED kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error);
+KT_API KT_CHECKED kt_status kt_simulation_set_auxiliary_states(kt_simulation *simulation, const double *x,
+                                                               kt_error *error);
 
 /* Sets the torques and forces of the joints, which are constant from the next step until the next call. A recorder may
  * set torques and forces, too. Multistep methods start anew unless kt_simulation_options.smooth_inputs is set.
@@ -188,12 +189,12 @@ typedef struct kt_parameter_change {
     double values[KT_PARAMETER_MAX]; /* parameter.count numbers */
 } kt_parameter_change;
 
-/* Sets parameters of the model and auxiliary states x (kt_own_state_count; NULL: no change) at the present time, all
- * together. The call closes the loops, projects the velocities and updates the hard contacts; the integrator discards
- * stored derivatives. With a balance, lost energy counts as dissipated, and gained energy counts as supplied. On
- * success changes[i].values are the previous numbers. The call is meant for the actions of events, and for use between
- * calls. Checkpoints do not contain parameters. Nothing is allocated.
- * Errors: those of kt_simulation_set_parameter, kt_simulation_set_own_states and kt_simulation_jump.
+/* Sets parameters of the model and auxiliary states x (kt_auxiliary_state_count; NULL: no change) at the present time,
+ * all together. The call closes the loops, projects the velocities and updates the hard contacts; the integrator
+ * discards stored derivatives. With a balance, lost energy counts as dissipated, and gained energy counts as supplied.
+ * On success changes[i].values are the previous numbers. The call is meant for the actions of events, and for use
+ * between calls. Checkpoints do not contain parameters. Nothing is allocated.
+ * Errors: those of kt_simulation_set_parameter, kt_simulation_set_auxiliary_states and kt_simulation_jump.
  * On failure the simulation, the model and the changes are unchanged.
  * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,

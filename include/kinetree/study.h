@@ -67,9 +67,8 @@ KT_API KT_CHECKED kt_status kt_batch_run(kt_batch *batch, const kt_batch_job *jo
 
 /* A step, and the arrays that receive its derivatives; as for kt_step_derivatives. */
 typedef struct kt_step_task {
-    kt_step step; /* with inputs of its own */
-    const double *q, *v,
-        *x; /* state before the step; x: auxiliary states (kt_own_state_count); NULL: step.x, or the initial ones */
+    kt_step step;            /* with inputs of its own */
+    const double *q, *v, *x; /* state before the step; x: auxiliary states; NULL: step.x, or the initial ones */
     double *next_q, *next_v; /* results, or NULL */
     double *next_x;          /* result, or NULL */
     double *A, *B;           /* results, or NULL */

@@ -28,7 +28,7 @@ static void print_record(const kt_model *model, const kt_record *record) {
     print_bits("time, energies", energies, 3);
     print_bits("q", record->q, kt_model_nq(model));
     print_bits("v", record->v, kt_model_nv(model));
-    print_bits("x", record->x, kt_own_state_count(model));
+    print_bits("x", record->x, kt_auxiliary_state_count(model));
     print_bits("a", record->a, kt_model_nv(model));
 }
 

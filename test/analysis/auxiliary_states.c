@@ -41,7 +41,7 @@ KT_TEST(equilibrium_of_a_controller_with_memory_is_its_closed_form) {
     kt_equilibrium found;
     double q = 1.3;
     make(&m, CONTROLLED);
-    double *x = kt_linearization_own_states(m.exact);
+    double *x = kt_linearization_auxiliary_states(m.exact);
     kt_check_near("initial", x[1], 3.0, 0.0);
     (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
     kt_check_near("angle", q, 0.7, 4.0 * DBL_EPSILON);
@@ -65,7 +65,7 @@ KT_TEST(matrices_of_a_controller_with_memory_are_its_closed_form) {
         (void)kt_fine("evaluated", kt_linearization_evaluate(both[k], 0.0, &q, &v, NULL, &error), &error);
         const kt_linear_system *s = kt_linearization_system(both[k]);
         kt_check_equal_int("states", s->states, 4);
-        kt_check_equal_int("own", s->own_states, 2);
+        kt_check_equal_int("own", s->auxiliary_states, 2);
         kt_check_equal_int("exact", s->exact, k == 0);
         for (int j = 0; j < 4 && s->states == 4; j++)
             for (int i = 0; i < 4; i++)
@@ -93,7 +93,7 @@ KT_TEST(modes_of_a_controller_with_memory_are_roots_of_its_polynomial) {
     int aside = 0, count = 0;
     for (int i = 0; i < kt_modes_count(modes); i++) {
         const kt_mode mode = kt_modes_at(modes, i);
-        const double a = mode.real, b = mode.imaginary, *shape = kt_modes_own_states(modes, i);
+        const double a = mode.real, b = mode.imaginary, *shape = kt_modes_auxiliary_states(modes, i);
         count += mode.count;
         if (fabs(a + 4.0) < 1e-9 && b == 0.0) {
             aside++;
@@ -151,7 +151,7 @@ KT_TEST(motion_leads_to_rest_where_newton_s_method_does_not) {
         kt_equilibrium found;
         double q = 0.0;
         make(&m, table[k].text);
-        const double *x = kt_linearization_own_states(m.exact);
+        const double *x = kt_linearization_auxiliary_states(m.exact);
         (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, &found, &error), &error);
         kt_check_true("by the motion", found.followed);
         kt_check_near("position", q, table[k].position, 1e-12);
@@ -210,9 +210,9 @@ KT_TEST(equilibrium_in_space_with_a_loop_rests) {
     kt_data *data = kt_test_data(m.model);
     kt_model_initial(m.model, q, NULL);
     (void)kt_fine("found", kt_equilibrium_find(m.exact, NULL, 0.0, q, NULL, NULL, &error), &error);
-    memcpy(kt_own_states(m.model, data), kt_linearization_own_states(m.exact), sizeof rates);
+    memcpy(kt_auxiliary_states(m.model, data), kt_linearization_auxiliary_states(m.exact), sizeof rates);
     (void)kt_fine("acceleration", kt_acceleration_evaluate(m.model, data, 0.0, q, v, NULL, NULL, a, &error), &error);
-    (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.0, q, v, rates, &error), &error);
+    (void)kt_fine("rates", kt_auxiliary_state_rates(m.model, data, 0.0, q, v, rates, &error), &error);
     for (int i = 0; i < 4; i++)
         kt_check_near("acceleration", a[i], 0.0, 2e-12);
     for (int i = 0; i < 2; i++)
@@ -231,5 +231,5 @@ KT_TEST(what_has_no_equilibrium_is_rejected_and_keeps_its_states) {
     kt_check_equal_int("rejected", kt_equilibrium_find(m.exact, NULL, 0.0, &q, NULL, NULL, &error), KT_ERROR_STEP);
     kt_check_contains("which", error.where, "current");
     kt_check_near("position", q, 0.25, 0.0);
-    kt_check_near("state", kt_linearization_own_states(m.exact)[0], 2.0, 0.0);
+    kt_check_near("state", kt_linearization_auxiliary_states(m.exact)[0], 2.0, 0.0);
 }

@@ -26,7 +26,7 @@ typedef struct outcome {
 
 /* Auxiliary states, of which the second follows from the motion. */
 enum { OWN = 2 };
-static const kt_state auxiliary_state[OWN] = {
+static const kt_auxiliary_state auxiliary_state[OWN] = {
     {.name = "lag", .initial = 0.5, .rate = "sin(t) - lag^2"},
     {.name = "seen", .initial = -0.2, .rate = "lag*seen - t + marker.b0.tip.vx"}};
 
@@ -62,7 +62,7 @@ static int take(const kt_record *record, void *user) {
     add_numbers(&m->outcome.hash, numbers, 3);
     add_numbers(&m->outcome.hash, record->q, (size_t)kt_model_nq(record->model));
     add_numbers(&m->outcome.hash, record->v, (size_t)kt_model_nv(record->model));
-    add_numbers(&m->outcome.hash, record->x, (size_t)kt_own_state_count(record->model));
+    add_numbers(&m->outcome.hash, record->x, (size_t)kt_auxiliary_state_count(record->model));
     m->outcome.records++;
     if (m->pushes && m->outcome.records == 5 && kt_simulation_set_torque(m->simulation, push, NULL) != KT_OK)
         return -1;
@@ -76,7 +76,8 @@ static void end(member *m, const kt_model *model, kt_status status, const kt_err
                                kt_simulation_event_count(m->simulation, "turn")};
     m->outcome.events = events[0] + events[1];
     add_bytes(&m->outcome.hash, events, sizeof events);
-    add_numbers(&m->outcome.hash, kt_simulation_own_states(m->simulation), (size_t)kt_own_state_count(model));
+    add_numbers(&m->outcome.hash, kt_simulation_auxiliary_states(m->simulation),
+                (size_t)kt_auxiliary_state_count(model));
     m->outcome.status = status;
     m->outcome.counts = kt_simulation_counts_get(m->simulation);
     if (status != KT_OK)
@@ -103,20 +104,20 @@ static int act(kt_simulation *simulation, const kt_occurrence *what, kt_error *e
     const kt_model *model = kt_simulation_model(simulation);
     for (int i = 0; i < kt_model_nv(model); i++)
         v[i] = 0.5 * kt_simulation_velocities(simulation)[i];
-    for (int i = 0; i < kt_own_state_count(model); i++)
-        x[i] = 0.5 * kt_simulation_own_states(simulation)[i];
+    for (int i = 0; i < kt_auxiliary_state_count(model); i++)
+        x[i] = 0.5 * kt_simulation_auxiliary_states(simulation)[i];
     if (m->number % 5 == 1)
         return kt_simulation_jump(simulation, NULL, v, error) != KT_OK;
     if (m->number % 5 == 2 && m->model)
         return set_gravity(m) == KT_OK ? 0 : -1;
-    if (m->number % 5 == 3 && kt_own_state_count(model) > 0)
-        return kt_simulation_set_own_states(simulation, x, error) != KT_OK;
+    if (m->number % 5 == 3 && kt_auxiliary_state_count(model) > 0)
+        return kt_simulation_set_auxiliary_states(simulation, x, error) != KT_OK;
     return m->number % 5 == 4 && what->count == 3 ? -1 : 0;
 }
 
 static int turn(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
-    *value = at->v[kt_model_nv(at->model) - 1] + (kt_own_state_count(at->model) > 0 ? at->x[0] : 0.0);
+    *value = at->v[kt_model_nv(at->model) - 1] + (kt_auxiliary_state_count(at->model) > 0 ? at->x[0] : 0.0);
     return 0;
 }
 
@@ -430,11 +431,11 @@ static kt_step_task step_task(const kt_tree *tree, int i, double *results) {
 }
 
 static kt_status step_alone(const kt_tree *tree, kt_data *data, void *work, size_t size, const kt_step_task *task) {
-    double *x = kt_own_states(tree->model, data);
+    double *x = kt_auxiliary_states(tree->model, data);
     if (task->x)
         memcpy(x, task->x, OWN * sizeof *x);
     else
-        kt_own_states_initial(tree->model, x);
+        kt_auxiliary_states_initial(tree->model, x);
     const kt_status status = kt_step_derivatives(tree->model, data, work, size, &task->step, task->q, task->v, NULL,
                                                  NULL, task->A, task->B, NULL);
     if (status == KT_OK)

@@ -20,7 +20,7 @@ bool kt_many_make(kt_many *many, const kt_model *model, const kt_method *method)
     kt_error error;
     const kt_batch_options options = {.states = KT_MANY_STATES, .threads = KT_MANY_THREADS, .method = method};
     *many = (kt_many){.model = model, .nq = (size_t)kt_model_nq(model), .nv = (size_t)kt_model_nv(model)};
-    many->nx = (size_t)kt_own_state_count(model);
+    many->nx = (size_t)kt_auxiliary_state_count(model);
     many->method = method;
     many->threads = 1;
     many->t = calloc(KT_MANY_STATES * (1 + many->nq + 3 * many->nv) + 1, sizeof(double));
@@ -125,7 +125,7 @@ static void set(kt_many *many) {
             continue;
         }
         status |= kt_batch_set_state(many->batch, i, many->t[i], many->q + i * many->nq, many->v + i * many->nv, NULL);
-        status |= kt_batch_set_own_states(many->batch, i, many->model->v0 + many->nv, NULL);
+        status |= kt_batch_set_auxiliary_states(many->batch, i, many->model->v0 + many->nv, NULL);
         status |= kt_batch_set_torque(many->batch, i, many->tau + i * many->nv, NULL);
         status |= kt_batch_set_acceleration(many->batch, i, many->a + i * many->nv, NULL);
     }
@@ -177,7 +177,7 @@ static int compare(kt_many *many, kt_data *data, const computation *c) {
     const kt_status all = c->together(many->batch, &error);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
         memcpy(expected, c->before + i * nv, nv * sizeof *expected);
-        kt_own_states_initial(many->model, kt_own_states(many->model, data));
+        kt_auxiliary_states_initial(many->model, kt_auxiliary_states(many->model, data));
         const kt_status alone = c->alone(many, data, i, expected);
         note(&first, alone, i);
         if (c->take(many->batch, i, seen, NULL) != KT_OK || kt_batch_status(many->batch, i) != alone ||
@@ -309,7 +309,7 @@ static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, d
     double *a = calloc(2 * nv + nq + many->nx + 1, sizeof *a), *v = a + nv, *q = v + nv, *rates = q + nq;
     kt_status status = kt_acceleration_evaluate(s->model, data, s->t, s->q, s->v, s->tau, NULL, a, NULL);
     if (status == KT_OK && many->nx > 0)
-        status = kt_own_state_rates(s->model, data, s->t, s->q, s->v, rates, NULL);
+        status = kt_auxiliary_state_rates(s->model, data, s->t, s->q, s->v, rates, NULL);
     for (size_t k = 0; k < nv; k++) {
         v[k] = s->v[k] + h * a[k];
         a[k] = h * v[k];
@@ -323,7 +323,7 @@ static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, d
         memcpy(s->q, q, nq * sizeof *q);
         memcpy(s->v, v, nv * sizeof *v);
         for (size_t k = 0; k < many->nx; k++)
-            kt_own_states(many->model, data)[k] += h * rates[k];
+            kt_auxiliary_states(many->model, data)[k] += h * rates[k];
     }
     free(a);
     return status;
@@ -335,7 +335,7 @@ static kt_status advance_alone(kt_many *many, kt_data *data, size_t i, const kt_
     s->model = many->own[i];
     s->t = many->t[i];
     s->tau = many->tau + i * many->nv;
-    kt_own_states_initial(many->model, kt_own_states(many->model, data));
+    kt_auxiliary_states_initial(many->model, kt_auxiliary_states(many->model, data));
     memcpy(s->q, many->q + i * many->nq, many->nq * sizeof *s->q);
     memcpy(s->v, many->v + i * many->nv, many->nv * sizeof *s->v);
     for (int k = 0; k < job->steps; k++) {
@@ -360,10 +360,10 @@ static int compare_job(kt_many *many, kt_data *data, const kt_batch_job *job) {
         const kt_status alone = advance_alone(many, data, i, job, &s);
         expected[0] = s.t;
         if (nx > 0)
-            memcpy(expected + 1 + nq + nv, kt_own_states(many->model, data), nx * sizeof *expected);
+            memcpy(expected + 1 + nq + nv, kt_auxiliary_states(many->model, data), nx * sizeof *expected);
         note(&first, alone, i);
         if (kt_batch_get_state(many->batch, i, seen, seen + 1, seen + 1 + nq, NULL) != KT_OK ||
-            kt_batch_get_own_states(many->batch, i, seen + 1 + nq + nv, NULL) != KT_OK ||
+            kt_batch_get_auxiliary_states(many->batch, i, seen + 1 + nq + nv, NULL) != KT_OK ||
             kt_batch_status(many->batch, i) != alone || differ(seen, expected, N))
             different++;
     }

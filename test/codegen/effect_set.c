@@ -210,12 +210,13 @@ void kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, 
     kt_tree_compile(tree, NULL);
 }
 
-void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random) {
+void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_auxiliary_state state[KT_EFFECT_STATES],
+                               kt_random *random) {
     const char *const hinge = kt_effect_set_joint(tree, random);
     memset(set, 0, sizeof *set);
     kt_need(kt_check_true("a hinge", hinge != NULL));
     for (int i = 0; i < KT_EFFECT_STATES; i++)
-        state[i] = (kt_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
+        state[i] = (kt_auxiliary_state){.name = i == 0 ? "first" : "second", .rate = set->formula[i][1]};
     snprintf(set->formula[0][1], KT_EFFECT_FORMULA, "0.4 - first*second + sin(3*t)");
     snprintf(set->formula[1][1], KT_EFFECT_FORMULA,
              "first - 0.5*second + velocity.%s + marker.%s.tip.x + marker.%s.tip.vy", hinge, hinge, hinge);

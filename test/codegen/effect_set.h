@@ -22,6 +22,7 @@ void kt_effect_set_draw(kt_effect_set *set, kt_effect_type type, kt_tree *tree, 
 
 /* Draws two auxiliary states whose rates read the time, each other, a joint and a marker; and a motor that reads both.
  * Compiles the tree again. */
-void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_state state[KT_EFFECT_STATES], kt_random *random);
+void kt_effect_set_draw_states(kt_effect_set *set, kt_tree *tree, kt_auxiliary_state state[KT_EFFECT_STATES],
+                               kt_random *random);
 
 #endif

@@ -250,7 +250,8 @@ typedef int states_step(const void *model, double t, const double *q, const doub
 static void step_library(const kt_tree *tree, const kt_step *step, const kt_tree_state *s, double *next) {
     const size_t size = step->method != NULL ? kt_step_work_size(tree->model, step->method) : KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
-    double *const v = next + tree->nq, *const x = v + tree->nv, *const own = kt_own_states(tree->model, tree->data);
+    double *const v = next + tree->nq, *const x = v + tree->nv,
+                  *const own = kt_auxiliary_states(tree->model, tree->data);
     double rate[KT_TREE_NV];
     kt_error error = {0};
     kt_status status;
@@ -259,7 +260,7 @@ static void step_library(const kt_tree *tree, const kt_step *step, const kt_tree
         status = kt_step_evaluate(tree->model, tree->data, work, size, step, s->q, s->v, next, v, &error);
         memcpy(x, own, STATES * sizeof *x);
     } else {
-        status = kt_own_state_rates(tree->model, tree->data, step->t, s->q, s->v, rate, &error);
+        status = kt_auxiliary_state_rates(tree->model, tree->data, step->t, s->q, s->v, rate, &error);
         for (int i = 0; i < STATES; i++)
             x[i] = step->x[i] + step->h * rate[i];
         if (status == KT_OK)
@@ -311,7 +312,7 @@ KT_TEST(steps_advance_auxiliary_states_as_the_library) {
     kt_generated_need_compiler();
     for (int n = 0; n < count_rounds(4); n++) {
         kt_tree tree;
-        kt_state state[STATES];
+        kt_auxiliary_state state[STATES];
         grow_tree(&tree, &random, n);
         kt_effect_set_draw_states(&set, &tree, state, &random);
         kt_generated_make_some(&g, tree.model, FILES_OF_STEPS | KT_CODEGEN_STATES, "cc -O0", false);

@@ -155,7 +155,7 @@ static const double *array_of_state(const lanes_pair *p, int lane, const char *n
 }
 
 static size_t numbers_of_input(const kt_model *model, const char *name) {
-    return (size_t)(name[0] == 'x'   ? kt_own_state_count(model)
+    return (size_t)(name[0] == 'x'   ? kt_auxiliary_state_count(model)
                     : name[0] == 'q' ? kt_model_nq(model)
                                      : kt_model_nv(model));
 }
@@ -214,7 +214,7 @@ static void compare_function(lanes_pair *p, const kt_model *model, const char *n
     counts->numbers += numbers;
     counts->rejected += code != 0;
     for (int i = 0; i < head->inputs; i++)
-        counts->states += head->input[i][0] == 'x' && kt_own_state_count(model) > 0;
+        counts->states += head->input[i][0] == 'x' && kt_auxiliary_state_count(model) > 0;
 }
 
 /* Generates both files, and compares all functions. `place` gives lanes their states. */
@@ -345,7 +345,7 @@ KT_TEST(lanes_with_auxiliary_states_have_the_bits_of_single_states) {
     for (int n = 0; n < count_rounds(2); n++) {
         kt_tree_plan plan = kt_tree_plan_default();
         kt_tree tree;
-        kt_state state[KT_EFFECT_STATES];
+        kt_auxiliary_state state[KT_EFFECT_STATES];
         plan.bodies = 5;
         plan.massless = false;
         plan.types = 1u << KT_JOINT_REVOLUTE | 1u << KT_JOINT_PRISMATIC | 1u << KT_JOINT_SCREW; /* one coordinate */

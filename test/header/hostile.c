@@ -358,7 +358,7 @@ static void describe(kt_description *d, int which) {
 
 static bool make_models(fixture *f, int which) {
     kt_description other;
-    static const kt_state lag = {.name = "lag", .rate = "1 - lag"};
+    static const kt_auxiliary_state lag = {.name = "lag", .rate = "1 - lag"};
     describe(&other, which == 1 ? 0 : 1);
     other.states = &lag;
     other.state_count = 1;

@@ -142,7 +142,7 @@ KT_TEST(gravity_forces_are_the_slopes_of_the_potential_energy) {
 typedef struct formulas {
     char text[3][400];
     kt_effect effect[3];
-    kt_state state;
+    kt_auxiliary_state state;
     char rate[400];
 } formulas;
 
@@ -191,7 +191,7 @@ static void load_tree(kt_tree *tree, formulas *f, kt_random *random) {
         (kt_end){.body = tree->body[tree->description.body_count - 1].name, .at = kt_tree_vector(random, -0.5, 0.5)};
     for (int k = 0; k < 6; k += 2)
         f->effect[count].formula[k] = f->text[2];
-    f->state = (kt_state){.name = "lag", .initial = 0.4, .rate = f->rate};
+    f->state = (kt_auxiliary_state){.name = "lag", .initial = 0.4, .rate = f->rate};
     tree->description.effects = f->effect;
     tree->description.effect_count = count + 1;
     tree->description.states = &f->state;

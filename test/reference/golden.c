@@ -57,7 +57,7 @@ static int hash_record(const kt_record *r, void *user) {
     hash(&h->motion, &r->time, 1);
     hash(&h->motion, r->q, (size_t)kt_model_nq(model));
     hash(&h->motion, r->v, (size_t)kt_model_nv(model));
-    hash(&h->motion, r->x, (size_t)kt_own_state_count(model));
+    hash(&h->motion, r->x, (size_t)kt_auxiliary_state_count(model));
     hash(&h->forces, r->a, (size_t)kt_model_nv(model));
     hash(&h->forces, numbers, sizeof numbers / sizeof numbers[0]);
     hash_wrenches(&h->forces, r->reactions, 1, kt_model_body_count(model));

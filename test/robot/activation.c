@@ -141,9 +141,9 @@ KT_TEST(muscles_have_the_curves_of_the_documentation) {
                 200.0 / 0.25 * (act * active_of(l, 0.5, 1.6) * speed_of(speed, 1.2) + passive_of(l, 1.6, 1.3));
             double f = (double)NAN, w = (double)NAN;
             kt_error error = {0};
-            kt_own_states(p.model, p.data)[0] = act;
+            kt_auxiliary_states(p.model, p.data)[0] = act;
             if (kt_effect_forces(p.model, p.data, 0.0, &q, &v, &f, &error) != KT_OK ||
-                kt_own_state_rates(p.model, p.data, 0.0, &q, &v, &w, &error) != KT_OK)
+                kt_auxiliary_state_rates(p.model, p.data, 0.0, &q, &v, &w, &error) != KT_OK)
                 f = (double)NAN;
             kt_worst_near(&force, f, 0.5 * pull, 1e-11, "%d, %d", i, k);
             kt_worst_near(&rate, w, -act / tau, 1e-11, "%d, %d", i, k);

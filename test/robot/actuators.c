@@ -19,9 +19,9 @@ typedef kt_opened machine;
 static bool evaluate(const machine *m, double t, const double *q, const double *v, const double *x, double *force,
                      double *rate) {
     kt_error error = {0};
-    memcpy(kt_own_states(m->model, m->data), x, (size_t)kt_own_state_count(m->model) * sizeof *x);
+    memcpy(kt_auxiliary_states(m->model, m->data), x, (size_t)kt_auxiliary_state_count(m->model) * sizeof *x);
     return kt_effect_forces(m->model, m->data, t, q, v, force, &error) == KT_OK &&
-           kt_own_state_rates(m->model, m->data, t, q, v, rate, &error) == KT_OK;
+           kt_auxiliary_state_rates(m->model, m->data, t, q, v, rate, &error) == KT_OK;
 }
 
 static void compare_numbers(kt_worst *worst, int count, const double *a, const double *b) {
@@ -35,7 +35,7 @@ static void compare_numbers(kt_worst *worst, int count, const double *a, const d
 /* The state of `a` that has the name of a state of `b`. If none has, several actuators have become one effect, and
  * the order is the same. */
 static int find_state(const machine *a, const machine *b, int i) {
-    const int found = kt_own_state_find(a->model, kt_own_state_name(b->model, i));
+    const int found = kt_auxiliary_state_find(a->model, kt_auxiliary_state_name(b->model, i));
     return found >= 0 ? found : i;
 }
 
@@ -44,13 +44,13 @@ static void compare_machines(const machine *a, const machine *b, kt_random *rand
     KT_WORST forces = kt_worst_make("forces"), rates = kt_worst_make("rates of activations");
     double q[COORDINATES_MOST], v[COORDINATES_MOST], x[2][COORDINATES_MOST], force[2][COORDINATES_MOST],
         rate[2][COORDINATES_MOST];
-    const int nq = kt_model_nq(a->model), count = kt_own_state_count(a->model);
+    const int nq = kt_model_nq(a->model), count = kt_auxiliary_state_count(a->model);
     if (!kt_check_equal_int("coordinates", kt_model_nq(b->model), nq) ||
-        !kt_check_equal_int("activations", kt_own_state_count(b->model), count))
+        !kt_check_equal_int("activations", kt_auxiliary_state_count(b->model), count))
         return;
     for (int i = 0; i < count; i++)
-        kt_worst_near(&rates, kt_own_states(b->model, b->data)[i],
-                      kt_own_states(a->model, a->data)[find_state(a, b, i)], 1e-15, "initial %d", i);
+        kt_worst_near(&rates, kt_auxiliary_states(b->model, b->data)[i],
+                      kt_auxiliary_states(a->model, a->data)[find_state(a, b, i)], 1e-15, "initial %d", i);
     for (int n = 0; n < TRIALS; n++) {
         for (int i = 0; i < nq; i++) {
             q[i] = kt_random_uniform(random, -1.0, 1.0);

@@ -202,8 +202,8 @@ static int compare_states(FILE *from, import_pair *p, double bound) {
             (void)kt_check_true(is_read ? "a state is computed" : "a state is read", false);
             return 0;
         }
-        if (p->theirs.activation_count > 0 && kt_own_state_count(p->model) == p->theirs.activation_count)
-            memcpy(kt_own_states(p->model, p->data), p->theirs.act,
+        if (p->theirs.activation_count > 0 && kt_auxiliary_state_count(p->model) == p->theirs.activation_count)
+            memcpy(kt_auxiliary_states(p->model, p->data), p->theirs.act,
                    (size_t)p->theirs.activation_count * sizeof *p->theirs.act);
         if (!p->has_paths) { /* else accelerations have the armatures */
             compare_matrix(&f.mass, p, bound);

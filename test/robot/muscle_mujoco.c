@@ -122,7 +122,7 @@ static void set_state(mujoco_pair *p, kt_random *random) {
         p->d->qvel[i] = between(random, -3.0, 3.0);
     }
     for (int i = 0; i < p->m->na; i++)
-        p->d->act[i] = kt_own_states(p->model, p->data)[i] = between(random, -0.1, 1.2);
+        p->d->act[i] = kt_auxiliary_states(p->model, p->data)[i] = between(random, -0.1, 1.2);
     mj_forward(p->m, p->d);
 }
 
@@ -143,7 +143,7 @@ static void compare_forces(mujoco_pair *p, double bound, kt_worst *force, kt_wor
     for (int i = 0; i < NV; i++)
         most = fmax(most, fabs(p->d->qfrc_actuator[i]));
     if (kt_effect_forces(p->model, p->data, 0.0, p->d->qpos, p->d->qvel, forces, &error) != KT_OK ||
-        kt_own_state_rates(p->model, p->data, 0.0, p->d->qpos, p->d->qvel, rates, &error) != KT_OK)
+        kt_auxiliary_state_rates(p->model, p->data, 0.0, p->d->qpos, p->d->qvel, rates, &error) != KT_OK)
         kt_check_text("forces", error.message, "");
     for (int i = 0; i < NV; i++)
         kt_worst_near(force, forces[i], p->d->qfrc_actuator[i], bound * most, "%d", i);

@@ -70,7 +70,7 @@ KT_TEST(an_event_sets_numbers_and_what_formulas_read) {
     /* The pulls supply their work, and the event supplies the gain in energy of the spring. */
     const kt_work work = kt_simulation_work(r.simulation);
     kt_check_near("supplied", work.supplied - work.dissipated, 3.0 * (0.2 - 1.0) + 3.2 * (x - 0.2) + gained, 2e-10);
-    kt_check_near("the states", kt_simulation_own_states(r.simulation)[2], 800.0, 0.0);
+    kt_check_near("the states", kt_simulation_auxiliary_states(r.simulation)[2], 800.0, 0.0);
 }
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
@@ -342,7 +342,7 @@ KT_TEST(a_value_that_cannot_be_ends_the_run_in_words) {
     const kt_parameter parameter = {.kind = KT_PARAMETER_MASS, .item = 1, .count = 1};
     kt_check_equal_int("reads", kt_parameter_get(r.model, &parameter, &mass, &error), KT_OK);
     kt_check_near("the mass", mass, 1.0, 0.0);
-    kt_check_near("the state", kt_simulation_own_states(r.simulation)[0], 5.0, 0.0);
+    kt_check_near("the state", kt_simulation_auxiliary_states(r.simulation)[0], 5.0, 0.0);
 }
 
 /* It names the parameter, and a NaN has no sign. */

@@ -131,7 +131,7 @@ KT_TEST(events_at_a_breakpoint_happen_together_in_order) {
     const running r = running_start(text, NULL);
     kt_error error = {0};
     kt_check_equal_int("runs", kt_simulation_advance(r.simulation, 50.0, &error), KT_OK);
-    kt_check_near("x", kt_simulation_own_states(r.simulation)[0], 123.0, 0.0);
+    kt_check_near("x", kt_simulation_auxiliary_states(r.simulation)[0], 123.0, 0.0);
 }
 
 /* ---- files ------------------------------------------------------------------------------------------------------- */

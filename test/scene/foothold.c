@@ -54,7 +54,7 @@ static kt_vec3 sole_of(const running *r) {
 static double distance(kt_vec3 a, kt_vec3 b) { return kt_vec3_norm(kt_vec3_sub(a, b)); }
 
 static kt_vec3 held_place(const running *r) {
-    const double *x = kt_simulation_own_states(r->simulation);
+    const double *x = kt_simulation_auxiliary_states(r->simulation);
     return kt_vec3_make(x[0], x[1], x[2]);
 }
 
@@ -127,7 +127,7 @@ KT_TEST(two_equal_legs_stand_at_different_places) {
         "  - {name: landB, when: marker.legB.tip.z, direction: falling, limit: 1, then: {engage_here: fB}}\n";
     const running r = running_start(text, NULL);
     running_advance(&r, 0.5);
-    const double *x = kt_simulation_own_states(r.simulation);
+    const double *x = kt_simulation_auxiliary_states(r.simulation);
     kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "landA"), 1);
     kt_check_equal_int("landings", (long long)kt_simulation_event_count(r.simulation, "landB"), 1);
     kt_check_above("the feet are apart, m", fabs(x[0] - x[6]), 0.1);
@@ -167,8 +167,9 @@ KT_TEST(footholds_at_one_point_at_first_end_a_run_at_another_one) {
                    "{name: stand, when: t - 0.01, then: [{engage_here: fA}, {engage_here: fB}]}, ");
     r = running_start(text, NULL);
     running_advance(&r, 0.5);
-    kt_check_above("the feet are apart, m",
-                   fabs(kt_simulation_own_states(r.simulation)[0] - kt_simulation_own_states(r.simulation)[6]), 0.1);
+    kt_check_above(
+        "the feet are apart, m",
+        fabs(kt_simulation_auxiliary_states(r.simulation)[0] - kt_simulation_auxiliary_states(r.simulation)[6]), 0.1);
 }
 
 /* Two legs stand on footholds and on hard contacts. One foothold is released at rest. Its contact then closes at
@@ -316,7 +317,7 @@ static void check_checkpoints(const char *text) {
     const running a = running_start(text, NULL);
     const running b = running_start(text, NULL);
     const size_t size = kt_simulation_state_size(a.simulation), nq = (size_t)kt_model_nq(a.model);
-    const size_t count = sizeof times / sizeof *times, nx = (size_t)kt_own_state_count(a.model);
+    const size_t count = sizeof times / sizeof *times, nx = (size_t)kt_auxiliary_state_count(a.model);
     char *blocks = running_room(&a, count);
     for (size_t i = 0; i < count; i++) {
         running_advance(&a, times[i]);
@@ -332,8 +333,8 @@ static void check_checkpoints(const char *text) {
         running_advance(&b, 1.5);
         kt_check_equal_bits("positions", kt_simulation_positions(b.simulation), kt_simulation_positions(a.simulation),
                             nq);
-        kt_check_equal_bits("places", kt_simulation_own_states(b.simulation), kt_simulation_own_states(a.simulation),
-                            nx);
+        kt_check_equal_bits("places", kt_simulation_auxiliary_states(b.simulation),
+                            kt_simulation_auxiliary_states(a.simulation), nx);
     }
 }
 
@@ -391,14 +392,15 @@ KT_TEST(a_scene_goes_on_with_its_foothold) {
     kt_scene *scene = running_read(in_space, NULL);
     const double *q = kt_simulation_positions(a.simulation), *v = kt_simulation_velocities(a.simulation);
     kt_need_fine("state", kt_scene_start_from(scene, a.model, q, v, &error), &error);
-    kt_need_fine("places", kt_scene_start_states(scene, kt_simulation_own_states(a.simulation), &error), &error);
+    kt_need_fine("places", kt_scene_start_states(scene, kt_simulation_auxiliary_states(a.simulation), &error), &error);
     ((kt_loop *)(uintptr_t)scene->description.loops)[0].switching = KT_SWITCHED_ON;
     const running b = running_begin(scene, kt_simulation_options_default().record);
     double worst = 0.0;
     for (int i = 0; i < kt_model_nq(a.model); i++)
         worst = fmax(worst, fabs(kt_simulation_positions(b.simulation)[i] - q[i]));
     kt_check_near("positions", worst, 0.0, 1e-14);
-    kt_check_equal_bits("places", kt_simulation_own_states(b.simulation), kt_simulation_own_states(a.simulation), 6);
+    kt_check_equal_bits("places", kt_simulation_auxiliary_states(b.simulation),
+                        kt_simulation_auxiliary_states(a.simulation), 6);
     running_advance(&b, 0.09);
     kt_check_near("the sole stays, m", distance(sole_of(&b), sole_of(&a)), 0.0, 1e-11);
 }
@@ -411,10 +413,10 @@ KT_TEST(an_acting_loop_keeps_its_place) {
     running_advance(&r, 0.45);
     const kt_vec3 place = held_place(&r);
     double x[6];
-    memcpy(x, kt_simulation_own_states(r.simulation), sizeof x);
+    memcpy(x, kt_simulation_auxiliary_states(r.simulation), sizeof x);
     running_advance(&r, 0.55);
     kt_check_equal_int("again", (long long)kt_simulation_event_count(r.simulation, "again"), 1);
-    kt_check_equal_bits("place", kt_simulation_own_states(r.simulation), x, 6);
+    kt_check_equal_bits("place", kt_simulation_auxiliary_states(r.simulation), x, 6);
     kt_check_near("the sole stays, m", distance(sole_of(&r), place), 0.0, 1e-11);
 }
 

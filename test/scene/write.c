@@ -333,7 +333,7 @@ static int exert_nothing(void *user, const double *u, double *force, double *rat
 
 KT_TEST(law_of_a_program_is_not_written) {
     kt_scene scene = kt_scene_default();
-    kt_state state = kt_state_default();
+    kt_auxiliary_state state = kt_auxiliary_state_default();
     kt_body body = kt_body_of("a", NULL, KT_JOINT_REVOLUTE, 0.0);
     scene.description.bodies = &body;
     scene.description.body_count = 1;

@@ -170,7 +170,7 @@ KT_TEST(derivatives_of_an_auxiliary_state_pass_through_a_bounce) {
     kt_body ball;
     kt_effect floor;
     kt_description d;
-    kt_state sum = kt_state_default();
+    kt_auxiliary_state sum = kt_auxiliary_state_default();
     kt_error error = {0};
     motion m;
     ball_make(&ball, &floor, &d);

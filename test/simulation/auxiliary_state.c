@@ -30,22 +30,22 @@ KT_TEST(rates_and_forces_read_the_states_in_the_data) {
     const double q = 0.7, v = -1.3, t = 2.0;
     double a, rates[2] = {-1.0, -1.0};
     kt_parsed_make(&m, ARM STATES);
-    double *x = kt_own_states(m.model, m.data);
-    kt_check_equal_int("states", kt_own_state_count(m.model), 2);
-    kt_check_text("name", kt_own_state_name(m.model, 1), "way");
-    kt_check_equal_int("found", kt_own_state_find(m.model, "way"), 1);
-    kt_check_equal_int("not found", kt_own_state_find(m.model, "away"), -1);
+    double *x = kt_auxiliary_states(m.model, m.data);
+    kt_check_equal_int("states", kt_auxiliary_state_count(m.model), 2);
+    kt_check_text("name", kt_auxiliary_state_name(m.model, 1), "way");
+    kt_check_equal_int("found", kt_auxiliary_state_find(m.model, "way"), 1);
+    kt_check_equal_int("not found", kt_auxiliary_state_find(m.model, "away"), -1);
     kt_check_near("initial", x[0], 0.5, 0.0);
     x[0] = 0.25;
     x[1] = 9.0;
-    (void)kt_fine("rates", kt_own_state_rates(m.model, m.data, t, &q, &v, rates, &error), &error);
+    (void)kt_fine("rates", kt_auxiliary_state_rates(m.model, m.data, t, &q, &v, rates, &error), &error);
     kt_check_near("(q - x)/T", rates[0], (q - 0.25) / 0.2, 4.0 * DBL_EPSILON);
     kt_check_near("vx + x t", rates[1], -v * sin(q) + 0.25 * t, 4.0 * DBL_EPSILON);
     (void)kt_fine("acceleration", kt_acceleration_evaluate(m.model, m.data, t, &q, &v, NULL, NULL, &a, &error), &error);
     kt_check_near("(torque - weight)/J", a, (-3.0 * 0.25 - 0.1 * v - 9.81 * 0.5 * cos(q)) * 3.0, 64.0 * DBL_EPSILON);
     x[0] = (double)NAN;
     rates[0] = 7.0;
-    kt_check_equal_int("a rate of NaN", kt_own_state_rates(m.model, m.data, t, &q, &v, rates, &error),
+    kt_check_equal_int("a rate of NaN", kt_auxiliary_state_rates(m.model, m.data, t, &q, &v, rates, &error),
                        KT_ERROR_NOT_FINITE);
     kt_check_contains("it is named", error.where, "state 'lag'");
     kt_check_near("untouched", rates[0], 7.0, 0.0);
@@ -153,14 +153,14 @@ KT_TEST(states_are_set_and_start_anew) {
     kt_parsed_make(&m, ARM STATES);
     const kt_run run = run_by("dopri5", 0.0);
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
-    const double *x = kt_simulation_own_states(s), set[2] = {2.0, 3.0}, wrong[2] = {0.0, HUGE_VAL}, q = 0.1;
+    const double *x = kt_simulation_auxiliary_states(s), set[2] = {2.0, 3.0}, wrong[2] = {0.0, HUGE_VAL}, q = 0.1;
     double before[3];
     kt_test_advance(s, 0.5);
     kt_check_true("they have moved", x[0] != 0.5 && x[1] != 0.0);
     memcpy(before, kt_simulation_positions(s), 2 * sizeof *before);
-    kt_check_equal_int("an infinity", kt_simulation_set_own_states(s, wrong, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("an infinity", kt_simulation_set_auxiliary_states(s, wrong, &error), KT_ERROR_NOT_FINITE);
     kt_check_contains("is named", error.where, "way");
-    (void)kt_fine("set", kt_simulation_set_own_states(s, set, &error), &error);
+    (void)kt_fine("set", kt_simulation_set_auxiliary_states(s, set, &error), &error);
     kt_check_equal_bits("states", x, set, 2);
     kt_check_equal_bits("positions and velocities stay", kt_simulation_positions(s), before, 2);
     kt_check_near("time", kt_simulation_time(s), 0.5, 0.0);
@@ -186,7 +186,7 @@ KT_TEST(event_and_rate_of_a_model_without_coordinates) {
     (void)kt_fine("events", kt_scene_watch_create(&m.scene, m.model, s, NULL, 0, &watch, &error), &error);
     kt_test_advance(s, 1.0);
     kt_check_near("time", kt_simulation_time(s), 0.3, 4.0 * DBL_EPSILON);
-    kt_check_near("decay", kt_simulation_own_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
+    kt_check_near("decay", kt_simulation_auxiliary_states(s)[1], 2.0 * exp(-0.3), 1e-11); /* some tolerances */
     kt_scene_watch_free(watch);
 }
 
@@ -198,7 +198,7 @@ KT_TEST(rate_that_is_not_finite_is_named_with_its_time) {
     const kt_run run = run_by("rk4", 0.5);
     kt_simulation *s = kt_test_simulation(m.model, &run, NULL);
     const double zero = 0.0;
-    (void)kt_fine("set", kt_simulation_set_own_states(s, &zero, &error), &error);
+    (void)kt_fine("set", kt_simulation_set_auxiliary_states(s, &zero, &error), &error);
     kt_check_equal_int("status", kt_simulation_advance(s, 1.0, &error), KT_ERROR_NOT_FINITE);
     kt_check_contains("where", error.where, "state 'x'");
     kt_check_contains("time", error.where, "t = 0 s");
@@ -229,7 +229,7 @@ KT_TEST(steps_end_where_formulas_of_forces_and_rates_begin) {
         const double bound =
             strcmp(methods[k].name, "rkc2") == 0 ? 1e-7 : 1e-9; /* errors of order 2 add up over many steps */
         kt_worst_near(&velocity, kt_simulation_velocities(s)[0], v, bound, "%s", methods[k].name);
-        kt_worst_near(&level, kt_simulation_own_states(s)[0], x, bound, "%s", methods[k].name);
+        kt_worst_near(&level, kt_simulation_auxiliary_states(s)[0], x, bound, "%s", methods[k].name);
     }
 }
 

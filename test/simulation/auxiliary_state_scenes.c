@@ -86,12 +86,12 @@ static void run(const char *name, const way *by, double duration, double y[NUMBE
     kt_model *model = kt_scene_compile(&scene->description);
     kt_simulation *simulation = kt_test_simulation(model, &how, NULL);
     const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model),
-                 nx = (size_t)kt_own_state_count(model);
+                 nx = (size_t)kt_auxiliary_state_count(model);
     kt_error error = {0};
     kt_need_fine(by->method, kt_simulation_advance(simulation, duration, &error), &error);
     memcpy(y, kt_simulation_positions(simulation), nq * sizeof *y);
     memcpy(y + nq, kt_simulation_velocities(simulation), nv * sizeof *y);
-    memcpy(y + nq + nv, kt_simulation_own_states(simulation), nx * sizeof *y);
+    memcpy(y + nq + nv, kt_simulation_auxiliary_states(simulation), nx * sizeof *y);
     *n = nq + nv + nx;
 }
 

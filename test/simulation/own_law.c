@@ -110,7 +110,7 @@ static const char *const of_both[] = {"current", "heat"};
 typedef struct mechanism {
     kt_scene scene;
     kt_effect effects[3];
-    kt_state states[2];
+    kt_auxiliary_state states[2];
     kt_description description;
     numbers n;
     kt_model *model;
@@ -254,7 +254,7 @@ KT_TEST(rates_of_one_law_are_computed_together) {
     kt_data *data = kt_test_data(m.model);
     kt_model_initial(m.model, q, v);
     m.n.calls = 0;
-    (void)kt_fine("rates", kt_own_state_rates(m.model, data, 0.1, q, v, rates, &error), &error);
+    (void)kt_fine("rates", kt_auxiliary_state_rates(m.model, data, 0.1, q, v, rates, &error), &error);
     kt_check_equal_int("calls", m.n.calls, 1);
     kt_check_near("current", rates[0], (5.8 - 0.8 * 0.1 - 0.5) / 0.02, 1e-13);
     kt_check_near("heat", rates[1], 0.3 * 0.01, 1e-17);
@@ -285,7 +285,7 @@ KT_TEST(steps_end_at_the_corners_of_laws) {
     m.model = kt_scene_compile(&m.description);
     kt_simulation *s = kt_test_simulation(m.model, &by, NULL);
     kt_test_advance(s, 1.0);
-    kt_check_near("state", kt_simulation_own_states(s)[0], 0.7, 1e-14);
+    kt_check_near("state", kt_simulation_auxiliary_states(s)[0], 0.7, 1e-14);
 }
 
 /* ---- derivatives ------------------------------------------------------------------------------------------------- */
@@ -296,7 +296,7 @@ static bool linearize(const mechanism *m, double matrix[36]) {
     kt_linearization_options options = kt_linearization_options_default();
     kt_error error;
     kt_linearization *l = kt_test_linearization(m->model, &options);
-    double *x = kt_linearization_own_states(l);
+    double *x = kt_linearization_auxiliary_states(l);
     x[0] = 0.8;
     x[1] = 1.3;
     const bool fine = kt_fine("evaluate", kt_linearization_evaluate(l, 0.4, q, v, NULL, &error), &error) &&

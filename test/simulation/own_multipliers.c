@@ -41,7 +41,7 @@ KT_TEST(multipliers_of_a_rest_are_the_exponentials_of_its_modes) {
         kt_worst_below(&distance, nearest, 1e-9, "mode %d", i);
     }
     kt_check_below("gap", kt_floquet_gap(floquet), 0.0);
-    kt_floquet_own_states(floquet)[1] = 2.0;
+    kt_floquet_auxiliary_states(floquet)[1] = 2.0;
     (void)kt_fine("again", kt_floquet_evaluate(floquet, 0.0, &q, &v, &error), &error);
     kt_check_near("gap of the state", kt_floquet_gap(floquet), 1.0 - exp(-3.0 * T), 1e-9);
 }

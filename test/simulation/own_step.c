@@ -61,7 +61,7 @@ static void make_of(machine *m, const char *text, const char *method) {
     memset(m->work, 0xFF, m->size);
     for (int i = 0; i < NV; i++)
         m->tau[i] = 0.1 * i;
-    kt_own_states_initial(m->model, m->x);
+    kt_auxiliary_states_initial(m->model, m->x);
     kt_need_fine("closed", kt_state_assemble(m->model, m->data, 0.3, m->q, m->v, &error), &error);
 }
 
@@ -88,15 +88,15 @@ KT_TEST(step_is_that_of_a_simulation) {
         memcpy(m.q, kt_simulation_positions(s), sizeof m.q);
         memcpy(m.v, kt_simulation_velocities(s), sizeof m.v);
         kt_test_advance(s, m.step.t + m.step.h);
-        memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        memcpy(kt_auxiliary_states(m.model, m.data), m.x, sizeof m.x);
         (void)kt_fine("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, &error),
                       &error);
         kt_note("%s", methods[k]);
-        const double *x = kt_own_states(m.model, m.data);
+        const double *x = kt_auxiliary_states(m.model, m.data);
         if (k < EXPLICIT) {
             kt_check_equal_bits("positions", q, kt_simulation_positions(s), NQ);
             kt_check_equal_bits("velocities", v, kt_simulation_velocities(s), NV);
-            kt_check_equal_bits("auxiliary states", x, kt_simulation_own_states(s), COUNT);
+            kt_check_equal_bits("auxiliary states", x, kt_simulation_auxiliary_states(s), COUNT);
         } else { /* iterated otherwise, to the rounding of either */
             kt_worst worst = {.what = "difference"};
             for (int i = 0; i < NQ; i++)
@@ -104,7 +104,7 @@ KT_TEST(step_is_that_of_a_simulation) {
             for (int i = 0; i < NV; i++)
                 kt_worst_near(&worst, v[i], kt_simulation_velocities(s)[i], 3e-13, "velocity %d", i);
             for (int i = 0; i < COUNT; i++)
-                kt_worst_near(&worst, x[i], kt_simulation_own_states(s)[i], 3e-13, "auxiliary state %d", i);
+                kt_worst_near(&worst, x[i], kt_simulation_auxiliary_states(s)[i], 3e-13, "auxiliary state %d", i);
             kt_check_worst(&worst);
         }
         end(&m);
@@ -118,7 +118,7 @@ static void take(machine *m, const double z[ALL], int input, double change, doub
     kt_position_add(m->model, m->q, z, q);
     for (int i = 0; i < NV; i++)
         v[i] = m->v[i] + z[NV + i];
-    double *x = kt_own_states(m->model, m->data);
+    double *x = kt_auxiliary_states(m->model, m->data);
     for (int i = 0; i < COUNT; i++)
         x[i] = m->x[i] + z[2 * NV + i];
     if (input >= 0)
@@ -161,7 +161,7 @@ KT_TEST(derivatives_of_a_step_are_those_of_its_differences) {
         double q[NQ], v[NV];
         kt_worst worst = {.what = k < METHODS ? method : "of a tree"};
         make_of(&m, k < METHODS ? MACHINE : BODIES STATES, method);
-        double *x = kt_own_states(m.model, m.data);
+        double *x = kt_auxiliary_states(m.model, m.data);
         memcpy(x, m.x, sizeof m.x);
         kt_need_fine(
             "derivatives",
@@ -191,12 +191,12 @@ static void take_changed(machine *m, kt_model *copy, const kt_parameter *paramet
     (void)kt_fine("get", kt_parameter_get(m->model, parameter, values, &error), &error);
     values[number] += change;
     (void)kt_fine("set", kt_parameter_set(copy, parameter, values, &error), &error);
-    memcpy(kt_own_states(m->model, m->data), m->x, sizeof m->x);
+    memcpy(kt_auxiliary_states(m->model, m->data), m->x, sizeof m->x);
     (void)kt_fine("step", kt_step_evaluate(copy, m->data, m->work, m->size, &m->step, m->q, m->v, q, v, &error),
                   &error);
     kt_position_subtract(m->model, q, from, out);
     memcpy(out + NV, v, sizeof v);
-    memcpy(out + 2 * NV, kt_own_states(m->model, m->data), COUNT * sizeof *out);
+    memcpy(out + 2 * NV, kt_auxiliary_states(m->model, m->data), COUNT * sizeof *out);
     values[number] -= change;
     (void)kt_fine("set back", kt_parameter_set(copy, parameter, values, &error), &error);
 }
@@ -219,7 +219,7 @@ KT_TEST(derivatives_by_parameters_are_those_of_differences) {
         (void)kt_fine("copy", kt_model_copy(m.model, room, kt_model_size(m.model), &copy, &error), &error);
         (void)kt_fine("step", kt_step_evaluate(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, &error),
                       &error);
-        memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        memcpy(kt_auxiliary_states(m.model, m.data), m.x, sizeof m.x);
         for (size_t p = 0; p < sizeof names / sizeof *names; p++) {
             kt_parameter parameter;
             const double d = 1e-2;
@@ -228,7 +228,7 @@ KT_TEST(derivatives_by_parameters_are_those_of_differences) {
                 "C",
                 kt_step_parameter_derivatives(m.model, m.data, work, size, &m.step, &parameter, m.q, m.v, C, &error),
                 &error);
-            kt_check_equal_bits("states stay", kt_own_states(m.model, m.data), m.x, COUNT);
+            kt_check_equal_bits("states stay", kt_auxiliary_states(m.model, m.data), m.x, COUNT);
             for (int j = 0; j < parameter.count; j++) {
                 for (int sign = 0; sign < 2; sign++) {
                     take_changed(&m, copy, &parameter, j, sign ? d : -d, far[sign], q);
@@ -239,7 +239,7 @@ KT_TEST(derivatives_by_parameters_are_those_of_differences) {
                                   (8.0 * (near[1][i] - near[0][i]) - (far[1][i] - far[0][i])) / (6.0 * d), bound,
                                   "%s %d: %d", names[p], j, i);
             }
-            memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+            memcpy(kt_auxiliary_states(m.model, m.data), m.x, sizeof m.x);
         }
         kt_check_worst(&worst);
         free(work);
@@ -278,7 +278,7 @@ enum { STEPS = 5 };
 static double value_of(machine *m, void *work, size_t size, const kt_rollout *rollout, const double z[ALL]) {
     kt_error error;
     double q[NQ], v[NV], value = 0.0;
-    double *x = kt_own_states(m->model, m->data);
+    double *x = kt_auxiliary_states(m->model, m->data);
     kt_position_add(m->model, m->q, z, q);
     for (int i = 0; i < NV; i++)
         v[i] = m->v[i] + z[NV + i];
@@ -306,12 +306,12 @@ KT_TEST(gradient_of_many_steps_is_that_of_its_differences) {
         kt_rollout rollout = {.method = m.step.method, .t = 0.3, .h = 0.02, .steps = STEPS, .inputs = inputs};
         const size_t size = kt_rollout_work_size(m.model, &rollout);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
-        memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+        memcpy(kt_auxiliary_states(m.model, m.data), m.x, sizeof m.x);
         (void)kt_fine("gradient",
                       kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value, start, by_inputs,
                                           cost, &m, &error),
                       &error);
-        kt_check_equal_bits("states stay", kt_own_states(m.model, m.data), m.x, COUNT);
+        kt_check_equal_bits("states stay", kt_auxiliary_states(m.model, m.data), m.x, COUNT);
         rollout.checkpoints = 2;
         (void)kt_fine("few checkpoints",
                       kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &other, few, few + ALL, cost,
@@ -353,13 +353,13 @@ KT_TEST(failed_gradient_leaves_the_auxiliary_states) {
     const kt_rollout rollout = {.method = m.step.method, .h = 0.02, .steps = STEPS};
     const size_t size = kt_rollout_work_size(m.model, &rollout);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
-    memcpy(kt_own_states(m.model, m.data), m.x, sizeof m.x);
+    memcpy(kt_auxiliary_states(m.model, m.data), m.x, sizeof m.x);
     m.stops = true;
     kt_check_equal_int(
         "it stops",
         kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value, NULL, NULL, cost, &m, &error),
         KT_ERROR_CALLBACK);
-    kt_check_equal_bits("auxiliary states", kt_own_states(m.model, m.data), m.x, COUNT);
+    kt_check_equal_bits("auxiliary states", kt_auxiliary_states(m.model, m.data), m.x, COUNT);
     free(work);
     end(&m);
 }
@@ -377,7 +377,7 @@ static void walk(machine *m, const double x[COUNT], double out[NQ + NV + COUNT])
         step.t = m->step.t + i * m->step.h;
         (void)kt_fine("step", kt_step_evaluate(m->model, m->data, m->work, m->size, &step, q, v, q, v, &error), &error);
     }
-    memcpy(next, kt_own_states(m->model, m->data), COUNT * sizeof *next);
+    memcpy(next, kt_auxiliary_states(m->model, m->data), COUNT * sizeof *next);
 }
 
 KT_TEST(two_motions_from_given_auxiliary_states_have_equal_bits) {
@@ -399,7 +399,7 @@ KT_TEST(two_motions_from_given_auxiliary_states_have_equal_bits) {
         const size_t size = kt_rollout_work_size(m.model, &rollout);
         void *work = aligned_alloc(KT_ALIGNMENT, size);
         for (int i = 0; i < 2; i++) { /* for any contents of the data, which stay the same */
-            double *x = kt_own_states(m.model, m.data), before[COUNT] = {7.0 + i, -3.0};
+            double *x = kt_auxiliary_states(m.model, m.data), before[COUNT] = {7.0 + i, -3.0};
             memcpy(x, before, sizeof before);
             (void)kt_fine("gradient",
                           kt_rollout_gradient(m.model, m.data, work, size, &rollout, m.q, m.v, &value[i], by[i],
@@ -420,7 +420,7 @@ KT_TEST(steps_that_fail_leave_the_auxiliary_states_of_the_data) {
     double q[NQ], v[NV], by[ALL] = {1.0}, A[ALL * ALL];
     const double wrong[COUNT] = {0.0, (double)NAN}, before[COUNT] = {7.0, -3.0}, far[NQ] = {(double)INFINITY};
     make(&m, "rk4");
-    double *x = kt_own_states(m.model, m.data);
+    double *x = kt_auxiliary_states(m.model, m.data);
     memcpy(x, before, sizeof before);
     for (int i = 0; i < 2; i++) { /* a start that is not finite, and a step that fails on its way */
         kt_step step = m.step;
@@ -449,7 +449,7 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
         kt_worst worst = {.what = methods[k]};
         double by[ALL], out[ALL + NV];
         make(&m, methods[k]);
-        double *x = kt_own_states(m.model, m.data);
+        double *x = kt_auxiliary_states(m.model, m.data);
         for (int i = 0; i < ALL; i++)
             by[i] = cos(3.0 * i);
         memcpy(x, m.x, sizeof m.x);
@@ -491,10 +491,10 @@ static void vary(const machine *m, size_t i, double q[NQ], double v[NV], double 
 /* x += h f(t, q, v, x), v += h a, q = q (+) h v, and back onto the loops. */
 static kt_status take_semi_implicit(machine *m, double t, double h, double q[NQ], double v[NV]) {
     kt_error error;
-    double a[NV], rates[COUNT], moved[NQ], *x = kt_own_states(m->model, m->data);
+    double a[NV], rates[COUNT], moved[NQ], *x = kt_auxiliary_states(m->model, m->data);
     kt_status status = kt_acceleration_evaluate(m->model, m->data, t, q, v, m->tau, NULL, a, &error);
     if (status == KT_OK)
-        status = kt_own_state_rates(m->model, m->data, t, q, v, rates, &error);
+        status = kt_auxiliary_state_rates(m->model, m->data, t, q, v, rates, &error);
     for (int i = 0; i < COUNT; i++)
         x[i] += h * rates[i];
     for (int i = 0; i < NV; i++) {
@@ -517,12 +517,12 @@ static void compare_batch(const char *text, bool semi_implicit) {
     options.states = MANY;
     options.method = m.step.method;
     kt_need_fine("batch", kt_batch_create(m.model, &options, &batch, &error), &error);
-    (void)kt_fine("get", kt_batch_get_own_states(batch, 3, got_x, &error), &error);
+    (void)kt_fine("get", kt_batch_get_auxiliary_states(batch, 3, got_x, &error), &error);
     kt_check_equal_bits("initial", got_x, m.x, COUNT);
     for (size_t i = 0; i < MANY; i++) {
         vary(&m, i, q, v, x);
         (void)kt_fine("torque", kt_batch_set_torque(batch, i, m.tau, &error), &error);
-        (void)kt_fine("auxiliary states", kt_batch_set_own_states(batch, i, x, &error), &error);
+        (void)kt_fine("auxiliary states", kt_batch_set_auxiliary_states(batch, i, x, &error), &error);
         (void)kt_fine("state", kt_batch_set_state(batch, i, 0.3, q, v, &error), &error);
     }
     const kt_status status = semi_implicit ? kt_batch_step_semi_implicit(batch, m.step.h, ONES, &error)
@@ -532,7 +532,7 @@ static void compare_batch(const char *text, bool semi_implicit) {
     for (size_t i = 0; i < MANY; i++) {
         kt_step step = m.step;
         vary(&m, i, q, v, x);
-        memcpy(kt_own_states(m.model, m.data), x, sizeof x);
+        memcpy(kt_auxiliary_states(m.model, m.data), x, sizeof x);
         for (int k = 0; k < ONES && i != 7; k++) {
             (void)kt_fine("one",
                           semi_implicit ? take_semi_implicit(&m, step.t, step.h, q, v)
@@ -541,9 +541,9 @@ static void compare_batch(const char *text, bool semi_implicit) {
             step.t += step.h;
         }
         (void)kt_fine("get", kt_batch_get_state(batch, i, &t, got_q, got_v, &error), &error);
-        (void)kt_fine("get", kt_batch_get_own_states(batch, i, got_x, &error), &error);
+        (void)kt_fine("get", kt_batch_get_auxiliary_states(batch, i, got_x, &error), &error);
         different += memcmp(q, got_q, sizeof q) != 0 || memcmp(v, got_v, sizeof v) != 0 ||
-                     memcmp(kt_own_states(m.model, m.data), got_x, sizeof x) != 0;
+                     memcmp(kt_auxiliary_states(m.model, m.data), got_x, sizeof x) != 0;
     }
     kt_check_equal_int("states of other bits", different, 0);
     const kt_batch_report report = kt_batch_report_of(batch);
@@ -565,7 +565,7 @@ KT_TEST(failed_step_leaves_the_auxiliary_states) {
     kt_error error;
     double q[NQ], v[NV];
     make(&m, "rk4");
-    double *x = kt_own_states(m.model, m.data), before[COUNT] = {0.25, (double)NAN};
+    double *x = kt_auxiliary_states(m.model, m.data), before[COUNT] = {0.25, (double)NAN};
     memcpy(x, before, sizeof before);
     kt_check_true("it fails", kt_step_derivatives(m.model, m.data, m.work, m.size, &m.step, m.q, m.v, q, v, NULL, NULL,
                                                   &error) != KT_OK);

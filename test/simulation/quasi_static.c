@@ -320,7 +320,7 @@ KT_TEST(inputs_and_auxiliary_states_act_on_what_has_no_mass) {
     kt_test_advance(s, 1.0);
     const double x = kt_simulation_positions(s)[0];
     kt_check_near("node", kt_simulation_positions(s)[1], (20.0 + 300.0 * (x - 0.9)) / 400.0, 1e-14);
-    kt_check_near("path, without the jump", kt_simulation_own_states(s)[0],
+    kt_check_near("path, without the jump", kt_simulation_auxiliary_states(s)[0],
                   kt_simulation_positions(s)[1] - 20.0 / 400.0 - from, 1e-10);
 }
 

@@ -94,7 +94,7 @@ kt_kept *kt_kept_empty(const kt_model *model) {
     kept.stop_at = -1;
     kept.nq = kt_model_nq(model);
     kept.nv = kt_model_nv(model);
-    kept.nx = kt_own_state_count(model);
+    kept.nx = kt_auxiliary_state_count(model);
     return &kept;
 }
 
@@ -119,7 +119,7 @@ int kt_keep(const kt_record *record, void *user) {
 
 bool kt_scene_check_equal(const char *what, const kt_simulation *observed, const kt_simulation *expected) {
     const kt_model *model = kt_simulation_model(expected);
-    const int count = kt_model_nq(model) + kt_model_nv(model) + kt_own_state_count(model);
+    const int count = kt_model_nq(model) + kt_model_nv(model) + kt_auxiliary_state_count(model);
     /* velocities stand behind positions, and auxiliary states behind velocities */
     return kt_check_equal_bits(what, kt_simulation_positions(observed), kt_simulation_positions(expected),
                                (size_t)count);

@@ -19,7 +19,7 @@ static int find_beyond(const double *values, int count, double most) {
 }
 
 bool kt_find_excess(const kt_record *record, kt_error *error) {
-    const int nv = kt_model_nv(record->model), states = record->x != NULL ? kt_own_state_count(record->model) : 0;
+    const int nv = kt_model_nv(record->model), states = record->x != NULL ? kt_auxiliary_state_count(record->model) : 0;
     const int v = find_beyond(record->v, nv, KT_SPEED_MOST), x = find_beyond(record->x, states, KT_STATE_MOST);
     if (v < nv)
         (void)kt_error_set(error, KT_ERROR_STEP, NULL,
@@ -28,7 +28,7 @@ bool kt_find_excess(const kt_record *record, kt_error *error) {
                            remedy);
     else if (x < states)
         (void)kt_error_set(error, KT_ERROR_STEP, NULL, "t = %.9g s: the state '%s' is %.3g, above %g: %s", record->time,
-                           kt_own_state_name(record->model, x), record->x[x], KT_STATE_MOST, remedy);
+                           kt_auxiliary_state_name(record->model, x), record->x[x], KT_STATE_MOST, remedy);
     else
         return false;
     return true;

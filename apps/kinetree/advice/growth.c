@@ -40,7 +40,7 @@ void kt_growth_add(kt_growth *growth, const kt_record *record, double duration) 
         return;
     growth->speed = largest_of(record->v, kt_model_nv(record->model), growth->speed);
     if (record->x != NULL)
-        growth->state = largest_of(record->x, kt_own_state_count(record->model), growth->state);
+        growth->state = largest_of(record->x, kt_auxiliary_state_count(record->model), growth->state);
 }
 
 /* ---- at the end -------------------------------------------------------------------------------------------------- */
@@ -53,14 +53,15 @@ typedef struct suspect {
 } suspect;
 
 static double suspect_size_of(const kt_simulation *simulation, const suspect *s) {
-    const double *values = s->is_state ? kt_simulation_own_states(simulation) : kt_simulation_velocities(simulation);
+    const double *values =
+        s->is_state ? kt_simulation_auxiliary_states(simulation) : kt_simulation_velocities(simulation);
     return fabs(values[s->index]);
 }
 
 /* Returns whether a value at the end is suspicious, and the one that has grown most. */
 static bool find_suspect(const kt_growth *growth, const kt_grown_run *grown, suspect *found) {
     const double before[] = {growth->speed, growth->state};
-    const int count[] = {kt_model_nv(grown->model), kt_own_state_count(grown->model)};
+    const int count[] = {kt_model_nv(grown->model), kt_auxiliary_state_count(grown->model)};
     double most = KT_GROWTH_LEAST;
     bool any = false;
     for (int kind = 0; kind < 2; kind++)
@@ -99,8 +100,8 @@ static double continue_motion(const kt_grown_run *grown, const suspect *s, doubl
     if (status == KT_OK)
         status = kt_simulation_set_state(simulation, begin, kt_simulation_positions(from),
                                          kt_simulation_velocities(from), &error);
-    if (status == KT_OK && kt_own_state_count(grown->model) > 0)
-        status = kt_simulation_set_own_states(simulation, kt_simulation_own_states(from), &error);
+    if (status == KT_OK && kt_auxiliary_state_count(grown->model) > 0)
+        status = kt_simulation_set_auxiliary_states(simulation, kt_simulation_auxiliary_states(from), &error);
     double most = 0.0;
     for (int i = 1; status == KT_OK && i <= steps; i++) {
         status = kt_simulation_advance(simulation, begin + i * length, &error);
@@ -137,7 +138,8 @@ double kt_growth_diverges(const kt_growth *growth, const kt_grown_run *grown, kt
                 "the run. In the next %d steps it would reach %.3g, but with adaptive steps only %.3g: the integration "
                 "diverges",
                 step, s.is_state ? "state" : "speed of joint",
-                s.is_state ? kt_own_state_name(grown->model, s.index) : kt_name_column(grown->model, s.index).text,
+                s.is_state ? kt_auxiliary_state_name(grown->model, s.index)
+                           : kt_name_column(grown->model, s.index).text,
                 s.end, s.end / s.before, steps, coarse, fine);
             return s.end / s.before;
         }

@@ -294,7 +294,7 @@ static void describe_left(const kt_native *native, char text[400]) {
 
 void kt_native_report(const kt_native_code *code, const kt_simulation *simulation) {
     const kt_model *model = code->native.model;
-    const size_t nv = (size_t)kt_model_nv(model), states = (size_t)kt_own_state_count(model);
+    const size_t nv = (size_t)kt_model_nv(model), states = (size_t)kt_auxiliary_state_count(model);
     kt_data *data = NULL;
     double *work = calloc(2 * nv + 1, sizeof *work);
     if (work == NULL || kt_data_create(model, &data, NULL) != KT_OK) {
@@ -306,11 +306,11 @@ void kt_native_report(const kt_native_code *code, const kt_simulation *simulatio
                               .t = kt_simulation_time(simulation),
                               .q = kt_simulation_positions(simulation),
                               .v = kt_simulation_velocities(simulation),
-                              .x = kt_simulation_own_states(simulation),
+                              .x = kt_simulation_auxiliary_states(simulation),
                               .tau = work,
                               .a = work + nv};
     if (states > 0)
-        memcpy(kt_own_states(model, data), race.x, states * sizeof *race.x);
+        memcpy(kt_auxiliary_states(model, data), race.x, states * sizeof *race.x);
     const double library = time_acceleration(&race, false), native = time_acceleration(&race, true);
     const double gain = library - native, count = (double)code->native.computed;
     char compiler[160] = "the compiled file was in the cache", left[400] = "";

@@ -66,7 +66,7 @@ kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordin
     const kt_model *model = motion->model;
     kt_coordinate_name name;
     if (coordinate >= kt_model_nv(model)) {
-        const char *state = kt_own_state_name(model, coordinate - kt_model_nv(model));
+        const char *state = kt_auxiliary_state_name(model, coordinate - kt_model_nv(model));
         snprintf(name.text, sizeof name.text, "%s %.80s", word_for_state(&motion->scene, state), state);
         return name;
     }

@@ -249,15 +249,15 @@ static void say_unknown_joints(const source *s, const kt_model *model) {
 
 /* Reads the auxiliary states of the result. A state that the result lacks keeps its initial value in the scene. */
 static kt_status take_auxiliary_states(kt_scene *scene, const source *s, const kt_model *model, kt_error *error) {
-    const int count = kt_own_state_count(model);
+    const int count = kt_auxiliary_state_count(model);
     double *x = calloc((size_t)count + 1, sizeof *x);
     if (x == NULL)
         return kt_reject_memory(error);
-    kt_own_states_initial(model, x);
+    kt_auxiliary_states_initial(model, x);
     for (int i = 0; i < count; i++)
-        if (read_part(s, "state", kt_own_state_name(model, i), 1, &x[i]) != 1)
+        if (read_part(s, "state", kt_auxiliary_state_name(model, i), 1, &x[i]) != 1)
             kt_say("%s has no state '%s', which starts with its value in the scene; --record state records it", s->path,
-                   kt_own_state_name(model, i));
+                   kt_auxiliary_state_name(model, i));
     const kt_status status = kt_scene_start_states(scene, x, error);
     free(x);
     return status;
@@ -295,7 +295,7 @@ static int take_given_state(kt_scene *scene, const source *s, const kt_model *mo
     kt_status status = kt_scene_start_from(scene, model, q, v, &error);
     if (status == KT_OK)
         take_released(scene, s);
-    if (status == KT_OK && kt_own_state_count(model) > 0)
+    if (status == KT_OK && kt_auxiliary_state_count(model) > 0)
         status = take_auxiliary_states(scene, s, model, &error);
     return kt_say_status(status, &error);
 }

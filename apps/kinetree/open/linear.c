@@ -161,8 +161,8 @@ int kt_small_motion_linearize(kt_small_motion *motion) {
 
 int kt_small_motion_places(const kt_small_motion *motion) {
     int count = 0;
-    for (int k = 0; k < kt_own_state_count(motion->model); k++)
-        count += kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, k));
+    for (int k = 0; k < kt_auxiliary_state_count(motion->model); k++)
+        count += kt_scene_is_place_state(&motion->scene, kt_auxiliary_state_name(motion->model, k));
     return count;
 }
 
@@ -184,7 +184,7 @@ bool kt_mode_grows(const kt_mode *mode) {
 /* The amplitude of component i of a shape, in its unit. Places of footholds do not move. first: coordinate of i = 0. */
 static double shape_amplitude(const kt_small_motion *motion, const double *shape, int first, int i) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    if (first > 0 && kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, i)))
+    if (first > 0 && kt_scene_is_place_state(&motion->scene, kt_auxiliary_state_name(motion->model, i)))
         return 0.0;
     return hypot(shape[2 * i], shape[2 * i + 1]) / (first > 0 ? 1.0 : system->unit[i]);
 }
@@ -192,13 +192,13 @@ static double shape_amplitude(const kt_small_motion *motion, const double *shape
 int kt_find_movers(const kt_small_motion *motion, int mode, kt_mover *movers, int most, double least) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     const double *shapes[] = {kt_modes_positions(motion->modes, mode), kt_modes_velocities(motion->modes, mode),
-                              kt_modes_own_states(motion->modes, mode)};
+                              kt_modes_auxiliary_states(motion->modes, mode)};
     const double *shape = shapes[0];
     double largest = 0.0;
     int begin = 0, components = system->coordinates;
     for (int pass = 0; pass < 3 && largest == 0.0; pass++) {
         begin = pass < 2 ? 0 : system->coordinates;
-        components = pass < 2 ? system->coordinates : system->own_states;
+        components = pass < 2 ? system->coordinates : system->auxiliary_states;
         shape = shapes[pass];
         for (int i = 0; i < components; i++)
             largest = fmax(largest, shape_amplitude(motion, shape, begin, i));

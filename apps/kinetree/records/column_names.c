@@ -86,7 +86,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_OWN:
         return snprintf(text, size, "%s", columns->formulas[c->index].name);
     case KT_COLUMN_STATE:
-        return snprintf(text, size, "state.%s", kt_own_state_name(model, c->index));
+        return snprintf(text, size, "state.%s", kt_auxiliary_state_name(model, c->index));
     case KT_COLUMN_EFFECT:
         return name_quantity(columns, c, text, size);
     }

@@ -156,7 +156,7 @@ static bool add_effect_columns(kt_columns *columns, const recorded *quantity) {
 
 static bool add_states(kt_columns *columns, const recorded *quantity) {
     bool fine = true;
-    for (int state = 0; state < kt_own_state_count(columns->model) && fine; state++)
+    for (int state = 0; state < kt_auxiliary_state_count(columns->model) && fine; state++)
         fine = add_source_columns(columns, quantity->source, state, 1, state);
     return fine;
 }
@@ -297,7 +297,7 @@ static bool find_record_symbol(void *user, const char *name, kt_symbol *symbol) 
     const kt_columns *all = user;
     char text[NAME_SIZE];
     size_t found = strcmp(name, "t") == 0 ? 0 : kt_columns_find(all, name, 0);
-    if (found == all->count && kt_own_state_find(all->model, name) >= 0) {
+    if (found == all->count && kt_auxiliary_state_find(all->model, name) >= 0) {
         (void)snprintf(text, sizeof text, "state.%s", name);
         found = kt_columns_find(all, text, 0);
     }

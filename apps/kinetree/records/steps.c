@@ -17,7 +17,7 @@ static double larger_size(double most, double x) { return fabs(x) > most ? fabs(
 
 static void watch_moved(kt_steps *steps, const double *q, const double *v, const double *x) {
     const kt_model *model = steps->columns->model;
-    const int nq = kt_model_nq(model), states = kt_own_state_count(model);
+    const int nq = kt_model_nq(model), states = kt_auxiliary_state_count(model);
     kt_moved *moved = steps->moved;
     for (int i = 0; i < nq; i++) {
         moved->position = larger_size(moved->position, q[i] - steps->start[i]);
@@ -32,8 +32,8 @@ static void watch_moved(kt_steps *steps, const double *q, const double *v, const
 bool kt_steps_start(kt_steps *steps) {
     const kt_columns *columns = steps->columns;
     const double *q = kt_simulation_positions(steps->simulation);
-    const double *x = kt_simulation_own_states(steps->simulation);
-    const size_t nq = (size_t)kt_model_nq(columns->model), states = (size_t)kt_own_state_count(columns->model);
+    const double *x = kt_simulation_auxiliary_states(steps->simulation);
+    const size_t nq = (size_t)kt_model_nq(columns->model), states = (size_t)kt_auxiliary_state_count(columns->model);
     steps->start = malloc((nq + states + 1) * sizeof *steps->start);
     steps->is_used = calloc(columns->count + 1, sizeof *steps->is_used);
     if (steps->start == NULL || steps->is_used == NULL)
@@ -124,7 +124,7 @@ void kt_steps_take(kt_steps *steps) {
         return;
     const kt_simulation *simulation = steps->simulation;
     const double time = kt_simulation_time(simulation), *q = kt_simulation_positions(simulation);
-    const double *v = kt_simulation_velocities(simulation), *x = kt_simulation_own_states(simulation);
+    const double *v = kt_simulation_velocities(simulation), *x = kt_simulation_auxiliary_states(simulation);
     take_coordinates(steps, time, q, v, x);
     if (++steps->moved->steps < steps->moved->next || !steps->needs_kinematics)
         return;

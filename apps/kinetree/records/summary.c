@@ -200,9 +200,10 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
 }
 
 static void describe_state_values(const kt_outcome *outcome, json_t *root) {
-    if (kt_own_state_count(outcome->model) > 0)
-        json_object_set_new(root, "state",
-                            kt_json_auxiliary_states(outcome->model, kt_simulation_own_states(outcome->simulation)));
+    if (kt_auxiliary_state_count(outcome->model) > 0)
+        json_object_set_new(
+            root, "state",
+            kt_json_auxiliary_states(outcome->model, kt_simulation_auxiliary_states(outcome->simulation)));
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {

@@ -118,10 +118,10 @@ static int print_text(const kt_small_motion *motion) {
         print_position(at, motion->q);
         puts("}");
     }
-    for (int k = 0; k < kt_own_state_count(motion->model); k++)
-        if (!kt_scene_is_place_state(&motion->scene, kt_own_state_name(motion->model, k)))
-            printf("%s: {initial: %.17g}\n", kt_own_state_name(motion->model, k),
-                   kt_linearization_own_states(motion->linearization)[k]);
+    for (int k = 0; k < kt_auxiliary_state_count(motion->model); k++)
+        if (!kt_scene_is_place_state(&motion->scene, kt_auxiliary_state_name(motion->model, k)))
+            printf("%s: {initial: %.17g}\n", kt_auxiliary_state_name(motion->model, k),
+                   kt_linearization_auxiliary_states(motion->linearization)[k]);
     if (worst >= 0) {
         kt_mover mover;
         const double rate = kt_modes_at(motion->modes, worst).real;
@@ -144,15 +144,16 @@ static json_t *describe_equilibrium(const kt_small_motion *motion) {
     json_t *root = json_object();
     json_object_set_new(root, "scene", kt_json_text(motion->name));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
-    if (kt_own_state_count(motion->model) > 0)
+    if (kt_auxiliary_state_count(motion->model) > 0)
         json_object_set_new(
-            root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
+            root, "state",
+            kt_json_auxiliary_states(motion->model, kt_linearization_auxiliary_states(motion->linearization)));
     json_object_set_new(root, "stability", json_string(word(worst, neutral, damped)));
     json_object_set_new(root, "growth", json_real(worst < 0 ? 0.0 : kt_modes_at(motion->modes, worst).real));
     json_object_set_new(root, "neutral", json_integer(neutral));
     json_object_set_new(root, "steps", json_integer(motion->equilibrium.steps));
     json_object_set_new(root, "starts", json_integer(motion->equilibrium.starts));
-    if (kt_own_state_count(motion->model) > 0)
+    if (kt_auxiliary_state_count(motion->model) > 0)
         json_object_set_new(root, "followed", json_boolean(motion->equilibrium.followed));
     json_object_set_new(root, "acceleration", kt_json_number(motion->equilibrium.acceleration));
     return root;
@@ -164,8 +165,9 @@ static json_t *describe_equilibrium(const kt_small_motion *motion) {
 static int write_equilibrium_scene(kt_small_motion *motion, const char *path) {
     kt_error error = {0};
     kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
-    if (status == KT_OK && kt_own_state_count(motion->model) > 0)
-        status = kt_scene_start_states(&motion->scene, kt_linearization_own_states(motion->linearization), &error);
+    if (status == KT_OK && kt_auxiliary_state_count(motion->model) > 0)
+        status =
+            kt_scene_start_states(&motion->scene, kt_linearization_auxiliary_states(motion->linearization), &error);
     return kt_write_scene(&motion->scene, path, status, &error);
 }
 

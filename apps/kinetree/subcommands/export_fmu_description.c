@@ -195,7 +195,7 @@ static kt_fmu_coordinate coordinate_at(const kt_model *model, int index, bool is
 }
 
 static int state_count(const kt_model *model) {
-    return kt_model_nq(model) + kt_model_nv(model) + kt_own_state_count(model);
+    return kt_model_nq(model) + kt_model_nv(model) + kt_auxiliary_state_count(model);
 }
 
 /* ---- variables --------------------------------------------------------------------------------------------------- */
@@ -374,7 +374,7 @@ static void write_fmu_state(const kt_fmu_model *fmu, int index, int order, FILE 
     char state[KT_FMU_NAME + 32], name[KT_FMU_NAME + 64];
     const char *unit = NULL;
     if (index >= nq + nv) {
-        (void)snprintf(state, sizeof state, "x.%s", kt_own_state_name(fmu->model, index - nq - nv));
+        (void)snprintf(state, sizeof state, "x.%s", kt_auxiliary_state_name(fmu->model, index - nq - nv));
     } else {
         const bool is_velocity = index >= nq;
         const kt_fmu_coordinate c = coordinate_at(fmu->model, is_velocity ? index - nq : index, is_velocity);

@@ -218,11 +218,11 @@ static int print_mode_table(const kt_small_motion *motion, const char *state, lo
 
 static json_t *describe_linear_states(const kt_small_motion *motion, const kt_linear_system *system) {
     json_t *list = json_array();
-    const int moving = system->states - system->own_states;
+    const int moving = system->states - system->auxiliary_states;
     for (int i = 0; i < system->states; i++) {
         const bool velocity = i >= system->positions;
         if (i >= moving) {
-            json_array_append_new(list, json_sprintf("state.%s", kt_own_state_name(motion->model, i - moving)));
+            json_array_append_new(list, json_sprintf("state.%s", kt_auxiliary_state_name(motion->model, i - moving)));
             continue;
         }
         const int coordinate =
@@ -275,8 +275,8 @@ static json_t *describe_mode_shape(const kt_model *model, const double *shape) {
 /* Returns the same object for auxiliary states. */
 static json_t *describe_auxiliary_states(const kt_model *model, const double *shape) {
     json_t *object = json_object();
-    for (int k = 0; k < kt_own_state_count(model); k++)
-        json_object_set_new(object, kt_own_state_name(model, k), kt_json_numbers(shape + 2 * k, 2));
+    for (int k = 0; k < kt_auxiliary_state_count(model); k++)
+        json_object_set_new(object, kt_auxiliary_state_name(model, k), kt_json_numbers(shape + 2 * k, 2));
     return object;
 }
 
@@ -290,9 +290,9 @@ static json_t *list_modes(const kt_small_motion *motion) {
                       mode.residual, "count", mode.count, "neutral", (int)kt_mode_is_neutral(&mode));
         json_object_set_new(one, "position", describe_mode_shape(motion->model, kt_modes_positions(motion->modes, i)));
         json_object_set_new(one, "velocity", describe_mode_shape(motion->model, kt_modes_velocities(motion->modes, i)));
-        if (kt_own_state_count(motion->model) > 0)
+        if (kt_auxiliary_state_count(motion->model) > 0)
             json_object_set_new(one, "state",
-                                describe_auxiliary_states(motion->model, kt_modes_own_states(motion->modes, i)));
+                                describe_auxiliary_states(motion->model, kt_modes_auxiliary_states(motion->modes, i)));
         json_array_append_new(list, one);
     }
     return list;
@@ -305,9 +305,10 @@ static json_t *describe_modes(const kt_small_motion *motion, const char *state) 
     json_object_set_new(root, "about", json_string(state));
     json_object_set_new(root, "position", kt_json_by_joint(motion->model, motion->q, false));
     json_object_set_new(root, "velocity", kt_json_by_joint(motion->model, motion->v, true));
-    if (system->own_states > 0)
+    if (system->auxiliary_states > 0)
         json_object_set_new(
-            root, "state", kt_json_auxiliary_states(motion->model, kt_linearization_own_states(motion->linearization)));
+            root, "state",
+            kt_json_auxiliary_states(motion->model, kt_linearization_auxiliary_states(motion->linearization)));
     json_object_set_new(root, "states", describe_linear_states(motion, system));
     json_object_set_new(root, "inputs", list_inputs(motion, system));
     json_object_set_new(root, "outputs", describe_outputs(motion->model));

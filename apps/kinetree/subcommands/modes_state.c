@@ -31,7 +31,7 @@ static bool motion_is_steady(const kt_linear_system *system) {
     const double scale = fmax(1.0, system->speed * system->speed);
     if (system->acceleration > 1e-9 * scale)
         return false;
-    for (int i = system->states - system->own_states; i < system->states; i++)
+    for (int i = system->states - system->auxiliary_states; i < system->states; i++)
         if (fabs(system->rate[i]) > 1e-9 * scale)
             return false;
     for (int i = system->positions; i < system->positions + system->velocities; i++) {
@@ -62,7 +62,8 @@ static double size_of_state(const kt_linear_system *system, int i) {
 /* Returns whether two linear systems have the same states. The choice among equivalent coordinates may be left to
  * rounding. */
 static bool states_agree(const kt_linear_system *a, const kt_linear_system *b) {
-    return a->positions == b->positions && a->velocities == b->velocities && a->own_states == b->own_states &&
+    return a->positions == b->positions && a->velocities == b->velocities &&
+           a->auxiliary_states == b->auxiliary_states &&
            memcmp(a->position_coordinate, b->position_coordinate, (size_t)a->positions * sizeof(int)) == 0 &&
            memcmp(a->velocity_coordinate, b->velocity_coordinate, (size_t)a->velocities * sizeof(int)) == 0;
 }
@@ -91,12 +92,12 @@ static bool matrices_agree(const kt_linear_system *a, const kt_linear_system *b)
  * + nv numbers. A state that cannot be linearised has another matrix. */
 static bool matrix_is_same_at(const kt_small_motion *motion, double time, kt_linearization *later, double *moved) {
     double *q = moved, *change = moved + kt_model_nq(motion->model);
-    const int nv = kt_model_nv(motion->model), own = kt_own_state_count(motion->model);
+    const int nv = kt_model_nv(motion->model), own = kt_auxiliary_state_count(motion->model);
     for (int i = 0; i < nv; i++)
         change[i] = time * motion->v[i];
     kt_position_add(motion->model, motion->q, change, q);
     if (own > 0)
-        memcpy(kt_linearization_own_states(later), kt_linearization_own_states(motion->linearization),
+        memcpy(kt_linearization_auxiliary_states(later), kt_linearization_auxiliary_states(motion->linearization),
                (size_t)own * sizeof(double));
     return kt_linearization_evaluate(later, time, q, motion->v, NULL, NULL) == KT_OK &&
            matrices_agree(kt_linearization_system(motion->linearization), kt_linearization_system(later));
@@ -127,8 +128,9 @@ static const char *name_linear_state(const kt_small_motion *motion, const kt_lin
         const bool steady = motion_is_steady(system);
         return !steady ? "motion" : matrix_is_constant(motion, system) ? "steady motion" : periodic_motion;
     }
-    return system->acceleration > 1e-9 || (system->own_states > 0 && !motion_is_steady(system)) ? "initial position"
-                                                                                                : "equilibrium";
+    return system->acceleration > 1e-9 || (system->auxiliary_states > 0 && !motion_is_steady(system))
+               ? "initial position"
+               : "equilibrium";
 }
 
 static void warn_of_state(const kt_linear_system *system, const char *state) {

@@ -22,7 +22,7 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
                                            kt_simulation_velocities(outcome->simulation), &error);
     if (status == KT_OK)
-        status = kt_scene_start_states(&end, kt_simulation_own_states(outcome->simulation), &error);
+        status = kt_scene_start_states(&end, kt_simulation_auxiliary_states(outcome->simulation), &error);
     json_t *released = kt_released_list(outcome->scene, outcome->simulation);
     if (status == KT_OK && kt_json_is_short())
         status = KT_ERROR_MEMORY; /* the list would lack released loops and effects */

@@ -90,7 +90,7 @@ int kt_json_write(json_t *object, const char *path) {
 
 json_t *kt_json_auxiliary_states(const kt_model *model, const double *x) {
     json_t *states = json_object();
-    for (int i = 0; i < kt_own_state_count(model); i++)
-        json_object_set_new(states, kt_own_state_name(model, i), kt_json_number(x[i]));
+    for (int i = 0; i < kt_auxiliary_state_count(model); i++)
+        json_object_set_new(states, kt_auxiliary_state_name(model, i), kt_json_number(x[i]));
     return states;
 }

@@ -47,7 +47,7 @@ class Data(Evaluator, Constraints, Gradients, Identification, Fixed):  # type: i
         out = ffi.new("kt_data **")
         check(lib.kt_data_init(model._pointer, self._memory.pointer, self._memory.array.size, out, self._error), self._error)
         self._data, self._m = out[0], model._pointer
-        self.x = self._memory.view(lib.kt_own_states(self._m, self._data), model.nx)
+        self.x = self._memory.view(lib.kt_auxiliary_states(self._m, self._data), model.nx)
         self.x.flags.writeable = True
         self._work: Dict[str, Memory] = {}
         self._held: Dict[Tuple[str, ...], Any] = {}

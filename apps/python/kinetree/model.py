@@ -52,7 +52,7 @@ class Model(Fixed):
         self._pointer = compiled
         self.nq: int = lib.kt_model_nq(compiled)
         self.nv: int = lib.kt_model_nv(compiled)
-        self.nx: int = lib.kt_own_state_count(compiled)
+        self.nx: int = lib.kt_auxiliary_state_count(compiled)
         self.body_count: int = lib.kt_model_body_count(compiled)
         self._is_fixed = True
 
@@ -214,7 +214,7 @@ class Model(Fixed):
     def initial_x(self) -> Vector:
         """Auxiliary states that the description gives, nx."""
         x = np.zeros(self.nx)
-        lib.kt_own_states_initial(self._pointer, pointer(x))
+        lib.kt_auxiliary_states_initial(self._pointer, pointer(x))
         return x
 
     # ---- parameters -------------------------------------------------------------------------------------------------

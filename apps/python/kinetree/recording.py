@@ -110,7 +110,7 @@ class Recording:
         m, (time, q, v, x, tau) = self.model, self._split()
         names = [("time", "s"), *_columns(m, "position", True), *_columns(m, "velocity", False)]
         names = [(name, f"{unit}/s" if name.startswith("velocity") else unit) for name, unit in names]
-        names += [(f"state.{text(lib.kt_own_state_name(m._pointer, i))}", "") for i in range(m.nx)]
+        names += [(f"state.{text(lib.kt_auxiliary_state_name(m._pointer, i))}", "") for i in range(m.nx)]
         names += [(name, {"rad": "N m", "m": "N"}[unit]) for name, unit in _columns(m, "torque", False)]
         found: Dict[str, Array] = {name: np.ascontiguousarray(column) for (name, _), column in zip(names, np.concatenate([time, q, v, x, tau], axis=1).T)}
         energies = self._energies(time, q, v, x)

@@ -46,7 +46,7 @@ static const char *make_activation_name(kt_mjcf *m, const kt_element *e) {
 const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
                                    double initial) {
     kt_mjcf_formula rate = {.whole = true};
-    kt_state *state = kt_list_add(m->r, &m->r->keep, &m->draft.states, sizeof *state);
+    kt_auxiliary_state *state = kt_list_add(m->r, &m->r->keep, &m->draft.states, sizeof *state);
     const char *name = make_activation_name(m, e);
     if (d->type == KT_MJCF_FILTER) {
         kt_mjcf_put(&rate, "(");
@@ -59,7 +59,7 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
     }
     if (state == NULL || *name == '\0')
         return NULL;
-    *state = (kt_state){.name = name, .initial = initial, .rate = kt_mjcf_keep_formula(m, &rate)};
+    *state = (kt_auxiliary_state){.name = name, .initial = initial, .rate = kt_mjcf_keep_formula(m, &rate)};
     kt_left_count(&m->activations, e);
     return name;
 }

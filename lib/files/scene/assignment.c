@@ -192,7 +192,7 @@ static void bind_parameters(kt_assignments *to, const kt_scene *scene, const kt_
         to->parameters[k] = parameter.value;
         to->is_set[k] = parameter.is_set;
         to->state[k] =
-            parameter.state < 0 ? -1 : kt_own_state_find(model, scene->description.states[parameter.state].name);
+            parameter.state < 0 ? -1 : kt_auxiliary_state_find(model, scene->description.states[parameter.state].name);
     }
 }
 
@@ -221,7 +221,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
     for (size_t k = 0; kt_assignments_next(scene, &k) != NULL;)
         count++;
     kt_assignments *to =
-        start_assignments(pool, model, kt_assignments_parameters(scene), kt_own_state_count(model), count, error);
+        start_assignments(pool, model, kt_assignments_parameters(scene), kt_auxiliary_state_count(model), count, error);
     if (to == NULL)
         return KT_ERROR_MEMORY;
     bind_parameters(to, scene, model);
@@ -267,7 +267,8 @@ kt_status kt_assignments_create_varied(kt_pool *pool, const kt_scene *scene, con
 /* ---- new values -------------------------------------------------------------------------------------------------- */
 
 double *kt_assignments_states(kt_assignments *assignments, const kt_simulation *simulation) {
-    memcpy(assignments->x, kt_simulation_own_states(simulation), (size_t)assignments->x_count * sizeof *assignments->x);
+    memcpy(assignments->x, kt_simulation_auxiliary_states(simulation),
+           (size_t)assignments->x_count * sizeof *assignments->x);
     return assignments->x;
 }
 

@@ -21,7 +21,7 @@ kt_status kt_variable_bind(const kt_description *description, const kt_model *mo
     if (variable->type == KT_VARIABLE_TIME)
         return KT_OK;
     if (variable->type == KT_VARIABLE_STATE) {
-        to->at = kt_own_state_find(model, description->states[variable->component].name);
+        to->at = kt_auxiliary_state_find(model, description->states[variable->component].name);
         return to->at >= 0 ? KT_OK
                            : kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no state '%s'",
                                           description->states[variable->component].name);

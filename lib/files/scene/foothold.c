@@ -204,8 +204,9 @@ bool kt_scene_is_place_state(const kt_scene *scene, const char *name) {
     return false;
 }
 
-static kt_state *find_place_state(kt_scene *scene, const char *loop, int k) {
-    kt_state *states = (kt_state *)(uintptr_t)scene->description.states; /* the scene's own, like its loops */
+static kt_auxiliary_state *find_place_state(kt_scene *scene, const char *loop, int k) {
+    kt_auxiliary_state *states =
+        (kt_auxiliary_state *)(uintptr_t)scene->description.states; /* the scene's own, like its loops */
     const state_name name = name_place_state(loop, k);
     for (int i = 0; i < scene->description.state_count; i++)
         if (states[i].name != NULL && strcmp(states[i].name, name.text) == 0)
@@ -237,7 +238,7 @@ void kt_footholds_measure(kt_scene *scene) {
         const kt_vec3 at = loop->between[end].at, v = kt_euler_vector_from_matrix(kt_mat3_multiply(turn, to_axis));
         const double numbers[NUMBERS] = {at.x, at.y, at.z, v.x, v.y, v.z};
         for (int j = 0; j < NUMBERS; j++) {
-            kt_state *state = find_place_state(scene, name, j);
+            kt_auxiliary_state *state = find_place_state(scene, name, j);
             if (state != NULL)
                 state->initial = numbers[j];
         }
@@ -253,7 +254,7 @@ void kt_footholds_follow(kt_scene *scene) {
         kt_loop *loop = moved_loop(scene, name, &end, &to_axis);
         bool complete = loop != NULL;
         for (int j = 0; j < NUMBERS; j++) {
-            const kt_state *state = find_place_state(scene, name, j);
+            const kt_auxiliary_state *state = find_place_state(scene, name, j);
             complete = complete && state != NULL;
             x[j] = state != NULL ? state->initial : 0.0;
         }
@@ -289,7 +290,7 @@ static kt_status bind_foothold(const kt_model *model, const char *name, bound_fo
         return status;
     to->bit = kt_switch_bits(model, kt_loop_switch(model, to->place.item));
     for (int k = 0; k < NUMBERS; k++) {
-        to->state[k] = kt_own_state_find(model, name_place_state(name, k).text);
+        to->state[k] = kt_auxiliary_state_find(model, name_place_state(name, k).text);
         if (to->state[k] < 0)
             return kt_error_set(error, KT_ERROR_MODEL, "kt_scene_watch_create", "the model has no state '%s'",
                                 name_place_state(name, k).text);
@@ -308,7 +309,7 @@ kt_status kt_footholds_create(kt_pool *pool, const kt_scene *scene, const kt_mod
     kt_footholds *to = kt_pool_take(pool, 1, sizeof *to);
     if (to != NULL) {
         to->model = (kt_model *)(uintptr_t)model; /* that of the simulation, which may be set */
-        to->x_count = kt_own_state_count(model);
+        to->x_count = kt_auxiliary_state_count(model);
         to->bound = kt_pool_take(pool, count, sizeof *to->bound);
         to->changes = kt_pool_take(pool, count, sizeof *to->changes);
         to->x = kt_pool_take(pool, (size_t)to->x_count + 1, sizeof *to->x);
@@ -334,7 +335,7 @@ kt_status kt_footholds_set(kt_footholds *footholds, kt_simulation *simulation, k
     int count = 0;
     if (open == 0)
         return KT_OK;
-    memcpy(footholds->x, kt_simulation_own_states(simulation), (size_t)footholds->x_count * sizeof *footholds->x);
+    memcpy(footholds->x, kt_simulation_auxiliary_states(simulation), (size_t)footholds->x_count * sizeof *footholds->x);
     kt_data_follow(model, data);
     kt_status status = kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, error);
     for (int i = 0; status == KT_OK && i < footholds->count; i++) {
@@ -354,7 +355,7 @@ kt_status kt_footholds_set(kt_footholds *footholds, kt_simulation *simulation, k
 }
 
 kt_status kt_footholds_sync(kt_footholds *footholds, const kt_simulation *simulation, kt_error *error) {
-    const double *x = kt_simulation_own_states(simulation);
+    const double *x = kt_simulation_auxiliary_states(simulation);
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < footholds->count; i++) {
         const bound_foothold *foothold = &footholds->bound[i];

@@ -181,7 +181,7 @@ kt_status kt_scene_start_states(kt_scene *scene, const double *x, kt_error *erro
         return KT_ERROR_ARGUMENT;
     kt_description *d = &scene->description;
     kt_pool pool = {NULL, 0};
-    kt_state *states = copy_of(&pool, d->states, d->state_count, sizeof *states);
+    kt_auxiliary_state *states = copy_of(&pool, d->states, d->state_count, sizeof *states);
     if (states == NULL)
         return kt_reject_memory(error);
     for (int i = 0; i < d->state_count; i++)

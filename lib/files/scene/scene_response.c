@@ -254,12 +254,12 @@ kt_status kt_responses_evaluate(kt_responses *responses, unsigned bits, const kt
     const bool accelerates = (bits & ~velocities) != 0;
     if (kt_responses_are_stepped(responses, bits))
         return respond_as_records(responses, bits, at, error);
-    double *x = kt_own_states(at->model, at->data);
+    double *x = kt_auxiliary_states(at->model, at->data);
     kt_status status = KT_OK;
     responses->model = at->model;
     responses->data = at->data;
     if (x != NULL && at->x != NULL && x != at->x)
-        memmove(x, at->x, (size_t)kt_own_state_count(at->model) * sizeof *x);
+        memmove(x, at->x, (size_t)kt_auxiliary_state_count(at->model) * sizeof *x);
     if (accelerates)
         status = kt_acceleration_evaluate(at->model, at->data, at->t, at->q, at->v, at->tau, at->external, responses->a,
                                           error);

@@ -26,7 +26,7 @@ static bool read_state_rate(kt_reader *r, const kt_scope *scope, kt_node *node, 
 
 static const kt_kind kind_rate = {.read = read_state_rate, .write = kt_text_write};
 
-#define AT(member) .offset = offsetof(kt_state, member)
+#define AT(member) .offset = offsetof(kt_auxiliary_state, member)
 static const kt_field state_fields[] = {
     {.key = "initial", .kind = &kt_kind_number, AT(initial)},
     {.key = "rate", .kind = &kind_rate, AT(rate), .flags = KT_FIELD_REQUIRED},
@@ -34,10 +34,10 @@ static const kt_field state_fields[] = {
 static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_OF(state_fields), .flow = true};
 
 /* All names, before any rate is read; the first of them is state k. */
-static bool read_state_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_state *states, size_t k) {
+static bool read_state_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_auxiliary_state *states, size_t k) {
     bool good = true;
     for (kt_node *key = map->of.first; key != NULL; key = key->next->next, k++) {
-        states[k] = kt_state_default();
+        states[k] = kt_auxiliary_state_default();
         r->scene->state_nodes[k] = key->next;
         if (key->kind != KT_NODE_TEXT) {
             good = kt_fault_expected(r, scope, key, "the name of a state");
@@ -65,7 +65,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     }
     /* After the states of parameters that events set (assignment.h). */
     const size_t before = (size_t)scene->description.state_count, count = before + node->count;
-    kt_state *states = kt_pool_take(&r->keep, count + 1, sizeof *states);
+    kt_auxiliary_state *states = kt_pool_take(&r->keep, count + 1, sizeof *states);
     kt_node **nodes = kt_pool_take(&r->scratch, count + 1, sizeof(kt_node *));
     if (states == NULL || nodes == NULL)
         return kt_reader_out_of_memory(r);
@@ -85,7 +85,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 
 static void write_state_list(kt_emitter *e, const kt_member *m) {
     const kt_description *d = &((const kt_scene *)m->object)->description;
-    const kt_state rest = kt_state_default();
+    const kt_auxiliary_state rest = kt_auxiliary_state_default();
     kt_emit_map(e, false);
     for (int k = 0; k < d->state_count; k++) {
         if (kt_scene_is_place_state(m->object, d->states[k].name))

@@ -270,7 +270,7 @@ void kt_assignments_add_states(kt_reader *r, kt_description *description) {
     if (v == NULL || r->scene->parameter_count == 0)
         return;
     const size_t count = (size_t)r->scene->parameter_count;
-    kt_state *states = kt_reader_take(r, &r->keep, count, sizeof *states);
+    kt_auxiliary_state *states = kt_reader_take(r, &r->keep, count, sizeof *states);
     v->assigned_state = kt_reader_take(r, &r->keep, count, sizeof *v->assigned_state);
     v->is_set = kt_reader_take(r, &r->keep, count, sizeof *v->is_set);
     r->scene->state_nodes = kt_reader_take(r, &r->scratch, count, sizeof(kt_node *));
@@ -285,9 +285,9 @@ void kt_assignments_add_states(kt_reader *r, kt_description *description) {
             continue;
         r->scene->state_nodes[v->assigned_count] = parameter->node;
         states[v->assigned_count++] =
-            (kt_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
-                       .initial = parameter->is_known ? parameter->value : 0.0,
-                       .rate = "0"};
+            (kt_auxiliary_state){.name = kt_pool_text(&r->keep, parameter->name, strlen(parameter->name)),
+                                 .initial = parameter->is_known ? parameter->value : 0.0,
+                                 .rate = "0"};
     }
     description->states = v->assigned_count > 0 ? states : NULL;
     description->state_count = v->assigned_count;
@@ -361,7 +361,7 @@ static const kt_bound_number *put_bound_numbers(kt_scene *scene, const double *v
     }
     for (int k = 0; k < scene->parameter_count; k++)
         scene->parameters[k].value = v->parameters[k];
-    kt_state *states = (kt_state *)(uintptr_t)scene->description.states; /* the scene's own */
+    kt_auxiliary_state *states = (kt_auxiliary_state *)(uintptr_t)scene->description.states; /* the scene's own */
     for (int k = 0; k < v->parameter_count && v->assigned_count > 0; k++)
         if (v->assigned_state[k] >= 0)
             states[v->assigned_state[k]].initial = v->parameters[k];

@@ -73,7 +73,7 @@ static kt_instant watched_instant_of(const kt_scene_watch *watch, const kt_simul
                         .t = kt_simulation_time(simulation),
                         .q = kt_simulation_positions(simulation),
                         .v = kt_simulation_velocities(simulation),
-                        .x = kt_simulation_own_states(simulation)};
+                        .x = kt_simulation_auxiliary_states(simulation)};
 }
 
 /* Sets auxiliary states and velocities, all from the state before, and the numbers that follow from them. */
@@ -184,7 +184,7 @@ static kt_status find_set(const kt_scene_watch *watch, const kt_scene *scene, co
     kt_variable variable;
     kt_bound to;
     if (!kt_is_velocity_name(name)) {
-        *index = kt_own_state_find(watch->model, name);
+        *index = kt_auxiliary_state_find(watch->model, name);
         return *index >= 0 ? KT_OK
                            : kt_error_set(error, KT_ERROR_MODEL, event->name, "the model has no state '%s'", name);
     }

@@ -118,7 +118,7 @@
     X(kt_spectrum_mode)                                                                                                \
     X(kt_stability)                                                                                                    \
     X(kt_stability_verdict)                                                                                            \
-    X(kt_state)                                                                                                        \
+    X(kt_auxiliary_state)                                                                                              \
     X(kt_step)                                                                                                         \
     X(kt_step_limit)                                                                                                   \
     X(kt_step_task)                                                                                                    \

@@ -34,7 +34,7 @@ kt_status kt_tree_check(kt_model *tree, const kt_description *description, kt_re
                         kt_error *error);
 
 /* Checks an auxiliary state of the checker's description. */
-void kt_checker_state(kt_checker *checker, const kt_state *state);
+void kt_checker_state(kt_checker *checker, const kt_auxiliary_state *state);
 
 /* Attaches loops and effects to a model that has bodies and links; replaces *model by a larger model. */
 kt_status kt_model_attach(kt_model **model, const kt_description *description, const kt_planar_loop *flat,

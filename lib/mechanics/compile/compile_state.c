@@ -18,7 +18,7 @@ static bool is_reserved(const char *name) {
 }
 
 /* One effect's law writes the rate. */
-static void check_law(kt_checker *checker, const kt_state *state) {
+static void check_law(kt_checker *checker, const kt_auxiliary_state *state) {
     int rate;
     const int law = state->name ? kt_law_of_state(checker->description, state->name, -1, &rate) : -1;
     if (law < 0)
@@ -28,7 +28,7 @@ static void check_law(kt_checker *checker, const kt_state *state) {
         kt_checker_fault(checker, "rate", -1, "the laws of two effects write it; name it in one of them");
 }
 
-void kt_checker_state(kt_checker *checker, const kt_state *state) {
+void kt_checker_state(kt_checker *checker, const kt_auxiliary_state *state) {
     kt_checker_name(checker, KT_SCOPE_STATE, "states", state->name, false);
     if (state->name != NULL && is_reserved(state->name))
         kt_checker_fault(checker, "name", -1, "name %s has a meaning in formulas already; choose another",
@@ -76,7 +76,7 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
     const kt_description *d = a->description;
     kt_status status = KT_OK;
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
-        const kt_state *state = &d->states[i];
+        const kt_auxiliary_state *state = &d->states[i];
         int law, of;
         const kt_effect rate = effect_of(d, state, &law, &of);
         kt_effect_record *r = &m->state[i];

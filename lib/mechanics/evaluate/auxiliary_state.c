@@ -1,5 +1,5 @@
-/* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_state) or laws of effects. The values of these
- * states are an input that data hold. */
+/* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_auxiliary_state) or laws of effects. The values of
+ * these states are an input that data hold. */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
@@ -10,38 +10,41 @@
 
 #include <string.h>
 
-int kt_own_state_count(const kt_model *model) { return model ? (int)model->n.x : 0; }
+int kt_auxiliary_state_count(const kt_model *model) { return model ? (int)model->n.x : 0; }
 
-const char *kt_own_state_name(const kt_model *model, int state) {
+const char *kt_auxiliary_state_name(const kt_model *model, int state) {
     return model && KT_IS_INDEX(state, model->n.x) ? model->text + model->state[state].name : NULL;
 }
 
-int kt_own_state_find(const kt_model *model, const char *name) {
+int kt_auxiliary_state_find(const kt_model *model, const char *name) {
     for (size_t i = 0; model && name && i < model->n.x; i++)
         if (strcmp(model->text + model->state[i].name, name) == 0)
             return (int)i;
     return -1;
 }
 
-void kt_own_states_initial(const kt_model *model, double *x) {
+void kt_auxiliary_states_initial(const kt_model *model, double *x) {
     if (model && x)
         kt_copy(x, model->v0 + model->n.v, model->n.x * sizeof *x);
 }
 
-double *kt_own_states(const kt_model *model, kt_data *data) { return kt_data_serve(model, data) ? data->x : NULL; }
+double *kt_auxiliary_states(const kt_model *model, kt_data *data) {
+    return kt_data_serve(model, data) ? data->x : NULL;
+}
 
 static kt_status reject_rate(const kt_model *model, size_t i, double t, double rate, const double *values,
                              kt_error *error) {
     char fault[120];
     kt_formulas_explain(model, &model->state[i], values, fault, sizeof fault);
     return kt_error_set(error, KT_ERROR_NOT_FINITE,
-                        kt_where_format("state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t).text,
+                        kt_where_format("state '%.100s', t = %.9g s", kt_auxiliary_state_name(model, (int)i), t).text,
                         "its rate is %g%s; look for a division by zero, or for a function of a huge number", rate,
                         fault);
 }
 
 static kt_status reject_law(const kt_model *model, size_t i, double t, int code, kt_error *error) {
-    const kt_where_text where = kt_where_format("state '%.100s', t = %.9g s", kt_own_state_name(model, (int)i), t);
+    const kt_where_text where =
+        kt_where_format("state '%.100s', t = %.9g s", kt_auxiliary_state_name(model, (int)i), t);
     return code < 0 ? kt_error_set(error, KT_ERROR_CALLBACK, where.text, "the law of its rate stopped (code %d)", code)
                     : kt_error_set(error, KT_ERROR_EFFECT, where.text,
                                    "the law of its rate cannot compute it here (code %d)", code);
@@ -104,8 +107,8 @@ int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, do
     return code;
 }
 
-kt_status kt_own_state_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
-                             double *rates, kt_error *error) {
+kt_status kt_auxiliary_state_rates(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
+                                   double *rates, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, rates || !model->n.x))
         return KT_ERROR_ARGUMENT;
     const kt_input input = {.q = q, .v = v};
@@ -141,5 +144,5 @@ kt_status kt_auxiliary_states_reject(const kt_model *model, const char *where, c
     return model->n.x == 0 ? KT_OK
                            : kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                                           "the model has auxiliary states ('%.60s' is one), and %s",
-                                          kt_own_state_name(model, 0), what);
+                                          kt_auxiliary_state_name(model, 0), what);
 }

@@ -91,8 +91,8 @@ kt_contact_place kt_contact_place_find(const kt_data *data, const kt_effect_reco
 /* Points at->tau and at->external at the sums that kt_effects_apply left in data, if it added a force. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);
 
-/* Writes the partial derivatives by time of the rates of auxiliary states (kt_own_state_count). Returns the code of a
- * law's callback, otherwise 0. */
+/* Writes the partial derivatives by time of the rates of auxiliary states (kt_auxiliary_state_count). Returns the code
+ * of a law's callback, otherwise 0. */
 int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, double t, const double *q,
                                         const double *v, double *derivatives);
 
@@ -101,7 +101,7 @@ int kt_auxiliary_state_time_derivatives(const kt_model *model, kt_data *data, do
 KT_CHECKED kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                        kt_error *error);
 
-/* kt_own_state_rates for a finite state; rates are written in any case. */
+/* kt_auxiliary_state_rates for a finite state; rates are written in any case. */
 KT_CHECKED kt_status kt_auxiliary_state_rates_trusted(const kt_model *model, kt_data *data, double t, const double *q,
                                                       const double *v, double *rates, kt_error *error);
 

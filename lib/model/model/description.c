@@ -44,7 +44,7 @@ kt_effect kt_effect_default(void) {
                        .axis = axis_z};
 }
 
-kt_state kt_state_default(void) { return (kt_state){.name = NULL}; }
+kt_auxiliary_state kt_auxiliary_state_default(void) { return (kt_auxiliary_state){.name = NULL}; }
 
 kt_description kt_description_default(void) { return (kt_description){.name = NULL, .tolerance = 1e-6}; }
 

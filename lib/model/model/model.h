@@ -383,7 +383,7 @@ typedef struct kt_slip_frame {
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
     X(double, scratch, kt_lanes8(n->v), "results before they are committed")                                           \
     X(double, scratch_v, 6 * kt_lanes8(n->v), "accelerations, steps; of CRBA, wrenches of unit accelerations")         \
-    X(double, x, 2 * n->x, "auxiliary states, an input (kt_own_states); their rates before they are committed")        \
+    X(double, x, 2 * n->x, "auxiliary states, an input (kt_auxiliary_states); their rates before they are committed")  \
     KT_DATA_MASS_FIELDS(X)                                                                                             \
     KT_DATA_STATIC_FIELDS(X)                                                                                           \
     KT_DATA_SLIP_FIELDS(X)                                                                                             \

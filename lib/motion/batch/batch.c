@@ -283,14 +283,14 @@ static double *auxiliary_states_in(const kt_batch *batch, size_t state) {
     return group_in(batch, batch->y, state, batch->n.N) + batch->n.width * (batch->n.nq + batch->n.nv);
 }
 
-kt_status kt_batch_set_own_states(kt_batch *batch, size_t state, const double *x, kt_error *error) {
+kt_status kt_batch_set_auxiliary_states(kt_batch *batch, size_t state, const double *x, kt_error *error) {
     if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     kt_lane_put(x, batch->n.width, state % batch->n.width, batch->n.nx, auxiliary_states_in(batch, state));
     return KT_OK;
 }
 
-kt_status kt_batch_get_own_states(const kt_batch *batch, size_t state, double *x, kt_error *error) {
+kt_status kt_batch_get_auxiliary_states(const kt_batch *batch, size_t state, double *x, kt_error *error) {
     if (KT_IS_MISSING(error, batch, x || !batch->n.nx) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
     kt_lane_take(auxiliary_states_in(batch, state), batch->n.width, state % batch->n.width, batch->n.nx, x);

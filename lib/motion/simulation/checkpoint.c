@@ -142,7 +142,7 @@ static uint64_t sum_of_model(const kt_model *model) {
     for (size_t i = 0; i < model->n.effect; i++)
         sum = sum_of_path(sum_of_formulas(sum, model, &model->effect[i]), model, &model->effect[i]);
     for (size_t i = 0; i < model->n.x; i++)
-        sum = sum_of_formulas(kt_sum_add_text(sum, kt_own_state_name(model, (int)i)), model, &model->state[i]);
+        sum = sum_of_formulas(kt_sum_add_text(sum, kt_auxiliary_state_name(model, (int)i)), model, &model->state[i]);
     return sum;
 }
 

@@ -491,15 +491,16 @@ kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const d
 static kt_status check_given_auxiliary_states(const kt_simulation *simulation, const double *x, kt_error *error) {
     for (size_t i = 0; i < simulation->size.x; i++)
         if (!isfinite(x[i])) {
-            return kt_error_set(error, KT_ERROR_NOT_FINITE,
-                                kt_where_format("state '%.100s'", kt_own_state_name(simulation->model, (int)i)).text,
-                                "'%.100s' is %g; give a finite number", kt_own_state_name(simulation->model, (int)i),
-                                isnan(x[i]) ? fabs(x[i]) : x[i]);
+            return kt_error_set(
+                error, KT_ERROR_NOT_FINITE,
+                kt_where_format("state '%.100s'", kt_auxiliary_state_name(simulation->model, (int)i)).text,
+                "'%.100s' is %g; give a finite number", kt_auxiliary_state_name(simulation->model, (int)i),
+                isnan(x[i]) ? fabs(x[i]) : x[i]);
         }
     return KT_OK;
 }
 
-kt_status kt_simulation_set_own_states(kt_simulation *simulation, const double *x, kt_error *error) {
+kt_status kt_simulation_set_auxiliary_states(kt_simulation *simulation, const double *x, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, x || !simulation->size.x))
         return KT_ERROR_ARGUMENT;
     const instant_change change = {.x = x};

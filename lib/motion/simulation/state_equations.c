@@ -4,7 +4,7 @@
  *
  *     q' = E(q) v           v itself except for quaternions, p' = p o (0, w) / 2 (kt_position_rate)
  *     v' = a(t, q, v, x)    kt_acceleration_evaluate, or the caller's
- *     x' = f(t, q, v, x)    auxiliary states, absent in most models (kt_own_state_rates)
+ *     x' = f(t, q, v, x)    auxiliary states, absent in most models (kt_auxiliary_state_rates)
  *
  * If some coordinates move no mass, all three are evaluated at the (q, v) in which the forces on these coordinates are
  * balanced (kt_massless_balance).

@@ -22,7 +22,7 @@ const double *kt_simulation_velocities(const kt_simulation *simulation) {
     return simulation ? simulation->state + simulation->size.user_nq : NULL;
 }
 
-const double *kt_simulation_own_states(const kt_simulation *simulation) {
+const double *kt_simulation_auxiliary_states(const kt_simulation *simulation) {
     return simulation ? simulation->state + simulation->size.user_nq + simulation->size.user_nv : NULL;
 }
 

@@ -217,7 +217,8 @@ static void print_bodies(FILE *file, const kt_model *model) {
                 i == 0 ? " *\n" : "", i + 1, kt_loop_name(model, i), kt_code_rows_of_loop(model, i),
                 kt_loop_rows_of(model, i).count);
     for (int i = 0; i < (int)model->n.x; i++)
-        fprintf(file, "%s * %4d  auxiliary state %s: x[%d]\n", i == 0 ? " *\n" : "", i, kt_own_state_name(model, i), i);
+        fprintf(file, "%s * %4d  auxiliary state %s: x[%d]\n", i == 0 ? " *\n" : "", i,
+                kt_auxiliary_state_name(model, i), i);
 }
 
 static void print_header(FILE *file, const kt_code_tree *tree, const char *name, unsigned functions, int prepared) {

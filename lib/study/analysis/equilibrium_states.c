@@ -158,7 +158,7 @@ static kt_status move_search(const search *s, double part, double d, kt_error *e
 }
 
 static kt_status reject_search(const search *s, const char *why, kt_error *error) {
-    const char *name = kt_own_state_name(s->l->model, (int)kt_auxiliary_state_varying(s->l->model));
+    const char *name = kt_auxiliary_state_name(s->l->model, (int)kt_auxiliary_state_varying(s->l->model));
     return kt_error_set(
         error, KT_ERROR_STEP, kt_where_format("auxiliary state '%.60s', t = %.9g s", name, s->t).text,
         "no equilibrium of positions and auxiliary states was found: %s; start nearer to one, or let a run "

@@ -80,7 +80,7 @@ static kt_status check_floquet_options(const kt_model *model, const kt_floquet_o
 }
 
 static size_t place_floquet(void *memory, const kt_model *model, const kt_floquet_options *o) {
-    const size_t states = (size_t)kt_own_state_count(model);
+    const size_t states = (size_t)kt_auxiliary_state_count(model);
     return lay_out(memory, 2 * (size_t)kt_model_nv(model) + states, (size_t)kt_model_nq(model), states,
                    kt_data_size(model), kt_step_work_size(model, o->method));
 }
@@ -107,8 +107,8 @@ kt_status kt_floquet_create(const kt_model *model, const kt_floquet_options *opt
     made->model = model;
     made->options = *o;
     made->nv = (size_t)kt_model_nv(model);
-    made->n = 2 * made->nv + (size_t)kt_own_state_count(model);
-    kt_own_states_initial(model, made->x);
+    made->n = 2 * made->nv + (size_t)kt_auxiliary_state_count(model);
+    kt_auxiliary_states_initial(model, made->x);
     made->work_size = kt_step_work_size(model, options->method);
     status = kt_arena_own(made, kt_data_init(model, made->data_memory, kt_data_size(model), &made->data, error));
     if (status == KT_OK)
@@ -140,7 +140,7 @@ static kt_status follow_period(kt_floquet *f, double t, const double *q, const d
     kt_status status = KT_OK;
     kt_copy(f->q, q, (size_t)kt_model_nq(f->model) * sizeof *q);
     kt_copy(f->v, v, f->nv * sizeof *v);
-    kt_copy(kt_own_states(f->model, f->data), f->x, (f->n - 2 * f->nv) * sizeof *v);
+    kt_copy(kt_auxiliary_states(f->model, f->data), f->x, (f->n - 2 * f->nv) * sizeof *v);
     kt_clear(phi, f->n * f->n * sizeof(double));
     for (size_t i = 0; i < f->n; i++)
         phi[i * f->n + i] = 1.0;
@@ -167,7 +167,7 @@ static double measure_gap(kt_floquet *f, const double *q, const double *v) {
             most = fmax(most, fabs(rate) * f->options.period);
         }
     }
-    const double *x = kt_own_states(f->model, f->data);
+    const double *x = kt_auxiliary_states(f->model, f->data);
     for (size_t k = 0; k < f->n - 2 * f->nv; k++) /* of whatever unit */
         most = fmax(most, fabs(x[k] - f->x[k]) / fmax(1.0, fabs(f->x[k])));
     return most;
@@ -269,6 +269,6 @@ kt_multiplier kt_floquet_at(const kt_floquet *floquet, int multiplier) {
 
 const double *kt_floquet_monodromy(const kt_floquet *floquet) { return floquet ? floquet->monodromy : NULL; }
 
-double *kt_floquet_own_states(kt_floquet *floquet) { return floquet ? floquet->x : NULL; }
+double *kt_floquet_auxiliary_states(kt_floquet *floquet) { return floquet ? floquet->x : NULL; }
 
 double kt_floquet_gap(const kt_floquet *floquet) { return floquet ? floquet->gap_size : (double)NAN; }

@@ -283,8 +283,8 @@ kt_status kt_independent_coordinates_choose(kt_linearization *l, kt_system_array
     system->positions = write_free_basis(&e, l->unit, out->position_coordinate, l->free_position);
     fine = fine && reduce_coordinates(&e, l->holonomic, false, rank[KT_ROWS_ALL] - rank[KT_ROWS_CLOSED]);
     system->velocities = write_free_basis(&e, l->unit, out->velocity_coordinate, l->free_velocity);
-    system->own_states = (int)l->size.x;
-    system->states = system->positions + system->velocities + system->own_states;
+    system->auxiliary_states = (int)l->size.x;
+    system->states = system->positions + system->velocities + system->auxiliary_states;
     for (size_t j = 0; j < (size_t)system->positions && fine; j++)
         write_dependent_velocity(&e, l->unit, l->free_position + j * l->size.v, l->velocity_change + j * l->size.v,
                                  l->velocity_rounding + j * l->size.v);

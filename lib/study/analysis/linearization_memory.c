@@ -131,7 +131,7 @@ kt_status kt_linearization_init(const kt_model *model, const kt_linearization_op
     else
         list_output_markers(model, l->marker);
     kt_model_units(model, l->unit);
-    kt_own_states_initial(model, l->x0);
+    kt_auxiliary_states_initial(model, l->x0);
     *linearization = l;
     return KT_OK;
 }
@@ -149,6 +149,6 @@ kt_status kt_linearization_create(const kt_model *model, const kt_linearization_
                : kt_arena_own(memory, kt_linearization_init(model, options, memory, size, linearization, error));
 }
 
-double *kt_linearization_own_states(kt_linearization *l) { return l && l->size.x > 0 ? l->x0 : NULL; }
+double *kt_linearization_auxiliary_states(kt_linearization *l) { return l && l->size.x > 0 ? l->x0 : NULL; }
 
 void kt_linearization_free(kt_linearization *linearization) { kt_arena_free(linearization); }

@@ -501,7 +501,7 @@ kt_status kt_linearization_begin(kt_linearization *l, double t, const double *q,
     if (status == KT_OK)
         status = kt_acceleration_evaluate(l->model, l->data, l->t, l->q0, l->v0, l->tau, NULL, l->a0, error);
     if (status == KT_OK && l->size.x > 0)
-        status = kt_own_state_rates(l->model, l->data, l->t, l->q0, l->v0, l->x_rate, error);
+        status = kt_auxiliary_state_rates(l->model, l->data, l->t, l->q0, l->v0, l->x_rate, error);
     system->speed = status == KT_OK ? kt_largest_in_units(l, l->v0) : 0.0;
     system->acceleration = status == KT_OK ? kt_largest_in_units(l, l->a0) : 0.0;
     return status;

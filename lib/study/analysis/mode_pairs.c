@@ -112,14 +112,14 @@ static double amplitude_of(const kt_modes *m, const kt_linear_system *system, si
 }
 
 void kt_modes_write_shape(kt_modes *m, const kt_linear_system *system, size_t k, int index) {
-    const size_t length = m->n - m->x, first = (size_t)(system->states - system->own_states), at = (size_t)index;
+    const size_t length = m->n - m->x, first = (size_t)(system->states - system->auxiliary_states), at = (size_t)index;
     const kt_packed_vector x = kt_eigenvector_at(m, m->right, (size_t)system->states, k);
     double *dq = m->positions + at * length, *dv = m->velocities + at * length;
     double *dx = m->auxiliary_states + at * 2 * m->x;
     double re = 1.0, im = 0.0;
     apply_basis(system, system->positions_of, x, dq);
     apply_basis(system, system->velocities_of, x, dv);
-    for (size_t i = 0; i < (size_t)system->own_states; i++) {
+    for (size_t i = 0; i < (size_t)system->auxiliary_states; i++) {
         dx[2 * i] = x.re[first + i];
         dx[2 * i + 1] = x.im ? x.im[first + i] : 0.0;
     }
@@ -129,6 +129,6 @@ void kt_modes_write_shape(kt_modes *m, const kt_linear_system *system, size_t k,
         return;
     turn_shape(system->coordinates, re, im, dq);
     turn_shape(system->coordinates, re, im, dv);
-    turn_shape(system->own_states, re, im, dx);
+    turn_shape(system->auxiliary_states, re, im, dx);
     m->mode[index].excitation = moves ? amplitude_of(m, system, k) / kt_hypot(re, im) : 0.0;
 }

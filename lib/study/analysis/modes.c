@@ -166,7 +166,7 @@ kt_status kt_modes_evaluate(kt_modes *m, const kt_linear_system *system, kt_erro
         return KT_ERROR_ARGUMENT;
     const size_t n = (size_t)system->states, nv = (m->n - m->x) / 2;
     double norm = 0.0;
-    if ((size_t)system->coordinates != nv || (size_t)system->own_states != m->x || n > m->n)
+    if ((size_t)system->coordinates != nv || (size_t)system->auxiliary_states != m->x || n > m->n)
         return kt_error_set(error, KT_ERROR_ARGUMENT, NULL,
                             "the modes are for a model of %lu coordinates, the linear system is one of %d",
                             (unsigned long)nv, system->coordinates);
@@ -199,7 +199,7 @@ const double *kt_modes_positions(const kt_modes *m, int mode) {
 const double *kt_modes_velocities(const kt_modes *m, int mode) {
     return m && KT_IS_INDEX(mode, m->count) ? m->velocities + (size_t)mode * (m->n - m->x) : NULL;
 }
-const double *kt_modes_own_states(const kt_modes *m, int mode) {
+const double *kt_modes_auxiliary_states(const kt_modes *m, int mode) {
     return m && m->x > 0 && KT_IS_INDEX(mode, m->count) ? m->auxiliary_states + (size_t)mode * 2 * m->x : NULL;
 }
 
@@ -208,11 +208,11 @@ const double *kt_modes_own_states(const kt_modes *m, int mode) {
 KT_ARENA_LAYOUT(lay_out, kt_modes, KT_MODES_FIELDS, size_t n, size_t x)
 
 static size_t auxiliary_states_of(const kt_model *model) {
-    return 2 * (size_t)kt_model_nv(model) + (size_t)kt_own_state_count(model);
+    return 2 * (size_t)kt_model_nv(model) + (size_t)kt_auxiliary_state_count(model);
 }
 
 size_t kt_modes_size(const kt_model *model) {
-    return model ? lay_out(NULL, auxiliary_states_of(model), (size_t)kt_own_state_count(model)) : 0;
+    return model ? lay_out(NULL, auxiliary_states_of(model), (size_t)kt_auxiliary_state_count(model)) : 0;
 }
 
 kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_modes **modes, kt_error *error) {
@@ -224,7 +224,7 @@ kt_status kt_modes_init(const kt_model *model, void *memory, size_t size, kt_mod
         return status;
     *modes = memory;
     (*modes)->n = auxiliary_states_of(model);
-    (*modes)->x = (size_t)kt_own_state_count(model);
+    (*modes)->x = (size_t)kt_auxiliary_state_count(model);
     (void)lay_out(memory, (*modes)->n, (*modes)->x);
     return KT_OK;
 }

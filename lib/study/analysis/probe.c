@@ -58,7 +58,7 @@ static kt_status probe(kt_linearization *l, double step, double *out, kt_error *
     if (status == KT_OK)
         status = probe_markers(l, out + 3 * nv, error);
     if (status == KT_OK && l->size.x > 0)
-        status = kt_own_state_rates(l->model, l->data, l->t, l->q, l->v, out + kt_probe_rates(l), error);
+        status = kt_auxiliary_state_rates(l->model, l->data, l->t, l->q, l->v, out + kt_probe_rates(l), error);
     return status;
 }
 

@@ -140,8 +140,8 @@ static kt_status add_present_state(kt_spectrum *spectrum, kt_simulation *simulat
         return status;
     const bool follows = linearization->follows;
     linearization->follows = true;
-    kt_copy(kt_linearization_own_states(linearization), kt_simulation_own_states(simulation),
-            (size_t)kt_own_state_count(spectrum->model) * sizeof(double));
+    kt_copy(kt_linearization_auxiliary_states(linearization), kt_simulation_auxiliary_states(simulation),
+            (size_t)kt_auxiliary_state_count(spectrum->model) * sizeof(double));
     status = add_state(spectrum, linearization, t, kt_simulation_positions(simulation),
                        kt_simulation_velocities(simulation), NULL, error);
     linearization->follows = follows;
@@ -296,7 +296,7 @@ static kt_spectrum_sizes measure_spectrum(const kt_model *model, int samples) {
     kt_spectrum_sizes s = {.nq = (size_t)kt_model_nq(model),
                            .nv = (size_t)kt_model_nv(model),
                            .samples = samples > 0 ? (size_t)samples : 0};
-    s.modes = (2 * s.nv + (size_t)kt_own_state_count(model)) * s.samples;
+    s.modes = (2 * s.nv + (size_t)kt_auxiliary_state_count(model)) * s.samples;
     s.shapes = KT_SPECTRUM_SHAPES * s.samples;
     s.linearization = kt_linearization_size(model, &options);
     s.system_modes = kt_modes_size(model);

@@ -28,8 +28,8 @@ static kt_status differentiate_task(void *user, size_t thread, size_t item, kt_e
     task->status = kt_step_derivatives(r->model, r->data[thread], r->work[thread], r->work_size, &step, task->q,
                                        task->v, task->next_q, task->next_v, task->A, task->B, error);
     if (task->status == KT_OK && task->next_x)
-        kt_copy(task->next_x, kt_own_states(r->model, r->data[thread]),
-                (size_t)kt_own_state_count(r->model) * sizeof *task->next_x);
+        kt_copy(task->next_x, kt_auxiliary_states(r->model, r->data[thread]),
+                (size_t)kt_auxiliary_state_count(r->model) * sizeof *task->next_x);
     return task->status;
 }
 
