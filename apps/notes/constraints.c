@@ -109,7 +109,7 @@ static void vectors(void) {
          size_of(kt_vec3_add(kt_vec3_add(kt_vec3_cross(a, kt_vec3_cross(b, c)), kt_vec3_cross(b, kt_vec3_cross(c, a))),
                              kt_vec3_cross(c, kt_vec3_cross(a, b)))));
     /* (R - R') / 2 = sin(theta) n x */
-    const kt_vec3 theta = kt_euler_vector_from_matrix(R);
+    const kt_vec3 theta = kt_euler_vector_from_mat3(R);
     const double angle = size_of(theta);
     const kt_mat3 skew = kt_mat3_scale(0.5, kt_mat3_add(R, kt_mat3_scale(-1.0, kt_mat3_transpose(R))));
     tell("6.16", difference(skew, kt_mat3_skew(kt_vec3_scale(sin(angle) / angle, theta))));

@@ -19,7 +19,7 @@ kt_vec3 any_vector(void) {
     return kt_vec3_make(x, y, any());
 }
 
-kt_mat3 any_rotation(void) { return kt_matrix_from_quat(kt_quat_from_euler_vector(kt_vec3_scale(2.0, any_vector()))); }
+kt_mat3 any_rotation(void) { return kt_mat3_from_quat(kt_quat_from_euler_vector(kt_vec3_scale(2.0, any_vector()))); }
 
 double size_of(kt_vec3 a) { return sqrt(kt_vec3_dot(a, a)); }
 

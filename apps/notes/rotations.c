@@ -5,7 +5,7 @@
 
 static double determinant(kt_mat3 a) { return kt_vec3_dot(a.x, kt_vec3_cross(a.y, a.z)); }
 
-static kt_mat3 of_vector(kt_vec3 theta) { return kt_matrix_from_quat(kt_quat_from_euler_vector(theta)); }
+static kt_mat3 of_vector(kt_vec3 theta) { return kt_mat3_from_quat(kt_quat_from_euler_vector(theta)); }
 
 static void chapter_2(void) {
     const kt_mat3 R = any_rotation(),
@@ -72,12 +72,12 @@ static bool increments(void) {
     const kt_mat3 ahead = of_vector(kt_vec3_add(theta, kt_vec3_scale(h, rate))),
                   behind = of_vector(kt_vec3_sub(theta, kt_vec3_scale(h, rate)));
     const kt_vec3 w = kt_vec3_scale(
-        0.5 / h, kt_euler_vector_from_quat(kt_quat_from_matrix(kt_mat3_multiply(ahead, kt_mat3_transpose(behind)))));
+        0.5 / h, kt_euler_vector_from_quat(kt_quat_from_mat3(kt_mat3_multiply(ahead, kt_mat3_transpose(behind)))));
     const kt_vec3 by_map = kt_mat3_apply(kt_euler_vector_map(theta), rate);
     tell("2.7", size_of(kt_vec3_sub(w, by_map)));
     /* With a reference R_0 that does not move, R = R(theta) R_0 turns at the same w. */
     const kt_vec3 turned = kt_vec3_scale(
-        0.5 / h, kt_euler_vector_from_quat(kt_quat_from_matrix(kt_mat3_multiply(
+        0.5 / h, kt_euler_vector_from_quat(kt_quat_from_mat3(kt_mat3_multiply(
                      kt_mat3_multiply(ahead, reference), kt_mat3_transpose(kt_mat3_multiply(behind, reference))))));
     tell("2.9", size_of(kt_vec3_sub(turned, by_map)));
     kt_mat3 inverse;
@@ -97,7 +97,7 @@ static bool euler_angles(void) {
     kt_error e = {0};
     const kt_rotation description = kt_rotation_euler(313, angles.x, angles.y, angles.z);
     if (!works(kt_rotation_evaluate(&description, &R, &e), &e) ||
-        !works(kt_euler_from_matrix(313, R, &found, &singular, &e), &e))
+        !works(kt_euler_from_mat3(313, R, &found, &singular, &e), &e))
         return false;
     tell("A.1", size_of(kt_vec3_sub(found, angles)));
     return true;
@@ -137,8 +137,8 @@ static void appendix(void) {
     tell("A.5", difference(of_vector(little), kt_mat3_add(kt_mat3_identity(), kt_mat3_skew(little))));
     tell("A.6", order_of(1));
     tell("A.7", order_of(2));
-    tell("A.8", difference(kt_matrix_from_quat(kt_quat_multiply(p, q)),
-                           kt_mat3_multiply(kt_matrix_from_quat(p), kt_matrix_from_quat(q))));
+    tell("A.8", difference(kt_mat3_from_quat(kt_quat_multiply(p, q)),
+                           kt_mat3_multiply(kt_mat3_from_quat(p), kt_mat3_from_quat(q))));
     const kt_quat rate = kt_quat_rate_world(p, w);
     tell("A.9", fabs(p.w * rate.w + p.x * rate.x + p.y * rate.y + p.z * rate.z)); /* p . p' = 0 */
     tell("A.10", size_of(kt_vec3_sub(kt_quat_angular_world(p, rate), w)));

@@ -72,7 +72,7 @@ static void write_body(writer *w, FILE *xml, const kt_body *b, int depth) {
     if (kt_body_inertia(b, &com, &inertia, w->error) != KT_OK ||
         kt_rotation_evaluate(&b->joint.rotation, &rest, w->error) != KT_OK)
         return;
-    const kt_quat at = kt_quat_from_matrix(rest), r = kt_principal_axes(inertia, &moments);
+    const kt_quat at = kt_quat_from_mat3(rest), r = kt_principal_axes(inertia, &moments);
     (void)fprintf(xml,
                   "<body pos='%.17g %.17g %.17g' quat='%.17g %.17g %.17g %.17g'>"
                   "<inertial pos='%.17g %.17g %.17g' mass='%.17g' quat='%.17g %.17g %.17g %.17g'"

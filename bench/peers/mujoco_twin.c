@@ -8,7 +8,7 @@
 /* ---- the same mechanism ------------------------------------------------------------------------------------------ */
 
 static void write_pose(FILE *xml, kt_pose p) {
-    const kt_quat r = kt_quat_from_matrix(p.rotation);
+    const kt_quat r = kt_quat_from_mat3(p.rotation);
     (void)fprintf(xml, " pos='%.17g %.17g %.17g' quat='%.17g %.17g %.17g %.17g'", p.position.x, p.position.y,
                   p.position.z, r.w, r.x, r.y, r.z);
 }
@@ -58,7 +58,7 @@ static void write_body(FILE *xml, const kt_twin *twin, int i) {
     (void)fprintf(xml, "<body name='b%d'", i);
     write_pose(xml, at);
     (void)fputs("><inertial", xml);
-    write_pose(xml, (kt_pose){kt_matrix_from_quat(axes), com});
+    write_pose(xml, (kt_pose){kt_mat3_from_quat(axes), com});
     (void)fprintf(xml, " mass='%.17g' diaginertia='%.17g %.17g %.17g'/>", b->mass, moments.x, moments.y, moments.z);
     write_joint(xml, i, &b->joint);
     write_spheres(xml, twin->ground, i);
@@ -142,7 +142,7 @@ void kt_mujoco_twin_read(const mjModel *m, mjData *d, const kt_twin *to) {
         const mjtNum *p = d->xpos + 3 * (size_t)b, *r = d->xquat + 4 * (size_t)b;
         mj_objectVelocity(m, d, mjOBJ_XBODY, b, rate, 0);
         to->pose[i].position = kt_vec3_make(p[0], p[1], p[2]);
-        to->pose[i].rotation = kt_matrix_from_quat(kt_quat_make(r[0], r[1], r[2], r[3]));
+        to->pose[i].rotation = kt_mat3_from_quat(kt_quat_make(r[0], r[1], r[2], r[3]));
         to->twist[i] = (kt_twist){kt_vec3_make(rate[0], rate[1], rate[2]), kt_vec3_make(rate[3], rate[4], rate[5])};
     }
 }

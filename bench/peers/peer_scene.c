@@ -55,7 +55,7 @@ kt_twin peer_scene_twin(const peer_scene *scene) {
 }
 
 void peer_pose_write(kt_pose pose, double *numbers) {
-    const kt_quat r = kt_quat_from_matrix(pose.rotation);
+    const kt_quat r = kt_quat_from_mat3(pose.rotation);
     const double all[PEER_POSE] = {pose.position.x, pose.position.y, pose.position.z, r.w, r.x, r.y, r.z};
     memcpy(numbers, all, sizeof all);
 }

@@ -24,7 +24,7 @@ const peer_method methods[] = {{"Merson", true}, {"RungeKutta3", true}, {"CPodes
 Vec3 vector_of(kt_vec3 v) { return Vec3(v.x, v.y, v.z); }
 
 Transform transform_of(kt_pose pose) {
-    const kt_quat r = kt_quat_from_matrix(pose.rotation);
+    const kt_quat r = kt_quat_from_mat3(pose.rotation);
     return Transform(Rotation(SimTK::Quaternion(r.w, r.x, r.y, r.z)), vector_of(pose.position));
 }
 

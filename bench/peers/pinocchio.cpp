@@ -9,8 +9,8 @@
  *
  * A line is trusted if Pinocchio's accelerations need the given torques by RNEA of the library, and if its torques for
  * the library's accelerations are the given ones. The bound is (4 + bodies) eps of the largest bias force. The mass
- * matrices agree to the same bound of their largest entry. Derivatives are compared for trees without free bodies, since
- * those by the rotation of a free body have another meaning there. */
+ * matrices agree to the same bound of their largest entry. Derivatives are compared for trees without free bodies,
+ * since those by the rotation of a free body have another meaning there. */
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
@@ -114,7 +114,7 @@ kt_status add_pin_body(pin_twin &t, const kt_body &b, kt_error *error) {
     kt_mat3 rest;
     if (kt_body_inertia(&b, &com, &j, error) != KT_OK || kt_rotation_evaluate(&b.joint.rotation, &rest, error) != KT_OK)
         return error->code;
-    const kt_quat r = kt_quat_from_matrix(rest);
+    const kt_quat r = kt_quat_from_mat3(rest);
     const pin::SE3 at(Eigen::Quaterniond(r.w, r.x, r.y, r.z).toRotationMatrix(), pin_vector(b.joint.at));
     pin_place parent, place;
     if (b.parent != nullptr && std::strcmp(b.parent, "world") != 0)

@@ -16,7 +16,7 @@ kt_quat kt_principal_axes(kt_sym3 inertia, kt_vec3 *moments) {
         const double s = sin(half);
         r = kt_quat_normalize(
             kt_quat_multiply(r, kt_quat_make(cos(half), k == 0 ? s : 0.0, k == 1 ? s : 0.0, k == 2 ? s : 0.0)));
-        j = kt_sym3_rotate(kt_matrix_from_quat(kt_quat_conjugate(r)), inertia);
+        j = kt_sym3_rotate(kt_mat3_from_quat(kt_quat_conjugate(r)), inertia);
     }
     *moments = kt_vec3_make(j.xx, j.yy, j.zz);
     return r;

@@ -229,7 +229,7 @@ static inline kt_quat kt_quat_normalize(kt_quat q) {
 
 /* Returns R(q / |q|) for any finite q except zero, normalised or not; zero gives NaN.
  * Source: [MSD A.24]. */
-static inline kt_mat3 kt_matrix_from_quat(kt_quat q) {
+static inline kt_mat3 kt_mat3_from_quat(kt_quat q) {
     double n2 = kt_quat_norm_squared(q);
     if (!(n2 > 1e-280 && n2 < 1e280)) {
         q = kt_quat_rescale(q);
@@ -249,7 +249,7 @@ static inline kt_mat3 kt_matrix_from_quat(kt_quat q) {
 /* Returns the unit quaternion, w >= 0, of a rotation matrix. If w = 0, its largest component is positive. The result is
  * accurate at every angle, since the largest of the four components is found first.
  * Source: Shepperd 1978. */
-KT_API kt_quat kt_quat_from_matrix(kt_mat3 rotation);
+KT_API kt_quat kt_quat_from_mat3(kt_mat3 rotation);
 
 /* Returns the quaternion exponential: the rotation by |theta| rad about theta. The result is exact for every angle,
  * including zero. */
@@ -290,18 +290,18 @@ static inline kt_quat kt_quat_rate_body(kt_quat q, kt_vec3 omega) {
 
 /* Returns the rotation R1, R2 or R3 by `angle` rad about a coordinate axis [MSD A.1]. The argument axis is 0, 1 or 2.
  * Zeros and ones are exact. */
-KT_API kt_mat3 kt_matrix_about(int axis, double angle);
+KT_API kt_mat3 kt_mat3_about(int axis, double angle);
 
 /* Returns omega = ax(Rdot R').
  * Frame: reference frame. */
-static inline kt_vec3 kt_matrix_angular_world(kt_mat3 rotation, kt_mat3 rate) {
+static inline kt_vec3 kt_mat3_angular_world(kt_mat3 rotation, kt_mat3 rate) {
     const kt_vec3 xy = kt_vec3_add(kt_vec3_cross(rotation.x, rate.x), kt_vec3_cross(rotation.y, rate.y));
     return kt_vec3_scale(0.5, kt_vec3_add(xy, kt_vec3_cross(rotation.z, rate.z)));
 }
 
 /* Returns Rdot = omega x R.
  * Frame: omega in the reference frame. */
-static inline kt_mat3 kt_matrix_rate_world(kt_mat3 rotation, kt_vec3 omega) {
+static inline kt_mat3 kt_mat3_rate_world(kt_mat3 rotation, kt_vec3 omega) {
     kt_mat3 rate;
     rate.x = kt_vec3_cross(omega, rotation.x);
     rate.y = kt_vec3_cross(omega, rotation.y);
@@ -314,7 +314,7 @@ static inline kt_mat3 kt_matrix_rate_world(kt_mat3 rotation, kt_vec3 omega) {
  * |R'R - I| < 1/2. Other matrices are not detected.
  * Cost: twelve products of 3 x 3 matrices.
  * Source: Higham, Functions of Matrices, 8.3. */
-KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
+KT_API kt_mat3 kt_mat3_orthonormalize(kt_mat3 almost);
 
 /* ---- Euler angles: R = Ri(a) Rj(b) Rk(c) for sequence ijk, composed left to right about carried axes --------------
  *
@@ -328,14 +328,14 @@ KT_API kt_mat3 kt_matrix_orthonormalize(kt_mat3 almost);
  * A.25-A.27] */
 
 /* Computes the rotation with these Euler angles. */
-KT_API KT_CHECKED kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
+KT_API KT_CHECKED kt_status kt_mat3_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error);
 
 /* Computes Euler angles of a rotation. The angles a and c are in [-pi, pi]. The angle b is in [0, pi] if i = k.
  * Otherwise b is in [-pi/2, pi/2]. At a singular middle angle only a + c or a - c is determined. The call then
  * succeeds, returns the singular b and c = 0, and sets *singular (which may be NULL) to true. The angles reproduce the
  * rotation to rounding, also for a middle angle that is almost singular. */
-KT_API KT_CHECKED kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular,
-                                                 kt_error *error);
+KT_API KT_CHECKED kt_status kt_euler_from_mat3(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular,
+                                               kt_error *error);
 
 /* Computes G: omega = G (adot, bdot, cdot).
  * Frame: omega in the reference frame. */
@@ -346,22 +346,22 @@ KT_API KT_CHECKED kt_status kt_euler_map(int sequence, kt_vec3 angles, kt_mat3 *
 KT_API KT_CHECKED kt_status kt_euler_map_inverse(int sequence, kt_vec3 angles, kt_mat3 *inverse, kt_error *error);
 
 /* Convert roll, pitch, yaw, in this order: R = R3(yaw) R2(pitch) R1(roll). This is sequence 321 with its angles in
- * reverse order. The angles are singular at pitch = +-pi/2. At a singular pitch, kt_rpy_from_matrix returns roll = 0
+ * reverse order. The angles are singular at pitch = +-pi/2. At a singular pitch, kt_rpy_from_mat3 returns roll = 0
  * and sets *singular (may be NULL). */
-KT_API kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy);
-KT_API kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular);
+KT_API kt_mat3 kt_mat3_from_rpy(kt_vec3 rpy);
+KT_API kt_vec3 kt_rpy_from_mat3(kt_mat3 rotation, bool *singular);
 KT_API kt_mat3 kt_rpy_map(kt_vec3 rpy);
 KT_API KT_CHECKED kt_status kt_rpy_map_inverse(kt_vec3 rpy, kt_mat3 *inverse, kt_error *error);
 
 /* ---- Euler vector: theta = angle times axis, R = exp(theta x) [MSD A.6, A.28] ------------------------------------ */
 
 /* Returns the rotation by |theta| rad about theta. The result is exact for every angle, including zero. */
-KT_API kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta);
+KT_API kt_mat3 kt_mat3_from_euler_vector(kt_vec3 theta);
 
 /* Returns the Euler vector of a rotation, |theta| <= pi rad. The result is accurate for every rotation, including zero
  * and half turns. At a half turn theta and -theta are the same rotation. If the matrix does not determine the sign, the
  * largest component is positive. */
-KT_API kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation);
+KT_API kt_vec3 kt_euler_vector_from_mat3(kt_mat3 rotation);
 
 /* Returns G: omega = G thetadot. The transpose G' gives omega in the rotated frame.
  * Frame: omega in the reference frame. */
@@ -375,10 +375,10 @@ KT_API KT_CHECKED kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *
 
 /* Computes the rotation by `angle` rad about `axis`.
  * Errors: KT_ERROR_ARGUMENT for a zero axis, KT_ERROR_NOT_FINITE. */
-KT_API KT_CHECKED kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error);
+KT_API KT_CHECKED kt_status kt_mat3_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error);
 
 /* Computes the unit axis and the angle, in [0, pi] rad, of a rotation. The identity has the axis z. */
-KT_API void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *angle);
+KT_API void kt_axis_angle_from_mat3(kt_mat3 rotation, kt_vec3 *axis, double *angle);
 
 /* Returns omega for a unit axis n and its rate nrate (normal to n):
  *
@@ -398,11 +398,11 @@ KT_API KT_CHECKED kt_status kt_axis_angle_rate_world(kt_vec3 axis, double angle,
 /* ---- Cayley-Gibbs-Rodrigues parameters: g = 2 tan(angle / 2) axis [MSD A.17, A.18, A.30] ------------------------- */
 
 /* Returns the rotation with parameters g; every g represents a rotation. */
-KT_API kt_mat3 kt_matrix_from_cgr(kt_vec3 cgr);
+KT_API kt_mat3 kt_mat3_from_cgr(kt_vec3 cgr);
 
 /* Computes the parameters of a rotation.
  * Errors: KT_ERROR_SINGULAR at half turns, within rounding: these have no parameters. */
-KT_API KT_CHECKED kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error);
+KT_API KT_CHECKED kt_status kt_cgr_from_mat3(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error);
 
 /* Return G: omega = G gdot, and its inverse I - g x / 2 + g g' / 4. Both matrices are never singular.
  * Frame: omega in the reference frame. */

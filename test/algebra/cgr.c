@@ -21,7 +21,7 @@ KT_TEST(matrix_of_cgr_parameters_is_the_cayley_transform) {
     for (int n = 0; n < 3000; n++) {
         double size;
         const kt_vec3 g = random_cgr(&random, n, &size);
-        const kt_mat3 r = kt_matrix_from_cgr(g);
+        const kt_mat3 r = kt_mat3_from_cgr(g);
         const kt_reference_matrix e = reference(g);
         kt_worst_below(&error, kt_reference_difference(r, e), 4.0 * EPS, "|g| = %g", size);
         for (int i = 0; i < 3 && size < 1.0; i++) {
@@ -44,9 +44,9 @@ KT_TEST(cgr_parameters_are_twice_the_tangent_of_half_the_angle) {
         const double t =
             n % 2 == 0 ? kt_reference_magnitude(&random, -300.0, 0.0) : kt_random_uniform(&random, 0.0, KT_PI);
         const kt_vec3 axis = kt_reference_direction(&random, 1.0);
-        const kt_mat3 r = kt_matrix_from_cgr(kt_vec3_scale(2.0 * tan(0.5 * t), axis));
-        kt_worst_below(&matrix, kt_reference_distance(r, kt_matrix_from_euler_vector(kt_vec3_scale(t, axis))),
-                       5.0 * EPS, "angle %g", t);
+        const kt_mat3 r = kt_mat3_from_cgr(kt_vec3_scale(2.0 * tan(0.5 * t), axis));
+        kt_worst_below(&matrix, kt_reference_distance(r, kt_mat3_from_euler_vector(kt_vec3_scale(t, axis))), 5.0 * EPS,
+                       "angle %g", t);
     }
 }
 
@@ -58,7 +58,7 @@ KT_TEST(cgr_parameters_of_a_matrix_return) {
         double size;
         const kt_vec3 g = random_cgr(&random, n, &size);
         kt_vec3 back = {0.0, 0.0, 0.0};
-        if (kt_cgr_from_matrix(kt_reference_rounded(reference(g)), &back, NULL) != KT_OK)
+        if (kt_cgr_from_mat3(kt_reference_rounded(reference(g)), &back, NULL) != KT_OK)
             kt_check_true("status", false);
         kt_worst_below(&error, kt_vec3_norm_wide(kt_vec3_sub(back, g)) / size, 3.0 * EPS * (1.0 + 0.25 * size),
                        "|g| = %g", size);
@@ -70,10 +70,10 @@ KT_TEST(half_turns_have_no_cgr_parameters) {
     KT_WORST untouched = kt_worst_make("output");
     for (int n = 0; n < 200; n++) {
         const kt_vec3 axis = kt_reference_direction(&random, 1.0);
-        const kt_mat3 r = kt_matrix_from_quat(kt_quat_make(0.0, axis.x, axis.y, axis.z));
+        const kt_mat3 r = kt_mat3_from_quat(kt_quat_make(0.0, axis.x, axis.y, axis.z));
         kt_vec3 g = {1.0, 2.0, 3.0};
         kt_error error;
-        if (kt_cgr_from_matrix(r, &g, &error) != KT_ERROR_SINGULAR)
+        if (kt_cgr_from_mat3(r, &g, &error) != KT_ERROR_SINGULAR)
             kt_check_true("status", false);
         if (n == 0)
             kt_check_contains("message", error.message, "half a turn");
@@ -83,7 +83,7 @@ KT_TEST(half_turns_have_no_cgr_parameters) {
     broken.y.z = (double)NAN;
     kt_vec3 g;
     kt_error error;
-    kt_check_equal_int("NaN", kt_cgr_from_matrix(broken, &g, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("NaN", kt_cgr_from_mat3(broken, &g, &error), KT_ERROR_NOT_FINITE);
 }
 
 /* Entries of G are at most 1. Those of its inverse are at most 1 + |g|^2 / 4. */
@@ -109,6 +109,6 @@ KT_TEST(cgr_map_is_the_derivative_of_the_cayley_transform) {
 KT_TEST(huge_cgr_parameters_are_half_turns) {
     const kt_vec3 g = {0.0, 0.0, 1e200};
     kt_check_near("G21 |g| / 2", kt_cgr_map(g).x.y * 0.5e200, 1.0, 4.0 * EPS);
-    kt_check_near("R11", kt_matrix_from_cgr(g).x.x, -1.0, EPS);
-    kt_check_near("R33", kt_matrix_from_cgr(g).z.z, 1.0, 0.0);
+    kt_check_near("R11", kt_mat3_from_cgr(g).x.x, -1.0, EPS);
+    kt_check_near("R33", kt_mat3_from_cgr(g).z.z, 1.0, 0.0);
 }

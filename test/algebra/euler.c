@@ -29,14 +29,14 @@ static kt_reference_matrix reference(int sequence, kt_vec3 a) {
 
 static kt_mat3 matrix_of(int sequence, kt_vec3 angles) {
     kt_mat3 r = kt_mat3_identity();
-    if (kt_matrix_from_euler(sequence, angles, &r, NULL) != KT_OK)
+    if (kt_mat3_from_euler(sequence, angles, &r, NULL) != KT_OK)
         kt_check_true("matrix from angles", false);
     return r;
 }
 
 static kt_vec3 angles_of(int sequence, kt_mat3 r, bool *singular) {
     kt_vec3 angles = {(double)NAN, (double)NAN, (double)NAN};
-    if (kt_euler_from_matrix(sequence, r, &angles, singular, NULL) != KT_OK)
+    if (kt_euler_from_mat3(sequence, r, &angles, singular, NULL) != KT_OK)
         kt_check_true("angles from matrix", false);
     return angles;
 }
@@ -77,7 +77,7 @@ KT_TEST(three_sequences_of_the_notes_are_as_printed) {
 KT_TEST(elementary_rotations_leave_their_axis_alone_exactly) {
     KT_WORST error = kt_worst_make("zeros and ones");
     for (int axis = 0; axis < 3; axis++) {
-        const kt_mat3 r = kt_matrix_about(axis, 0.7);
+        const kt_mat3 r = kt_mat3_about(axis, 0.7);
         for (int i = 0; i < 3; i++) {
             kt_worst_near(&error, kt_reference_entry(r, axis, i), i == axis, 0.0, "axis %d, row entry %d", axis, i);
             kt_worst_near(&error, kt_reference_entry(r, i, axis), i == axis, 0.0, "axis %d, column entry %d", axis, i);
@@ -153,7 +153,7 @@ KT_TEST(singular_middle_angles_are_flagged_and_give_a_zero_third_angle) {
             kt_worst_below(&flag, singular ? 1.0 : 0.0, 0.0, "next to it, sequence %d", sequences[s]);
         }
     kt_vec3 angles;
-    kt_check_equal_int("without a flag", kt_euler_from_matrix(313, kt_mat3_identity(), &angles, NULL, NULL), KT_OK);
+    kt_check_equal_int("without a flag", kt_euler_from_mat3(313, kt_mat3_identity(), &angles, NULL, NULL), KT_OK);
 }
 
 /* Sequences with three axes are regular at zero: each angle keeps its digits, however small next to the others. */
@@ -167,7 +167,7 @@ KT_TEST(small_euler_angles_keep_their_digits) {
                                            kt_reference_magnitude(&random, -300.0, -0.5));
             bool singular;
             const kt_vec3 b = angles_of(sequences[s], matrix_of(sequences[s], a), &singular);
-            const kt_vec3 c = kt_rpy_from_matrix(kt_matrix_from_rpy(a), &singular);
+            const kt_vec3 c = kt_rpy_from_mat3(kt_mat3_from_rpy(a), &singular);
             for (int i = 0; i < 3; i++) {
                 const double expected = kt_reference_component(a, i);
                 kt_worst_near(&error, kt_reference_component(b, i) / expected, 1.0, 4.0 * EPS,
@@ -245,7 +245,7 @@ KT_TEST(roll_pitch_yaw_is_sequence_321_backwards) {
              back = kt_worst_make("back");
     for (int n = 0; n < 500; n++) {
         const kt_vec3 a = random_angles(&random, 321), rpy = {a.z, a.y, a.x};
-        const kt_mat3 r = kt_matrix_from_rpy(rpy), g = kt_rpy_map(rpy);
+        const kt_mat3 r = kt_mat3_from_rpy(rpy), g = kt_rpy_map(rpy);
         kt_worst_below(&matrix, kt_reference_difference(r, reference(321, a)), 2.0 * EPS, "%d", n);
         long double expected[3][4];
         kt_reference_map(kt_reference_euler, 321, (double[3]){a.x, a.y, a.z}, 3, false, expected);
@@ -253,12 +253,12 @@ KT_TEST(roll_pitch_yaw_is_sequence_321_backwards) {
             kt_worst_near(&map, kt_reference_entry(g, i / 3, 2 - i % 3), (double)expected[i / 3][i % 3], 1.5 * EPS,
                           "%d", n);
         bool singular;
-        const kt_vec3 found = kt_rpy_from_matrix(r, &singular);
+        const kt_vec3 found = kt_rpy_from_mat3(r, &singular);
         kt_worst_below(&back, fmax(turn_between(found.x, rpy.x), turn_between(found.z, rpy.z)), 2.0 * EPS / cos(rpy.y),
                        "%d", n);
     }
     bool singular = false;
-    const kt_vec3 up = kt_rpy_from_matrix(kt_matrix_from_rpy(kt_vec3_make(0.3, 0.5 * KT_PI, 0.7)), &singular);
+    const kt_vec3 up = kt_rpy_from_mat3(kt_mat3_from_rpy(kt_vec3_make(0.3, 0.5 * KT_PI, 0.7)), &singular);
     kt_check_true("pitch of 90 degrees is flagged", singular);
     kt_check_near("roll", up.x, 0.0, 0.0);
     kt_check_near("yaw, which takes over what is left", up.z, 0.4, 2.0 * EPS);
@@ -270,11 +270,11 @@ KT_TEST(unknown_sequences_are_rejected) {
     kt_mat3 m = kt_mat3_identity(), before = m;
     kt_vec3 angles = {1.0, 2.0, 3.0};
     for (int sequence = -400; sequence <= 1400; sequence++)
-        if (kt_matrix_from_euler(sequence, kt_vec3_make(0.1, 0.2, 0.3), &m, &error) != KT_OK) {
+        if (kt_mat3_from_euler(sequence, kt_vec3_make(0.1, 0.2, 0.3), &m, &error) != KT_OK) {
             rejected++;
             if (kt_euler_map(sequence, angles, &m, &error) != KT_ERROR_ARGUMENT ||
                 kt_euler_map_inverse(sequence, angles, &m, &error) != KT_ERROR_ARGUMENT ||
-                kt_euler_from_matrix(sequence, m, &angles, NULL, &error) != KT_ERROR_ARGUMENT)
+                kt_euler_from_mat3(sequence, m, &angles, NULL, &error) != KT_ERROR_ARGUMENT)
                 kt_check_true("all calls reject it", false);
         } else {
             m = before;
@@ -282,10 +282,10 @@ KT_TEST(unknown_sequences_are_rejected) {
     kt_check_equal_int("all but twelve", rejected, 1801 - 12);
     kt_check_equal_bits("output", &m.x.x, &before.x.x, 9);
     kt_check_near("angles", angles.x + 10.0 * angles.y + 100.0 * angles.z, 321.0, 0.0);
-    kt_check_equal_int("311", kt_matrix_from_euler(311, angles, &m, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("311", kt_mat3_from_euler(311, angles, &m, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "311 is none of 121 123");
     angles.z = (double)NAN;
-    kt_check_equal_int("NaN", kt_matrix_from_euler(321, angles, &m, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("NaN", kt_mat3_from_euler(321, angles, &m, &error), KT_ERROR_NOT_FINITE);
     m.z.x = (double)INFINITY;
-    kt_check_equal_int("infinite entry", kt_euler_from_matrix(321, m, &angles, NULL, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("infinite entry", kt_euler_from_mat3(321, m, &angles, NULL, &error), KT_ERROR_NOT_FINITE);
 }

@@ -36,7 +36,7 @@ KT_TEST(poses_compose_and_invert) {
 /* A quarter turn about z, then one metre along the new x, which is the old y. */
 KT_TEST(pose_takes_local_points_to_the_reference_frame) {
     kt_pose a = kt_pose_identity();
-    a.rotation = kt_matrix_about(2, 0.5 * KT_PI);
+    a.rotation = kt_mat3_about(2, 0.5 * KT_PI);
     a.position = kt_vec3_make(10.0, 20.0, 30.0);
     const kt_vec3 p = kt_pose_apply(a, kt_vec3_make(1.0, 0.0, 0.0));
     kt_check_near("x", p.x, 10.0, EPS);
@@ -65,12 +65,12 @@ KT_TEST(matrix_rate_is_the_derivative_and_returns) {
     for (int n = 0; n < 200; n++) {
         const kt_mat3 r = kt_reference_random(&random);
         const kt_vec3 omega = kt_reference_direction(&random, 1.0);
-        const kt_mat3 rate = kt_matrix_rate_world(r, omega);
-        const kt_mat3 after = kt_mat3_multiply(kt_matrix_from_euler_vector(kt_vec3_scale(h, omega)), r);
-        const kt_mat3 before = kt_mat3_multiply(kt_matrix_from_euler_vector(kt_vec3_scale(-h, omega)), r);
+        const kt_mat3 rate = kt_mat3_rate_world(r, omega);
+        const kt_mat3 after = kt_mat3_multiply(kt_mat3_from_euler_vector(kt_vec3_scale(h, omega)), r);
+        const kt_mat3 before = kt_mat3_multiply(kt_mat3_from_euler_vector(kt_vec3_scale(-h, omega)), r);
         const kt_mat3 difference = kt_mat3_scale(0.5 / h, kt_mat3_add(after, kt_mat3_scale(-1.0, before)));
         kt_worst_below(&derivative, kt_reference_distance(rate, difference), h * h / 6.0 + 3.0 * EPS / h, "%d", n);
-        kt_worst_below(&back, kt_vec3_norm(kt_vec3_sub(kt_matrix_angular_world(r, rate), omega)), 4.0 * EPS, "%d", n);
+        kt_worst_below(&back, kt_vec3_norm(kt_vec3_sub(kt_mat3_angular_world(r, rate), omega)), 4.0 * EPS, "%d", n);
     }
 }
 
@@ -104,7 +104,7 @@ KT_TEST(nearest_rotation_is_the_polar_factor) {
         for (int i = 0; i < 6; i++)
             e[i] = kt_random_uniform(&random, -size, size);
         const kt_mat3 stretch = {{1.0 + e[0], e[3], e[4]}, {e[3], 1.0 + e[1], e[5]}, {e[4], e[5], 1.0 + e[2]}};
-        const kt_mat3 q = kt_matrix_orthonormalize(kt_mat3_multiply(r, stretch));
+        const kt_mat3 q = kt_mat3_orthonormalize(kt_mat3_multiply(r, stretch));
         kt_worst_below(&error, kt_reference_distance(q, r), 4.0 * EPS, "stretch %g", size);
         kt_worst_below(&skewness, kt_reference_skewness(q), 4.0 * EPS, "stretch %g", size);
     }
@@ -168,7 +168,7 @@ KT_TEST(triad_about_any_axis_is_the_nearest_cyclic_one_turned_least) {
         const kt_vec3 nearest = kt_vec3_scale(s, kt_reference_column(kt_mat3_identity(), m));
         const kt_vec3 about = kt_vec3_cross(nearest, axis);
         const double sine = kt_vec3_norm(about), angle = atan2(sine, kt_vec3_dot(nearest, axis));
-        const kt_mat3 turn = kt_matrix_from_euler_vector(kt_vec3_scale(sine > 0.0 ? angle / sine : 0.0, about));
+        const kt_mat3 turn = kt_mat3_from_euler_vector(kt_vec3_scale(sine > 0.0 ? angle / sine : 0.0, about));
         const kt_mat3 expected = kt_mat3_multiply(turn, kt_triad_from_axis(nearest, which));
         kt_worst_below(&least, kt_reference_distance(triad, expected), 5.0 * EPS, "%d", n);
     }

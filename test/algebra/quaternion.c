@@ -44,7 +44,7 @@ KT_TEST(quaternion_product_composes_rotations) {
     for (int n = 0; n < 1000; n++) {
         const kt_quat p = random_unit(&random), q = random_unit(&random);
         const kt_reference_matrix product = kt_reference_multiply(reference(p), reference(q));
-        const kt_mat3 observed = kt_matrix_from_quat(kt_quat_multiply(p, q));
+        const kt_mat3 observed = kt_mat3_from_quat(kt_quat_multiply(p, q));
         kt_worst_below(&error, kt_reference_difference(observed, product), 6.0 * EPS, "pair %d", n);
     }
 }
@@ -59,9 +59,9 @@ KT_TEST(matrix_of_a_quaternion_of_any_size_is_that_of_the_unit_one) {
     for (size_t s = 0; s < sizeof scales / sizeof *scales; s++)
         for (int n = 0; n < 100; n++) {
             const kt_quat q = scaled(scales[s], random_unit(&random)), normal = kt_quat_normalize(q);
-            kt_worst_below(&error, kt_reference_difference(kt_matrix_from_quat(q), reference(q)), 4.0 * EPS, "scale %g",
+            kt_worst_below(&error, kt_reference_difference(kt_mat3_from_quat(q), reference(q)), 4.0 * EPS, "scale %g",
                            scales[s]);
-            kt_worst_below(&same, kt_reference_difference(kt_matrix_from_quat(normal), reference(q)), 6.0 * EPS,
+            kt_worst_below(&same, kt_reference_difference(kt_mat3_from_quat(normal), reference(q)), 6.0 * EPS,
                            "scale %g", scales[s]);
             kt_worst_near(&unit, sqrt(kt_quat_norm_squared(normal)), 1.0, 3.0 * EPS, "scale %g", scales[s]);
         }
@@ -74,7 +74,7 @@ KT_TEST(smallest_quaternion_is_a_rotation_and_zero_is_not) {
     kt_check_near("y", half.y, sqrt(0.5), EPS);
     const kt_quat zero = kt_quat_normalize(kt_quat_make(0.0, 0.0, 0.0, 0.0));
     kt_check_true("zero gives NaN", isnan(zero.w) && isnan(zero.x) && isnan(zero.y) && isnan(zero.z));
-    kt_check_true("and so does its matrix", isnan(kt_matrix_from_quat(kt_quat_make(0.0, 0.0, 0.0, 0.0)).x.x));
+    kt_check_true("and so does its matrix", isnan(kt_mat3_from_quat(kt_quat_make(0.0, 0.0, 0.0, 0.0)).x.x));
     kt_check_true("an infinite one gives NaN", isnan(kt_quat_normalize(kt_quat_make(1.0, HUGE_VAL, 0.0, 0.0)).x));
     kt_check_true("a NaN stays", isnan(kt_quat_normalize(kt_quat_make(1.0, (double)NAN, 0.0, 0.0)).w));
 }
@@ -91,7 +91,7 @@ KT_TEST(quaternion_of_a_matrix_returns) {
             for (int i = 0; i < 4; i++)
                 p[i] *= i == n / 2 % 4 ? 1.0 : kt_reference_magnitude(&random, -20.0, 0.0);
         const kt_quat q = kt_quat_normalize(kt_quat_make(p[0], p[1], p[2], p[3]));
-        const kt_quat observed = kt_quat_from_matrix(kt_reference_rounded(reference(q)));
+        const kt_quat observed = kt_quat_from_mat3(kt_reference_rounded(reference(q)));
         kt_worst_below(&error, distance(observed, q), 3.0 * EPS, "%d: %g %g %g %g", n, q.w, q.x, q.y, q.z);
         kt_worst_below(&error, observed.w < 0.0 ? 1.0 : 0.0, 0.0, "sign of w at %d", n);
         int m = 0;
@@ -108,7 +108,7 @@ KT_TEST(quaternion_of_a_matrix_returns) {
             const kt_quat q =
                 kt_quat_normalize(kt_quat_make((n & 1) * signs[s & 1], (n >> 1 & 1) * signs[s >> 1 & 1],
                                                (n >> 2 & 1) * signs[s >> 2 & 1], (n >> 3 & 1) * signs[s >> 3 & 1]));
-            kt_worst_below(&ties, distance(kt_quat_from_matrix(kt_reference_rounded(reference(q))), q), 3.0 * EPS,
+            kt_worst_below(&ties, distance(kt_quat_from_mat3(kt_reference_rounded(reference(q))), q), 3.0 * EPS,
                            "%d %d", n, s);
         }
 }
@@ -121,7 +121,7 @@ KT_TEST(small_rotations_keep_their_digits) {
         const double size = kt_reference_magnitude(&random, -300.0, -3.0);
         const kt_vec3 v = kt_reference_direction(&random, size);
         const kt_quat q = kt_quat_normalize(kt_quat_make(1.0, v.x, v.y, v.z));
-        const kt_quat back = kt_quat_from_matrix(kt_matrix_from_quat(q));
+        const kt_quat back = kt_quat_from_mat3(kt_mat3_from_quat(q));
         const kt_vec3 off = kt_vec3_make(back.x - q.x, back.y - q.y, back.z - q.z);
         kt_worst_below(&error, kt_vec3_norm_wide(off) / size, 4.0 * EPS, "size %g", size);
     }
@@ -164,7 +164,7 @@ KT_TEST(rate_of_a_quaternion_gives_back_its_angular_velocity) {
         const kt_quat rate = kt_quat_rate_world(q, omega), body_rate = kt_quat_rate_body(q, omega);
         const kt_vec3 off = kt_vec3_sub(kt_quat_angular_world(q, rate), omega);
         const kt_vec3 body_off = kt_vec3_sub(kt_quat_angular_body(q, body_rate), omega);
-        const kt_vec3 turned = kt_mat3_apply(kt_matrix_from_quat(q), omega);
+        const kt_vec3 turned = kt_mat3_apply(kt_mat3_from_quat(q), omega);
         kt_worst_below(&world, kt_vec3_norm(off), 4.0 * EPS * size, "%d", n);
         kt_worst_below(&body, kt_vec3_norm(body_off), 4.0 * EPS * size, "%d", n);
         kt_worst_below(&frames, kt_vec3_norm(kt_vec3_sub(kt_quat_angular_world(q, body_rate), turned)),

@@ -41,7 +41,7 @@ KT_TEST(every_description_of_a_rotation_is_the_same_rotation) {
     const kt_reference_matrix e = kt_reference_real(kt_reference_axis_angle, 0, (double[4]){n.x, n.y, n.z, angle}, 4);
     const kt_mat3 r = kt_reference_rounded(e);
     const double half = sin(0.5 * angle);
-    const kt_vec3 rpy = kt_rpy_from_matrix(r, NULL);
+    const kt_vec3 rpy = kt_rpy_from_mat3(r, NULL);
     struct {
         const char *name;
         kt_rotation description;
@@ -61,7 +61,7 @@ KT_TEST(every_description_of_a_rotation_is_the_same_rotation) {
     static const int sequences[] = {121, 123, 131, 132, 212, 213, 231, 232, 312, 313, 321, 323};
     for (int i = 0; i < 12; i++) {
         kt_vec3 a;
-        kt_check_equal_int("angles", kt_euler_from_matrix(sequences[i], r, &a, NULL, NULL), KT_OK);
+        kt_check_equal_int("angles", kt_euler_from_mat3(sequences[i], r, &a, NULL, NULL), KT_OK);
         const kt_mat3 observed = evaluate(kt_rotation_euler(sequences[i], a.x, a.y, a.z));
         kt_check_below("euler", kt_reference_difference(observed, e), 4.0 * EPS);
     }
@@ -114,7 +114,7 @@ KT_TEST(permutations_and_planar_matrices_keep_their_zeros_and_ones) {
 KT_TEST(quaternion_norm_is_allowed_a_thousandth) {
     const double in = 1.0 + 0.999e-3, out = 1.0 + 1.001e-3;
     const kt_mat3 r = evaluate(kt_rotation_quaternion(0.6 * in, 0.0, 0.8 * in, 0.0));
-    const kt_mat3 exact = kt_matrix_about(1, 2.0 * atan2(0.8, 0.6));
+    const kt_mat3 exact = kt_mat3_about(1, 2.0 * atan2(0.8, 0.6));
     kt_check_below("norm 1.000999", kt_reference_distance(r, exact), 4.0 * EPS);
     reject("norm 1.001001", kt_rotation_quaternion(0.6 * out, 0.0, 0.8 * out, 0.0), KT_ERROR_ARGUMENT,
            "divide each number by the norm");

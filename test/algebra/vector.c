@@ -26,7 +26,7 @@ KT_TEST(matrix_of_an_euler_vector_is_the_exponential_series) {
     for (int n = 0; n < 4000; n++) {
         double t;
         const kt_vec3 theta = random_vector(&random, n, &t);
-        const kt_mat3 r = kt_matrix_from_euler_vector(theta);
+        const kt_mat3 r = kt_mat3_from_euler_vector(theta);
         const kt_reference_matrix e = exponential(theta);
         kt_worst_below(&skewness, kt_reference_skewness(r), 8.0 * EPS, "|theta| = %g", t);
         for (int i = 0; i < 3; i++) {
@@ -47,8 +47,8 @@ KT_TEST(matrix_of_an_euler_vector_is_the_exponential_series) {
 KT_TEST(no_rotation_is_exact) {
     const kt_vec3 zero = {0.0, 0.0, 0.0};
     const kt_mat3 identity = kt_mat3_identity();
-    kt_check_below("exp(0) - I", kt_reference_distance(kt_matrix_from_euler_vector(zero), identity), 0.0);
-    kt_check_below("log(I)", kt_vec3_norm(kt_euler_vector_from_matrix(identity)), 0.0);
+    kt_check_below("exp(0) - I", kt_reference_distance(kt_mat3_from_euler_vector(zero), identity), 0.0);
+    kt_check_below("log(I)", kt_vec3_norm(kt_euler_vector_from_mat3(identity)), 0.0);
     kt_check_below("log(1, 0, 0, 0)", kt_vec3_norm(kt_euler_vector_from_quat(kt_quat_identity())), 0.0);
     kt_check_below("G(0) - I", kt_reference_distance(kt_euler_vector_map(zero), identity), 0.0);
     kt_mat3 inverse = kt_mat3_identity();
@@ -62,11 +62,11 @@ KT_TEST(no_rotation_is_exact) {
 /* |theta| has fifteen bits, and half angles are taken on the way. */
 KT_TEST(subnormal_vectors_pass_unchanged) {
     const kt_vec3 tiny = {0x1p-1070, 0.0, -0x1p-1060};
-    const kt_mat3 r = kt_matrix_from_euler_vector(tiny), g = kt_euler_vector_map(tiny);
+    const kt_mat3 r = kt_mat3_from_euler_vector(tiny), g = kt_euler_vector_map(tiny);
     kt_check_near("R32", r.y.z, tiny.x, 0.0);
     kt_check_near("R21", r.x.y, tiny.z, 0.0);
     kt_check_near("G21, theta_z / 2", g.x.y, 0.5 * tiny.z, 0.0);
-    const kt_vec3 back = kt_euler_vector_from_matrix(r);
+    const kt_vec3 back = kt_euler_vector_from_mat3(r);
     kt_check_near("z back", back.z, tiny.z, 0.0);
 }
 
@@ -81,7 +81,7 @@ KT_TEST(euler_vector_of_a_matrix_returns) {
         const double t =
             n % 2 == 0 ? kt_reference_magnitude(&random, -300.0, 0.0) : kt_random_uniform(&random, 0.0, KT_PI);
         const kt_vec3 theta = kt_reference_direction(&random, t);
-        const kt_vec3 back = kt_euler_vector_from_matrix(kt_reference_rounded(exponential(theta)));
+        const kt_vec3 back = kt_euler_vector_from_mat3(kt_reference_rounded(exponential(theta)));
         kt_worst_below(&matrix, kt_vec3_norm_wide(kt_vec3_sub(back, theta)) / t, 6.0 * EPS, "|theta| = %.17g", t);
         const kt_quat q = kt_quat_from_euler_vector(theta);
         const kt_vec3 log = kt_euler_vector_from_quat(q);
@@ -97,7 +97,7 @@ KT_TEST(euler_vector_is_accurate_near_half_a_turn) {
     for (int n = 0; n < 2000; n++) {
         const double t = KT_PI - kt_reference_magnitude(&random, -14.0, -1.0);
         const kt_vec3 theta = kt_reference_direction(&random, t);
-        const kt_vec3 back = kt_euler_vector_from_matrix(kt_reference_rounded(exponential(theta)));
+        const kt_vec3 back = kt_euler_vector_from_mat3(kt_reference_rounded(exponential(theta)));
         kt_worst_below(&error, kt_vec3_norm(kt_vec3_sub(back, theta)), 4.0 * EPS * KT_PI, "pi - |theta| = %g",
                        KT_PI - t);
     }
@@ -105,12 +105,12 @@ KT_TEST(euler_vector_is_accurate_near_half_a_turn) {
     for (int n = 0; n < 500; n++) {
         const kt_vec3 axis = kt_reference_direction(&random, 1.0);
         const kt_quat q = kt_quat_make(0.0, axis.x, axis.y, axis.z);
-        const kt_vec3 back = kt_euler_vector_from_matrix(kt_matrix_from_quat(q));
+        const kt_vec3 back = kt_euler_vector_from_mat3(kt_mat3_from_quat(q));
         kt_worst_near(&at, kt_vec3_norm(back), KT_PI, 2.0 * EPS * KT_PI, "%d", n);
         kt_worst_below(&error, kt_vec3_norm(kt_vec3_cross(back, axis)), 4.0 * EPS * KT_PI, "half a turn, %d", n);
     }
     const kt_mat3 about_y = {{-1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, -1.0}};
-    kt_check_near("half a turn about y", kt_euler_vector_from_matrix(about_y).y, KT_PI, 0.0);
+    kt_check_near("half a turn about y", kt_euler_vector_from_mat3(about_y).y, KT_PI, 0.0);
 }
 
 KT_TEST(euler_vector_is_an_elementary_rotation_about_a_tilted_axis) {
@@ -120,17 +120,17 @@ KT_TEST(euler_vector_is_an_elementary_rotation_about_a_tilted_axis) {
     for (int n = 0; n < 1000; n++) {
         double t;
         const kt_vec3 theta = random_vector(&random, n, &t);
-        const kt_mat3 r = kt_matrix_from_euler_vector(theta);
+        const kt_mat3 r = kt_mat3_from_euler_vector(theta);
         const double azimuth = atan2(theta.y, theta.x), tilt = atan2(hypot(theta.x, theta.y), theta.z);
-        const kt_mat3 q = kt_mat3_multiply(kt_matrix_about(2, azimuth), kt_matrix_about(1, tilt)); /* z to theta */
-        const kt_mat3 product = kt_mat3_multiply(kt_mat3_multiply(q, kt_matrix_about(2, t)), kt_mat3_transpose(q));
+        const kt_mat3 q = kt_mat3_multiply(kt_mat3_about(2, azimuth), kt_mat3_about(1, tilt)); /* z to theta */
+        const kt_mat3 product = kt_mat3_multiply(kt_mat3_multiply(q, kt_mat3_about(2, t)), kt_mat3_transpose(q));
         kt_worst_below(&tilted, kt_reference_distance(product, r), 2.0 * EPS * fmax(2.0, t), "|theta| = %g", t);
         for (int axis = 0; axis < 3; axis++) {
             const kt_vec3 along = kt_vec3_scale(t, kt_reference_column(kt_mat3_identity(), axis));
-            kt_worst_below(&axes, kt_reference_distance(kt_matrix_from_euler_vector(along), kt_matrix_about(axis, t)),
+            kt_worst_below(&axes, kt_reference_distance(kt_mat3_from_euler_vector(along), kt_mat3_about(axis, t)),
                            3.0 * EPS, "%g about %d", t, axis);
         }
-        const kt_mat3 planar = kt_matrix_from_euler_vector(kt_vec3_make(0.0, 0.0, t));
+        const kt_mat3 planar = kt_mat3_from_euler_vector(kt_vec3_make(0.0, 0.0, t));
         kt_worst_below(&bits, fabs(planar.z.x) + fabs(planar.z.y) + fabs(planar.x.z) + fabs(planar.y.z), 0.0, "%g", t);
         kt_worst_near(&bits, planar.z.z, 1.0, 0.0, "%g", t);
     }
@@ -139,10 +139,10 @@ KT_TEST(euler_vector_is_an_elementary_rotation_about_a_tilted_axis) {
 KT_TEST(huge_vectors_still_give_rotations) {
     const kt_vec3 huge[] = {{1e10, -2e10, 3e10}, {1e160, 1e160, -1e160}, {1.7e308, 0.0, 1.0}};
     for (int n = 0; n < 3; n++) {
-        kt_check_below("R'R - I", kt_reference_skewness(kt_matrix_from_euler_vector(huge[n])), 8.0 * EPS);
+        kt_check_below("R'R - I", kt_reference_skewness(kt_mat3_from_euler_vector(huge[n])), 8.0 * EPS);
         kt_check_near("norm of q", kt_quat_norm_squared(kt_quat_from_euler_vector(huge[n])), 1.0, 4.0 * EPS);
     }
-    kt_check_true("NaN stays", isnan(kt_matrix_from_euler_vector(kt_vec3_make((double)NAN, 0.0, 0.0)).x.y));
+    kt_check_true("NaN stays", isnan(kt_mat3_from_euler_vector(kt_vec3_make((double)NAN, 0.0, 0.0)).x.y));
 }
 
 /* ---- G ----------------------------------------------------------------------------------------------------------- */
@@ -254,18 +254,18 @@ KT_TEST(axis_and_angle_return) {
         const kt_reference_matrix e =
             kt_reference_real(kt_reference_axis_angle, 0, (double[4]){unit.x, unit.y, unit.z, a}, 4);
         kt_mat3 r = kt_mat3_identity();
-        if (kt_matrix_from_axis_angle(axis, a, &r, NULL) != KT_OK)
+        if (kt_mat3_from_axis_angle(axis, a, &r, NULL) != KT_OK)
             kt_check_true("status", false);
         kt_vec3 back = {0.0, 0.0, 0.0};
         double angle;
-        kt_axis_angle_from_matrix(r, &back, &angle);
+        kt_axis_angle_from_mat3(r, &back, &angle);
         kt_worst_below(&matrix, kt_reference_difference(r, e), 6.0 * EPS, "angle %g, length %g", a, length);
         kt_worst_near(&angles, angle / a, 1.0, 5.0 * EPS, "angle %g, length %g", a, length);
         kt_worst_below(&axes, kt_vec3_norm(kt_vec3_sub(back, unit)), 5.0 * EPS, "angle %g, length %g", a, length);
     }
     kt_vec3 axis;
     double angle;
-    kt_axis_angle_from_matrix(kt_mat3_identity(), &axis, &angle);
+    kt_axis_angle_from_mat3(kt_mat3_identity(), &axis, &angle);
     kt_check_true("the identity turns about z by nothing",
                   axis.x == 0.0 && axis.y == 0.0 && axis.z == 1.0 && angle == 0.0);
 }
@@ -274,14 +274,14 @@ KT_TEST(axis_of_zero_length_is_rejected) {
     kt_error error;
     kt_mat3 r = kt_mat3_identity(), before = r;
     const kt_vec3 zero = {0.0, -0.0, 0.0}, infinite = {0.0, (double)INFINITY, 0.0}, z = {0.0, 0.0, 1.0};
-    kt_check_equal_int("zero", kt_matrix_from_axis_angle(zero, 1.0, &r, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("zero", kt_mat3_from_axis_angle(zero, 1.0, &r, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "not zero, such as [0, 0, 1]");
-    kt_check_equal_int("infinite", kt_matrix_from_axis_angle(infinite, 1.0, &r, &error), KT_ERROR_NOT_FINITE);
-    kt_check_equal_int("angle", kt_matrix_from_axis_angle(z, (double)NAN, &r, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("infinite", kt_mat3_from_axis_angle(infinite, 1.0, &r, &error), KT_ERROR_NOT_FINITE);
+    kt_check_equal_int("angle", kt_mat3_from_axis_angle(z, (double)NAN, &r, &error), KT_ERROR_NOT_FINITE);
     kt_check_contains("message", error.message, "or angle nan is not finite");
     kt_check_equal_bits("output", &r.x.x, &before.x.x, 9);
     /* of the others z alone is given */
-    kt_check_equal_int("z", kt_matrix_from_axis_angle(z, 0.7, &r, &error), KT_OK);
+    kt_check_equal_int("z", kt_mat3_from_axis_angle(z, 0.7, &r, &error), KT_OK);
     kt_check_near("cosine", r.x.x, cos(0.7), 2.0 * EPS);
     kt_check_near("sine", r.x.y, sin(0.7), 2.0 * EPS);
 }

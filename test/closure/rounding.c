@@ -50,7 +50,7 @@ static void hang_door(linkage *l, kt_random *r, const door *d) {
     const kt_rotation turned =
         d->oblique ? kt_rotation_rpy(angle[0], angle[1], angle[2]) : kt_rotation_rpy(0.0, 0.0, 0.0);
     const kt_mat3 rotation =
-        d->oblique ? kt_matrix_from_rpy(kt_vec3_make(angle[0], angle[1], angle[2])) : kt_mat3_identity();
+        d->oblique ? kt_mat3_from_rpy(kt_vec3_make(angle[0], angle[1], angle[2])) : kt_mat3_identity();
     kt_vec3 place = random_vector(r, s), arm = random_vector(r, s), axis = kt_vec3_normalize(random_vector(r, 1.0));
     place.x += d->far * s;
     kt_vec3 there = kt_vec3_add(place, kt_mat3_apply(rotation, arm));

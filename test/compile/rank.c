@@ -74,7 +74,7 @@ KT_TEST(rank_does_not_depend_on_the_given_position) {
     f = four_bar_default();
     linkage_four_bar(&l, &f);
     l.body[0].joint.rotation = l.body[2].joint.rotation = kt_rotation_rpy(0.3, -0.7, 1.1);
-    const kt_mat3 turn = kt_matrix_from_rpy(kt_vec3_make(0.3, -0.7, 1.1));
+    const kt_mat3 turn = kt_mat3_from_rpy(kt_vec3_make(0.3, -0.7, 1.1));
     l.body[2].joint.at = kt_mat3_apply(turn, l.body[2].joint.at);
     expect(&l, "oblique plane", 3, 5, 2, 2);
 }

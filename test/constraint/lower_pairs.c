@@ -73,7 +73,7 @@ static void make_tree(const pair *p, scene *s) {
  * initial one, so its end on the bob lies where the thread begins. */
 static void make_loop(const pair *p, const scene *tree, kt_pose pose, kt_twist twist, scene *s) {
     const kt_joint *joint = &tree->bodies[1].joint;
-    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const kt_quat q = kt_quat_from_mat3(pose.rotation);
     const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
     const double position[7] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
     const double velocity[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};

@@ -45,7 +45,7 @@ static kt_pose draw_pose(kt_random *random, kt_vec3 around) {
     double p[4];
     kt_pose pose;
     kt_random_direction(random, 4, p);
-    pose.rotation = kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3]));
+    pose.rotation = kt_mat3_from_quat(kt_quat_make(p[0], p[1], p[2], p[3]));
     pose.position = kt_vec3_add(around, kt_tree_vector(random, -1.0, 1.0));
     return pose;
 }

@@ -221,7 +221,7 @@ static void check_marker(const kt_tree *tree, const kt_tree_state *s, const kt_o
     static double jacobian[ROWS * KT_TREE_NV], change[ROWS * KT_TREE_NV];
     const int body = kt_body_find(tree->model, tree->body[b].name), m = kt_marker_find(tree->model, body, "tip");
     const kt_vec3 at = tree->body[b].markers[0].at;
-    const kt_mat3 own = kt_matrix_from_euler_vector(at), axes = axes_of(&bodies[body]);
+    const kt_mat3 own = kt_mat3_from_euler_vector(at), axes = axes_of(&bodies[body]);
     const kt_pose pose = kt_marker_pose(tree->model, tree->data, body, m);
     const kt_mat3 expected = kt_mat3_multiply(axes, own);
     const kt_vec3 place = kt_vec3_add(vector(bodies[body].p), kt_mat3_apply(axes, at));

@@ -188,7 +188,7 @@ static void translate(const kt_tree *tree, kt_tree_state *s, const kt_tree *turn
         }
         const ball turn = ball_of(turns, other);
         const double *angle = t->q + d.q - 2;
-        const kt_quat q = kt_quat_from_matrix(kt_matrix_from_rpy(kt_vec3_make(angle[2], angle[1], angle[0])));
+        const kt_quat q = kt_quat_from_mat3(kt_mat3_from_rpy(kt_vec3_make(angle[2], angle[1], angle[0])));
         memcpy(s->q + c.q, (double[]){q.w, q.x, q.y, q.z}, 4 * sizeof(double));
         for (int i = 0; i < 3; i++) {
             s->v[c.v + i] = t->tau[turn.v + i] = 0.0;

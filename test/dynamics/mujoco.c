@@ -82,7 +82,7 @@ static void write_body(FILE *file, const twin *t, int i) {
         abort();
     fprintf(file, "<body name='%s'", body->name);
     write_triple(file, "pos", body->joint.at);
-    write_quaternion(file, kt_quat_from_matrix(rest));
+    write_quaternion(file, kt_quat_from_mat3(rest));
     fprintf(file, "><inertial mass='%.17g'", body->mass);
     write_triple(file, "pos", body->com);
     write_quaternion(file, t->principal[i]);
@@ -145,7 +145,7 @@ static bool grow_twin(twin *t, bool floats, kt_random *random) {
         const double x = kt_random_uniform(random, 0.1, 1.0), y = kt_random_uniform(random, 0.1, 1.0);
         t->principal[i] = kt_quat_make(q[0], q[1], q[2], q[3]);
         t->moments[i] = kt_vec3_make(x, y, kt_random_uniform(random, fabs(x - y) + 0.05, x + y));
-        body->inertia = kt_sym3_rotate(kt_matrix_from_quat(t->principal[i]),
+        body->inertia = kt_sym3_rotate(kt_mat3_from_quat(t->principal[i]),
                                        kt_sym3_make(t->moments[i].x, t->moments[i].y, t->moments[i].z, 0.0, 0.0, 0.0));
         if (body->joint.type == KT_JOINT_UNIVERSAL && kt_vec3_norm(body->joint.axis2) == 0.0)
             body->joint.axis2 = kt_triad_from_axis(kt_vec3_normalize(body->joint.axis), 2).x;

@@ -189,7 +189,7 @@ static double difference(const double *a, const double *b) {
 KT_TEST(a_long_oblique_chain_in_its_plane_loses_no_digits) {
     static double upright[LONG], flat[LONG], oblique[LONG], space[LONG], turned[LONG];
     const kt_mat3 aligned = kt_mat3_identity();
-    const kt_mat3 askew = kt_matrix_from_quat(kt_quat_normalize(kt_quat_make(0.5, 0.3, -0.4, 0.6)));
+    const kt_mat3 askew = kt_mat3_from_quat(kt_quat_normalize(kt_quat_make(0.5, 0.3, -0.4, 0.6)));
     accelerate_chain(aligned, false, KT_PLAN_SPATIAL, "spatial", upright);
     accelerate_chain(aligned, false, KT_PLAN_AUTO, "planar", flat);
     accelerate_chain(askew, false, KT_PLAN_AUTO, "planar", oblique);

@@ -29,7 +29,7 @@ kt_vec3 kt_tree_direction(kt_random *random) {
 kt_rotation kt_tree_rotation(kt_random *random) {
     double q[4];
     kt_random_direction(random, 4, q);
-    const kt_mat3 r = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
+    const kt_mat3 r = kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
     const kt_vec3 angles = kt_tree_vector(random, -3.0, 3.0);
     switch (kt_random_int(random, 0, 7)) {
     case 1:
@@ -56,7 +56,7 @@ kt_sym3 kt_tree_inertia(kt_random *random, double mass, double size) {
     const double k = mass / 12.0, xx = e.x * e.x, yy = e.y * e.y, zz = e.z * e.z;
     double q[4];
     kt_random_direction(random, 4, q);
-    return kt_sym3_rotate(kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])),
+    return kt_sym3_rotate(kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])),
                           kt_sym3_make(k * (yy + zz), k * (zz + xx), k * (xx + yy), 0.0, 0.0, 0.0));
 }
 

@@ -60,13 +60,13 @@ static void random_ends(kt_random *random, const kt_effect_record *r, kt_effect_
         kt_random_direction(random, 3, n);
         const double angle = kt_random_uniform(random, 0.0, 2.4);
         for (int k = 0; k < 2; k++) {
-            end[k].axes = kt_matrix_from_euler_vector(random_vector(random, 1.0));
+            end[k].axes = kt_mat3_from_euler_vector(random_vector(random, 1.0));
             end[k].point = random_vector(random, 1.0);
             end[k].velocity = random_vector(random, 1.0);
             end[k].omega = random_vector(random, 1.0);
         }
         end[1].axes = kt_mat3_multiply(
-            end[0].axes, kt_matrix_from_euler_vector(kt_vec3_make(angle * n[0], angle * n[1], angle * n[2])));
+            end[0].axes, kt_mat3_from_euler_vector(kt_vec3_make(angle * n[0], angle * n[1], angle * n[2])));
         const kt_vec3 d = kt_vec3_sub(end[0].point, end[1].point);
         const double far = kt_vec3_norm(d), dent = fabs(r->radius - kt_vec3_dot(d, end[1].axes.z));
         again = far < 0.8 || dent < 0.5 || dent < 0.3 * far; /* a turn of the plane does not reach its edge */
@@ -77,7 +77,7 @@ static void random_ends(kt_random *random, const kt_effect_record *r, kt_effect_
 static kt_effect_end moved(const kt_effect_end *end, kt_vec3 linear, kt_vec3 angular, double h) {
     kt_effect_end to = *end;
     to.point = kt_vec3_add(end->point, kt_vec3_scale(h, linear));
-    to.axes = kt_mat3_multiply(kt_matrix_from_euler_vector(kt_vec3_scale(h, angular)), end->axes);
+    to.axes = kt_mat3_multiply(kt_mat3_from_euler_vector(kt_vec3_scale(h, angular)), end->axes);
     return to;
 }
 

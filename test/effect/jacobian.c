@@ -49,12 +49,12 @@ static void draw_ends(kt_random *random, int draw, kt_effect_end end[2]) {
     const double apart = draw % 5 ? pow(10.0, kt_random_uniform(random, -4.0, 0.5)) : 0.0;
     kt_vec3 theta = draw_vector(random, 1.0);
     const double angle = fmin(3.0, (draw % 3 ? 1.0 : apart) * kt_vec3_norm(theta));
-    end[0] = (kt_effect_end){.axes = kt_matrix_from_euler_vector(draw_vector(random, 1.0)),
+    end[0] = (kt_effect_end){.axes = kt_mat3_from_euler_vector(draw_vector(random, 1.0)),
                              .point = draw_vector(random, 1.0),
                              .omega = draw_vector(random, draw % 7 ? 1.0 : 0.0),
                              .velocity = draw_vector(random, draw % 7 ? 1.0 : 0.0)};
     theta = kt_vec3_scale(angle, kt_vec3_normalize(theta));
-    end[1] = (kt_effect_end){.axes = kt_mat3_multiply(end[0].axes, kt_matrix_from_euler_vector(theta)),
+    end[1] = (kt_effect_end){.axes = kt_mat3_multiply(end[0].axes, kt_mat3_from_euler_vector(theta)),
                              .point = kt_vec3_add(end[0].point, draw_vector(random, apart)),
                              .omega = draw_vector(random, draw % 7 ? 1.0 : 0.0),
                              .velocity = draw_vector(random, draw % 7 ? 1.0 : 0.0)};

@@ -113,7 +113,7 @@ KT_TEST(torques_act_in_the_axes_they_are_given_in) {
         run_free(&torque, &lone, t, q, v);
         kt_check_near("rate about the body's y", v[4], sin(w * t), 4e-15);
         kt_check_below("other rates", fabs(v[3]) + fabs(v[5]), 2e-15);
-        const kt_mat3 turned = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
+        const kt_mat3 turned = kt_mat3_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
         kt_check_near("angle about the world's z", atan2(turned.x.y, turned.x.x), (1.0 - cos(w * t)) / w, 1.5e-13);
         kt_check_below("centre", fabs(v[0]) + fabs(v[1]) + fabs(v[2]), 0.0);
     }

@@ -14,7 +14,7 @@ static kt_vec3 random_vector(kt_random *random, double size) {
 
 static void random_ends(kt_random *random, kt_effect_end end[2]) {
     for (int k = 0; k < 2; k++) {
-        end[k].axes = kt_matrix_from_euler_vector(random_vector(random, 1.0));
+        end[k].axes = kt_mat3_from_euler_vector(random_vector(random, 1.0));
         end[k].point = random_vector(random, 1.0);
         end[k].velocity = random_vector(random, 1.0);
         end[k].omega = random_vector(random, 1.0);

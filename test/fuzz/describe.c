@@ -56,7 +56,7 @@ void kt_fuzz_rotation(kt_bytes *bytes, kt_wildness wild, kt_rotation *rotation) 
     const kt_quat given = kt_quat_make(x[0] == 0.0 ? 1.0 : x[0], x[1], x[2], x[3]);
     const kt_quat q = kt_quat_normalize(given);
     *rotation = type == KT_ROTATION_QUATERNION ? kt_rotation_quaternion(q.w, q.x, q.y, q.z)
-                                               : kt_rotation_matrix(kt_matrix_from_quat(q));
+                                               : kt_rotation_matrix(kt_mat3_from_quat(q));
 }
 
 /* ---- a body ------------------------------------------------------------------------------------------------------ */

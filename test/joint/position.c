@@ -144,10 +144,10 @@ static void steps(const kt_tree *tree, kt_random *random, const kt_tree_state *s
         if (k < 0)
             continue;
         const double *d = dv + spin_at(c);
-        const kt_mat3 turned = kt_matrix_from_euler_vector(kt_vec3_make(d[0], d[1], d[2]));
-        const kt_mat3 expected = kt_mat3_multiply(kt_matrix_from_quat(quaternion(s->q + k)), turned);
+        const kt_mat3 turned = kt_mat3_from_euler_vector(kt_vec3_make(d[0], d[1], d[2]));
+        const kt_mat3 expected = kt_mat3_multiply(kt_mat3_from_quat(quaternion(s->q + k)), turned);
         const kt_quat p = quaternion(out + k);
-        kt_worst_below(error, distance(kt_matrix_from_quat(p), expected), 20.0 * EPS, "tree %d rotation %d", n, b);
+        kt_worst_below(error, distance(kt_mat3_from_quat(p), expected), 20.0 * EPS, "tree %d rotation %d", n, b);
         kt_worst_near(error, kt_quat_norm_squared(p), 1.0, 4.0 * EPS, "tree %d norm %d", n, b);
     }
 }
@@ -187,8 +187,8 @@ static void shorter(const kt_tree *tree, kt_random *random, const kt_tree_state 
         const double *d = dv + spin_at(c);
         const double turn = kt_vec3_norm(kt_vec3_make(d[0], d[1], d[2]));
         kt_worst_below(error, fmax(0.0, turn - 3.14159265358979312), 4.0 * EPS, "tree %d way of joint %d", n, b);
-        const kt_mat3 r = kt_matrix_from_quat(quaternion(out + k));
-        kt_worst_below(error, distance(r, kt_matrix_from_quat(quaternion(other.q + k))), 20.0 * EPS, "tree %d place %d",
+        const kt_mat3 r = kt_mat3_from_quat(quaternion(out + k));
+        kt_worst_below(error, distance(r, kt_mat3_from_quat(quaternion(other.q + k))), 20.0 * EPS, "tree %d place %d",
                        n, b);
     }
 }

@@ -76,7 +76,7 @@ static kt_loop loop(const char *name, kt_loop_type type, const char *first, cons
 }
 
 static void free_at(kt_joint *joint, kt_pose pose, kt_twist twist) {
-    const kt_quat p = kt_quat_from_matrix(pose.rotation);
+    const kt_quat p = kt_quat_from_mat3(pose.rotation);
     const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
     const double q[7] = {pose.position.x, pose.position.y, pose.position.z, p.w, p.x, p.y, p.z};
     const double v[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};

@@ -92,7 +92,7 @@ KT_TEST(random_solids_hide_each_other_as_rays_tell) {
                 (kt_solid_type)(attempt % 4),
                 kt_vec3_make(kt_random_normal(&random), kt_random_normal(&random), 3.0 * kt_random_normal(&random)),
                 kt_vec3_make(0.25, 0.25, attempt % 4 == KT_SOLID_SPHERE ? 0.25 : 0.6));
-            one.pose.rotation = kt_matrix_from_quat(kt_quat_make(x[0], x[1], x[2], x[3]));
+            one.pose.rotation = kt_mat3_from_quat(kt_quat_make(x[0], x[1], x[2], x[3]));
             bool free = true;
             for (int i = 0; i < count; i++)
                 free = free && gap_between(&one, &solids[i]) > 0.0;

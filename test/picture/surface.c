@@ -16,7 +16,7 @@ static kt_solid random_solid(kt_random *random, kt_solid_type type) {
     kt_solid solid = {.type = type};
     double x[4];
     kt_random_direction(random, 4, x);
-    solid.pose.rotation = kt_matrix_from_quat(kt_quat_make(x[0], x[1], x[2], x[3]));
+    solid.pose.rotation = kt_mat3_from_quat(kt_quat_make(x[0], x[1], x[2], x[3]));
     solid.pose.position = kt_vec3_make(kt_random_normal(random), kt_random_normal(random), kt_random_normal(random));
     solid.half = kt_vec3_make(kt_random_uniform(random, 0.1, 2.0), kt_random_uniform(random, 0.1, 2.0),
                               kt_random_uniform(random, 0.1, 2.0));

@@ -35,7 +35,7 @@ static void string_up(linkage *l, stand how, bool oblique, double size, double r
     kt_body *arm = linkage_bar(l, "arm", base, at, bar, 0.7, 0.0);
     if (oblique)
         arm->joint.rotation = kt_rotation_rpy(0.3, -0.7, 1.1);
-    const kt_vec3 turned = kt_mat3_apply(kt_matrix_from_rpy(kt_vec3_make(0.3, -0.7, 1.1)), end);
+    const kt_vec3 turned = kt_mat3_apply(kt_mat3_from_rpy(kt_vec3_make(0.3, -0.7, 1.1)), end);
     const kt_vec3 point = kt_vec3_add(at, oblique ? turned : end);
     length[0] = kt_vec3_norm(kt_vec3_sub(far, point));
     length[1] = rate;

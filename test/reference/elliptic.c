@@ -103,7 +103,7 @@ static double height(const top *p, double t) {
 static double top_error(const kt_case *c, const kt_record *record, const void *about) {
     const top *p = about;
     const double *q = record->q + kt_case_q(c, p->body);
-    const double u = p->side * kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])).z.z;
+    const double u = p->side * kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])).z.z;
     return fabs(u - height(p, record->time));
 }
 

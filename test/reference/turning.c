@@ -40,7 +40,7 @@ KT_TEST(lagrange_top_keeps_its_table) {
 /* Energy, and vertical angular momentum about the fixed point. */
 static int top_invariants(const kt_case *c, const kt_record *record, double *out) {
     const double i1 = 1.0, i3 = 0.3;
-    const kt_mat3 r = kt_matrix_from_quat(quat_at(record->q));
+    const kt_mat3 r = kt_mat3_from_quat(quat_at(record->q));
     const double *w = record->v;
     (void)c;
     out[0] = record->kinetic + record->potential;

@@ -31,7 +31,7 @@ static inline void compare_ends(const kt_loop *loop, kt_pose a, kt_pose b, doubl
     if (loop->type != KT_LOOP_WELD)
         return;
     const kt_mat3 between = kt_mat3_multiply(kt_mat3_transpose(a.rotation), b.rotation);
-    const double angle = kt_vec3_norm(kt_euler_vector_from_matrix(between));
+    const double angle = kt_vec3_norm(kt_euler_vector_from_mat3(between));
     kt_worst_near(worst, torquescale * sin(0.5 * angle), kt_vec3_norm(kt_vec3_make(theirs[3], theirs[4], theirs[5])),
                   1e-14 * fmax(1.0, torquescale), "%s, sine of half the angle", loop->name);
 }

@@ -139,8 +139,8 @@ static kt_mat3 planar_frame(kt_vec3 axis) {
     const kt_vec3 u = kt_vec3_normalize(axis), z = kt_vec3_make(0.0, 0.0, 1.0), w = kt_vec3_cross(z, u);
     const double sine = kt_vec3_norm(w), angle = atan2(sine, u.z);
     if (sine < 1e-10)
-        return u.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
-    return kt_matrix_from_euler_vector(kt_vec3_scale(angle / sine, w));
+        return u.z > 0.0 ? kt_mat3_identity() : kt_mat3_about(0, 3.14159265358979323846);
+    return kt_mat3_from_euler_vector(kt_vec3_scale(angle / sine, w));
 }
 
 static bool map_free(export_pair *p, const kt_body *body, kt_coordinates c, const answer_joint *first) {
@@ -153,7 +153,7 @@ static bool map_free(export_pair *p, const kt_body *body, kt_coordinates c, cons
         const kt_vec3 x = frame.rotation.x, y = frame.rotation.y, z = frame.rotation.z;
         map_vector(p, c, 0, one, 3, (kt_mat3){.x = x, .y = y, .z = z}, frame.position);
         map_ball(p, c, 3, 3, p->theirs.qpos + first->q + 3, first->v + 3,
-                 kt_quat_conjugate(kt_quat_from_matrix(frame.rotation)));
+                 kt_quat_conjugate(kt_quat_from_mat3(frame.rotation)));
         return true;
     }
     if (all[1] == NULL || all[2] == NULL || ball == NULL || ball->type != 1)

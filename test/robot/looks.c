@@ -186,8 +186,8 @@ KT_TEST(meshes_of_mjcf_stand_where_their_geoms_do) {
     const kt_scene *scene = test_robot_file(path, NULL);
     kt_check_equal_int("meshes", scene->mesh_count, 1);
     kt_check_equal_int("the other cannot be placed", count_notes(scene, "a scene cannot place: 1"), 1);
-    const kt_mat3 reference = kt_matrix_from_quat(kt_quat_make(0.8, 0.6, 0.0, 0.0));
-    const kt_mat3 own = kt_matrix_from_quat(kt_quat_make(0.0, 0.0, 0.6, 0.8));
+    const kt_mat3 reference = kt_mat3_from_quat(kt_quat_make(0.8, 0.6, 0.0, 0.0));
+    const kt_mat3 own = kt_mat3_from_quat(kt_quat_make(0.0, 0.0, 0.6, 0.8));
     for (int k = 0; k < 2 && scene->mesh_count == 1; k++) {
         const kt_scene_mesh *mesh = &scene->meshes[0];
         const kt_vec3 x = k == 0 ? kt_vec3_make(0.0, 0.0, 0.0) : kt_vec3_make(0.3, -0.7, 1.1);

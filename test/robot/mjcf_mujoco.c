@@ -200,7 +200,7 @@ static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, 
         most = fmax(most, own[k]);
         kt_worst_near(invariant, at_own[k], at[k], 1e-12 * fmax(1.0, kt_vec3_norm(com)), "com of %s", body->name);
     }
-    const kt_sym3 as_theirs = kt_sym3_rotate(kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])),
+    const kt_sym3 as_theirs = kt_sym3_rotate(kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])),
                                              kt_sym3_make(sorted[1][0], sorted[1][1], sorted[1][2], 0.0, 0.0, 0.0));
     const double entries[2][3] = {{inertia.xy, inertia.xz, inertia.yz}, {as_theirs.xy, as_theirs.xz, as_theirs.yz}};
     for (int k = 0; k < 3; k++)
@@ -210,7 +210,7 @@ static void compare_inertia(pair *p, int ours, int theirs, kt_worst *invariant, 
     for (int k = 0; k < 3; k++)
         kt_worst_near(invariant, sorted[0][k], sorted[1][k], 1e-12 * most, "moments of %s", body->name);
     kt_worst_near(invariant, body->mass, m->body_mass[theirs], 1e-12 * body->mass, "mass of %s", body->name);
-    const kt_quat exact = kt_quat_from_matrix(axes);
+    const kt_quat exact = kt_quat_from_mat3(axes);
     const double quaternion[4] = {exact.w, exact.x, exact.y, exact.z};
     memcpy(m->body_iquat + 4 * theirs, quaternion, sizeof quaternion);
     memcpy(m->body_inertia + 3 * theirs, own, sizeof own);

@@ -319,7 +319,7 @@ static double rounded_to_single(double x) {
 /* A prism on its sole: a polygon with `corners` at a radius of 0.1 m in a plane, above whose edges it is wider by the
  * bevel. Its first `corners` vertices are those of the sole. All are rotated; returns their number. */
 static int make_beveled_foot(int corners, double stretch, const double rotation[4], kt_vec3 vertices[3 * 7]) {
-    const kt_mat3 turned = kt_matrix_from_quat(kt_quat_make(rotation[0], rotation[1], rotation[2], rotation[3]));
+    const kt_mat3 turned = kt_mat3_from_quat(kt_quat_make(rotation[0], rotation[1], rotation[2], rotation[3]));
     for (int i = 0; i < 3 * corners; i++) {
         const int ring = i / corners;
         const double angle = 2.0 * 3.14159265358979323846 * (i % corners + 0.5) / corners, r = ring == 0 ? 0.1 : 0.11;

@@ -25,7 +25,7 @@ static void open_askew(askew *r, const char *type, int nv) {
     memset(r, 0, sizeof *r);
     r->at = kt_test_open(test_robot_of(NULL, ASKEW, type), NULL);
     r->joint.position = kt_vec3_make(1.0, 2.0, 3.0);
-    r->joint.rotation = kt_matrix_from_rpy(kt_vec3_make(0.4, -0.7, 1.1));
+    r->joint.rotation = kt_mat3_from_rpy(kt_vec3_make(0.4, -0.7, 1.1));
     r->nv = kt_model_nv(r->at.model);
     kt_need(kt_check_equal_int("degrees of freedom", r->nv, nv));
 }
@@ -46,7 +46,7 @@ static void move_askew(askew *r) {
  * -m g . (V_i + W_i x r)`.
  */
 static void check_askew(const askew *r, const kt_vec3 *linear, const kt_vec3 *angular) {
-    const kt_mat3 turn = kt_mat3_multiply(r->pose.rotation, kt_matrix_from_rpy(kt_vec3_make(0.2, 0.1, -0.4)));
+    const kt_mat3 turn = kt_mat3_multiply(r->pose.rotation, kt_mat3_from_rpy(kt_vec3_make(0.2, 0.1, -0.4)));
     const kt_sym3 inertia = kt_sym3_rotate(turn, kt_sym3_make(0.3, 0.4, 0.5, 0.02, 0.01, -0.03));
     const kt_vec3 lever = kt_mat3_apply(r->pose.rotation, kt_vec3_make(0.3, -0.2, 0.5));
     const kt_vec3 gravity = kt_vec3_make(0.0, 0.0, -9.81);
@@ -85,7 +85,7 @@ KT_TEST(planar_joint_moves_in_the_plane_normal_to_its_axis_and_turns_about_it) {
     memcpy(r.q, at, sizeof at);
     move_askew(&r);
     const kt_vec3 shift = kt_vec3_add(kt_vec3_scale(at[0], linear[0]), kt_vec3_scale(at[1], linear[1]));
-    const kt_mat3 turn = kt_mat3_multiply(r.joint.rotation, kt_matrix_from_euler_vector(kt_vec3_scale(at[2], own)));
+    const kt_mat3 turn = kt_mat3_multiply(r.joint.rotation, kt_mat3_from_euler_vector(kt_vec3_scale(at[2], own)));
     const kt_vec3 off = kt_vec3_sub(r.pose.position, kt_vec3_add(r.joint.position, shift));
     kt_check_near("place", kt_vec3_norm(off), 0.0, 8.0 * DBL_EPSILON);
     kt_check_near("orientation", kt_vec3_norm(kt_vec3_sub(r.pose.rotation.x, turn.x)), 0.0, 8.0 * DBL_EPSILON);
@@ -101,7 +101,7 @@ KT_TEST(floating_joint_moves_along_the_axes_of_its_frame_and_turns_in_the_link) 
     open_askew(&r, "floating", 6);
     memcpy(r.q, at, sizeof at);
     move_askew(&r);
-    const kt_pose moved = {.rotation = kt_matrix_from_quat(turned), .position = kt_vec3_make(0.7, -0.4, 1.3)};
+    const kt_pose moved = {.rotation = kt_mat3_from_quat(turned), .position = kt_vec3_make(0.7, -0.4, 1.3)};
     const kt_pose expected = kt_pose_compose(r.joint, moved);
     const kt_vec3 *frame = &r.joint.rotation.x, *link = &expected.rotation.x;
     for (int k = 0; k < 3; k++) {

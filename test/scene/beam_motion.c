@@ -264,10 +264,10 @@ static kt_vec3 bend_rod(kt_vec3 force) {
                 const kt_vec3 m = kt_vec3_cross(kt_vec3_sub(end, side ? at : r), force);
                 k = kt_mat3_apply_transposed(side ? middle : R, m);
                 k = kt_vec3_make(k.x / strip[0], k.y / strip[1], k.z / strip[2]);
-                middle = kt_mat3_multiply(R, kt_matrix_from_euler_vector(kt_vec3_scale(0.5 * h, k)));
+                middle = kt_mat3_multiply(R, kt_mat3_from_euler_vector(kt_vec3_scale(0.5 * h, k)));
             }
             r = kt_vec3_add(r, kt_vec3_scale(h, middle.x));
-            R = kt_mat3_multiply(R, kt_matrix_from_euler_vector(kt_vec3_scale(h, k)));
+            R = kt_mat3_multiply(R, kt_mat3_from_euler_vector(kt_vec3_scale(h, k)));
         }
         end = kt_vec3_add(kt_vec3_scale(0.5, end), kt_vec3_scale(0.5, r));
     }

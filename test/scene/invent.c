@@ -80,7 +80,7 @@ static kt_rotation rotation(inventor *v) {
     case 6:
         return kt_rotation_axis_angle(u, any(v));
     default:
-        return kt_rotation_matrix(kt_matrix_from_quat(q));
+        return kt_rotation_matrix(kt_mat3_from_quat(q));
     }
 }
 

@@ -52,7 +52,7 @@ typedef struct kt_tumble {
 } kt_tumble;
 
 static kt_vec3 momentum_of(const double *q, const double *v) {
-    kt_mat3 rotation = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
+    kt_mat3 rotation = kt_mat3_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
     return kt_mat3_apply(rotation, kt_vec3_make(v[3], 2.0 * v[4], 3.0 * v[5]));
 }
 

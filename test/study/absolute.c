@@ -99,7 +99,7 @@ KT_TEST(initial_state_is_that_of_the_tree) {
             const double *u = free_v + kt_body_coordinates(absolute, f).v;
             const kt_pose pose = kt_body_pose(model, data, b);
             const kt_twist twist = kt_body_twist(model, data, b);
-            const kt_mat3 r = kt_matrix_from_quat(kt_quat_make(x[3], x[4], x[5], x[6]));
+            const kt_mat3 r = kt_mat3_from_quat(kt_quat_make(x[3], x[4], x[5], x[6]));
             const kt_vec3 w = kt_mat3_apply(r, kt_vec3_make(u[3], u[4], u[5]));
             kt_worst_below(&position, kt_vec3_norm(kt_vec3_sub(kt_vec3_make(x[0], x[1], x[2]), pose.position)), 6e-15,
                            "tree %d, body %d", n, b);

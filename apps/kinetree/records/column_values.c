@@ -50,7 +50,7 @@ bool kt_column_has_arc(const kt_model *model, int loop) {
 static kt_column_group closure_group(const kt_model *model, const kt_data *data, int loop) {
     kt_loop_motion m = {.rotation = kt_mat3_identity()};
     (void)kt_loop_motion_evaluate(model, data, loop, &m); /* loops of columns have ends */
-    const kt_vec3 turn = kt_euler_vector_from_matrix(m.rotation);
+    const kt_vec3 turn = kt_euler_vector_from_mat3(m.rotation);
     const double arc = kt_column_has_arc(model, loop) ? kt_loop_arc_length(model, data, loop) : 0.0;
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
@@ -72,7 +72,7 @@ static kt_column_group source_group_of(const kt_columns *columns, const kt_colum
     case KT_COLUMN_MARKER_ACCELERATION:
         return vector_group(kt_point_acceleration(model, record->data, c->index, at));
     case KT_COLUMN_ORIENTATION: {
-        const kt_quat p = kt_quat_from_matrix(kt_body_pose(model, record->data, c->index).rotation);
+        const kt_quat p = kt_quat_from_mat3(kt_body_pose(model, record->data, c->index).rotation);
         return (kt_column_group){{p.w, p.x, p.y, p.z}};
     }
     case KT_COLUMN_ANGULAR_VELOCITY:

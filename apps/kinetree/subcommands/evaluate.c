@@ -298,7 +298,7 @@ static json_t *list_poses(const kt_evaluation *e) {
     json_t *poses = json_object();
     for (int body = 1; body < kt_model_body_count(e->model); body++) {
         kt_pose pose = kt_body_pose(e->model, e->data, body);
-        kt_quat p = kt_quat_from_matrix(pose.rotation);
+        kt_quat p = kt_quat_from_mat3(pose.rotation);
         kt_mat3 rows = kt_mat3_transpose(pose.rotation);
         double quaternion[4] = {p.w, p.x, p.y, p.z};
         json_object_set_new(poses, kt_body_name(e->model, body),

@@ -11,7 +11,7 @@
 #include <string.h>
 
 static void put_rotation(kt_json_writer *out, const char *key, kt_mat3 rotation) {
-    const kt_quat q = kt_quat_from_matrix(rotation);
+    const kt_quat q = kt_quat_from_mat3(rotation);
     const double x[] = {q.w, q.x, q.y, q.z};
     kt_json_put_numbers(out, key, x, 4);
 }

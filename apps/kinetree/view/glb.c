@@ -213,7 +213,7 @@ static int add_glb_node(glb *g, const char *name, kt_pose pose, int mesh) {
     if (mesh >= 0)
         json_object_set_new(node, "mesh", json_integer(mesh));
     json_object_set_new(node, "translation", kt_json_vector(pose.position));
-    json_object_set_new(node, "rotation", describe_rotation(kt_quat_from_matrix(pose.rotation)));
+    json_object_set_new(node, "rotation", describe_rotation(kt_quat_from_mat3(pose.rotation)));
     json_array_append_new(g->nodes, node);
     return (int)json_array_size(g->nodes) - 1;
 }
@@ -237,7 +237,7 @@ static kt_pose root_pose(const kt_motion *motion) {
     const kt_vec3 axis = kt_vec3_cross(up, y);
     const double sine = kt_vec3_norm(axis), angle = atan2(sine, kt_vec3_dot(up, y));
     const kt_vec3 turn = sine > 0.0 ? kt_vec3_scale(angle / sine, axis) : kt_vec3_make(angle, 0.0, 0.0);
-    kt_pose pose = {.rotation = kt_matrix_from_quat(kt_quat_from_euler_vector(turn))};
+    kt_pose pose = {.rotation = kt_mat3_from_quat(kt_quat_from_euler_vector(turn))};
     pose.position = kt_mat3_apply(pose.rotation, motion->centre);
     return pose;
 }
@@ -251,7 +251,7 @@ static kt_pose first_pose(const kt_motion *motion, int body) {
     const float *place = motion->places + 3 * (size_t)(body - 1);
     const int16_t *q = motion->turns + 4 * (size_t)(body - 1);
     pose.position = float_vector_of(place);
-    pose.rotation = kt_matrix_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
+    pose.rotation = kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3]));
     return pose;
 }
 

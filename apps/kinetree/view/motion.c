@@ -166,7 +166,7 @@ static void put_poses(kt_motion *motion, const kt_data *data) {
         const kt_pose pose = kt_body_pose(motion->model, data, (int)b + 1);
         put_float_vector(motion->places + 3 * at, kt_vec3_sub(pose.position, motion->centre));
         put_short_quaternion(motion->turns + 4 * at, frame > 0 ? motion->turns + 4 * (at - bodies) : NULL,
-                             kt_quat_from_matrix(pose.rotation));
+                             kt_quat_from_mat3(pose.rotation));
     }
 }
 

@@ -195,7 +195,7 @@ static kt_status set_first_position(const kt_beam_segment *s, kt_joint *joint, k
     const kt_status status = kt_rotation_evaluate(&half, &matrix, error);
     if (status != KT_OK)
         return status;
-    const kt_quat q = kt_quat_from_matrix(matrix);
+    const kt_quat q = kt_quat_from_mat3(matrix);
     p[0] = q.w;
     p[1] = q.x;
     p[2] = q.y;

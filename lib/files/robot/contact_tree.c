@@ -63,7 +63,7 @@ double kt_contact_mobility(const kt_contact_tree *tree, int body, kt_vec3 at, co
 
 kt_pose kt_contact_pose(const kt_contact_tree *tree, const kt_end *end) {
     const int body = end->body != NULL ? kt_body_find(tree->model, end->body) : 0;
-    const kt_pose own = {.rotation = kt_matrix_of_rotation(&end->rotation), .position = end->at};
+    const kt_pose own = {.rotation = kt_mat3_of_rotation(&end->rotation), .position = end->at};
     return body > 0 ? kt_pose_compose(kt_body_pose(tree->model, tree->data, body), own) : own;
 }
 

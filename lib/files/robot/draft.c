@@ -79,7 +79,7 @@ void kt_note_renamed_joints(kt_notes *notes, const kt_draft *d) {
 }
 
 void kt_joint_set_free(kt_joint *joint, kt_pose pose) {
-    const kt_quat q = kt_quat_from_matrix(pose.rotation);
+    const kt_quat q = kt_quat_from_mat3(pose.rotation);
     const double start[] = {pose.position.x, pose.position.y, pose.position.z, q.w, q.x, q.y, q.z};
     joint->type = KT_JOINT_FREE;
     memcpy(joint->position, start, sizeof start);

@@ -281,7 +281,7 @@ kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double
     for (int i = 0; i < 3; i++) {
         const char c = settings->sequence[i];
         const bool is_fixed = c >= 'X' && c <= 'Z';
-        const kt_mat3 one = kt_matrix_about(is_fixed ? c - 'X' : c - 'x', settings->angle * angles[i]);
+        const kt_mat3 one = kt_mat3_about(is_fixed ? c - 'X' : c - 'x', settings->angle * angles[i]);
         r = is_fixed ? kt_mat3_multiply(one, r) : kt_mat3_multiply(r, one);
     }
     return r;
@@ -290,7 +290,7 @@ kt_mat3 kt_mjcf_rotation_of_euler(const kt_mjcf_settings *settings, const double
 static kt_mat3 from_axisangle(kt_mjcf *m, const kt_element *e, const double v[4]) {
     const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
     if (!is_zero(axis))
-        return kt_matrix_from_euler_vector(
+        return kt_mat3_from_euler_vector(
             kt_vec3_scale(kt_mjcf_settings_of(m, e)->angle * v[3], kt_vec3_normalize(axis)));
     (void)kt_mjcf_fault(m, e, "axisangle: the axis is zero");
     return kt_mat3_identity();
@@ -299,7 +299,7 @@ static kt_mat3 from_axisangle(kt_mjcf *m, const kt_element *e, const double v[4]
 static kt_mat3 from_zaxis(kt_mjcf *m, const kt_element *e, const double v[3]) {
     const kt_vec3 axis = kt_vec3_make(v[0], v[1], v[2]);
     if (!is_zero(axis))
-        return kt_matrix_z_to(kt_vec3_normalize(axis));
+        return kt_mat3_z_to(kt_vec3_normalize(axis));
     (void)kt_mjcf_fault(m, e, "zaxis: the axis is zero");
     return kt_mat3_identity();
 }
@@ -314,7 +314,7 @@ static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
     if (kt_mjcf_numbers(m, e, tag, "quat", 4, 4, v) == 4) {
         const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
         if (kt_quat_norm_squared(q) > 0.0 && isfinite(kt_quat_norm_squared(q)))
-            r = kt_matrix_from_quat(kt_quat_normalize(q));
+            r = kt_mat3_from_quat(kt_quat_normalize(q));
         else
             (void)kt_mjcf_fault(m, e, "quat: the norm is zero or too large");
     }
@@ -336,7 +336,7 @@ static bool from_ends(kt_mjcf *m, const kt_element *e, const char *tag, kt_pose 
     if (is_zero(kt_vec3_sub(a, b)))
         return kt_mjcf_fault(m, e, "fromto: the two points coincide");
     pose->position = kt_vec3_scale(0.5, kt_vec3_add(a, b));
-    pose->rotation = kt_matrix_z_to(kt_vec3_normalize(kt_vec3_sub(b, a)));
+    pose->rotation = kt_mat3_z_to(kt_vec3_normalize(kt_vec3_sub(b, a)));
     return true;
 }
 

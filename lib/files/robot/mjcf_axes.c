@@ -22,7 +22,7 @@ static kt_quat quat_about(int axis, double cosine, double sine) {
 
 /* Makes one rotation; returns false if no rotation is needed. On return, `moments` are those before the rotation. */
 static bool turn_axes(kt_sym3 s, kt_quat *q, double moments[3]) {
-    const kt_mat3 r = kt_matrix_from_quat(*q);
+    const kt_mat3 r = kt_mat3_from_quat(*q);
     const double d01 = turned_entry(s, r.x, r.y), d02 = turned_entry(s, r.x, r.z), d12 = turned_entry(s, r.y, r.z);
     kt_moments_about(s, r, moments);
     const int axis = fabs(d01) > fabs(d02) && fabs(d01) > fabs(d12) ? 2 : fabs(d02) > fabs(d12) ? 1 : 0;
@@ -52,7 +52,7 @@ kt_mat3 kt_mjcf_axes(kt_sym3 inertia) {
         moments[i + 1] = first;
         q = kt_quat_normalize(kt_quat_multiply(q, quat_about((i + 2) % 3, half, half)));
     }
-    return kt_matrix_from_quat(q);
+    return kt_mat3_from_quat(q);
 }
 
 kt_mat3 kt_mjcf_axes_of_body(const kt_mjcf_body *b) {

@@ -226,7 +226,7 @@ static void fill_mjcf_joint(kt_mjcf *m, const kt_mjcf_body *b, const kt_mjcf_joi
     joint->axis = j->axis;
     joint->at = kt_pose_apply(*frame, j->type == KT_MJCF_SLIDE ? kt_vec3_scale(-j->ref, axis) : at);
     if (j->type == KT_MJCF_HINGE && j->ref != 0.0)
-        turn = kt_mat3_multiply(turn, kt_matrix_from_euler_vector(kt_vec3_scale(-j->ref, axis)));
+        turn = kt_mat3_multiply(turn, kt_mat3_from_euler_vector(kt_vec3_scale(-j->ref, axis)));
     joint->rotation = kt_rotation_of_matrix(turn);
     *frame = (kt_pose){.rotation = kt_mat3_identity(), .position = kt_vec3_scale(-1.0, at)};
     if (j->is_limited) {

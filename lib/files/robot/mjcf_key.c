@@ -241,6 +241,6 @@ kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b) {
     if (at != NULL)
         pose.position = kt_vec3_make(at[0], at[1], at[2]);
     if (turn != NULL)
-        pose.rotation = kt_matrix_from_quat(kt_quat_make(turn[0], turn[1], turn[2], turn[3]));
+        pose.rotation = kt_mat3_from_quat(kt_quat_make(turn[0], turn[1], turn[2], turn[3]));
     return pose;
 }

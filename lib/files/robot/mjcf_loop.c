@@ -79,7 +79,7 @@ static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
         kt_pose_compose(kt_pose_invert(world_of(m, bodies[0])), kt_pose_compose(world_of(m, bodies[1]), second));
     if (kt_quat_norm_squared(q) > 0.0) {
         first.position = kt_vec3_make(v[0], v[1], v[2]);
-        first.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+        first.rotation = kt_mat3_from_quat(kt_quat_normalize(q));
     }
     ends[0] = end_in(m, bodies[0], first);
     ends[1] = end_in(m, bodies[1], second);

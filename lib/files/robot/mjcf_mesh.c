@@ -124,7 +124,7 @@ static kt_pose reference_of(kt_mjcf *m, const kt_element *e) {
     if (kt_mjcf_numbers(m, e, "mesh", "refquat", 4, 4, v) == 4) {
         const kt_quat q = kt_quat_make(v[0], v[1], v[2], v[3]);
         if (kt_quat_norm_squared(q) > 0.0)
-            frame.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+            frame.rotation = kt_mat3_from_quat(kt_quat_normalize(q));
     }
     return frame;
 }

@@ -39,7 +39,7 @@ static kt_pose spring_turn(const kt_mjcf_joint *j) {
         turn.position = kt_vec3_scale(x, kt_vec3_normalize(j->axis));
     if (j->type != KT_MJCF_HINGE)
         return turn;
-    turn.rotation = kt_matrix_from_euler_vector(kt_vec3_scale(x, kt_vec3_normalize(j->axis)));
+    turn.rotation = kt_mat3_from_euler_vector(kt_vec3_scale(x, kt_vec3_normalize(j->axis)));
     turn.position = kt_vec3_sub(j->at, kt_mat3_apply(turn.rotation, j->at));
     return turn;
 }

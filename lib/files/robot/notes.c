@@ -306,29 +306,29 @@ int kt_parse_bounds(const char *text, int most, double *values) {
 }
 
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix) {
-    const kt_quat q = kt_quat_from_matrix(matrix);
+    const kt_quat q = kt_quat_from_mat3(matrix);
     if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0)
         return (kt_rotation){.type = KT_ROTATION_NONE};
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
 }
 
-kt_mat3 kt_matrix_of_rotation(const kt_rotation *rotation) {
+kt_mat3 kt_mat3_of_rotation(const kt_rotation *rotation) {
     kt_mat3 matrix = kt_mat3_identity();
     if (rotation->type != KT_ROTATION_NONE && kt_rotation_evaluate(rotation, &matrix, NULL) != KT_OK)
         return kt_mat3_identity();
     return matrix;
 }
 
-kt_mat3 kt_matrix_z_to(kt_vec3 axis) {
+kt_mat3 kt_mat3_z_to(kt_vec3 axis) {
     const kt_vec3 n = kt_vec3_cross(kt_vec3_make(0.0, 0.0, 1.0), axis);
     const double sine = kt_vec3_norm(n);
     if (sine == 0.0)
-        return axis.z > 0.0 ? kt_mat3_identity() : kt_matrix_about(0, 3.14159265358979323846);
-    return kt_matrix_from_euler_vector(kt_vec3_scale(atan2(sine, axis.z) / sine, n));
+        return axis.z > 0.0 ? kt_mat3_identity() : kt_mat3_about(0, 3.14159265358979323846);
+    return kt_mat3_from_euler_vector(kt_vec3_scale(atan2(sine, axis.z) / sine, n));
 }
 
 kt_pose kt_frame_of_joint(const kt_joint *joint) {
-    return (kt_pose){.rotation = kt_matrix_of_rotation(&joint->rotation), .position = joint->at};
+    return (kt_pose){.rotation = kt_mat3_of_rotation(&joint->rotation), .position = joint->at};
 }
 
 void kt_properties_of(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia) {

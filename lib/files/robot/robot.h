@@ -197,10 +197,10 @@ int kt_parse_bounds(const char *text, int most, double *values);
 kt_rotation kt_rotation_of_matrix(kt_mat3 matrix);
 
 /* The matrix of a rotation; the identity of one that is faulty, which the check of the description reports. */
-kt_mat3 kt_matrix_of_rotation(const kt_rotation *rotation);
+kt_mat3 kt_mat3_of_rotation(const kt_rotation *rotation);
 
 /* The least rotation that takes z to a unit vector. */
-kt_mat3 kt_matrix_z_to(kt_vec3 axis);
+kt_mat3 kt_mat3_z_to(kt_vec3 axis);
 
 /* The frame of a joint in the body that carries it. */
 kt_pose kt_frame_of_joint(const kt_joint *joint);

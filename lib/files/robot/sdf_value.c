@@ -64,12 +64,12 @@ kt_pose kt_sdf_read_pose(kt_sdf *m, const kt_element *pose) {
     }
     read.position = kt_vec3_make(v[0], v[1], v[2]);
     if (!is_quaternion) {
-        read.rotation = kt_matrix_from_rpy(kt_vec3_make(angle * v[3], angle * v[4], angle * v[5]));
+        read.rotation = kt_mat3_from_rpy(kt_vec3_make(angle * v[3], angle * v[4], angle * v[5]));
         return read;
     }
     const kt_quat q = kt_quat_make(v[6], v[3], v[4], v[5]);
     if (kt_quat_norm_squared(q) > 0.0 && isfinite(kt_quat_norm_squared(q)))
-        read.rotation = kt_matrix_from_quat(kt_quat_normalize(q));
+        read.rotation = kt_mat3_from_quat(kt_quat_normalize(q));
     else
         (void)kt_robot_fault(m->r, pose, "the norm of the quaternion is zero or too large");
     return read;

@@ -97,7 +97,7 @@ const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_sy
 /* ---- shapes, ends ------------------------------------------------------------------------------------------------ */
 
 static kt_rotation as_rotation(kt_mat3 matrix) {
-    const kt_quat q = kt_quat_from_matrix(matrix);
+    const kt_quat q = kt_quat_from_mat3(matrix);
     return kt_rotation_quaternion(q.w, q.x, q.y, q.z);
 }
 
@@ -118,24 +118,24 @@ bool kt_export_solid(kt_export *x, kt_shape *shape) {
         shape->at = kt_vec3_scale(0.5, kt_vec3_add(shape->from, shape->to));
         shape->rotation = (kt_rotation){.type = KT_ROTATION_NONE};
     } else {
-        own = kt_matrix_of_rotation(&shape->rotation);
+        own = kt_mat3_of_rotation(&shape->rotation);
     }
     if (shape->type == KT_SHAPE_ROD || shape->type == KT_SHAPE_CYLINDER) {
         shape->type = KT_SHAPE_CYLINDER;
         if (shape->length > 0.0)
-            shape->rotation = as_rotation(kt_mat3_multiply(own, kt_matrix_z_to(kt_vec3_normalize(axis))));
+            shape->rotation = as_rotation(kt_mat3_multiply(own, kt_mat3_z_to(kt_vec3_normalize(axis))));
     }
     return true;
 }
 
 kt_pose kt_export_end(const kt_export *x, const kt_end *end) {
     const int body = end->marker != NULL ? kt_export_find(x, end->body) : -1;
-    const kt_pose own = {.position = end->at, .rotation = kt_matrix_of_rotation(&end->rotation)};
+    const kt_pose own = {.position = end->at, .rotation = kt_mat3_of_rotation(&end->rotation)};
     for (int i = 0; body >= 0 && i < x->d->bodies[body].marker_count; i++) {
         const kt_marker *marker = &x->d->bodies[body].markers[i];
         if (strcmp(marker->name, end->marker) == 0)
             return (kt_pose){.position = marker->at,
-                             .rotation = kt_mat3_multiply(kt_matrix_of_rotation(&marker->rotation), own.rotation)};
+                             .rotation = kt_mat3_multiply(kt_mat3_of_rotation(&marker->rotation), own.rotation)};
     }
     return own;
 }

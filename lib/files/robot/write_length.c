@@ -34,7 +34,7 @@ static bool is_zero_vector(kt_vec3 v) { return kt_vec3_norm(v) == 0.0; }
 /* A slider without mass, shape and markers, along an axis of its parent. */
 static bool is_plain_slider(const kt_body *b, int axis) {
     const kt_vec3 unit = kt_vec3_make(axis == 0, axis == 1, axis == 2);
-    const kt_mat3 turn = kt_matrix_of_rotation(&b->joint.rotation);
+    const kt_mat3 turn = kt_mat3_of_rotation(&b->joint.rotation);
     return b->joint.type == KT_JOINT_PRISMATIC && b->mass == 0.0 && b->variable_mass == NULL &&
            b->shape.type == KT_SHAPE_NONE && b->shape_count == 0 && b->marker_count == 0 &&
            is_zero_vector(kt_vec3_sub(b->joint.axis, unit)) &&

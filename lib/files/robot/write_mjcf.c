@@ -17,7 +17,7 @@
 #include <string.h>
 
 static void write_quat(kt_export *x, kt_mat3 rotation) {
-    const kt_quat q = kt_quat_from_matrix(rotation);
+    const kt_quat q = kt_quat_from_mat3(rotation);
     if (q.x != 0.0 || q.y != 0.0 || q.z != 0.0)
         kt_export_numbers(x, "quat", (const double[]){q.w, q.x, q.y, q.z}, 4);
 }
@@ -183,7 +183,7 @@ static void write_geom(kt_export *x, const kt_shape *of) {
         }
     kt_export_print(x, "<geom type=\"%s\"", is_box ? "box" : is_sphere ? "sphere" : "cylinder");
     kt_export_numbers(x, "size", size, count);
-    write_place(x, shape.at, kt_matrix_of_rotation(&shape.rotation));
+    write_place(x, shape.at, kt_mat3_of_rotation(&shape.rotation));
     kt_export_print(x, for_pictures);
 }
 
@@ -206,7 +206,7 @@ static void write_mjcf_meshes(kt_export *x, int i) {
         if (x->mesh_files[k] == NULL || kt_export_find(x, mesh->body) != i)
             continue;
         kt_export_print(x, "<geom type=\"mesh\" mesh=\"mesh_%d\"", asset_of(x, k));
-        write_place(x, mesh->at, kt_matrix_of_rotation(&mesh->rotation));
+        write_place(x, mesh->at, kt_mat3_of_rotation(&mesh->rotation));
         kt_export_print(x, for_pictures);
     }
 }
@@ -253,7 +253,7 @@ static void write_markers(kt_export *x, int i) {
         const bool is_first = kt_names_find(&x->names, 2, body->markers[k].name) == i;
         kt_export_print(x, "<site name=\"%s%s%s\"", is_first ? "" : body->name, is_first ? "" : "__",
                         body->markers[k].name);
-        write_place(x, body->markers[k].at, kt_matrix_of_rotation(&body->markers[k].rotation));
+        write_place(x, body->markers[k].at, kt_mat3_of_rotation(&body->markers[k].rotation));
         kt_export_print(x, "/>");
     }
 }

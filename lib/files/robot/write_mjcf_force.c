@@ -192,7 +192,7 @@ static void write_position(kt_export *x, int i, int depth) {
         add_quat(x, j->position + 3);
     } else if (j->type == KT_JOINT_FREE) {
         const kt_pose pose = kt_export_pose(x, i);
-        const kt_quat q = kt_quat_from_matrix(pose.rotation);
+        const kt_quat q = kt_quat_from_mat3(pose.rotation);
         add_numbers(x, (const double[]){pose.position.x, pose.position.y, pose.position.z}, 3);
         add_numbers(x, (const double[]){q.w, q.x, q.y, q.z}, 4);
     } else if (j->type == KT_JOINT_SPHERICAL) {
@@ -211,7 +211,7 @@ static void write_velocity(kt_export *x, int i, int depth) {
         add_numbers(x, j->velocity, 6);
     } else if (j->type == KT_JOINT_FREE) {
         const kt_vec3 own = kt_vec3_make(j->velocity[0], j->velocity[1], j->velocity[2]);
-        const kt_vec3 v = kt_mat3_apply(kt_matrix_of_rotation(&j->rotation), own);
+        const kt_vec3 v = kt_mat3_apply(kt_mat3_of_rotation(&j->rotation), own);
         add_numbers(x, (const double[]){v.x, v.y, v.z}, 3);
         add_numbers(x, j->velocity + 3, 3);
     } else if (j->type == KT_JOINT_SPHERICAL) {

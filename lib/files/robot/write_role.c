@@ -109,7 +109,7 @@ static bool is_skew(const kt_export *x, int body) {
     for (int i = body; slides(own->type) && x->role[i] == KT_EXPORT_MERGED;) {
         i = x->first_child[i];
         const kt_joint *joint = &kt_export_body(x, i)->joint;
-        frame = kt_mat3_multiply(frame, kt_matrix_of_rotation(&joint->rotation));
+        frame = kt_mat3_multiply(frame, kt_mat3_of_rotation(&joint->rotation));
         const bool are_plain = own->type == KT_JOINT_PRISMATIC && joint->type == KT_JOINT_PRISMATIC;
         const kt_vec3 axis = kt_mat3_apply(frame, joint->axis);
         if (slides(joint->type) &&

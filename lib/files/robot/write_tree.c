@@ -9,7 +9,7 @@ kt_pose kt_export_pose(const kt_export *x, int body) {
         return frame;
     kt_quat q = kt_quat_make(p[3], p[4], p[5], p[6]);
     q = kt_quat_norm_squared(q) > 0.0 ? kt_quat_normalize(q) : kt_quat_make(1.0, 0.0, 0.0, 0.0);
-    const kt_pose start = {.rotation = kt_matrix_from_quat(q), .position = kt_vec3_make(p[0], p[1], p[2])};
+    const kt_pose start = {.rotation = kt_mat3_from_quat(q), .position = kt_vec3_make(p[0], p[1], p[2])};
     return kt_pose_compose(frame, start);
 }
 

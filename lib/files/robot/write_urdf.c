@@ -27,7 +27,7 @@ static void write_between(kt_export *x, const char *body, int step) {
 static void write_origin(kt_export *x, const char *indent, kt_vec3 at, const kt_rotation *rotation) {
     const bool is_rpy = rotation->type == KT_ROTATION_RPY;
     const kt_vec3 rpy = is_rpy ? kt_vec3_make(rotation->value[0], rotation->value[1], rotation->value[2])
-                               : kt_rpy_from_matrix(kt_matrix_of_rotation(rotation), NULL);
+                               : kt_rpy_from_mat3(kt_mat3_of_rotation(rotation), NULL);
     kt_export_print(x, "%s<origin xyz=\"%g %g %g\"", indent, at.x, at.y, at.z);
     if (rotation->type != KT_ROTATION_NONE)
         kt_export_vector(x, "rpy", rpy);
@@ -39,7 +39,7 @@ static void write_urdf_inertial(kt_export *x, int body, bool moves) {
     if (m.is_nothing)
         return;
     const kt_sym3 s = m.is_plain ? m.full : kt_sym3_make(m.moment[0], m.moment[1], m.moment[2], 0.0, 0.0, 0.0);
-    const kt_quat q = kt_quat_from_matrix(m.axes);
+    const kt_quat q = kt_quat_from_mat3(m.axes);
     kt_rotation axes = {.type = KT_ROTATION_NONE};
     if (!m.is_plain)
         axes = kt_rotation_quaternion(q.w, q.x, q.y, q.z);
@@ -142,7 +142,7 @@ static void write_root_origin(kt_export *x, const kt_joint *joint) {
         return;
     }
     const kt_mat3 turn = turn_upright(x->d->gravity);
-    const kt_rotation rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_matrix_of_rotation(&joint->rotation)));
+    const kt_rotation rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_mat3_of_rotation(&joint->rotation)));
     write_origin(x, "    ", kt_mat3_apply(turn, joint->at), &rotation);
 }
 

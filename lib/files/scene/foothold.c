@@ -235,7 +235,7 @@ void kt_footholds_measure(kt_scene *scene) {
         const kt_loop *loop = moved_loop(scene, name, &end, &to_axis);
         if (loop == NULL || kt_rotation_evaluate(&loop->between[end].rotation, &turn, &ignored) != KT_OK)
             continue;
-        const kt_vec3 at = loop->between[end].at, v = kt_euler_vector_from_matrix(kt_mat3_multiply(turn, to_axis));
+        const kt_vec3 at = loop->between[end].at, v = kt_euler_vector_from_mat3(kt_mat3_multiply(turn, to_axis));
         const double numbers[NUMBERS] = {at.x, at.y, at.z, v.x, v.y, v.z};
         for (int j = 0; j < NUMBERS; j++) {
             kt_auxiliary_state *state = find_place_state(scene, name, j);
@@ -260,7 +260,7 @@ void kt_footholds_follow(kt_scene *scene) {
         }
         if (!complete)
             continue;
-        const kt_mat3 turn = kt_matrix_from_euler_vector(kt_vec3_make(x[3], x[4], x[5]));
+        const kt_mat3 turn = kt_mat3_from_euler_vector(kt_vec3_make(x[3], x[4], x[5]));
         loop->between[end].at = kt_vec3_make(x[0], x[1], x[2]);
         loop->between[end].rotation = kt_rotation_matrix(kt_mat3_multiply(turn, kt_mat3_transpose(to_axis)));
     }

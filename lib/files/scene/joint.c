@@ -70,7 +70,7 @@ static bool read_orientation(kt_reader *r, const kt_scope *scope, kt_node *node,
     kt_error error;
     if (kt_rotation_evaluate(&rotation, &matrix, &error) != KT_OK) /* GCOVR_EXCL_BR_LINE: reading it has tried that */
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", error.message); /* GCOVR_EXCL_LINE */
-    const kt_quat unit = kt_quat_from_matrix(matrix);
+    const kt_quat unit = kt_quat_from_mat3(matrix);
     q[0] = unit.w;
     q[1] = unit.x;
     q[2] = unit.y;

@@ -16,14 +16,14 @@
 
 static kt_quat quat_from_cgr(kt_vec3 g) { return kt_quat_normalize(kt_quat_make(2.0, g.x, g.y, g.z)); }
 
-kt_mat3 kt_matrix_from_cgr(kt_vec3 g) { return kt_matrix_from_quat(quat_from_cgr(g)); }
+kt_mat3 kt_mat3_from_cgr(kt_vec3 g) { return kt_mat3_from_quat(quat_from_cgr(g)); }
 
-kt_status kt_cgr_from_matrix(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error) {
+kt_status kt_cgr_from_mat3(kt_mat3 rotation, kt_vec3 *cgr, kt_error *error) {
     if (KT_IS_MISSING(error, cgr))
         return KT_ERROR_ARGUMENT;
     if (!kt_mat3_is_finite(rotation))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the rotation matrix has an entry that is not finite");
-    const kt_quat q = kt_quat_from_matrix(rotation);
+    const kt_quat q = kt_quat_from_mat3(rotation);
     if (q.w <= 4.0 * DBL_EPSILON)
         return kt_error_set(error, KT_ERROR_SINGULAR, NULL,
                             "a rotation by half a turn, about [%g, %g, %g], has no Cayley-Gibbs-Rodrigues parameters "

@@ -64,8 +64,8 @@ static kt_status check_euler_angles(int sequence, kt_vec3 angles, axes *a, kt_er
 /* ---- angles to matrix and back ----------------------------------------------------------------------------------- */
 
 static kt_mat3 compose_euler_rotation(const axes *a, kt_vec3 angles) {
-    const kt_mat3 rj_rk = kt_mat3_multiply(kt_matrix_about(a->j, angles.y), kt_matrix_about(a->k, angles.z));
-    return kt_mat3_multiply(kt_matrix_about(a->i, angles.x), rj_rk);
+    const kt_mat3 rj_rk = kt_mat3_multiply(kt_mat3_about(a->j, angles.y), kt_mat3_about(a->k, angles.z));
+    return kt_mat3_multiply(kt_mat3_about(a->i, angles.x), rj_rk);
 }
 
 static void to_canonical(const axes *a, kt_mat3 r, double c[3][3]) {
@@ -101,7 +101,7 @@ static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
     return kt_vec3_make(a, b, s->proper ? third : s->e * third);
 }
 
-kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error) {
+kt_status kt_mat3_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, kt_error *error) {
     if (KT_IS_MISSING(error, rotation))
         return KT_ERROR_ARGUMENT;
     axes a;
@@ -111,7 +111,7 @@ kt_status kt_matrix_from_euler(int sequence, kt_vec3 angles, kt_mat3 *rotation, 
     return status;
 }
 
-kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular, kt_error *error) {
+kt_status kt_euler_from_mat3(int sequence, kt_mat3 rotation, kt_vec3 *angles, bool *singular, kt_error *error) {
     if (KT_IS_MISSING(error, angles))
         return KT_ERROR_ARGUMENT;
     axes a;
@@ -129,11 +129,11 @@ kt_status kt_euler_from_matrix(int sequence, kt_mat3 rotation, kt_vec3 *angles, 
 /* ---- rates to angular velocity and back -------------------------------------------------------------------------- */
 
 static kt_mat3 euler_rate_map(const axes *a, kt_vec3 angles) {
-    const kt_mat3 identity = kt_mat3_identity(), ri = kt_matrix_about(a->i, angles.x);
+    const kt_mat3 identity = kt_mat3_identity(), ri = kt_mat3_about(a->i, angles.x);
     kt_mat3 g;
     g.x = kt_mat3_column(identity, a->i);
     g.y = kt_mat3_column(ri, a->j);
-    g.z = kt_mat3_apply(ri, kt_mat3_column(kt_matrix_about(a->j, angles.y), a->k));
+    g.z = kt_mat3_apply(ri, kt_mat3_column(kt_mat3_about(a->j, angles.y), a->k));
     return g;
 }
 
@@ -176,9 +176,9 @@ static kt_vec3 backwards(kt_vec3 a) { return kt_vec3_make(a.z, a.y, a.x); }
 
 static const axes yaw_pitch_roll = {2, 1, 0, -1.0, false};
 
-kt_mat3 kt_matrix_from_rpy(kt_vec3 rpy) { return compose_euler_rotation(&yaw_pitch_roll, backwards(rpy)); }
+kt_mat3 kt_mat3_from_rpy(kt_vec3 rpy) { return compose_euler_rotation(&yaw_pitch_roll, backwards(rpy)); }
 
-kt_vec3 kt_rpy_from_matrix(kt_mat3 rotation, bool *singular) {
+kt_vec3 kt_rpy_from_mat3(kt_mat3 rotation, bool *singular) {
     bool at_singularity;
     const kt_vec3 found = angles_of(&yaw_pitch_roll, rotation, &at_singularity);
     if (singular != NULL)

@@ -7,7 +7,7 @@
  */
 #include "kinetree/algebra.h"
 
-kt_mat3 kt_matrix_about(int axis, double angle) {
+kt_mat3 kt_mat3_about(int axis, double angle) {
     const double c = cos(angle), s = sin(angle);
     kt_mat3 r = kt_mat3_identity();
     if (axis == 0) {
@@ -23,7 +23,7 @@ kt_mat3 kt_matrix_about(int axis, double angle) {
     return r;
 }
 
-kt_mat3 kt_matrix_orthonormalize(kt_mat3 a) {
+kt_mat3 kt_mat3_orthonormalize(kt_mat3 a) {
     /* Six steps reach rounding from s = 0.71, where |A'A - I| is one half. Three steps are enough from 1e-3. */
     enum { STEPS = 6 };
     for (int step = 0; step < STEPS; step++) {

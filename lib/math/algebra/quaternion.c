@@ -12,7 +12,7 @@
  */
 #include "kinetree/algebra.h"
 
-kt_quat kt_quat_from_matrix(kt_mat3 r) {
+kt_quat kt_quat_from_mat3(kt_mat3 r) {
     const double r11 = r.x.x, r22 = r.y.y, r33 = r.z.z;
     const double wx = r.y.z - r.z.y, wy = r.z.x - r.x.z, wz = r.x.y - r.y.x;
     const double yz = r.y.z + r.z.y, xz = r.z.x + r.x.z, xy = r.x.y + r.y.x;

@@ -222,12 +222,12 @@ typedef struct kt_euler_parameters {
 
 KT_INLINE kt_euler_parameters kt_euler_parameters_of(const kt_vector r[3]) {
 #ifndef KT_DUAL
-    const kt_quat q = kt_quat_from_matrix(kt_v4_mat3(r));
+    const kt_quat q = kt_quat_from_mat3(kt_v4_mat3(r));
     return (kt_euler_parameters){.w = q.w, .e = {q.x, q.y, q.z, 0.0}};
 #else
     /* R' = s x R, so s = sum r_k x r_k' / 2;  w' = -s . e / 2,  e' = (w s + s x e) / 2. */
     const kt_v4 x[3] = {kt_lower(r[0]), kt_lower(r[1]), kt_lower(r[2])}, half = kt_v4_splat(0.5);
-    const kt_quat q = kt_quat_from_matrix(kt_v4_mat3(x));
+    const kt_quat q = kt_quat_from_mat3(kt_v4_mat3(x));
     const kt_v4 e = {q.x, q.y, q.z, 0.0};
     const kt_v4 s = half * (kt_v4_cross(x[0], kt_upper(r[0])) + kt_v4_cross(x[1], kt_upper(r[1])) +
                             kt_v4_cross(x[2], kt_upper(r[2])));

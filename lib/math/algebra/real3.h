@@ -302,10 +302,10 @@ KT_OPERATOR bool kt_fails(kt_condition *all, kt_condition condition) {
 #endif
 }
 
-/* The columns of R(p), for a quaternion p of any non-zero norm (kt_matrix_from_quat). */
+/* The columns of R(p), for a quaternion p of any non-zero norm (kt_mat3_from_quat). */
 KT_OPERATOR void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
 #ifndef KT_LANES
-    kt_v4_from_mat3(kt_matrix_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
+    kt_v4_from_mat3(kt_mat3_from_quat(kt_quat_make(p[0], p[1], p[2], p[3])), r);
 #else
     const kt_real1 w = p[0], x = p[1], y = p[2], z = p[3], n2 = w * w + x * x + y * y + z * z;
     const kt_condition usual = (n2 > 1e-280) & (n2 < 1e280);
@@ -314,7 +314,7 @@ KT_OPERATOR void kt_rotation3(const kt_real1 *p, kt_real3 r[3]) {
         all &= usual[lane];
     if (!all) { /* some have to be scaled first */
         for (int lane = 0; lane < KT_LANES; lane++) {
-            const kt_mat3 m = kt_matrix_from_quat(kt_quat_make(w[lane], x[lane], y[lane], z[lane]));
+            const kt_mat3 m = kt_mat3_from_quat(kt_quat_make(w[lane], x[lane], y[lane], z[lane]));
             const kt_vec3 column[3] = {m.x, m.y, m.z};
             for (int k = 0; k < 3; k++) {
                 r[k].x[lane] = column[k].x;

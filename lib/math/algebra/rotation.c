@@ -68,7 +68,7 @@ static kt_status from_quaternion(const double *v, kt_mat3 *rotation, kt_error *e
                             q.x, q.y, q.z, norm, QUATERNION_TOLERANCE,
                             norm > 0.0 ? "divide each number by the norm (scalar first: [w, x, y, z])"
                                        : "write [1, 0, 0, 0] for no rotation");
-    *rotation = kt_matrix_from_quat(q);
+    *rotation = kt_mat3_from_quat(q);
     return KT_OK;
 }
 
@@ -115,7 +115,7 @@ static kt_status from_matrix(const double *v, kt_mat3 *rotation, kt_error *error
             error, KT_ERROR_ARGUMENT, NULL,
             "the rotation matrix has determinant -1, so it mirrors: check the order of its columns (the axes "
             "of the turned frame, right-handed), or change the sign of one");
-    *rotation = kt_matrix_orthonormalize(a);
+    *rotation = kt_mat3_orthonormalize(a);
     return KT_OK;
 }
 
@@ -142,18 +142,18 @@ kt_status kt_rotation_evaluate(const kt_rotation *description, kt_mat3 *rotation
     case KT_ROTATION_QUATERNION:
         return from_quaternion(v, rotation, error);
     case KT_ROTATION_RPY:
-        *rotation = kt_matrix_from_rpy(first);
+        *rotation = kt_mat3_from_rpy(first);
         return KT_OK;
     case KT_ROTATION_EULER:
-        return kt_matrix_from_euler(description->sequence, first, rotation, error);
+        return kt_mat3_from_euler(description->sequence, first, rotation, error);
     case KT_ROTATION_VECTOR:
-        *rotation = kt_matrix_from_euler_vector(first);
+        *rotation = kt_mat3_from_euler_vector(first);
         return KT_OK;
     case KT_ROTATION_CGR:
-        *rotation = kt_matrix_from_cgr(first);
+        *rotation = kt_mat3_from_cgr(first);
         return KT_OK;
     case KT_ROTATION_AXIS_ANGLE:
-        return kt_matrix_from_axis_angle(first, v[3], rotation, error);
+        return kt_mat3_from_axis_angle(first, v[3], rotation, error);
     case KT_ROTATION_MATRIX:
         break;
     }

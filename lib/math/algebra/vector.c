@@ -57,11 +57,9 @@ kt_vec3 kt_euler_vector_from_quat(kt_quat q) {
     return kt_vec3_scale(n > 0.0 ? 2.0 * (atan2(n, w) / n) : 2.0 / w, v);
 }
 
-kt_mat3 kt_matrix_from_euler_vector(kt_vec3 theta) { return kt_matrix_from_quat(kt_quat_from_euler_vector(theta)); }
+kt_mat3 kt_mat3_from_euler_vector(kt_vec3 theta) { return kt_mat3_from_quat(kt_quat_from_euler_vector(theta)); }
 
-kt_vec3 kt_euler_vector_from_matrix(kt_mat3 rotation) {
-    return kt_euler_vector_from_quat(kt_quat_from_matrix(rotation));
-}
+kt_vec3 kt_euler_vector_from_mat3(kt_mat3 rotation) { return kt_euler_vector_from_quat(kt_quat_from_mat3(rotation)); }
 
 kt_mat3 kt_euler_vector_map(kt_vec3 theta) {
     const double t = kt_vec3_norm_wide(theta), h = sinc(0.5 * t);
@@ -99,7 +97,7 @@ kt_status kt_euler_vector_map_inverse(kt_vec3 theta, kt_mat3 *inverse, kt_error 
     return KT_OK;
 }
 
-kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error) {
+kt_status kt_mat3_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotation, kt_error *error) {
     if (KT_IS_MISSING(error, rotation))
         return KT_ERROR_ARGUMENT;
     if (!kt_vec3_is_finite(axis) || !isfinite(angle))
@@ -111,14 +109,14 @@ kt_status kt_matrix_from_axis_angle(kt_vec3 axis, double angle, kt_mat3 *rotatio
             "the rotation axis [0, 0, 0] has no direction: give one that is not zero, such as [0, 0, 1]");
     const kt_vec3 n = kt_vec3_normalize(axis);
     const double s = sin(0.5 * angle);
-    *rotation = kt_matrix_from_quat(kt_quat_make(cos(0.5 * angle), s * n.x, s * n.y, s * n.z));
+    *rotation = kt_mat3_from_quat(kt_quat_make(cos(0.5 * angle), s * n.x, s * n.y, s * n.z));
     return KT_OK;
 }
 
-void kt_axis_angle_from_matrix(kt_mat3 rotation, kt_vec3 *axis, double *angle) {
+void kt_axis_angle_from_mat3(kt_mat3 rotation, kt_vec3 *axis, double *angle) {
     if (!axis || !angle)
         return;
-    const kt_quat q = kt_quat_from_matrix(rotation);
+    const kt_quat q = kt_quat_from_mat3(rotation);
     const kt_vec3 v = kt_vec3_make(q.x, q.y, q.z);
     const double n = kt_vec3_norm_wide(v);
     *axis = n == 0.0 ? kt_vec3_make(0.0, 0.0, 1.0) : kt_vec3_normalize(v);

@@ -65,7 +65,7 @@ static kt_pose end_pose(const kt_attach *a, const kt_loop_record *r, int k) {
 /* The angle of the second frame about the common z axis: twice the angle of the quaternion's z part. */
 static double relative_angle(const kt_attach *a, const kt_loop_record *r) {
     const kt_mat3 first = end_pose(a, r, 0).rotation, second = end_pose(a, r, 1).rotation;
-    const kt_quat p = kt_quat_from_matrix(kt_mat3_multiply(kt_mat3_transpose(first), second));
+    const kt_quat p = kt_quat_from_mat3(kt_mat3_multiply(kt_mat3_transpose(first), second));
     return 2.0 * atan2(p.z, p.w);
 }
 

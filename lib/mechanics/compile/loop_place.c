@@ -45,12 +45,12 @@ static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
 }
 
 static kt_pose place_pose_of(const double *x) {
-    return (kt_pose){.rotation = kt_matrix_from_euler_vector(kt_vec3_make(x[3], x[4], x[5])),
+    return (kt_pose){.rotation = kt_mat3_from_euler_vector(kt_vec3_make(x[3], x[4], x[5])),
                      .position = kt_vec3_make(x[0], x[1], x[2])};
 }
 
 void kt_loop_place_write(kt_pose pose, double *x) {
-    const kt_vec3 turn = kt_euler_vector_from_matrix(pose.rotation);
+    const kt_vec3 turn = kt_euler_vector_from_mat3(pose.rotation);
     const double numbers[] = {pose.position.x, pose.position.y, pose.position.z, turn.x, turn.y, turn.z};
     for (int i = 0; i < 6; i++)
         x[i] = numbers[i];
@@ -63,7 +63,7 @@ void kt_loop_place_get(const kt_model *m, int loop, double *x) {
 
 /* The rotation vector from the present frame to the new frame, in world axes. */
 static kt_vec3 turn_to(const kt_pose *from, const kt_pose *to) {
-    return kt_euler_vector_from_matrix(kt_mat3_multiply(to->rotation, kt_mat3_transpose(from->rotation)));
+    return kt_euler_vector_from_mat3(kt_mat3_multiply(to->rotation, kt_mat3_transpose(from->rotation)));
 }
 
 /* Whether the rotation of the place does not matter: d = 0, or a distance. */

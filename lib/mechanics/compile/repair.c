@@ -83,7 +83,7 @@ KT_ARENA_ARRAYS(place_repair, repair, REPAIR_FIELDS, size_t n, size_t k, size_t 
 static kt_mat3 turned_by(kt_mat3 rotation, const double *by) {
     const kt_vec3 turn = kt_vec3_make(by[0], by[1], by[2]);
     kt_mat3 change = kt_mat3_identity();
-    if (kt_vec3_norm(turn) > 0.0 && kt_matrix_from_axis_angle(turn, kt_vec3_norm(turn), &change, NULL) != KT_OK)
+    if (kt_vec3_norm(turn) > 0.0 && kt_mat3_from_axis_angle(turn, kt_vec3_norm(turn), &change, NULL) != KT_OK)
         return rotation;
     return kt_mat3_multiply(rotation, change);
 }

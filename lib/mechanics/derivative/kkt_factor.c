@@ -29,10 +29,10 @@ static void set_rigid(const kt_kkt *w, size_t i, int c) {
 /* Converts inertias back to the form that the methods of a group read. */
 static void hand_over_inertias(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
-        kt_inertia_from_matrix(inertia_of(w, i), &w->data->articulated[i]);
+        kt_inertia_from_mat3(inertia_of(w, i), &w->data->articulated[i]);
     else
         w->data->planar_inertia[kt_planar_index_shift(w->model, (int32_t)i)] =
-            kt_planar_inertia_from_matrix(inertia_of(w, i));
+            kt_planar_inertia_from_mat3(inertia_of(w, i));
 }
 
 /* Adds X' I X, where X takes the parent's acceleration to the link's origin. */

@@ -54,7 +54,7 @@ KT_INLINE void kt_inertia_to_matrix(const kt_articulated *x, double *to) {
 }
 
 /* The bias wrench becomes zero. */
-KT_INLINE void kt_inertia_from_matrix(const double *from, kt_articulated *x) {
+KT_INLINE void kt_inertia_from_mat3(const double *from, kt_articulated *x) {
     for (int c = 0; c < 3; c++) {
         const double *a = from + 6 * c, *l = from + 6 * (c + 3) + 3;
         x->j[c] = (kt_v4){a[0], a[1], a[2], 0.0};
@@ -70,7 +70,7 @@ KT_INLINE void kt_planar_inertia_to_matrix(const kt_planar_inertia *x, double *t
 }
 
 /* The bias wrench becomes zero. */
-KT_INLINE kt_planar_inertia kt_planar_inertia_from_matrix(const double *from) {
+KT_INLINE kt_planar_inertia kt_planar_inertia_from_mat3(const double *from) {
     return (kt_planar_inertia){.j = from[0], .h = {from[1], from[2]}, .xx = from[4], .xy = from[5], .yy = from[8]};
 }
 

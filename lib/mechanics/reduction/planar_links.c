@@ -109,7 +109,7 @@ static bool eliminate_planar_front(const kt_model *model, kt_data *data, int32_t
         KT_KERNEL(kt_front_respond)(model, data, (size_t)g, NULL, a);
         return true;
     }
-    kt_planar_inertia x = kt_planar_inertia_from_matrix(total.inertia);
+    kt_planar_inertia x = kt_planar_inertia_from_mat3(total.inertia);
     x.moment = total.bias[0];
     x.force[0] = total.bias[1];
     x.force[1] = total.bias[2];

@@ -49,7 +49,7 @@ void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, co
 static void add_total(const kt_front_total *total, kt_articulated *to) {
     const double *b = total->bias;
     kt_articulated x;
-    kt_inertia_from_matrix(total->inertia, &x);
+    kt_inertia_from_mat3(total->inertia, &x);
     x.moment = (kt_v4){b[0], b[1], b[2], 0.0};
     x.force = (kt_v4){b[3], b[4], b[5], 0.0};
     kt_articulated_add(to, &x);

@@ -142,7 +142,7 @@ KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
 
 #ifndef KT_DUAL
 
-KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) { return kt_euler_vector_from_matrix(r); }
+KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) { return kt_euler_vector_from_mat3(r); }
 
 KT_INLINE kt_triple kt_rotation_vector_transposed_map(kt_triple theta, kt_triple u) {
     kt_mat3 inverse = kt_mat3_identity();
@@ -169,7 +169,7 @@ KT_INLINE double kt_rotation_vector_map_coefficient_derivative(double x) {
 KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) {
     const kt_v4 x = kt_lower(r.x), y = kt_lower(r.y), z = kt_lower(r.z), columns[3] = {x, y, z};
     const kt_v4 twice = kt_v4_cross(x, kt_upper(r.x)) + kt_v4_cross(y, kt_upper(r.y)) + kt_v4_cross(z, kt_upper(r.z));
-    const kt_vec3 theta = kt_euler_vector_from_matrix(kt_v4_mat3(columns));
+    const kt_vec3 theta = kt_euler_vector_from_mat3(kt_v4_mat3(columns));
     kt_mat3 inverse;
     kt_error error;
     if (kt_euler_vector_map_inverse(theta, &inverse, &error) != KT_OK)

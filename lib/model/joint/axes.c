@@ -44,7 +44,7 @@ double kt_measured_angle(const kt_mat3 *triad, const kt_mat3 *rotation, double n
 }
 
 void kt_measured_quaternion(const kt_mat3 *rotation, const double *near, double *q) {
-    const kt_quat p = kt_quat_from_matrix(*rotation);
+    const kt_quat p = kt_quat_from_mat3(*rotation);
     const double sign = p.w * near[0] + p.x * near[1] + p.y * near[2] + p.z * near[3] < 0.0 ? -1.0 : 1.0;
     q[0] = sign * p.w;
     q[1] = sign * p.x;

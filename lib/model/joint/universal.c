@@ -45,7 +45,7 @@ static void measure_universal(const kt_joint_axes *axes, const kt_joint_motion *
     const double first = atan2(kt_vec3_dot(across, e2), kt_vec3_dot(outward, e2));
     q[0] = first + turn * rint((near[0] - first) / turn);
     const kt_mat3 base =
-        kt_mat3_multiply(axes->triad, kt_mat3_multiply(kt_matrix_about(2, first), kt_mat3_transpose(axes->triad)));
+        kt_mat3_multiply(axes->triad, kt_mat3_multiply(kt_mat3_about(2, first), kt_mat3_transpose(axes->triad)));
     const kt_mat3 left = kt_mat3_multiply(kt_mat3_transpose(base), motion->pose.rotation);
     const kt_mat3 triad = kt_triad_from_axis(rest, 2);
     q[1] = kt_measured_angle(&triad, &left, near[1]);

@@ -62,7 +62,7 @@ void kt_tangent_add(const kt_model *model, const double *x, const double *xi, co
         const int at = link->v + motion.plain;
         const kt_vec3 turn = kt_joint_load(x + at);
         const kt_vec3 turned =
-            kt_mat3_apply_transposed(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), kt_joint_load(xi + at));
+            kt_mat3_apply_transposed(kt_mat3_from_quat(kt_quat_from_euler_vector(turn)), kt_joint_load(xi + at));
         kt_joint_store(out + at, kt_vec3_add(turned, rotation_tangent(turn, kt_joint_load(dx + at))));
     }
 }
@@ -80,7 +80,7 @@ void kt_tangent_add_transposed(const kt_model *model, const double *x, const dou
             continue;
         const int at = link->v + motion.plain;
         const kt_vec3 turn = kt_joint_load(x + at), y = kt_joint_load(by_out + at);
-        kt_joint_store(by_xi + at, kt_mat3_apply(kt_matrix_from_quat(kt_quat_from_euler_vector(turn)), y));
+        kt_joint_store(by_xi + at, kt_mat3_apply(kt_mat3_from_quat(kt_quat_from_euler_vector(turn)), y));
         kt_joint_store(by_dx + at, rotation_tangent(kt_vec3_scale(-1.0, turn), y));
     }
 }

@@ -16,7 +16,7 @@
 /* ---- free bodies ------------------------------------------------------------------------------------------------- */
 
 void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v) {
-    const kt_quat p = kt_quat_from_matrix(pose.rotation);
+    const kt_quat p = kt_quat_from_mat3(pose.rotation);
     const kt_vec3 w = kt_mat3_apply_transposed(pose.rotation, twist.angular);
     const double position[7] = {pose.position.x, pose.position.y, pose.position.z, p.w, p.x, p.y, p.z};
     const double velocity[6] = {twist.linear.x, twist.linear.y, twist.linear.z, w.x, w.y, w.z};
@@ -27,8 +27,7 @@ void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v) {
 void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
                      const double *v, kt_pose *pose, kt_twist *twist) {
     const kt_mat3 triad = joint->axes.triad;
-    const kt_mat3 turned =
-        kt_mat3_multiply(kt_mat3_multiply(triad, kt_matrix_about(2, q[0])), kt_mat3_transpose(triad));
+    const kt_mat3 turned = kt_mat3_multiply(kt_mat3_multiply(triad, kt_mat3_about(2, q[0])), kt_mat3_transpose(triad));
     const kt_pose frame = kt_pose_compose(parent, joint->frame);
     const kt_vec3 arm = kt_vec3_sub(frame.position, parent.position);
     const kt_vec3 spin = kt_vec3_scale(v[0], kt_mat3_apply(frame.rotation, triad.z));
@@ -50,7 +49,7 @@ static kt_pose absolute_pose_of(const kt_model *absolute, int body, const double
         return pose;
     q += kt_body_coordinates(absolute, body).q;
     pose.position = kt_joint_load(q);
-    pose.rotation = kt_matrix_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
+    pose.rotation = kt_mat3_from_quat(kt_quat_make(q[3], q[4], q[5], q[6]));
     return pose;
 }
 
