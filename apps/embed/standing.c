@@ -1,6 +1,6 @@
 /* A standing and stepping quadruped: torques of its twelve motors, and forces of feet that do not slip.
  *
- * Each foot on the ground is a loop that can be switched (kt_loop_enable). Take accelerations a that these loops allow.
+ * Each foot on the ground is a loop that can be switched (kt_loop_set_on). Take accelerations a that these loops allow.
  * The equations of motion
  *
  *     M a + h = S' tau + A' f
@@ -369,7 +369,7 @@ static bool command_trunk(robot *r, const char *what, kt_vec3 asked) {
 
 static bool lift(robot *r, int leg, bool down) {
     kt_error error = {0};
-    const kt_status status = kt_loop_enable(&r->model, r->data, leg, down, &error);
+    const kt_status status = kt_loop_set_on(&r->model, r->data, leg, down, &error);
     if (status != KT_OK)
         printf("%s: %s\n", error.where, error.message);
     return status == KT_OK;

@@ -146,7 +146,7 @@ typedef struct kt_term {
 
 /* Whether a loop or an effect always acts, or may be switched on and off while a program runs (model.h). For a loop
  * that bounds a side, and for friction that sticks, KT_SWITCHED_OFF means that the item is released at first
- * (kt_simulation_release). */
+ * (kt_simulation_set_released). */
 typedef enum kt_switching {
     KT_ALWAYS_ON = 0,   /* cannot be switched */
     KT_SWITCHED_ON,     /* may be switched; on at first */

@@ -144,8 +144,8 @@ KT_API KT_CHECKED kt_status kt_dynamics_forward_derivatives(const kt_model *mode
  * totals below. Only the next successful kt_kinematics_update with these data changes the stored values. Queries return
  * values at the state of this call, even if other calls evaluate other states in between. (In a simulation's own data,
  * records and sensors also update these values.) v may be NULL (zero), a may be NULL (zero). Accelerations describe the
- * motion, and do not contain gravity. All queries and totals are NaN until the first update, and after kt_loop_enable
- * or kt_effect_enable. */
+ * motion, and do not contain gravity. All queries and totals are NaN until the first update, and after kt_loop_set_on
+ * or kt_effect_set_on. */
 KT_API KT_CHECKED kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                                  const double *a, kt_error *error);
 

@@ -255,7 +255,7 @@ typedef struct kt_impact {
 
 /* Applies a plastic impact: v (nv) becomes the velocity that satisfies the loops and is nearest to v in the mass
  * metric. The impulses of the loops cause this change. The positions q are unchanged, at which the loops should be
- * closed. The call is meant for states after loops have been switched on (kt_loop_enable). The output *impact may be
+ * closed. The call is meant for states after loops have been switched on (kt_loop_set_on). The output *impact may be
  * NULL.
  * Errors: KT_ERROR_CONSTRAINT (the loops contradict each other), KT_ERROR_SINGULAR (no inertia along free directions of
  * the loops), KT_ERROR_NOT_FINITE. Then v is untouched.

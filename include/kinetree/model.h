@@ -277,9 +277,9 @@ KT_API const kt_model *kt_model_switched(const kt_model *model, uint64_t set);
  * Errors: KT_ERROR_ARGUMENT (the loop does not exist or is always on, or the data belong to another mechanism). Model
  * and data are then untouched.
  * Cost: the data are cleared. */
-KT_API KT_CHECKED kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
-/* Switches an effect on or off, like kt_loop_enable. */
-KT_API KT_CHECKED kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on,
+KT_API KT_CHECKED kt_status kt_loop_set_on(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error);
+/* Switches an effect on or off, like kt_loop_set_on. */
+KT_API KT_CHECKED kt_status kt_effect_set_on(const kt_model **model, kt_data *data, int effect, bool on,
                                              kt_error *error);
 
 /* ---- the workspace ----------------------------------------------------------------------------------------------- */
@@ -450,7 +450,7 @@ KT_API KT_CHECKED kt_status kt_parameter_set(kt_model *copy, const kt_parameter 
  *     status = kt_kinematics_update(model, data, kt_simulation_positions(simulation), NULL, NULL, &error);
  *     status = kt_loop_place_here(model, data, kt_loop_find(model, "foot"), here, &error);
  *
- * Then kt_simulation_set_parameter sets the place, and kt_simulation_switch switches the loop on.
+ * Then kt_simulation_set_parameter sets the place, and kt_simulation_set_switches switches the loop on.
  * Shape: values has 6 numbers.
  * Errors: KT_ERROR_ARGUMENT (the loop does not exist or has no place, the data belong to another model, or the
  * kinematics are not available). `values` is then unchanged.

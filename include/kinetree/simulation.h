@@ -92,7 +92,7 @@ typedef struct kt_simulation_options {
                               event: KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. If an adaptive step
                               needs more values, a shorter step replaces it. A fixed step is searched more coarsely and
                               counted (kt_simulation_event_cuts) */
-    double switch_gap;     /* the largest gap of loops that kt_simulation_switch closes, m or rad; 0: 1e-6 times the
+    double switch_gap; /* the largest gap of loops that kt_simulation_set_switches closes, m or rad; 0: 1e-6 times the
                               mechanism's length, or times unity if the length is smaller */
     kt_contact_scheme contact; /* KT_CONTACT_STEPS: with run->step, and without run->integrator; default: events */
     bool equals_model; /* `acceleration` has the model's results, with unchanged rates (kt_native_use). The default
@@ -259,8 +259,8 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * gap of a loop in the set; contradictory velocities). On failure the simulation is unchanged, with one exception: if
  * the hard contacts cannot be resolved after the switch, the simulation cannot continue.
  * Cost: that of a projection; the data are cleared. */
-KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss,
-                                                 kt_error *error);
+KT_API KT_CHECKED kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, double *loss,
+                                                       kt_error *error);
 /* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick),
  * at the present time. Items whose switches (kt_loop_switch) are in the set do not act from now on, for all gaps and
  * rates. All others act, beginning at their present gaps and rates. Friction that begins to act sticks if its joint is
@@ -268,8 +268,8 @@ KT_API KT_CHECKED kt_status kt_simulation_switch(kt_simulation *simulation, uint
  * The call is meant for the actions of events, and for use between calls. Nothing is allocated.
  * Errors: KT_ERROR_ARGUMENT (the set has other bits). KT_ERROR_CONSTRAINT (a constraint that is to act is beyond its
  * boundary); the simulation cannot continue after this error.
- * Cost: that of kt_simulation_switch. */
-KT_API KT_CHECKED kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error);
+ * Cost: that of kt_simulation_set_switches. */
+KT_API KT_CHECKED kt_status kt_simulation_set_released(kt_simulation *simulation, uint64_t set, kt_error *error);
 /* Returns the loop of an effect's friction that sticks. Returns -1 if the effect has no such friction or does not
  * exist. Friction of a joint has two switches, for the loop and for the effect (kt_effect_switch), and therefore four
  * models.
@@ -279,7 +279,7 @@ KT_API KT_CHECKED kt_status kt_simulation_release(kt_simulation *simulation, uin
  *   Both are on: the friction is released.
  * Cost: O(loops). */
 KT_API int kt_effect_stick(const kt_model *model, int effect);
-/* Returns the set of released contacts (kt_simulation_release). */
+/* Returns the set of released contacts (kt_simulation_set_released). */
 KT_API uint64_t kt_simulation_released(const kt_simulation *simulation);
 /* Returns the present model of the simulation: its first model, or the model of another set of switches. */
 KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
@@ -318,7 +318,7 @@ typedef struct kt_occurrence {
 } kt_occurrence;
 
 /* The action of an event. The action may read the state, and may call these functions:
- *   kt_simulation_jump, kt_simulation_switch, kt_simulation_release;
+ *   kt_simulation_jump, kt_simulation_set_switches, kt_simulation_set_released;
  *   kt_simulation_set_torque, kt_simulation_set_wrenches;
  *   kt_simulation_set_parameter, kt_simulation_change;
  *   kt_simulation_sense, except while kt_simulation_run passes records. The action cannot move the simulation in time:
@@ -394,15 +394,15 @@ typedef struct kt_event_cuts {
  * or if the event's function has many breakpoints. Remedy: a smaller step, or a larger limit. */
 KT_API kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation);
 
-/* Disarms the event with this name, or arms it again. A disarmed event is not evaluated and does not happen; its count
- * remains. When the event is armed again, the sign of its present value decides its side. Events are armed when they
- * are added. Checkpoints contain the armed events, and kt_simulation_set_state does not change them. The call is meant
- * for the actions of events, and for use between calls.
+/* Sets the event with this name off or on. An event that is off is not evaluated and does not happen; its count
+ * remains. When the event is on again, the sign of its present value decides its side. Events are on when they
+ * are added. Checkpoints contain the events that are on, and kt_simulation_set_state does not change them. The call is
+ * meant for the actions of events, and for use between calls.
  * Errors: KT_ERROR_ARGUMENT if no event has this name, or if the event belongs to a hard contact;
- * kt_simulation_release disarms contacts.
+ * for contacts there is kt_simulation_set_released.
  * Cost: O(events). */
-KT_API KT_CHECKED kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed,
-                                                    kt_error *error);
+KT_API KT_CHECKED kt_status kt_simulation_event_set_on(kt_simulation *simulation, const char *name, bool on,
+                                                       kt_error *error);
 
 /* ---- hard contacts ----------------------------------------------------------------------------------------------- */
 

@@ -218,11 +218,11 @@ KT_TEST(rod_in_flight_is_caught_where_its_end_is) {
                      &error);
         kt_need_fine("here", kt_loop_place_here(model, data, 0, here, &error), &error);
         kt_need_fine("find", kt_parameter_find(model, "loop foot.place", &place, &error), &error);
-        kt_check_equal_int("far from its place", kt_simulation_switch(simulation, 1, NULL, &error),
+        kt_check_equal_int("far from its place", kt_simulation_set_switches(simulation, 1, NULL, &error),
                            KT_ERROR_CONSTRAINT);
         (void)kt_fine("set", kt_simulation_set_parameter(simulation, model, &place, here, &error), &error);
         double loss = (double)NAN;
-        (void)kt_fine("switch", kt_simulation_switch(simulation, 1, &loss, &error), &error);
+        (void)kt_fine("switch", kt_simulation_set_switches(simulation, 1, &loss, &error), &error);
         kt_check_near("the pin is at the end: x", here[0], -0.5 * cos(turn) - 2.0 * sin(turn) * caught, 1e-9);
         kt_check_near("the loss, J", loss, 0.5, 1e-9);
         kt_check_near("the rate, rad/s", kt_simulation_velocities(simulation)[2], 3.0, 1e-9);

@@ -131,7 +131,7 @@ KT_TEST(twelve_motors_move_a_floating_base_on_its_feet) {
         double lambda[ROWS], found[ROWS], most = 0.0;
         kt_error e = {0};
         for (int k = 0; k < FEET; k++)
-            (void)kt_fine("switch", kt_loop_enable(&model, r.data, k, set >> k & 1, &e), &e);
+            (void)kt_fine("switch", kt_loop_set_on(&model, r.data, k, set >> k & 1, &e), &e);
         const int rows = kt_model_mobility(model).equations;
         kt_check_equal_int("rows", rows, set == 0x7 || set == 0xb || set == 0xd || set == 0xe ? 9 : 12);
         kt_model_initial(model, q, v);
@@ -183,8 +183,8 @@ KT_TEST(a_body_on_two_points_tips_and_is_told_so) {
     describe(&r);
     put_down(&r);
     const kt_model *model = r.model;
-    kt_need_fine("first foot", kt_loop_enable(&model, r.data, 0, true, &e), &e);
-    kt_need_fine("second foot", kt_loop_enable(&model, r.data, 3, true, &e), &e);
+    kt_need_fine("first foot", kt_loop_set_on(&model, r.data, 0, true, &e), &e);
+    kt_need_fine("second foot", kt_loop_set_on(&model, r.data, 3, true, &e), &e);
     const size_t size = kt_actuation_work_size(model);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + 63) / 64 * 64);
     kt_model_initial(model, q, v);

@@ -149,8 +149,8 @@ static int count_unequal(switched *s, kt_random *random, int *sets) {
         for (int k = 0; k < switches; k++)
             if ((kt_switch_set(model) ^ gray) >> k & 1)
                 (void)kt_fine("switch",
-                              k < s->g.loops ? kt_loop_enable(&model, s->data, k, gray >> k & 1, &e)
-                                             : kt_effect_enable(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
+                              k < s->g.loops ? kt_loop_set_on(&model, s->data, k, gray >> k & 1, &e)
+                                             : kt_effect_set_on(&model, s->data, k - s->g.loops, gray >> k & 1, &e),
                               &e);
         kt_model *alone = compile_alone(s, gray, index, &data);
         void *work = aligned_alloc(KT_ALIGNMENT, kt_acceleration_work_size(s->model) * 4 + (1 << 20));
@@ -264,7 +264,7 @@ KT_TEST(a_rod_that_is_caught_at_its_end_loses_a_quarter) {
     kt_interpose_start();
     kt_check_true("kinematics", kt_kinematics_update(model, data, q, NULL, NULL, &e) == KT_OK &&
                                     isfinite(kt_body_pose(model, data, 1).rotation.x.x));
-    kt_check_true("switched on", kt_loop_enable(&model, data, 0, true, &e) == KT_OK);
+    kt_check_true("switched on", kt_loop_set_on(&model, data, 0, true, &e) == KT_OK);
     kt_check_true("no poses of the model before", !isfinite(kt_body_pose(model, data, 1).rotation.x.x));
     kt_check_true("impact", kt_velocity_impact(model, data, 0.0, q, v, &impact, &e) == KT_OK);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
@@ -297,9 +297,9 @@ KT_TEST(switching_rejects_what_is_no_switch) {
     kt_error e = {0};
     grow(&s, &plan, &random);
     const kt_model *model = s.model;
-    kt_check_true("no such loop", kt_loop_enable(&model, s.data, 99, true, &e) == KT_ERROR_ARGUMENT);
+    kt_check_true("no such loop", kt_loop_set_on(&model, s.data, 99, true, &e) == KT_ERROR_ARGUMENT);
     kt_check_true("of another mechanism",
-                  kt_loop_enable(&model, s.g.tree.data, 0, true, &e) == KT_ERROR_ARGUMENT && model == s.model);
+                  kt_loop_set_on(&model, s.g.tree.data, 0, true, &e) == KT_ERROR_ARGUMENT && model == s.model);
     kt_check_true("not switched", kt_loop_switch(s.g.tree.model, 0) == -1 && kt_switch_count(s.g.tree.model) == 0);
     kt_check_true("no such set", kt_model_switched(model, (uint64_t)1 << kt_switch_count(model)) == NULL);
     kt_check_true("itself", kt_model_switched(s.g.tree.model, 0) == s.g.tree.model);

@@ -108,7 +108,7 @@ KT_TEST(checkpoint_of_an_open_clutch_goes_on_with_the_same_bits) {
     kt_check_equal_bits("dissipated", &work[1].dissipated, &work[0].dissipated, 1);
     kt_check_equal_int("sticks", (long long)kt_simulation_contacts(two.simulation).sticks, 3);
     const uint64_t both = 3; /* the switch of its effect is none of those that are released */
-    kt_check_equal_int("rejected", kt_simulation_release(one.simulation, both, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("rejected", kt_simulation_set_released(one.simulation, both, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("begins anew",
                        kt_simulation_set_state(one.simulation, 0.0, (double[2]){0.0}, (double[2]){0.0}, &error), KT_OK);
     kt_check_equal_int("released as at first", (long long)kt_simulation_released(one.simulation), 1);

@@ -58,7 +58,7 @@ static void run_beside(motion *m, double t_end, size_t j, double s, double *q, d
         start_v[i] = m->v[i] + xi[m->nv + i];
     kt_status status = kt_simulation_set_torque(m->simulation, tau, &error);
     if (status == KT_OK)
-        status = kt_simulation_switch(m->simulation, m->set, NULL, &error);
+        status = kt_simulation_set_switches(m->simulation, m->set, NULL, &error);
     if (status == KT_OK)
         status = kt_simulation_set_state(m->simulation, 0.0, q, start_v, &error);
     if (status == KT_OK)
@@ -404,7 +404,7 @@ static int reach_of(const kt_instant *at, double *value, kt_error *error, void *
 
 static int release(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     (void)what, (void)user;
-    return kt_simulation_switch(simulation, 0, NULL, error) == KT_OK ? 0 : -1;
+    return kt_simulation_set_switches(simulation, 0, NULL, error) == KT_OK ? 0 : -1;
 }
 
 /* A spring that is let go of while it pulls, where the force jumps. */

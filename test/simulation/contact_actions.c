@@ -13,8 +13,9 @@
 enum { ADVANCE, RESTORE, RESTORE_ANEW, SET_STATE, RELEASE, SWITCH, SET, CHANGE, ACTIONS };
 
 static const char *const action_names[ACTIONS] = {
-    "kt_simulation_advance", "kt_simulation_restore", "kt_simulation_restore of another one", "kt_simulation_set_state",
-    "kt_simulation_release", "kt_simulation_switch",  "kt_simulation_set_parameter",          "kt_simulation_change"};
+    "kt_simulation_advance",       "kt_simulation_restore",      "kt_simulation_restore of another one",
+    "kt_simulation_set_state",     "kt_simulation_set_released", "kt_simulation_set_switches",
+    "kt_simulation_set_parameter", "kt_simulation_change"};
 
 /* A pendulum on a slider, both with friction, and a foot with friction on another slider: seven switches. */
 static const char text[] =
@@ -116,9 +117,9 @@ static kt_status act(mask_pair *pair, int k, const action *a, kt_error *error) {
     case SET_STATE:
         return set_state(one, a, error);
     case RELEASE:
-        return kt_simulation_release(one, a->released, error);
+        return kt_simulation_set_released(one, a->released, error);
     case SWITCH:
-        return kt_simulation_switch(one, a->x[0] < 0.5 ? set & ~spring : set | spring, NULL, error);
+        return kt_simulation_set_switches(one, a->x[0] < 0.5 ? set & ~spring : set | spring, NULL, error);
     case SET:
     case CHANGE:
         status = find_change(model, a, &change, error);

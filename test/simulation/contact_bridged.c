@@ -151,7 +151,7 @@ static bool switch_loops(kt_simulation *simulation, int part, island_states *to)
     if (loops == 0 || (part != 0 && part != PARTS / 2))
         return true;
     to->linked = part != 0 ? simulation->contacts->islands : 0;
-    return kt_fine("switch", kt_simulation_switch(simulation, part == 0 ? loops : 0, NULL, &error), &error);
+    return kt_fine("switch", kt_simulation_set_switches(simulation, part == 0 ? loops : 0, NULL, &error), &error);
 }
 
 static bool run_scene(const kt_description *description, const char *method, bool joins, island_states *to) {

@@ -380,7 +380,7 @@ KT_TEST(single_contacts_are_closed_by_a_simulation_alone) {
     kt_model *compiled = kt_scene_compile(&s.description);
     const kt_model *model = compiled;
     kt_error error = {0};
-    kt_check_equal_int("one", kt_loop_enable(&model, NULL, kt_loop_find(model, "p0"), true, &error),
+    kt_check_equal_int("one", kt_loop_set_on(&model, NULL, kt_loop_find(model, "p0"), true, &error),
                        KT_ERROR_UNSUPPORTED);
     kt_check_contains("words", error.message, "that only a simulation closes and opens");
     kt_check_true("the model stays", model == compiled);

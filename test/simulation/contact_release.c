@@ -74,7 +74,7 @@ static void check_release(const scene *s, const char *method) {
         kt_check_near("its speed stays, m/s", v[i], speeds[i], 1e-14);
         kt_check_near("its path, m", q[i], 0.5 * speeds[i], 1e-12);
     }
-    kt_status status = kt_simulation_release(simulation, 0, &error);
+    kt_status status = kt_simulation_set_released(simulation, 0, &error);
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, 1.0, &error);
     kt_need_fine("engaged", status, &error);
@@ -119,7 +119,7 @@ static void check_restored(const scene *s, const char *method, bool is_released)
     kt_note("%s, %s", method, is_released ? "released" : "not released");
     kt_status status = advance(one, saved, &error);
     if (status == KT_OK && is_released)
-        status = kt_simulation_release(one, set, &error);
+        status = kt_simulation_set_released(one, set, &error);
     kt_need(kt_scene_hand_over(one, other));
     for (kt_simulation *next = one; status == KT_OK && next != NULL; next = next == one ? other : NULL) {
         status = kt_simulation_set_torque(next, force, &error);
@@ -365,7 +365,7 @@ KT_TEST(friction_that_a_simulation_engages_acts_in_its_model) {
     for (int acts = 0; acts < 2 && kt_fine("runs", status, &error); acts++) {
         double a[SLIDERS] = {0.0};
         if (acts == 1)
-            status = kt_simulation_release(simulation, 0, &error);
+            status = kt_simulation_set_released(simulation, 0, &error);
         if (status == KT_OK)
             status = accelerate(kt_simulation_model(simulation), rates, a, &error);
         for (int i = 0; kt_fine("evaluates", status, &error) && i < SLIDERS; i++)

@@ -140,7 +140,7 @@ static void check_friction(int sliders, const char *method) {
         kt_check_equal_int("its switch",
                            kt_simulation_released(simulation) == kt_switch_bits(model, kt_loop_switch(model, last)), 1);
         const int second = sliders > 1 ? kt_loop_switch(model, kt_effect_stick(model, 1)) : -1;
-        status = kt_simulation_release(simulation, kt_switch_bits(model, second), &error);
+        status = kt_simulation_set_released(simulation, kt_switch_bits(model, second), &error);
     }
     if (status == KT_OK)
         status = kt_simulation_advance(simulation, last_time, &error);

@@ -107,7 +107,7 @@ KT_TEST(states_are_set_whatever_the_motion_before) {
         kt_status status = is_made ? kt_simulation_create(pair.model[1], &pair.scene.run, &pair.options, &used, &error)
                                    : KT_ERROR_MEMORY;
         if (status == KT_OK)
-            status = kt_simulation_release(used, 0, &error);
+            status = kt_simulation_set_released(used, 0, &error);
         if (status == KT_OK)
             status = kt_simulation_advance(used, 0.01, &error);
         if (status == KT_OK)
@@ -140,7 +140,7 @@ KT_TEST(loops_that_are_switched_on_within_their_gap_keep_their_ranks) {
         const uint64_t all = status == KT_OK ? kt_switch_set(kt_simulation_model(simulation)) : 0;
         const int loop = kt_loop_switch(pair.model[k], kt_loop_find(pair.model[k], "close"));
         if (status == KT_OK)
-            status = kt_simulation_switch(simulation, all & ~kt_switch_bits(pair.model[k], loop), NULL, &error);
+            status = kt_simulation_set_switches(simulation, all & ~kt_switch_bits(pair.model[k], loop), NULL, &error);
         if (status != KT_OK)
             continue;
         double q[3];
@@ -148,7 +148,7 @@ KT_TEST(loops_that_are_switched_on_within_their_gap_keep_their_ranks) {
         q[1] += moved;
         status = kt_simulation_set_state(simulation, 0.0, q, kt_simulation_velocities(simulation), &error);
         if (status == KT_OK)
-            status = kt_simulation_switch(simulation, all, NULL, &error);
+            status = kt_simulation_set_switches(simulation, all, NULL, &error);
         if (status == KT_OK)
             kt_check_equal_int("degrees of freedom", kt_model_mobility(kt_simulation_model(simulation)).minimal, 1);
     }

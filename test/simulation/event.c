@@ -289,9 +289,9 @@ static int within(const told *t, double from, double to) {
     return number;
 }
 
-/* A pendulum whose event is disarmed from 2 s to 4 s. A second pendulum continues from its checkpoint at 4 s. The
- * oracle is one whose event is always armed. */
-KT_TEST(disarmed_events_do_not_happen) {
+/* A pendulum whose event is off from 2 s to 4 s. A second pendulum continues from its checkpoint at 4 s. The
+ * oracle is one whose event is always on. */
+KT_TEST(events_that_are_off_do_not_happen) {
     kt_lone lone;
     kt_error error = {0};
     told seen[3] = {{.level = 0.0}, {.level = 0.0}, {.level = 0.0}};
@@ -305,26 +305,26 @@ KT_TEST(disarmed_events_do_not_happen) {
     }
     kt_test_advance(s[2], 6.5);
     kt_test_advance(s[0], 2.0);
-    (void)kt_fine("disarms", kt_simulation_event_arm(s[0], "level", false, &error), &error);
+    (void)kt_fine("sets off", kt_simulation_event_set_on(s[0], "level", false, &error), &error);
     kt_test_advance(s[0], 4.0);
     const int before = within(&seen[2], 0.0, 2.0), left_out = within(&seen[2], 2.0, 4.0);
     const int behind = within(&seen[2], 4.0, 6.5);
     kt_note("%d before, %d left out, %d behind", before, left_out, behind);
     kt_check_true("there are some", before > 0 && left_out > 0 && behind > 0);
-    kt_check_equal_int("disarmed", seen[0].count, before);
+    kt_check_equal_int("off", seen[0].count, before);
     (void)kt_scene_hand_over(s[0], s[1]);
     kt_test_advance(s[1], 6.5);
-    kt_check_equal_int("disarmed behind the checkpoint", seen[1].count, 0);
-    (void)kt_fine("arms", kt_simulation_event_arm(s[0], "level", true, &error), &error);
+    kt_check_equal_int("off behind the checkpoint", seen[1].count, 0);
+    (void)kt_fine("arms", kt_simulation_event_set_on(s[0], "level", true, &error), &error);
     kt_test_advance(s[0], 6.5);
-    kt_check_equal_int("armed again", seen[0].count, before + behind);
+    kt_check_equal_int("on again", seen[0].count, before + behind);
     kt_check_equal_int("by name", (long long)kt_simulation_event_count(s[0], "level"), before + behind);
-    kt_check_equal_int("no event", kt_simulation_event_arm(s[0], "up", true, &error), KT_ERROR_ARGUMENT);
+    kt_check_equal_int("no event", kt_simulation_event_set_on(s[0], "up", true, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("named", error.where, "up");
 }
 
-/* A disarmed event has no value. Another value is left in the memory of each of the two simulations. */
-KT_TEST(equal_states_give_equal_bytes_with_disarmed_events) {
+/* An event that is off has no value. Another value is left in the memory of each of the two simulations. */
+KT_TEST(equal_states_give_equal_bytes_with_events_that_are_off) {
     static double block[2][512];
     kt_lone lone;
     kt_error error = {0};
@@ -336,10 +336,10 @@ KT_TEST(equal_states_give_equal_bytes_with_disarmed_events) {
     for (int i = 0; i < 3; i++) {
         s[i] = simulate(model, &run, 2, 0);
         add(s[i], &(kt_event){.name = "level", .function = height, .user = &seen});
-        add(s[i], &(kt_event){.name = "armed", .function = height, .user = &seen});
+        add(s[i], &(kt_event){.name = "on", .function = height, .user = &seen});
         (void)kt_fine("runs", kt_simulation_advance(s[i], 0.1 + 0.2 * i, &error), &error);
     }
-    (void)kt_fine("disarms", kt_simulation_event_arm(s[2], "level", false, &error), &error);
+    (void)kt_fine("sets off", kt_simulation_event_set_on(s[2], "level", false, &error), &error);
     for (int i = 0; i < 2; i++) {
         (void)kt_scene_hand_over(s[2], s[i]);
         (void)kt_fine("runs", kt_simulation_advance(s[i], 1.5, &error), &error);

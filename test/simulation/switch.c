@@ -94,7 +94,7 @@ static int toggle(kt_simulation *simulation, const kt_occurrence *what, kt_error
     double loss = 0.0;
     (void)what;
     const uint64_t set = kt_switch_set(kt_simulation_model(simulation));
-    if (kt_simulation_switch(simulation, set ^ 1, &loss, error) != KT_OK)
+    if (kt_simulation_set_switches(simulation, set ^ 1, &loss, error) != KT_OK)
         return -1;
     s->count++;
     s->lost += loss;
@@ -220,9 +220,9 @@ KT_TEST(a_switch_that_is_rejected_leaves_the_simulation) {
     kt_error error = {0};
     kt_simulation *one = kt_test_simulation(model, &run, NULL);
     kt_simulation *two = kt_test_simulation(model, &run, NULL);
-    kt_check_true("open", kt_simulation_switch(one, 1, NULL, &error) == KT_ERROR_CONSTRAINT);
+    kt_check_true("open", kt_simulation_set_switches(one, 1, NULL, &error) == KT_ERROR_CONSTRAINT);
     kt_check_true("in words", strstr(error.message, "open by 1.5 (m or rad)") != NULL);
-    kt_check_true("no such switch", kt_simulation_switch(one, 2, NULL, &error) == KT_ERROR_ARGUMENT);
+    kt_check_true("no such switch", kt_simulation_set_switches(one, 2, NULL, &error) == KT_ERROR_ARGUMENT);
     kt_check_true("still off", kt_simulation_model(one) == model);
     kt_test_advance(one, 0.2);
     kt_test_advance(two, 0.2);
@@ -243,7 +243,8 @@ KT_TEST(a_switch_closes_a_gap_that_the_options_allow) {
         kt_residual residual = {0.0, 0.0};
         options.switch_gap = gaps[i];
         kt_simulation *one = kt_test_simulation(model, &run, &options);
-        kt_check_equal_int("switch", kt_simulation_switch(one, 1, NULL, &error), i == 0 ? KT_ERROR_CONSTRAINT : KT_OK);
+        kt_check_equal_int("switch", kt_simulation_set_switches(one, 1, NULL, &error),
+                           i == 0 ? KT_ERROR_CONSTRAINT : KT_OK);
         if (i == 0) {
             kt_check_contains("the remedy of a scene", error.message,
                               "more than 1.4; switch them on when they are closed: change the start or the event");

@@ -408,7 +408,7 @@ KT_TEST(closed_contacts_bear_the_weight) {
         double a = 1.0, lambda = 0.0, quantity[16];
         begin(&m, kind, &model, &s);
         const int loop = kt_loop_count(model) - 1;
-        kt_check_equal_int("closes", kt_loop_enable(&s.model, s.data, loop, true, &error), KT_OK);
+        kt_check_equal_int("closes", kt_loop_set_on(&s.model, s.data, loop, true, &error), KT_OK);
         kt_check_equal_int(m.name, kt_acceleration_evaluate(OF(&s), AT(&s), NULL, NULL, &a, &error), KT_OK);
         kt_check_near("acceleration", a, 0.0, 1e-14);
         kt_check_equal_int(m.name, kt_multiplier_evaluate(OF(&s), AT(&s), NULL, NULL, &lambda, &error), KT_OK);

@@ -280,7 +280,7 @@ class Simulation(Events, Fixed):
                 why = "it has no `switched` in the scene" if max(loop, effect) >= 0 else "there is no loop or effect of this name"
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, why)
             before, bits, loss = lib.kt_switch_set(model), lib.kt_switch_bits(model, switch), ffi.new("double *")
-            self._check(lib.kt_simulation_switch(self._simulation, before | bits if on else before & ~bits, loss, self._error))
+            self._check(lib.kt_simulation_set_switches(self._simulation, before | bits if on else before & ~bits, loss, self._error))
             self._watch.restart(bool(self.torque.any()))
             if bool(lib.kt_switch_set(lib.kt_simulation_model(self._simulation)) & bits) != bool(on):
                 raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, "hard contacts and friction that sticks switch by themselves")

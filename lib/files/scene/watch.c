@@ -100,12 +100,12 @@ static int act_on_event(kt_simulation *simulation, const kt_occurrence *what, kt
     if (w->set_count > 0 && set_values(w, simulation, error) != KT_OK)
         return -1;
     const uint64_t released = (kt_simulation_released(simulation) & ~w->acting) | w->released;
-    if ((w->acting | w->released) != 0 && kt_simulation_release(simulation, released, error) != KT_OK)
+    if ((w->acting | w->released) != 0 && kt_simulation_set_released(simulation, released, error) != KT_OK)
         return -1;
     const uint64_t set = (kt_switch_set(kt_simulation_model(simulation)) & ~w->off) | w->on;
     if (w->here != 0 && kt_footholds_set(w->watch->footholds, simulation, w->watch->data, w->here, error) != KT_OK)
         return -1;
-    if ((w->on | w->off) != 0 && kt_simulation_switch(simulation, set, NULL, error) != KT_OK)
+    if ((w->on | w->off) != 0 && kt_simulation_set_switches(simulation, set, NULL, error) != KT_OK)
         return -1;
     for (int i = 0; i < w->call_count; i++) {
         const int code = w->calls[i]->action(simulation, what, error, w->calls[i]->user);

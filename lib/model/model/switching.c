@@ -73,14 +73,14 @@ static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, c
     return KT_OK;
 }
 
-kt_status kt_loop_enable(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error) {
+kt_status kt_loop_set_on(const kt_model **model, kt_data *data, int loop, bool on, kt_error *error) {
     if (KT_IS_MISSING(error, model, *model))
         return KT_ERROR_ARGUMENT;
-    return enable(model, data, kt_loop_switch(*model, loop), on, "kt_loop_enable", "loop", error);
+    return enable(model, data, kt_loop_switch(*model, loop), on, "kt_loop_set_on", "loop", error);
 }
 
-kt_status kt_effect_enable(const kt_model **model, kt_data *data, int effect, bool on, kt_error *error) {
+kt_status kt_effect_set_on(const kt_model **model, kt_data *data, int effect, bool on, kt_error *error) {
     if (KT_IS_MISSING(error, model, *model))
         return KT_ERROR_ARGUMENT;
-    return enable(model, data, kt_effect_switch(*model, effect), on, "kt_effect_enable", "effect", error);
+    return enable(model, data, kt_effect_switch(*model, effect), on, "kt_effect_set_on", "effect", error);
 }

@@ -176,7 +176,7 @@ static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact 
     return !kt_loop_is_off(&model->loop[contact->loop]);
 }
 
-/* Whether the contact is released, so that it does not act at any gap (kt_simulation_release). */
+/* Whether the contact is released, so that it does not act at any gap (kt_simulation_set_released). */
 bool kt_contact_is_released(const kt_contact *contact);
 
 /* The first row of its equations. */

@@ -127,7 +127,7 @@
     X(count, KT_BLOCK_COUNT)                                                                                           \
     X(size, KT_BLOCK_ANY)                                                                                              \
     X(breakpoint, KT_BLOCK_ANY)                                                                                        \
-    X(disarmed, KT_BLOCK_YES_NO)
+    X(off, KT_BLOCK_YES_NO)
 
 #define KT_ROOT_WORDS(X)                                                                                               \
     X(due, KT_BLOCK_YES_NO)                                                                                            \

@@ -490,7 +490,7 @@ uint64_t kt_simulation_released(const kt_simulation *simulation) {
     return has ? simulation->memory.released & ~simulation->contacts->back : 0;
 }
 
-kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_error *error) {
+kt_status kt_simulation_set_released(kt_simulation *simulation, uint64_t set, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     const uint64_t before = simulation->memory.released;
@@ -502,14 +502,14 @@ kt_status kt_simulation_release(kt_simulation *simulation, uint64_t set, kt_erro
     }
     if ((set & ~known) != 0)
         return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "kt_simulation_release",
+            error, KT_ERROR_ARGUMENT, "kt_simulation_set_released",
             "of the set 0x%llx only 0x%llx are hard stops, contacts, slack ropes, or joint friction that sticks",
             (unsigned long long)set, (unsigned long long)(set & known));
     if (after == before)
         return KT_OK;
     simulation->memory.released = after;
     simulation->contact_time = (double)NAN;
-    const kt_status status = kt_simulation_switch(simulation, simulation->model->set, NULL, error);
+    const kt_status status = kt_simulation_set_switches(simulation, simulation->model->set, NULL, error);
     if (status != KT_OK)
         simulation->memory.released = before;
     return status;

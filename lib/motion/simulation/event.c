@@ -107,7 +107,7 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
             continue;
         for (size_t j = 0; j < KT_EVENT_SAMPLES; j++)
             search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
-        if (kt_event_is_armed(simulation, k))
+        if (kt_event_is_watched(simulation, k))
             status = kt_event_find_root(simulation, k, times, &root, &side, error);
         const bool is_awaited = found->due && found->time == t1;
         const bool settled =
@@ -133,7 +133,7 @@ static double next_event_breakpoint(kt_simulation *simulation, double t, size_t 
     for (size_t k = 0; k < simulation->event_count; k++) {
         const kt_event *event = &simulation->event[k];
         double *breakpoint = &simulation->event_search[k].breakpoint;
-        if (event->corner == NULL || !kt_event_is_armed(simulation, k))
+        if (event->corner == NULL || !kt_event_is_watched(simulation, k))
             continue;
         if (!(t < *breakpoint))
             *breakpoint = event->corner(event->user, t);
@@ -175,7 +175,7 @@ static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
     simulation->event_time = t;
     simulation->event_rate = largest_rate(simulation, t, y);
     for (size_t k = 0; k < simulation->event_count; k++)
-        if (simulation->event_memory[k].side == 0 && kt_event_is_armed(simulation, k))
+        if (simulation->event_memory[k].side == 0 && kt_event_is_watched(simulation, k))
             simulation->event_memory[k].side = kt_sign_of(simulation->event_value[k]);
     return KT_OK;
 }
@@ -202,10 +202,10 @@ static int most_spent(const kt_simulation *simulation) {
     return most;
 }
 
-/* The first armed event; event_count if there is none. */
-static size_t first_armed(const kt_simulation *simulation) {
+/* The first event that is watched; event_count if there is none. */
+static size_t first_watched(const kt_simulation *simulation) {
     size_t k = 0;
-    while (k < simulation->event_count && !kt_event_is_armed(simulation, k))
+    while (k < simulation->event_count && !kt_event_is_watched(simulation, k))
         k++;
     return k;
 }
@@ -215,12 +215,12 @@ typedef struct reach {
     int begin, most; /* values taken before, and those with which the search ends */
     double half;     /* s, the time at which half of them were taken */
     bool cut;        /* the last panel contains more than half a turn, or breakpoints */
-    size_t of;       /* the event that is reported: that of the last breakpoint, else the first armed one */
+    size_t of;       /* the event that is reported: that of the last breakpoint, else the first watched one */
 } reach;
 
 static reach begin_reach(kt_simulation *simulation) {
     const int begin = most_spent(simulation);
-    reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_armed(simulation)};
+    reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_watched(simulation)};
     const int left = simulation->event_evaluations - KT_EVENT_EVALUATIONS_LEAST - begin;
     r.most = simulation->event_most = begin + (left > 0 ? left / 2 : 0);
     return r;
@@ -326,7 +326,7 @@ static void pass_step(kt_simulation *simulation, bool fires) {
     kt_simulation_clear_jump(simulation);
     simulation->memory.cut += simulation->event_cut;
     for (size_t k = 0; k < simulation->event_count; k++) {
-        if (!kt_event_is_armed(simulation, k)) /* it has no value */
+        if (!kt_event_is_watched(simulation, k)) /* it has no value */
             continue;
         const int side = kt_sign_of(simulation->event_value[k]);
         const bool due = fires && simulation->event_root[k].due;

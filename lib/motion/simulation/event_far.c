@@ -58,7 +58,7 @@ bool kt_event_all_far(kt_simulation *simulation) {
         return false;
     bool far = sample_sketch(simulation);
     for (size_t k = 0; k < simulation->event_count && far; k++)
-        if (kt_event_is_armed(simulation, k))
+        if (kt_event_is_watched(simulation, k))
             far = event_is_far(simulation, k, &simulation->event_search[k].size);
     for (size_t k = 0; k < simulation->event_count && !far; k++) { /* as before this test */
         simulation->event_search[k].spent = 0;

@@ -67,15 +67,15 @@ kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const
     return KT_OK;
 }
 
-bool kt_event_is_armed(const kt_simulation *simulation, size_t k) {
+bool kt_event_is_watched(const kt_simulation *simulation, size_t k) {
     const uint64_t limit = simulation->event[k].limit;
-    return !simulation->event_memory[k].disarmed && (limit == 0 || simulation->event_memory[k].count < limit);
+    return !simulation->event_memory[k].off && (limit == 0 || simulation->event_memory[k].count < limit);
 }
 
 kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const double *y, double *values, kt_error *error) {
     kt_status status = KT_OK;
     for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
-        if (kt_event_is_armed(simulation, k))
+        if (kt_event_is_watched(simulation, k))
             status = kt_event_evaluate(simulation, k, t, y, &values[k], error);
     return status;
 }

@@ -26,9 +26,9 @@ double kt_event_extent_of_times(const kt_simulation *simulation, double t);
 double kt_event_least_width(const kt_simulation *simulation, double t);
 
 /* Whether event k is searched: the event is armed, and its limit is not reached. */
-bool kt_event_is_armed(const kt_simulation *simulation, size_t k);
+bool kt_event_is_watched(const kt_simulation *simulation, size_t k);
 
-/* Evaluates g of event k, or of all armed events, in the state y. */
+/* Evaluates g of event k, or of all watched events, in the state y. */
 KT_CHECKED kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
                                        kt_error *error);
 KT_CHECKED kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const double *y, double *values,

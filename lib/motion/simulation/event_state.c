@@ -48,7 +48,7 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
     return KT_OK;
 }
 
-kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, bool armed, kt_error *error) {
+kt_status kt_simulation_event_set_on(kt_simulation *simulation, const char *name, bool on, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, name))
         return KT_ERROR_ARGUMENT;
     const size_t k = find_event_named(simulation, name);
@@ -57,10 +57,10 @@ kt_status kt_simulation_event_arm(kt_simulation *simulation, const char *name, b
         return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "there is no event of this name");
     if (k < kt_simulation_contact_events(simulation))
         return kt_error_set(error, KT_ERROR_ARGUMENT, where.text,
-                            "it is that of a hard contact, which acts while it is armed; release it "
-                            "(kt_simulation_release)");
-    if (armed != (simulation->event_memory[k].disarmed == 0)) {
-        simulation->event_memory[k].disarmed = !armed;
+                            "it is that of a hard contact, which acts until it is released; use "
+                            "kt_simulation_set_released");
+    if (on != (simulation->event_memory[k].off == 0)) {
+        simulation->event_memory[k].off = !on;
         simulation->event_memory[k].side = 0;
         simulation->event_memory[k].breakpoint = (double)NAN;
         simulation->event_root[k] = (kt_event_root){.due = 0};

@@ -273,7 +273,7 @@ static void forget_events(kt_simulation *simulation) {
     kt_simulation_memory *m = &simulation->memory;
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_memory[k] =
-            (kt_event_memory){.breakpoint = (double)NAN, .disarmed = simulation->event_memory[k].disarmed};
+            (kt_event_memory){.breakpoint = (double)NAN, .off = simulation->event_memory[k].off};
     simulation->event_time = (double)NAN;
     m->fires = m->stopped = 0;
     m->event_instants = m->event_row = m->event_shrinking = 0;

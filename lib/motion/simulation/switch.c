@@ -102,7 +102,7 @@ static const kt_model *model_of_set(kt_simulation *simulation, uint64_t set) {
                                         : simulation->contact_calls->model(simulation, set);
 }
 
-kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
+kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
     kt_status status = kt_simulation_strike_due(simulation, error);
@@ -114,7 +114,7 @@ kt_status kt_simulation_switch(kt_simulation *simulation, uint64_t set, double *
     const kt_model *to = simulation->transformation == NULL ? model_of_set(simulation, set) : NULL;
     kt_simulation_energy before, after = {0.0, 0.0};
     if (to == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_switch",
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_switches",
                             "the model has %d loops and effects that are switched (switching, in the description), and "
                             "the set 0x%llx has others",
                             kt_switch_count(from), (unsigned long long)set);

@@ -107,7 +107,7 @@ typedef struct kt_event_memory {
     uint64_t count;    /* how often it has happened */
     double size;       /* the largest |value| along the last step */
     double breakpoint; /* its first breakpoint after the beginning of an earlier step; NaN: not available */
-    int64_t disarmed;  /* by the caller */
+    int64_t off;       /* by the caller */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
