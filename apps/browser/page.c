@@ -353,7 +353,7 @@ static void put_page_method(kt_json_writer *out, const kt_fmu *fmu) {
 }
 
 static void put_page_cost(kt_json_writer *out, const kt_page *page) {
-    const kt_simulation_counts counts = kt_simulation_counts_get(page->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(page->simulation);
     kt_put_integer(out, "steps", (long long)counts.steps);
     kt_put_integer(out, "rejected", (long long)counts.rejected);
     kt_put_integer(out, "evaluations", (long long)counts.evaluations);

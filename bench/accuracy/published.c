@@ -148,7 +148,7 @@ static void run_once(attempt *a, kt_recorder *recorder) {
     if (a->status == KT_OK)
         a->status = kt_simulation_run(simulation, recorder, a, &a->error);
     if (a->status == KT_OK)
-        a->counts = kt_simulation_counts_get(simulation);
+        a->counts = kt_simulation_counts_of(simulation);
     kt_simulation_free(simulation);
 }
 

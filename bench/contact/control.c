@@ -149,7 +149,7 @@ static outcome run_cell(const cell *c, double duration) {
         status = kt_simulation_set_torque(simulation, tau, &o.error);
         if (status == KT_OK)
             status = kt_simulation_tick(simulation, period, &o.error);
-        const uint64_t now = kt_simulation_counts_get(simulation).evaluations;
+        const uint64_t now = kt_simulation_counts_of(simulation).evaluations;
         o.worst = now - o.evaluations > o.worst ? now - o.evaluations : o.worst;
         o.evaluations = now;
         o.time = kt_simulation_time(simulation);

@@ -304,7 +304,7 @@ static bool tell(plant *p, const struct scene *which, bool markdown, kt_csv *csv
     const double median = quantile(rest, count, 0.5), high = quantile(rest, count, 0.999), most = rest[count - 1];
     const int bodies = kt_model_body_count(p->model) - 1, dofs = kt_model_mobility(p->model).minimal;
     const char *mode = p->is_paced ? "paced" : "free";
-    const kt_simulation_counts counts = kt_simulation_counts_get(p->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(p->simulation);
     const kt_contact_counts contacts = kt_simulation_contacts(p->simulation);
     /* Events end steps: there are more of these. */
     const bool are_all = contacts.count > 0 ? counts.steps >= (uint64_t)p->steps : counts.steps == (uint64_t)p->steps;

@@ -122,7 +122,7 @@ typedef struct kt_dae_counts {
 } kt_dae_counts;
 
 /* Returns the counts so far. */
-KT_API kt_dae_counts kt_dae_counts_get(const kt_dae *dae);
+KT_API kt_dae_counts kt_dae_counts_of(const kt_dae *dae);
 
 #ifdef __cplusplus
 }

@@ -217,7 +217,7 @@ typedef struct kt_constraint_formulation_statistics {
 
 /* The statistics so far. */
 KT_API kt_constraint_formulation_statistics
-kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation);
+kt_constraint_formulation_statistics_of(const kt_constraint_formulation *formulation);
 /* Clears the statistics. */
 KT_API void kt_constraint_formulation_reset(kt_constraint_formulation *formulation);
 

@@ -303,7 +303,7 @@ typedef struct kt_integrator_counts {
 } kt_integrator_counts;
 
 /* Returns the counts since the start. */
-KT_API kt_integrator_counts kt_integrator_counts_get(const kt_integrator *integrator);
+KT_API kt_integrator_counts kt_integrator_counts_of(const kt_integrator *integrator);
 
 /* The numbers of an integrator that a checkpoint needs besides y, previous_y and history. Everything else can be
  * computed again. The struct has no padding and no pointers, so its bytes may be written to a file. */
@@ -321,11 +321,11 @@ typedef struct kt_integrator_memory {
     uint64_t slow;               /* adaptive: windows in a row, up to that one, in which steps hardly advanced */
     int32_t on_grid;             /* fixed step: whether t is t0 + grid h */
     int32_t has_previous;        /* whether previous_y is available */
-    kt_integrator_counts counts; /* as kt_integrator_counts_get returns them */
+    kt_integrator_counts counts; /* as kt_integrator_counts_of returns them */
 } kt_integrator_memory;
 
 /* The memory of an integrator. Valid until the next call that takes a non-const integrator. */
-KT_API const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *integrator);
+KT_API const kt_integrator_memory *kt_integrator_memory_of(const kt_integrator *integrator);
 
 /* Returns the number of numbers that the method stores of earlier steps. A checkpoint holds these numbers as `history`.
  *   Explicit methods have none. Their `history` may be NULL below.

@@ -544,7 +544,7 @@ typedef struct kt_simulation_counts {
 } kt_simulation_counts;
 
 /* Returns the counts since the start, or the last kt_simulation_set_state. */
-KT_API kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation);
+KT_API kt_simulation_counts kt_simulation_counts_of(const kt_simulation *simulation);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 

@@ -13,7 +13,7 @@
  *     if (status == KT_OK) {
  *         const int best = kt_accuracy_best(study, 1e-6);
  *         if (best >= 0)
- *             printf("step or tolerance: %g\n", kt_accuracy_get(study)->points[best].setting);
+ *             printf("step or tolerance: %g\n", kt_accuracy_results_of(study)->points[best].setting);
  *         kt_accuracy_free(study);
  *     }
  *
@@ -375,7 +375,7 @@ KT_API KT_CHECKED kt_status kt_accuracy_create(const kt_description *description
 KT_API void kt_accuracy_free(kt_accuracy *study);
 
 /* Returns the results, valid until the study is released. */
-KT_API const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study);
+KT_API const kt_accuracy_results *kt_accuracy_results_of(const kt_accuracy *study);
 
 /* Returns the model of the scene, compiled with the scene's own settings. */
 KT_API const kt_model *kt_accuracy_model(const kt_accuracy *study);

@@ -35,7 +35,7 @@ static double run_error(const governor *g, const kt_run *run, kt_simulation_coun
         for (int k = 0; k < 3; k++)
             worst = fmax(worst, fmax(fabs(q[at[k]] - row[k]), fabs(v[at[k]] - row[3 + k])));
     }
-    *counts = kt_simulation_counts_get(simulation);
+    *counts = kt_simulation_counts_of(simulation);
     return worst;
 }
 

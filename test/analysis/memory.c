@@ -121,7 +121,7 @@ static kt_status study(bool finds, bool has_set, bool *is_whole, kt_error *error
         options.run_evaluations = 500;
     }
     const kt_status status = kt_accuracy_create(&l.description, &run, &options, &made, error);
-    *is_whole = made != NULL && kt_accuracy_get(made)->amplification > 0.0;
+    *is_whole = made != NULL && kt_accuracy_results_of(made)->amplification > 0.0;
     kt_accuracy_free(made);
     return status;
 }

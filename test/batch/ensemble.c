@@ -79,7 +79,7 @@ static void end(member *m, const kt_model *model, kt_status status, const kt_err
     add_numbers(&m->outcome.hash, kt_simulation_auxiliary_states(m->simulation),
                 (size_t)kt_auxiliary_state_count(model));
     m->outcome.status = status;
-    m->outcome.counts = kt_simulation_counts_get(m->simulation);
+    m->outcome.counts = kt_simulation_counts_of(m->simulation);
     if (status != KT_OK)
         (void)snprintf(m->outcome.text, TEXT, "%.100s: %.150s", error->where, error->message);
     add_numbers(&m->outcome.hash, kt_simulation_positions(m->simulation), (size_t)kt_model_nq(model));

@@ -78,7 +78,7 @@ static void run_motion(const native_tree *n, const kt_run *run, kt_native *nativ
     if (status == KT_OK) {
         memcpy(to->y, kt_simulation_positions(simulation), nq * sizeof *to->y);
         memcpy(to->y + nq, kt_simulation_velocities(simulation), nv * sizeof *to->y);
-        to->counts = kt_simulation_counts_get(simulation);
+        to->counts = kt_simulation_counts_of(simulation);
     }
     kt_simulation_free(simulation);
     kt_need_fine(run->integrator != NULL ? run->integrator : "default", status, &error);

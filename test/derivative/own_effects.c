@@ -189,7 +189,7 @@ static void run(const kt_effect *effect, double *q, uint64_t *evaluations) {
     while (kt_simulation_time(simulation) < 0.295)
         kt_need_fine("step", kt_simulation_step(simulation, HUGE_VAL, &e), &e);
     *q = kt_simulation_positions(simulation)[0];
-    *evaluations = kt_simulation_counts_get(simulation).evaluations;
+    *evaluations = kt_simulation_counts_of(simulation).evaluations;
 }
 
 /* Rosenbrock methods need the force's derivative by time: by differences it costs an evaluation more in each step. */

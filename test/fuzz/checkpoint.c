@@ -101,7 +101,7 @@ static void go_on(setup *s) {
     (void)status;
     (void)kt_simulation_stopped(s->simulation);
     (void)kt_simulation_event_cuts(s->simulation);
-    (void)kt_simulation_counts_get(s->simulation);
+    (void)kt_simulation_counts_of(s->simulation);
     const kt_contact_counts contacts = kt_simulation_contacts(s->simulation);
     if (contacts.undecided > 0)
         (void)kt_loop_name(kt_simulation_model(s->simulation), contacts.undecided_loop);

@@ -438,7 +438,7 @@ static bool make_objects(fixture *f) {
         kt_kinematics_update(f->model, f->data, f->q, f->v, NULL, e) != KT_OK ||
         kt_mass_inverse_compute(f->inverse, f->data, 0.0, f->q, e) != KT_OK)
         return false;
-    f->integrator_memory = *kt_integrator_memory_get(f->integrator);
+    f->integrator_memory = *kt_integrator_memory_of(f->integrator);
     if (kt_expression_parse("1 + 2 * 3", NULL, f->formula_memory, sizeof f->formula_memory, &f->formula, NULL, e) !=
         KT_OK)
         return false;

@@ -80,8 +80,8 @@ KT_TEST(a_first_step_keeps_to_the_longest_that_is_allowed) {
     options.max_step = 1e-7;
     kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, options);
     integrator_step(it, 1.0);
-    kt_check_above("step", kt_integrator_memory_get(it)->last_step, 0.4e-7); /* half of it is probed */
-    kt_check_below("step", kt_integrator_memory_get(it)->last_step, 1e-7);
+    kt_check_above("step", kt_integrator_memory_of(it)->last_step, 0.4e-7); /* half of it is probed */
+    kt_check_below("step", kt_integrator_memory_of(it)->last_step, 1e-7);
 }
 
 /* dop853 weighs one estimate by the other: 0 / 0 where both are. */
@@ -92,7 +92,7 @@ KT_TEST(an_error_of_nothing_lets_the_step_grow_as_far_as_it_may) {
         const kt_integrator_options options = tolerance(1e-6, 1e-6);
         kt_integrator *it = integrator_start(kt_method_find(names[i]), 1, options, move, &rest, 0.0, (double[]){2.0});
         integrator_step(it, HUGE_VAL);
-        const kt_integrator_memory *memory = kt_integrator_memory_get(it);
+        const kt_integrator_memory *memory = kt_integrator_memory_of(it);
         kt_check_near(names[i], memory->last_error, 0.0, 0.0);
         kt_check_near("next over last step", memory->next_step / memory->last_step, options.factor_max, 0.0);
         kt_check_near("state", kt_integrator_state(it)[0], 2.0, 0.0);
@@ -116,7 +116,7 @@ KT_TEST(tolerances_one_by_one_are_those_of_their_equations) {
         integrate_to(one_by_one, 1.0);
         integrate_to(fine, 1.0);
         kt_check_equal_bits(names[i], kt_integrator_state(one_by_one), kt_integrator_state(all), 4);
-        kt_check_above("steps where one is finer, over those", (double)kt_integrator_counts_get(fine).steps,
-                       1.2 * (double)kt_integrator_counts_get(all).steps);
+        kt_check_above("steps where one is finer, over those", (double)kt_integrator_counts_of(fine).steps,
+                       1.2 * (double)kt_integrator_counts_of(all).steps);
     }
 }

@@ -69,10 +69,10 @@ KT_TEST(first_steps_fit_the_scale_of_the_problem) {
             kt_integrator *it = integrator_start(kt_method_find(names[i]), 1, tolerance(1e-6, 1e-6), decay, &rate, 0.0,
                                                  (double[]){2.0});
             integrator_step(it, HUGE_VAL);
-            const double first = kt_integrator_memory_get(it)->last_step;
+            const double first = kt_integrator_memory_of(it)->last_step;
             unit = power == 0 ? first : unit;
-            kt_worst_near(&tries, (double)kt_integrator_counts_get(it).rejected, 0.0, 0.0, "rate %g", rate);
-            kt_worst_below(&growth, kt_integrator_memory_get(it)->next_step / first, 10.0, "rate %g", rate);
+            kt_worst_near(&tries, (double)kt_integrator_counts_of(it).rejected, 0.0, 0.0, "rate %g", rate);
+            kt_worst_below(&growth, kt_integrator_memory_of(it)->next_step / first, 10.0, "rate %g", rate);
             kt_worst_near(&scale, rate * first / unit, 1.0, 2e-12, "rate %g", rate); /* two powers */
         }
     }
@@ -85,9 +85,9 @@ KT_TEST(given_steps_are_kept_to) {
     kt_integrator *it = integrator_begin(kt_method_find("dopri5"), &problem_kepler, options);
     double longest = 0.0;
     integrator_step(it, 1.0);
-    kt_check_near("first", kt_integrator_memory_get(it)->last_step, 1e-3, 0.0);
+    kt_check_near("first", kt_integrator_memory_of(it)->last_step, 1e-3, 0.0);
     while (kt_integrator_time(it) < 1.0 && integrator_step(it, 1.0))
-        longest = fmax(longest, kt_integrator_memory_get(it)->last_step);
+        longest = fmax(longest, kt_integrator_memory_of(it)->last_step);
     kt_check_near("longest", longest, 0.01, 1e-16); /* a difference of two rounded times below 1 */
 }
 

@@ -73,8 +73,8 @@ KT_TEST(friction_that_sets_in_within_a_step_is_solved) {
                 y[0] = y[1];
                 y[1] = found;
             }
-            kt_note("step %g: %d evaluations, %d Jacobians", steps[l], (int)kt_integrator_counts_get(it).evaluations,
-                    (int)kt_integrator_counts_get(it).jacobians);
+            kt_note("step %g: %d evaluations, %d Jacobians", steps[l], (int)kt_integrator_counts_of(it).evaluations,
+                    (int)kt_integrator_counts_of(it).jacobians);
             kt_check_near("time", kt_integrator_time(it), 60.0 * steps[l], 1e-12);
         }
 }

@@ -55,7 +55,7 @@ static double worst_record(const kt_method *m, const problem *p, int steps) {
             integrator_value(it, t, y);
             worst = fmax(worst, error_at(p, t, y));
         }
-    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, steps);
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_of(it).steps, steps);
     return worst;
 }
 
@@ -96,7 +96,7 @@ KT_TEST(values_at_the_ends_are_the_states_to_the_bit) {
         kt_check_equal_bits("end", y, y1, 4);
         const kt_method *m = kt_method_at(i);
         if (goes_by_its_table(m))
-            kt_check_equal_int("evaluations", (long long)kt_integrator_counts_get(it).evaluations,
+            kt_check_equal_int("evaluations", (long long)kt_integrator_counts_of(it).evaluations,
                                2 * (m->stages - m->fsal) + m->fsal);
     }
 }
@@ -172,7 +172,7 @@ KT_TEST(interpolation_evaluates_no_more_than_it_needs) {
             }
         }
         const int expected = 10 * (m->stages - (m->fsal ? 1 : 0) + m->dense_stages) + 1;
-        kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations, expected);
+        kt_check_equal_int(m->name, (long long)kt_integrator_counts_of(it).evaluations, expected);
     }
 }
 
@@ -184,13 +184,13 @@ KT_TEST(what_was_forgotten_is_evaluated_once) {
         integrator_step(it, HUGE_VAL);
         kt_integrator_poison(it, 0xFF);
         double y[4];
-        const long long before = (long long)kt_integrator_counts_get(it).evaluations;
+        const long long before = (long long)kt_integrator_counts_of(it).evaluations;
         for (int l = 1; l < 4; l++)
             integrator_value(it, 0.005 * l, y);
         const int expected = kt_method_is_implicit(m) || is_made_of_states(m) ? 0
                              : m->dense_terms == 0                            ? 2
                                                                               : m->stages + !m->fsal + m->dense_stages;
-        kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations - before, expected);
+        kt_check_equal_int(m->name, (long long)kt_integrator_counts_of(it).evaluations - before, expected);
     }
 }
 

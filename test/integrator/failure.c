@@ -64,15 +64,15 @@ static void check_no_trace(const char *what, const char *method, trap f, double 
     kt_integrator *it = trap_begin(kt_method_find(method), &f, options);
     integrator_step(it, HUGE_VAL);
     kt_note("%s: %s", method, what);
-    kt_check_above("rejected", (double)kt_integrator_counts_get(it).rejected, 1.0);
-    const kt_integrator_memory *memory = kt_integrator_memory_get(it);
+    kt_check_above("rejected", (double)kt_integrator_counts_of(it).rejected, 1.0);
+    const kt_integrator_memory *memory = kt_integrator_memory_of(it);
     kt_check_below("proposal, over the step", memory->next_step / memory->last_step, 1.0);
 
     trap harmless = {.p = f.p, .beyond = HUGE_VAL, .project = f.project};
-    options.initial_step = kt_integrator_memory_get(it)->last_step;
+    options.initial_step = kt_integrator_memory_of(it)->last_step;
     kt_integrator *at_once = trap_begin(kt_method_find(method), &harmless, options);
     integrator_step(at_once, HUGE_VAL);
-    kt_check_equal_int("rejected at once", (long long)kt_integrator_counts_get(at_once).rejected, 0);
+    kt_check_equal_int("rejected at once", (long long)kt_integrator_counts_of(at_once).rejected, 0);
     kt_check_near("time", kt_integrator_time(it), kt_integrator_time(at_once), 0.0);
     kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(at_once), f.p->n);
     const double t[1] = {f.p->start + 0.3 * options.initial_step};
@@ -266,10 +266,10 @@ KT_TEST(a_pole_ends_in_a_step_that_is_too_small) {
         kt_check_contains("time", error.where, "t = ");
         kt_check_near("time", kt_integrator_time(it), 1.0,
                       strcmp(adaptive[i], "rkc2") == 0 ? 2e-3 : 1e-3); /* the global error, magnified by y */
-        const double y = kt_integrator_state(it)[0], next = kt_integrator_memory_get(it)->next_step;
+        const double y = kt_integrator_state(it)[0], next = kt_integrator_memory_of(it)->next_step;
         kt_check_equal_int("again", kt_integrator_step(it, 2.0, &error), KT_ERROR_STEP);
         kt_check_near("state", kt_integrator_state(it)[0], y, 0.0);
-        kt_check_near("proposal", kt_integrator_memory_get(it)->next_step, next, 0.0);
+        kt_check_near("proposal", kt_integrator_memory_of(it)->next_step, next, 0.0);
     }
 }
 
@@ -295,7 +295,7 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
             memcpy(before, kt_integrator_state(it), sizeof before);
             status = kt_integrator_step(it, 1.0, &error);
         }
-        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        const kt_integrator_counts counts = kt_integrator_counts_of(it);
         kt_check_equal_int(adaptive[i], status, KT_ERROR_STEP);
         if (kt_method_is_implicit(kt_method_find(adaptive[i]))) { /* its iteration jumps back and forth, too */
             kt_check_contains("words", error.message, "Newton's iteration did not converge. Look for a jump");
@@ -427,13 +427,13 @@ KT_TEST(steps_can_be_limited_in_number_and_from_below) {
     options.max_steps = 20;
     kt_check_equal_int("max_steps", explode("dopri5", &options, &it, &error), KT_ERROR_STEP);
     kt_check_contains("words", error.message, "max_steps = 20 are used up");
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_check_equal_int("tries", (long long)counts.steps + (long long)counts.rejected, 20);
     options.max_steps = 0;
     options.min_step = 1e-3;
     kt_check_equal_int("min_step", explode("dopri5", &options, &it, &error), KT_ERROR_STEP);
     kt_check_contains("words", error.message, "a step below 0.001 would be needed: the error estimate was still");
-    kt_check_above("last step", kt_integrator_memory_get(it)->last_step, 1e-3 * (1.0 - 1e-12));
+    kt_check_above("last step", kt_integrator_memory_of(it)->last_step, 1e-3 * (1.0 - 1e-12));
 }
 
 KT_TEST(calls_out_of_order_are_rejected) {
@@ -448,5 +448,5 @@ KT_TEST(calls_out_of_order_are_rejected) {
     it = integrator_begin(kt_method_find("rk4"), &problem_kepler, options);
     kt_check_equal_int("no way to go", kt_integrator_step(it, 0.0, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_int("NaN", kt_integrator_step(it, (double)NAN, &error), KT_ERROR_ARGUMENT);
-    kt_check_equal_int("nothing was evaluated", (long long)kt_integrator_counts_get(it).evaluations, 0);
+    kt_check_equal_int("nothing was evaluated", (long long)kt_integrator_counts_of(it).evaluations, 0);
 }

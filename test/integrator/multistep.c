@@ -122,7 +122,7 @@ static double error_with_stops(const kt_method *m, int steps, uint64_t *evaluati
         while (kt_integrator_time(it) < stop && integrator_step(it, stop))
             worst = fmax(worst, error_at(p, kt_integrator_time(it), kt_integrator_state(it)));
     }
-    *evaluations = kt_integrator_counts_get(it).evaluations;
+    *evaluations = kt_integrator_counts_of(it).evaluations;
     return worst;
 }
 
@@ -157,7 +157,7 @@ KT_TEST(adams_methods_start_by_their_table_and_after_a_jump_again) {
             }
             integrator_step(it, HUGE_VAL);
             expected += k % 8 < m->steps - 1 ? m->stages : 2;
-            kt_check_equal_int(m->name, (long long)kt_integrator_counts_get(it).evaluations, expected);
+            kt_check_equal_int(m->name, (long long)kt_integrator_counts_of(it).evaluations, expected);
         }
     }
 }
@@ -212,8 +212,8 @@ KT_TEST(fixed_steps_of_a_linear_equation_factor_twice) {
         kt_integrator *it =
             integrator_start(kt_method_find(names[i]), 1, fixed_step(0.03125), forced, &lambda, 0.0, (double[]){0.5});
         integrate_to(it, 2.0);
-        kt_check_equal_int("factorizations", (long long)kt_integrator_counts_get(it).factorizations, 2);
-        kt_check_equal_int("Jacobians", (long long)kt_integrator_counts_get(it).jacobians, 1);
+        kt_check_equal_int("factorizations", (long long)kt_integrator_counts_of(it).factorizations, 2);
+        kt_check_equal_int("Jacobians", (long long)kt_integrator_counts_of(it).jacobians, 1);
     }
 }
 

@@ -258,7 +258,7 @@ static void check_restore(const kt_method *m, const kt_integrator_options *optio
         for (int l = 0; l < 3; l++) {
             integrator_step(it, HUGE_VAL);
             integrator_step(other, HUGE_VAL);
-            const kt_integrator_memory *a = kt_integrator_memory_get(it), *b = kt_integrator_memory_get(other);
+            const kt_integrator_memory *a = kt_integrator_memory_of(it), *b = kt_integrator_memory_of(other);
             same = same && same_bits(kt_integrator_state(it), kt_integrator_state(other), 2) && a->t == b->t &&
                    a->next_step == b->next_step && a->control_error == b->control_error && a->grid == b->grid &&
                    a->counts.steps == b->counts.steps;
@@ -325,12 +325,12 @@ KT_TEST(a_jump_keeps_the_time_and_forgets_the_rest) {
     kt_integrator *it = integrator_make(kt_method_find("tsit5"), 2, options);
     kt_fine("start", kt_integrator_start(it, 0.0, (double[]){1.0, 0.0}, &callbacks, &error), &error);
     integrate_to(it, 1.25);
-    const double next = kt_integrator_memory_get(it)->next_step, y[2] = {0.0, -1.0};
+    const double next = kt_integrator_memory_of(it)->next_step, y[2] = {0.0, -1.0};
     kt_fine("jump", kt_integrator_jump(it, y, &error), &error);
     kt_check_near("time", kt_integrator_time(it), 1.25, 0.0);
     kt_check_equal_bits("state", kt_integrator_state(it), y, 2);
-    kt_check_near("proposal", kt_integrator_memory_get(it)->next_step, next, 0.0);
-    kt_check_equal_int("no previous state", kt_integrator_memory_get(it)->has_previous, 0);
+    kt_check_near("proposal", kt_integrator_memory_of(it)->next_step, next, 0.0);
+    kt_check_equal_int("no previous state", kt_integrator_memory_of(it)->has_previous, 0);
     kt_check_equal_int("no value before", kt_integrator_interpolate(it, 1.24, (double[2]){0.0, 0.0}, &error),
                        KT_ERROR_ARGUMENT);
 

@@ -194,7 +194,7 @@ void check_forced_order(const kt_method *method, double lambda, int first_steps,
 kt_integrator_counts check_stiff_oscillator(const kt_method *method, double tol, double bound) {
     kt_integrator *it = integrator_start(method, 2, tolerance(tol, tol), van_der_pol, NULL, 0.0, (double[]){2.0, 0.0});
     integrate_to(it, 2.0);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_note("tolerance %g: %d steps, %d rejected, %d evaluations, %d Jacobians, %d factorizations", tol,
             (int)counts.steps, (int)counts.rejected, (int)counts.evaluations, (int)counts.jacobians,
             (int)counts.factorizations);
@@ -249,12 +249,12 @@ void check_lost_jacobian(const kt_method *method, double evaluations, double bou
     changing s = {.lambda = -1e5};
     kt_integrator *it = integrator_start(method, 1, options, changing_rhs, &s, 0.0, (double[]){0.0});
     for (size_t i = 0; i < sizeof part / sizeof *part; i++) {
-        const uint64_t before = kt_integrator_counts_get(it).evaluations;
+        const uint64_t before = kt_integrator_counts_of(it).evaluations;
         s.lambda = part[i].lambda;
         s.known = part[i].known;
         integrate_to(it, part[i].end);
         kt_note("until %g s", part[i].end);
-        kt_check_below("evaluations", (double)(kt_integrator_counts_get(it).evaluations - before), evaluations);
+        kt_check_below("evaluations", (double)(kt_integrator_counts_of(it).evaluations - before), evaluations);
         kt_check_near("y", kt_integrator_state(it)[0], sin(part[i].end), bound);
     }
 }

@@ -127,7 +127,7 @@ static long long evaluations_of_ten_steps(const kt_method *m, int (*project)(dou
     for (int k = 0; k < 10; k++)
         integrator_step(it, HUGE_VAL);
     memcpy(state, kt_integrator_state(it), 4 * sizeof *state);
-    const long long evaluations = (long long)kt_integrator_counts_get(it).evaluations;
+    const long long evaluations = (long long)kt_integrator_counts_of(it).evaluations;
     return evaluations;
 }
 

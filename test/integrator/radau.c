@@ -61,7 +61,7 @@ KT_TEST(errors_of_a_published_stiff_problem_stay_at_a_few_tolerances) {
         integrate_to(it, 321.8122);
         for (int i = 0; i < 8; i++)
             worst = fmax(worst, fabs(kt_integrator_state(it)[i] - exact[i]) / (1e-4 + exact[i]));
-        kt_note("tolerance %g: %d evaluations", tol, (int)kt_integrator_counts_get(it).evaluations);
+        kt_note("tolerance %g: %d evaluations", tol, (int)kt_integrator_counts_of(it).evaluations);
         kt_check_below("error, over the tolerance", worst / tol, 8.0);
     }
 }
@@ -140,7 +140,7 @@ KT_TEST(a_caller_may_solve) {
     solver s = {.code = 0};
     kt_integrator *it = solver_begin(&s, 1e-6);
     integrate_to(it, 2.0);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
     kt_check_equal_int("Jacobians", (long long)counts.jacobians, s.jacobians);
     kt_check_below("evaluations of a step", (double)counts.evaluations / (double)counts.steps, 16.0);
@@ -158,8 +158,8 @@ KT_TEST(a_jacobian_that_cannot_be_computed_for_a_while_is_done_without) {
         solver s = {.fail_from = from[i], .fail_to = from[i] + 20, .code = 1};
         kt_integrator *it = solver_begin(&s, 1e-6);
         integrate_to(it, 2.0);
-        kt_note("from %d on: %d steps, %d rejected", from[i], (int)kt_integrator_counts_get(it).steps,
-                (int)kt_integrator_counts_get(it).rejected);
+        kt_note("from %d on: %d steps, %d rejected", from[i], (int)kt_integrator_counts_of(it).steps,
+                (int)kt_integrator_counts_of(it).rejected);
         kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
     }
 }
@@ -200,7 +200,7 @@ KT_TEST(a_point_whose_slopes_depend_on_the_direction_in_which_it_is_left_is_left
         options.newton = &leaving;
         kt_integrator *it = integrator_start(radau(), 2, options, leaving_rhs, &s, 0.0, (double[]){0.0, 0.0});
         integrate_to(it, 1e-8);
-        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        const kt_integrator_counts counts = kt_integrator_counts_of(it);
         kt_note("tolerance 1e-%d: %d steps, %d rejected", k, (int)counts.steps, (int)counts.rejected);
         kt_check_near("y1", kt_integrator_state(it)[1], 1e-8, 0.1 * options.absolute_tolerance);
     }
@@ -263,7 +263,7 @@ KT_TEST(a_fixed_step_whose_iteration_does_not_converge_fails_with_words) {
     kt_check_contains("words", error.message, "Newton's iteration did not converge: after ");
     kt_check_contains("words", error.message, "take a smaller step");
     kt_check_near("state", kt_integrator_state(it)[0], 1.0, 0.0);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_check_below("evaluations", (double)counts.evaluations, 2.0 + 3.0 * KT_NEWTON_ITERATIONS_FIXED);
 }
 
@@ -274,11 +274,11 @@ KT_TEST(a_stiff_force_that_has_gone_is_noticed_by_the_iteration) {
     kt_integrator *it = integrator_start(radau(), 1, tolerance(1e-6, 1e-6), forced, &lambda, 0.0, (double[]){0.0});
     integrate_to(it, 1.0);
     lambda = -1.0;
-    const uint64_t jacobians = kt_integrator_counts_get(it).jacobians;
+    const uint64_t jacobians = kt_integrator_counts_of(it).jacobians;
     double worst = 0.0;
     while (kt_integrator_time(it) < 3.0 && integrator_step(it, 3.0))
         worst = fmax(worst, fabs(kt_integrator_state(it)[0] - sin(kt_integrator_time(it))));
-    kt_check_above("Jacobians since", (double)(kt_integrator_counts_get(it).jacobians - jacobians), 1.0);
+    kt_check_above("Jacobians since", (double)(kt_integrator_counts_of(it).jacobians - jacobians), 1.0);
     kt_check_below("error", worst, 1e-5);
 }
 
@@ -371,7 +371,7 @@ KT_TEST(steps_grow_no_further_than_the_iteration_bears) {
         kt_integrator *it = integrator_start(radau(), 2, tolerance(tolerances[i], tolerances[i]), turning, NULL, 0.0,
                                              (double[]){1.0, 0.0});
         integrate_to(it, 10.0);
-        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        const kt_integrator_counts counts = kt_integrator_counts_of(it);
         kt_note("tolerance %g: %d steps, %d rejected, %d evaluations", tolerances[i], (int)counts.steps,
                 (int)counts.rejected, (int)counts.evaluations);
         kt_check_near("y2", kt_integrator_state(it)[1], sin(20.0), 10.0 * tolerances[i]);
@@ -404,7 +404,7 @@ KT_TEST(fixed_steps_of_a_linear_equation_factor_once) {
     double lambda = -100.0;
     kt_integrator *it = integrator_start(radau(), 1, fixed_step(0.03125), forced, &lambda, 0.0, (double[]){0.5});
     integrate_to(it, 2.0);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_check_equal_int("steps", (long long)counts.steps, 64);
     kt_check_equal_int("Jacobians", (long long)counts.jacobians, 1);
     kt_check_equal_int("factorizations, real and complex", (long long)counts.factorizations, 2);

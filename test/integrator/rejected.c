@@ -245,7 +245,7 @@ KT_TEST(a_checkpoint_before_the_first_step_has_no_past) {
     kt_integrator_save(it, &memory, y, previous, NULL);
     kt_check_equal_bits("previous", previous, y, 4);
     kt_fine("restore", kt_integrator_restore(other, &memory, y, previous, NULL, &callbacks, &error), &error);
-    kt_check_equal_int("past", kt_integrator_memory_get(other)->has_previous, 0);
+    kt_check_equal_int("past", kt_integrator_memory_of(other)->has_previous, 0);
     kt_check_equal_int("value before", kt_integrator_interpolate(other, -0.05, value, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("words", error.message, "outside of the last step");
     integrate_to(it, 0.3);

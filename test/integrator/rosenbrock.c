@@ -203,7 +203,7 @@ static double driven_error(driven *s, int steps, kt_integrator_counts *counts, k
     }
     if (*status != KT_OK)
         kt_check_contains("words", error.message, "the slope in time stopped (code -3)");
-    *counts = kt_integrator_counts_get(it);
+    *counts = kt_integrator_counts_of(it);
     return worst;
 }
 
@@ -273,7 +273,7 @@ KT_TEST(the_slope_in_time_is_asked_for_where_there_is_one) {
             h[l] = 0.5 / (1 << l);
             kt_integrator *it = solver_begin(&s, h[l]);
             integrate_to(it, 2.0);
-            const kt_integrator_counts counts = kt_integrator_counts_get(it);
+            const kt_integrator_counts counts = kt_integrator_counts_of(it);
             kt_check_equal_int("evaluations", (long long)counts.evaluations,
                                (long long)counts.steps * (k == 0 ? 8 : 10));
             error[l] = fabs(kt_integrator_state(it)[0] - exp(k == 0 ? -1.0 : -0.5 * sin(2.0)));
@@ -292,7 +292,7 @@ KT_TEST(an_old_jacobian_serves_and_is_counted) {
         h[l] = 0.05 / (1 << l);
         kt_integrator *it = solver_begin(&s, h[l]);
         integrate_to(it, 2.0);
-        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        const kt_integrator_counts counts = kt_integrator_counts_of(it);
         kt_check_equal_int("counted", (long long)counts.capped, (long long)counts.steps - 1);
         error[l] = fabs(kt_integrator_state(it)[0] - exp(-0.5 * sin(2.0)));
     }

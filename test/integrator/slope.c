@@ -40,7 +40,7 @@ static traced trace(const kt_method *method, const kt_integrator_options *option
             (void)integrator_value(it, mid, out.within[k]);
     }
     memcpy(out.y, kt_integrator_state(it), p->n * sizeof(double));
-    out.evaluations = kt_integrator_counts_get(it).evaluations;
+    out.evaluations = kt_integrator_counts_of(it).evaluations;
     return out;
 }
 

@@ -114,7 +114,7 @@ KT_TEST(errors_follow_the_tolerance) {
         at[i] = pow(10.0, -3 - i);
         kt_integrator *it = decays_begin("rkc2", &rate, tolerance(at[i], at[i]));
         error[i] = decays_worst(it);
-        const kt_integrator_counts counts = kt_integrator_counts_get(it);
+        const kt_integrator_counts counts = kt_integrator_counts_of(it);
         kt_note("tolerance %g: error %.3g, %llu steps, %llu rejected, %llu evaluations", at[i], error[i],
                 (unsigned long long)counts.steps, (unsigned long long)counts.rejected,
                 (unsigned long long)counts.evaluations);
@@ -132,7 +132,7 @@ KT_TEST(errors_of_rkc4_are_in_proportion_to_the_tolerance) {
         at[i] = pow(10.0, -4 - i);
         kt_integrator *it = integrator_begin(kt_method_find("rkc4"), &chirp_and_decay, tolerance(at[i], at[i]));
         error[i] = error_until_end(it, &chirp_and_decay);
-        steps[i] = (double)kt_integrator_counts_get(it).steps;
+        steps[i] = (double)kt_integrator_counts_of(it).steps;
         kt_note("tolerance %g: error %.3g, %g steps", at[i], error[i], steps[i]);
     }
     kt_check_near("slope of the error", slope_of(at, error, 5), 1.0, 0.15);
@@ -145,7 +145,7 @@ KT_TEST(it_needs_far_fewer_evaluations_where_decays_are_fast) {
     kt_integrator *it = decays_begin("rkc2", &rate, tolerance(1e-5, 1e-5));
     const double worst = decays_worst(it), rk4 = 4.0 * 3.0 * rate / 2.8;
     kt_check_below("error", worst, 1e-4);
-    kt_check_below("evaluations over those of RK4 at its limit", (double)kt_integrator_counts_get(it).evaluations / rk4,
+    kt_check_below("evaluations over those of RK4 at its limit", (double)kt_integrator_counts_of(it).evaluations / rk4,
                    0.05);
 }
 
@@ -211,7 +211,7 @@ static double radius_of(spectrum s, uint64_t *evaluations) {
     kt_integrator *it = integrator_start(kt_method_find("rkc2"), 4, fixed_step(1e-9), decay_and_swing, &s, 0.0,
                                          (double[]){0.0, 0.3, 0.0, 1.0});
     integrator_step(it, HUGE_VAL);
-    *evaluations = kt_integrator_counts_get(it).evaluations - 2; /* of a step with two stages */
+    *evaluations = kt_integrator_counts_of(it).evaluations - 2; /* of a step with two stages */
     const double radius = kt_stabilised_radius(it);
     return radius / KT_RADIUS_MARGIN;
 }
@@ -260,7 +260,7 @@ KT_TEST(a_fixed_step_beyond_all_stages_is_rejected_in_words) {
     kt_check_contains("rate", error.message, "decays at 1.2e+06 /s");
     kt_check_contains("what to do", error.message, "take steps below 0.034 s");
     kt_check_equal_bits("state", kt_integrator_state(it), before, DECAYS);
-    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, 0);
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_of(it).steps, 0);
 }
 
 KT_TEST(an_adaptive_step_is_kept_within_its_stages) {
@@ -380,7 +380,7 @@ KT_TEST(a_stop_is_heeded_wherever_a_rejected_step_asks) {
     jumping free_run = {0, 0};
     kt_integrator *undisturbed = before_the_jump(&free_run);
     integrator_step(undisturbed, 2.0);
-    kt_check_above("rejected", (double)kt_integrator_counts_get(undisturbed).rejected, 1.0);
+    kt_check_above("rejected", (double)kt_integrator_counts_of(undisturbed).rejected, 1.0);
     const int calls = free_run.calls;
     int heeded = 0, kept = 0;
     for (int stop_at = 1; stop_at <= calls; stop_at++) {

@@ -12,7 +12,7 @@
 static double worst_error(const kt_method *method, const problem *p, int steps) {
     kt_integrator *it = integrator_begin(method, p, fixed_step((p->end - p->start) / steps));
     const double worst = error_until_end(it, p);
-    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, steps);
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_of(it).steps, steps);
     return worst;
 }
 

@@ -41,7 +41,7 @@ KT_TEST(a_million_steps_end_at_their_own_times) {
         different += kt_integrator_time(it) != 0.7 + (double)k * 0.1;
     }
     kt_check_equal_int("times that differ", different, 0);
-    kt_check_equal_int("steps", (long long)kt_integrator_counts_get(it).steps, 1000000);
+    kt_check_equal_int("steps", (long long)kt_integrator_counts_of(it).steps, 1000000);
 }
 
 KT_TEST(a_limit_off_the_grid_is_hit_exactly_and_the_grid_resumed) {
@@ -68,15 +68,15 @@ KT_TEST(a_limit_within_rounding_of_the_grid_is_the_grid) {
     const kt_integrator_options options = fixed_step(0.1), longer = fixed_step(0.7);
     kt_integrator *it = oscillator_begin("rk4", 0.0, longer);
     integrate_to(it, 2.1);
-    kt_check_equal_int("steps to 2.1", (long long)kt_integrator_counts_get(it).steps, 3);
+    kt_check_equal_int("steps to 2.1", (long long)kt_integrator_counts_of(it).steps, 3);
     kt_check_near("time", kt_integrator_time(it), 2.1, 0.0);
     it = oscillator_begin("rk4", 0.0, options);
     integrate_to(it, 0.3);
-    kt_check_equal_int("steps to 0.3", (long long)kt_integrator_counts_get(it).steps, 3);
-    kt_check_near("whole", kt_integrator_memory_get(it)->last_step, 0.1, 0.0);
+    kt_check_equal_int("steps to 0.3", (long long)kt_integrator_counts_of(it).steps, 3);
+    kt_check_near("whole", kt_integrator_memory_of(it)->last_step, 0.1, 0.0);
     integrate_to(it, 0.3 + 0.3);
-    kt_check_equal_int("steps to 0.6", (long long)kt_integrator_counts_get(it).steps, 6);
-    kt_check_true("on the grid", kt_integrator_memory_get(it)->on_grid);
+    kt_check_equal_int("steps to 0.6", (long long)kt_integrator_counts_of(it).steps, 6);
+    kt_check_true("on the grid", kt_integrator_memory_of(it)->on_grid);
 }
 
 KT_TEST(steps_go_backwards_over_the_same_times) {
@@ -160,7 +160,7 @@ KT_TEST(the_last_two_steps_before_a_limit_are_equal) {
     double last[2] = {0.0, 0.0};
     while (kt_integrator_time(it) < 10.0 && integrator_step(it, 10.0)) {
         last[0] = last[1];
-        last[1] = kt_integrator_memory_get(it)->last_step;
+        last[1] = kt_integrator_memory_of(it)->last_step;
     }
     kt_check_near("time", kt_integrator_time(it), 10.0, 0.0);
     kt_check_near("halves", last[1], last[0], 4.0 * DBL_EPSILON * 10.0);
@@ -171,11 +171,11 @@ KT_TEST(a_short_stop_does_not_shorten_the_steps_after_it) {
     kt_integrator *it = oscillator_begin("dopri5", 0.0, tolerance(1e-8, 1e-8));
     integrate_to(it, 20.0);
     integrator_step(it, HUGE_VAL);
-    const double before = kt_integrator_memory_get(it)->last_step, t = kt_integrator_time(it);
+    const double before = kt_integrator_memory_of(it)->last_step, t = kt_integrator_time(it);
     integrate_to(it, t + 1e-9);
     integrate_to(it, t + 3e-9);
     integrator_step(it, HUGE_VAL);
-    kt_check_near("step after over step before", kt_integrator_memory_get(it)->last_step / before, 1.0, 0.1);
+    kt_check_near("step after over step before", kt_integrator_memory_of(it)->last_step / before, 1.0, 0.1);
 }
 
 /* ---- tolerance --------------------------------------------------------------------------------------------------- */

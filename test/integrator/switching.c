@@ -27,7 +27,7 @@ KT_TEST(motions_that_are_not_stiff_have_the_bits_of_dopri5) {
         const double t = 0.3 * kt_integrator_time(it) + 0.7 * kt_integrator_previous_time(it);
         integrator_value(it, t, between[0]);
         integrator_value(other, t, between[1]);
-        const kt_integrator_counts a = kt_integrator_counts_get(it), b = kt_integrator_counts_get(other);
+        const kt_integrator_counts a = kt_integrator_counts_of(it), b = kt_integrator_counts_of(other);
         kt_check_equal_bits(p->name, kt_integrator_state(it), kt_integrator_state(other), p->n);
         kt_check_equal_bits("between", between[0], between[1], p->n);
         kt_check_equal_int("counts", memcmp(&a, &b, sizeof a), 0);
@@ -76,7 +76,7 @@ static course follow(const kt_method *method, double tol) {
     course c = {.first = {0.0, (double)NAN, (double)NAN}};
     while (kt_integrator_time(it) < 20.0 && integrator_step(it, 20.0)) {
         const double t0 = kt_integrator_previous_time(it), t1 = kt_integrator_time(it);
-        c.counts = kt_integrator_counts_get(it);
+        c.counts = kt_integrator_counts_of(it);
         if (c.counts.switches < 3 && isnan(c.first[c.counts.switches]))
             c.first[c.counts.switches] = t1;
         c.steps_soft += c.counts.switches == 1 && t1 > 4.0;
@@ -131,7 +131,7 @@ KT_TEST(a_stiff_oscillator_is_integrated_in_few_steps_and_no_allocation) {
     kt_interpose_start();
     integrate_to(it, 2.0);
     kt_check_equal_int("allocations", kt_interpose_stop(), 0);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_note("%d steps, %d evaluations, %d switches", (int)counts.steps, (int)counts.evaluations, (int)counts.switches);
     kt_check_near("y1", kt_integrator_state(it)[0], 1.706167732170483, 1e-5);
     kt_check_below("evaluations", (double)counts.evaluations, 12000.0); /* radau5: 6,000; dopri5: 6e6 */
@@ -166,7 +166,7 @@ static kt_integrator_counts count_ringing(const kt_method *method, ringing *r, d
     options.positions = n;
     kt_integrator *it = integrator_start(method, 2 * n, options, ring, r, 0.0, start);
     integrate_to(it, 2000.0 / r->rate);
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     memcpy(y, kt_integrator_state(it), 2 * n * sizeof *y);
     return counts;
 }
@@ -224,10 +224,10 @@ KT_TEST(a_checkpoint_of_any_step_is_resumed_to_the_last_bit) {
         here[1] = kt_integrator_time(it), there[1] = kt_integrator_time(other);
         here[2] = kt_integrator_state(it)[0], there[2] = kt_integrator_state(other)[0];
         differ += !same_bits(here, there, 3) ||
-                  kt_integrator_counts_get(it).switches != kt_integrator_counts_get(other).switches;
+                  kt_integrator_counts_of(it).switches != kt_integrator_counts_of(other).switches;
         steps++;
     }
-    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 2);
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_of(it).switches, 2);
     kt_check_above("steps", steps, 60);
     kt_check_equal_int("steps that differ", differ, 0);
 }
@@ -264,7 +264,7 @@ KT_TEST(a_stopped_step_changes_nothing_at_a_switch_either) {
         integrator_step(other, 10.0);
         differ += !same_bits(kt_integrator_state(it), kt_integrator_state(other), 1);
     }
-    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 2);
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_of(it).switches, 2);
     kt_check_above("stops", stops, 60);
     kt_check_equal_int("differences", differ, 0);
 }
@@ -274,13 +274,13 @@ KT_TEST(a_jump_leaves_a_stiff_motion_stiff) {
     kt_error error;
     kt_integrator *it = begin(1e-6, &for_a_while);
     integrate_to(it, 2.2);
-    kt_check_equal_int("switches", (long long)kt_integrator_counts_get(it).switches, 1);
+    kt_check_equal_int("switches", (long long)kt_integrator_counts_of(it).switches, 1);
     for (int i = 1; i <= 20; i++) {
         double y = kt_integrator_state(it)[0];
         kt_fine("jump", kt_integrator_jump(it, &y, &error), &error);
         integrate_to(it, 2.2 + 0.01 * i);
     }
-    const kt_integrator_counts counts = kt_integrator_counts_get(it);
+    const kt_integrator_counts counts = kt_integrator_counts_of(it);
     kt_check_equal_int("switches", (long long)counts.switches, 1);
     kt_check_below("steps", (double)counts.steps, 400.0); /* dopri5 takes 6000 for these 0.2 s */
     kt_check_near("state", kt_integrator_state(it)[0], sin(2.4), 1e-11);

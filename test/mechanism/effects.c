@@ -291,7 +291,7 @@ KT_TEST(recoverable_callback_makes_the_step_smaller_and_goes_on) {
     kt_simulation *simulation = kt_test_simulation(s.model, &run, NULL);
     kt_need_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
     kt_check_above("rejected", o.calls, 1);
-    kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1);
+    kt_check_above("rejected", (double)kt_simulation_counts_of(simulation).rejected, 1);
 }
 
 KT_TEST(force_that_is_not_finite_is_named_with_its_time) {

@@ -234,7 +234,7 @@ static void check_run(const char *name) {
     kt_check_above("records", (double)records, 200);
     kt_check_below("records", (double)records, 2001);
     kt_check_below("evaluations times bodies",
-                   (double)kt_simulation_counts_get(simulation).evaluations * kt_model_body_count(c.model), 1.2e6);
+                   (double)kt_simulation_counts_of(simulation).evaluations * kt_model_body_count(c.model), 1.2e6);
 }
 
 KT_TEST(every_scene_runs_to_its_end_in_a_blink) { visit_all(check_run); }

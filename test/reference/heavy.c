@@ -124,7 +124,7 @@ static outcome run_shortly(const kt_case *c, const kt_model *model) {
     if (simulation && o.values) {
         memcpy(o.values, kt_simulation_positions(simulation), nq * sizeof(double));
         memcpy(o.values + nq, kt_simulation_velocities(simulation), nv * sizeof(double));
-        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
         o.values[nq + nv] = (double)counts.steps;
         o.values[nq + nv + 1] = (double)counts.evaluations;
     }

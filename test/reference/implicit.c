@@ -21,7 +21,7 @@ static bool end_of(const kt_case *c, const char *method, double step, double tol
     memcpy(y, kt_simulation_positions(s), (size_t)kt_model_nq(c->model) * sizeof *y);
     memcpy(y + kt_model_nq(c->model), kt_simulation_velocities(s), (size_t)kt_model_nv(c->model) * sizeof *y);
     if (counts != NULL)
-        *counts = kt_simulation_counts_get(s);
+        *counts = kt_simulation_counts_of(s);
     return fine;
 }
 

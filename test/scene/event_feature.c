@@ -105,7 +105,7 @@ KT_TEST(searches_of_events_share_a_limit) {
         if (status != KT_OK)
             kt_check_text(text, error.message, "");
         const double used = (double)(f.run.simulation->memory.sought - (KT_BREAKPOINT_OPERATIONS - LIMIT));
-        const uint64_t count = kt_simulation_counts_get(f.run.simulation).cut;
+        const uint64_t count = kt_simulation_counts_of(f.run.simulation).cut;
         kt_worst_below(&taken, used, LIMIT + 60.0 * (double)formula->count, "%s", text);
         kt_worst_below(&cuts, (double)count, 16 + 16 * 7, "%s", text);
         if (count > 0)
@@ -139,13 +139,13 @@ KT_TEST(restored_run_cuts_the_same_searches_of_events) {
     kt_need(kt_check_true("room", kt_simulation_state_size(first.run.simulation) <= sizeof block));
     first.run.simulation->memory.sought = KT_BREAKPOINT_OPERATIONS / 20 * 19;
     kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 1.5, &error), KT_OK);
-    const uint64_t before = kt_simulation_counts_get(first.run.simulation).cut;
+    const uint64_t before = kt_simulation_counts_of(first.run.simulation).cut;
     kt_simulation_save(first.run.simulation, block);
     kt_check_equal_int("restore", kt_simulation_restore(second.run.simulation, block, &error), KT_OK);
     kt_check_equal_int("advance", kt_simulation_advance(first.run.simulation, 3.0, &error), KT_OK);
     kt_check_equal_int("advance", kt_simulation_advance(second.run.simulation, 3.0, &error), KT_OK);
-    const kt_simulation_counts a = kt_simulation_counts_get(first.run.simulation),
-                               b = kt_simulation_counts_get(second.run.simulation);
+    const kt_simulation_counts a = kt_simulation_counts_of(first.run.simulation),
+                               b = kt_simulation_counts_of(second.run.simulation);
     kt_check_above("cut before", (double)before, 0.5);
     kt_check_above("cut behind", (double)(a.cut - before), 0.5);
     kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);

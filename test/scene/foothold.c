@@ -468,7 +468,7 @@ KT_TEST(a_linkage_that_is_closed_at_its_described_place_moves) {
         (void)snprintf(text, sizeof text, bennett, "2.7468771", sets ? ", {set: {m: 1}}" : "");
         r = running_start(text, NULL);
         running_advance(&r, 0.4);
-        const kt_simulation_counts counts = kt_simulation_counts_get(r.simulation);
+        const kt_simulation_counts counts = kt_simulation_counts_of(r.simulation);
         kt_check_equal_int("degrees of freedom", kt_model_mobility(kt_simulation_model(r.simulation)).minimal, 1);
         kt_check_below("steps that are rejected", (double)counts.rejected, 10.0);
     }

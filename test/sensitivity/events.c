@@ -538,6 +538,6 @@ KT_TEST(motion_with_derivatives_has_the_bits_of_one_without) {
     kt_test_advance(other.simulation, 1.7);
     kt_check_near("q", kt_simulation_positions(m.simulation)[0], kt_simulation_positions(other.simulation)[0], 0.0);
     kt_check_near("v", kt_simulation_velocities(m.simulation)[0], kt_simulation_velocities(other.simulation)[0], 0.0);
-    kt_check_equal_int("steps", (long long)kt_simulation_counts_get(m.simulation).steps,
-                       (long long)kt_simulation_counts_get(other.simulation).steps);
+    kt_check_equal_int("steps", (long long)kt_simulation_counts_of(m.simulation).steps,
+                       (long long)kt_simulation_counts_of(other.simulation).steps);
 }

@@ -47,10 +47,10 @@ static int evaluations_with(const kt_wrench *first, const kt_wrench *second) {
     kt_error error;
     (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, first, &error), &error);
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
-    const uint64_t before = kt_simulation_counts_get(simulation).evaluations;
+    const uint64_t before = kt_simulation_counts_of(simulation).evaluations;
     (void)kt_fine("wrenches", kt_simulation_set_wrenches(simulation, second, &error), &error);
     (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
-    const int count = (int)(kt_simulation_counts_get(simulation).evaluations - before);
+    const int count = (int)(kt_simulation_counts_of(simulation).evaluations - before);
     return count;
 }
 

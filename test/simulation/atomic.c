@@ -159,7 +159,7 @@ static bool are_equal(kt_simulation *a, kt_simulation *b) {
     }
     free(one);
     free(two);
-    const kt_simulation_counts i = kt_simulation_counts_get(a), j = kt_simulation_counts_get(b);
+    const kt_simulation_counts i = kt_simulation_counts_of(a), j = kt_simulation_counts_of(b);
     const kt_contact_counts k = kt_simulation_contacts(a), l = kt_simulation_contacts(b);
     const kt_work v = kt_simulation_work(a), w = kt_simulation_work(b);
     const kt_status first = kt_simulation_acceleration(a, x[0], &error),

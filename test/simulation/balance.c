@@ -255,7 +255,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             kt_kept *kept = kt_kept_empty(model);
             kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
             kt_test_run(simulation, kt_keep, kept);
-            const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+            const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
             kt_check_true("no works", isnan(kt_simulation_work(simulation).dissipated) &&
                                           isnan(kt_simulation_work(simulation).supplied));
             without = *kept;
@@ -264,7 +264,7 @@ KT_TEST(motion_has_the_same_bits_with_its_balance) {
             kept = kt_kept_empty(model);
             simulation = kt_test_simulation(model, &run, NULL);
             kt_test_run(simulation, kt_keep, kept);
-            kt_simulation_counts more = kt_simulation_counts_get(simulation);
+            kt_simulation_counts more = kt_simulation_counts_of(simulation);
             if (method->gamma != NULL) /* two more evaluations a try */
                 more.evaluations -= 2 * (more.steps + more.rejected);
             kt_check_true("its own evaluations are counted apart", adaptive || more.balance == 0);

@@ -32,7 +32,7 @@ static bool run_to_end(const kt_model *model, const char *method, double duratio
     state[0] = kt_simulation_positions(simulation)[kt_model_nq(model) - 1];
     state[1] = kt_simulation_velocities(simulation)[kt_model_nv(model) - 1];
     if (counts != NULL)
-        *counts = kt_simulation_counts_get(simulation);
+        *counts = kt_simulation_counts_of(simulation);
     return fine;
 }
 
@@ -188,7 +188,7 @@ KT_TEST(max_step_of_a_run_bounds_steps) {
     kt_test_advance(simulation, 10.0);
     /* At a jump in the midst of a step an embedded estimate is some 70 times less than the error. */
     kt_check_near("velocity, m/s", kt_simulation_velocities(simulation)[0], 0.01, 1.5e-7);
-    kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 2000.0);
+    kt_check_above("steps", (double)kt_simulation_counts_of(simulation).steps, 2000.0);
 }
 
 /* ---- a drive whose acceleration jumps ---------------------------------------------------------------------------- */
@@ -304,7 +304,7 @@ KT_TEST(fixed_steps_end_where_the_speed_of_a_drive_jumps) {
             const double start = kt_scene_balance(simulation);
             kt_note("%s", methods[m]);
             kt_test_advance(simulation, 3.99);
-            kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, k == 0 ? 135 : 134);
+            kt_check_equal_int("steps", (long long)kt_simulation_counts_of(simulation).steps, k == 0 ? 135 : 134);
             kt_test_advance(simulation, 4.0);
             kt_check_near("load, m", kt_simulation_positions(simulation)[1], expected, bound[m]);
             kt_check_near("balance, J", kt_scene_balance(simulation), start, bound[m]);
@@ -457,11 +457,11 @@ KT_TEST(restored_run_cuts_the_same_searches) {
     kt_model *model = kt_scene_compile(&p.lone.description);
     kt_simulation *first = kt_test_simulation(model, &run, NULL), *second = kt_test_simulation(model, &run, NULL);
     kt_test_advance(first, 0.2);
-    const uint64_t before = kt_simulation_counts_get(first).cut;
+    const uint64_t before = kt_simulation_counts_of(first).cut;
     (void)kt_scene_hand_over(first, second);
     kt_test_advance(first, 1.0);
     kt_test_advance(second, 1.0);
-    const kt_simulation_counts a = kt_simulation_counts_get(first), b = kt_simulation_counts_get(second);
+    const kt_simulation_counts a = kt_simulation_counts_of(first), b = kt_simulation_counts_of(second);
     kt_check_above("cut before", (double)before, 10.0);
     kt_check_above("cut behind", (double)(a.cut - before), 10.0);
     kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);

@@ -72,9 +72,9 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     kt_run run = kt_run_fixed("rk4", 1e-2, 2.0);
     kt_simulation *simulation = kt_test_simulation(l.model, &run, NULL);
     kt_status status = KT_OK;
-    kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
+    kt_iterations seen = kt_simulation_counts_of(simulation).iterations;
     while (status == KT_OK && kt_simulation_time(simulation) < 2.0) {
-        seen = kt_simulation_counts_get(simulation).iterations;
+        seen = kt_simulation_counts_of(simulation).iterations;
         status = kt_simulation_step(simulation, HUGE_VAL, &error);
     }
     kt_note("%s: %s", error.where, error.message);
@@ -83,7 +83,7 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     kt_check_above("steps before", seen.position, 1);
     kt_check_below("steps before", seen.position, 5);
     kt_check_equal_int("capped before", seen.capped, 0);
-    seen = kt_simulation_counts_get(simulation).iterations;
+    seen = kt_simulation_counts_of(simulation).iterations;
     kt_check_equal_int("steps", seen.position, KT_POSITION_STEPS_MAX);
     kt_check_equal_int("capped", seen.capped, 1);
 
@@ -92,11 +92,11 @@ KT_TEST(projection_that_ends_at_its_cap_is_told) {
     void *block = malloc(size);
     kt_simulation_save(simulation, block);
     (void)kt_fine("start", kt_simulation_set_state(simulation, 0.0, l.q, l.v, &error), &error);
-    seen = kt_simulation_counts_get(simulation).iterations;
+    seen = kt_simulation_counts_of(simulation).iterations;
     kt_check_below("steps of a start", seen.position, 5);
     kt_check_equal_int("capped", seen.capped, 0);
     (void)kt_fine("restore", kt_simulation_restore(simulation, block, &error), &error);
-    seen = kt_simulation_counts_get(simulation).iterations;
+    seen = kt_simulation_counts_of(simulation).iterations;
     kt_check_equal_int("steps", seen.position, KT_POSITION_STEPS_MAX);
     kt_check_equal_int("capped", seen.capped, 1);
     free(block);
@@ -117,7 +117,7 @@ KT_TEST(bundled_scenes_stay_far_from_all_caps) {
         kt_simulation *simulation = kt_test_simulation(kt_test_model(&scene->description, NULL), &run, NULL);
         kt_error error;
         (void)kt_fine(name, kt_simulation_advance(simulation, 300.0 * run.step, &error), &error);
-        const kt_iterations seen = kt_simulation_counts_get(simulation).iterations;
+        const kt_iterations seen = kt_simulation_counts_of(simulation).iterations;
         kt_note("%s: %u and %u steps", name, seen.position, seen.velocity);
         position = seen.position > position ? seen.position : position;
         velocity = seen.velocity > velocity ? seen.velocity : velocity;
@@ -152,7 +152,7 @@ static unsigned decay(int bars) {
     kt_run run = kt_run_fixed("rkc2", 1e-3, 1.0);
     kt_simulation *simulation = kt_test_simulation(l.model, &run, NULL);
     kt_test_advance(simulation, 0.1);
-    const unsigned capped = kt_simulation_counts_get(simulation).iterations.capped;
+    const unsigned capped = kt_simulation_counts_of(simulation).iterations.capped;
     return capped;
 }
 

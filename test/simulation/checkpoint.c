@@ -405,5 +405,5 @@ KT_TEST(checkpoints_do_not_change_the_choice_of_auto) {
     }
     kt_scene_check_equal("state", now, whole);
     kt_check_near("time", kt_simulation_time(now), run.duration, 0.0);
-    kt_check_above("switches", (double)kt_simulation_counts_get(whole).switches, 1.5);
+    kt_check_above("switches", (double)kt_simulation_counts_of(whole).switches, 1.5);
 }

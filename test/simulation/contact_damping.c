@@ -188,6 +188,6 @@ KT_TEST(stick_that_ends_at_once_is_held) {
     for (int k = 0; k < 50 && status == KT_OK; k++)
         status = kt_simulation_tick(simulation, 0.01, &error);
     kt_need_fine("runs", status, &error);
-    kt_check_below("evaluations", (double)kt_simulation_counts_get(simulation).evaluations, 40000.0);
+    kt_check_below("evaluations", (double)kt_simulation_counts_of(simulation).evaluations, 40000.0);
     kt_check_above("ends of stick that are held", (double)kt_simulation_contacts(simulation).rested, 3.0);
 }

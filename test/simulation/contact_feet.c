@@ -52,7 +52,7 @@ static void rest_foot(const kt_model *model, const char *method, double step, do
     const double *v = kt_simulation_velocities(simulation);
     memcpy(q, kt_simulation_positions(simulation) + 1, 2 * sizeof *q);
     *counts = kt_simulation_contacts(simulation);
-    *evaluations = (double)kt_simulation_counts_get(simulation).evaluations;
+    *evaluations = (double)kt_simulation_counts_of(simulation).evaluations;
     kt_check_below("rests, m/s", hypot(v[1], v[2]), 1e-12);
     kt_check_equal_int("sticks", (int)counts->sticks, 1);
     kt_check_equal_int("slips again", (int)counts->slips, 0);
@@ -108,7 +108,7 @@ KT_TEST(light_foot_comes_to_rest_at_large_tolerances) {
             const kt_status status = kt_simulation_advance(simulation, 0.2, &error);
             kt_need_fine(methods[i % 3], status, &error);
             const double *q = kt_simulation_positions(simulation) + 1;
-            const double evaluations = (double)kt_simulation_counts_get(simulation).evaluations;
+            const double evaluations = (double)kt_simulation_counts_of(simulation).evaluations;
             if (k == 0)
                 memcpy(exact, q, sizeof exact);
             else {
@@ -194,7 +194,7 @@ KT_TEST(box_at_rest_takes_few_steps) {
             before = record.kinetic + record.potential;
         }
         kt_need_fine(methods[i % 3], status, &error);
-        const uint64_t count = kt_simulation_counts_get(simulation).rejected;
+        const uint64_t count = kt_simulation_counts_of(simulation).rejected;
         kt_worst_near(&height, kt_simulation_positions(simulation)[2] / half[2], 1.0, 1e-12, "run %d", i);
         rejected = count > rejected ? count : rejected;
     }

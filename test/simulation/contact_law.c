@@ -137,7 +137,7 @@ KT_TEST(rod_that_leans_presses) {
     kt_need(kt_check_true("record", kt_simulation_sense(simulation, &record, &error) == KT_OK));
     const double least = 2.0 * g * 0.5 * 0.5 / (0.5 + 0.5 * sqrt(0.75));
     kt_check_near("normal force, N", fabs(record.loop_reactions[0].force.z), least, 1e-6);
-    kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_get(simulation).rejected, 0);
+    kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_of(simulation).rejected, 0);
 }
 
 /* A joint of little inertia under a pulse comes to rest at the same place if the pulse comes 1e4 s later, where a

@@ -111,7 +111,7 @@ KT_TEST(thrown_plates_come_to_rest_in_few_steps) {
             uint64_t steps = 0;
             while (status == KT_OK && steps < 40000) {
                 status = kt_simulation_step(simulation, 2.0, &error);
-                steps = kt_simulation_counts_get(simulation).steps;
+                steps = kt_simulation_counts_of(simulation).steps;
                 if (status == KT_OK && kt_simulation_time(simulation) >= 2.0)
                     break;
             }

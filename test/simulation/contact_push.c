@@ -85,7 +85,7 @@ static outcome push_box(const push *p, const fading *fades, const char *method, 
     make_pushed_box(p, fades, &m);
     kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
     o.ends = kt_fine("runs", kt_simulation_run(simulation, take_energies, &o, &error), &error);
-    o.steps = (double)kt_simulation_counts_get(simulation).steps;
+    o.steps = (double)kt_simulation_counts_of(simulation).steps;
     o.holds = (double)kt_simulation_contacts(simulation).rested;
     return o;
 }
@@ -300,7 +300,7 @@ static double speed_behind_limit(const push *p, const char *method, double toler
     kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
     kt_test_advance(simulation, 2.4);
     const double speed = kt_simulation_velocities(simulation)[0];
-    *steps = (double)kt_simulation_counts_get(simulation).steps;
+    *steps = (double)kt_simulation_counts_of(simulation).steps;
     return speed;
 }
 

@@ -223,7 +223,7 @@ static void limit_calls(const kt_model *model, const char *method, double step, 
     uint64_t worst = 0, steps = 0, calls = 0;
     for (int tick = 1; others == 0 && tick <= 40 && calls < 10000; calls++) {
         const kt_status status = kt_simulation_advance(simulation, 0.01 * tick, &error);
-        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
         worst = counts.steps + counts.rejected - steps > worst ? counts.steps + counts.rejected - steps : worst;
         steps = counts.steps + counts.rejected;
         used_up += status == KT_ERROR_STEP;
@@ -338,7 +338,7 @@ KT_TEST(slow_parting_is_not_ended_by_rounding) {
         const kt_status status = kt_simulation_advance(simulation, 200.0 * step, &error);
         kt_need_fine("runs", status, &error);
         const double *q = kt_simulation_positions(simulation);
-        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
         kt_worst_near(&gap, (q[0] + q[1]) / (x * DBL_EPSILON), 200.0 * step * u / (x * DBL_EPSILON), 200.0, "run %d",
                       i);
         most = counts.steps + counts.rejected > most ? counts.steps + counts.rejected : most;

@@ -381,8 +381,8 @@ KT_TEST(friction_of_a_joint_that_loops_hold_rests) {
     }
     kt_check_below("difference, m or rad", off, 1e-8);
     kt_check_below("rate of the joint, rad/s", fastest, 1e-12);
-    kt_check_below("steps", (double)kt_simulation_counts_get(rubs).steps,
-                   1.5 * (double)kt_simulation_counts_get(free).steps + 10.0);
+    kt_check_below("steps", (double)kt_simulation_counts_of(rubs).steps,
+                   1.5 * (double)kt_simulation_counts_of(free).steps + 10.0);
 }
 
 /* The torque that starts a slider-crank from rest with this half of the acceleration of its crank, rad/s^2. */

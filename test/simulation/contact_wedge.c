@@ -152,6 +152,6 @@ KT_TEST(steps_of_a_driven_rod_are_not_repeated) {
     kt_need_fine("runs", status, &error);
     const double a_x = pull[0] / s.body.mass - friction * g;
     kt_check_near("place, m", kt_simulation_positions(simulation)[0], end + 0.5 * a_x * end * end, 1e-12);
-    kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, lround(end / step));
-    kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_get(simulation).rejected, 0);
+    kt_check_equal_int("steps", (long long)kt_simulation_counts_of(simulation).steps, lround(end / step));
+    kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_of(simulation).rejected, 0);
 }

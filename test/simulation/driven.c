@@ -72,7 +72,7 @@ static void check_method(const kt_model *model, const kt_absolute *absolute, con
     kt_note("%s, step %g%s", run->integrator, run->step, absolute != NULL ? ", absolute" : "");
     kt_test_run(simulation, compare, &c);
     kt_check_worst(&c.worst);
-    kt_check_below("steps", (double)kt_simulation_counts_get(simulation).steps, 400.0);
+    kt_check_below("steps", (double)kt_simulation_counts_of(simulation).steps, 400.0);
 }
 
 /* Counts over all scenes and all works: see kt_is_asked. */
@@ -176,7 +176,7 @@ static void check_works(const char *text, supplied_at *right, double bound, doub
                      .stop_at = -1};
         kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         kt_test_run(simulation, enter, &a);
-        const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+        const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
         kt_note("%s: %llu steps, %llu evaluations, and %llu for works", method->name, (unsigned long long)counts.steps,
                 (unsigned long long)counts.evaluations, (unsigned long long)counts.balance);
     }
@@ -238,7 +238,7 @@ KT_TEST(records_of_a_step_that_ends_at_a_dead_point_are_of_the_motion) {
         KT_WORST worst = kt_worst_make("angle");
         kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
         const kt_status status = kt_simulation_run(simulation, look_at_bars, &worst, &error);
-        joined += kt_simulation_counts_get(simulation).joined;
+        joined += kt_simulation_counts_of(simulation).joined;
         kt_note("tolerance %g: until %g s, status %d", tolerances[i], kt_simulation_time(simulation), (int)status);
     }
     kt_check_above("states joined", (double)joined, 100.0);
@@ -260,7 +260,7 @@ KT_TEST(dense_output_that_leaves_the_motion_is_not_taken) {
         it->k[it->derivative_slot][spoilt ? 0 : 1] *= spoilt ? 1e12 : 1.0;
         (void)kt_fine("state", kt_simulation_between(simulation, t, &error), &error);
         kt_check_near("angle", simulation->y[0], angle, 1e-12);
-        kt_check_equal_int("joined", (long long)kt_simulation_counts_get(simulation).joined, spoilt);
+        kt_check_equal_int("joined", (long long)kt_simulation_counts_of(simulation).joined, spoilt);
     }
 }
 
@@ -358,7 +358,7 @@ KT_TEST(works_before_a_dead_point_are_given_up) {
     kt_check_true("ends there", kt_simulation_advance(simulation, 2.0, &error) != KT_OK);
     kt_note("%s: %s", error.where, error.message);
     kt_check_near("time", kt_simulation_time(simulation), 1.43329539, 1e-9);
-    kt_check_below("evaluations for works", (double)kt_simulation_counts_get(simulation).balance, 2e3);
+    kt_check_below("evaluations for works", (double)kt_simulation_counts_of(simulation).balance, 2e3);
 }
 
 /* A checkpoint between records of one long step. */

@@ -197,7 +197,7 @@ typedef double bound_of(const kt_model *model, const kt_simulation *simulation);
  * equally smooth functions by the same formula. The bound is half of the possible error of all steps together. The
  * largest error of seven seeds was a twentieth of the possible error. */
 static double bound_smooth(const kt_model *model, const kt_simulation *simulation) {
-    return (double)kt_simulation_counts_get(simulation).steps * sqrt(kt_model_nv(model)) * TOLERANCE;
+    return (double)kt_simulation_counts_of(simulation).steps * sqrt(kt_model_nv(model)) * TOLERANCE;
 }
 
 /* A step over a kink is of first order, and its estimate of the error may be zero by chance. The bound above does not

@@ -89,7 +89,7 @@ static uint64_t run(const kt_model *model, const char *method, watch *w, const k
     }
     end[0] = kt_simulation_positions(simulation)[0];
     end[1] = kt_simulation_velocities(simulation)[0];
-    const uint64_t evaluations = kt_simulation_counts_get(simulation).evaluations;
+    const uint64_t evaluations = kt_simulation_counts_of(simulation).evaluations;
     kt_simulation_free(simulation);
     return evaluations;
 }

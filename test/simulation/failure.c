@@ -89,7 +89,7 @@ KT_TEST(motion_that_does_not_get_on_ends_and_names_the_joint) {
     kt_check_contains("time and joint", error.where, "t = 0.00101");
     kt_check_contains("joint", error.where, " s, joint 'stopper'");
     kt_check_contains("message", error.message, "the motion makes no progress");
-    const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     kt_check_below("tries", (double)(counts.steps + counts.rejected), 20000.0);
 }
 
@@ -129,7 +129,7 @@ KT_TEST(run_that_fails_has_handed_over_all_records_up_to_then) {
     double t = kt_simulation_time(simulation);
     kt_check_above("time reached", t, 0.1);
     kt_check_equal_int("records", kept->count, (long long)floor(t / 0.01) + 1);
-    kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     kt_check_equal_int("steps and rejected", (long long)counts.steps + (long long)counts.rejected, 20);
 }
 

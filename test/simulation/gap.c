@@ -116,7 +116,7 @@ KT_TEST(joint_that_rests_at_its_stop_costs_no_steps) {
     kt_run run = kt_run_default();
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_test_run(simulation, ignore, NULL);
-    const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     kt_check_below("steps", (double)counts.steps, 20.0);
     kt_check_equal_int("taken back", (long long)counts.rejected, 0);
 }

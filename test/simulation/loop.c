@@ -181,7 +181,7 @@ KT_TEST(factorizations_are_counted) {
     kt_run run = kt_run_fixed("rk4", 0.1, 1.0);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_test_advance(simulation, 1.0);
-    kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     kt_check_equal_int("evaluations", (long long)counts.evaluations, 40);
     kt_check_equal_int("factorizations", (long long)counts.factorizations, 50); /* and a projection a step */
 }

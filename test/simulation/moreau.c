@@ -104,7 +104,7 @@ KT_TEST(a_step_that_an_event_repeats_counts_once) {
     kt_need_fine("event", kt_simulation_event_add(s.simulation, &tenths, &error), &error);
     advance(&s, 1.0);
     const kt_contact_counts counts = kt_simulation_contacts(s.simulation);
-    const kt_simulation_counts steps = kt_simulation_counts_get(s.simulation);
+    const kt_simulation_counts steps = kt_simulation_counts_of(s.simulation);
     kt_check_true("steps are repeated", steps.rejected > 0);
     kt_check_near("dissipated, J", counts.dissipated, 2.0, 1e-12);
     kt_check_equal_int("closed contacts of all steps", (int)counts.closed, (int)steps.steps);

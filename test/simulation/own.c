@@ -145,7 +145,7 @@ KT_TEST(recoverable_failures_shorten_adaptive_steps) {
     options.user = &last;
     kt_simulation *simulation = kt_test_simulation(model, &run, &options);
     kt_test_advance(simulation, 1.0);
-    kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
-    kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
+    kt_check_above("rejected", (double)kt_simulation_counts_of(simulation).rejected, 1.0);
+    kt_check_above("steps", (double)kt_simulation_counts_of(simulation).steps, 20.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 0.7 * cos(1.0), 1e-10);
 }

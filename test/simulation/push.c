@@ -81,7 +81,7 @@ KT_TEST(periods_are_whole_steps) {
             for (int k = 0; k < 3000 && fine; k++)
                 fine = (way == 0 ? kt_simulation_tick(simulation, 1e-3, &error)
                                  : kt_simulation_advance(simulation, t += 1e-3, &error)) == KT_OK;
-            const uint64_t steps = kt_simulation_counts_get(simulation).steps;
+            const uint64_t steps = kt_simulation_counts_of(simulation).steps;
             if (way == 0) {
                 if (cases[i].steps > 0)
                     kt_check_equal_int("steps", (int)steps, (int)cases[i].steps);

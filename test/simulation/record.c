@@ -65,7 +65,7 @@ KT_TEST(records_do_not_shorten_steps) {
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_kept *kept = kt_kept_empty(model);
     kt_test_run(simulation, kt_keep, kept);
-    kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 10);
+    kt_check_equal_int("steps", (long long)kt_simulation_counts_of(simulation).steps, 10);
     kt_check_equal_int("records", kept->count, 44);
     /* Ten additions of h v, each rounded to half an ulp of 3. */
     KT_WORST position = kt_worst_make("position against time");
@@ -81,7 +81,7 @@ KT_TEST(duration_need_not_be_a_multiple_of_the_step) {
     check_times(model, run, 3);
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_test_run(simulation, kt_keep, kt_kept_empty(model));
-    kt_check_equal_int("steps", (long long)kt_simulation_counts_get(simulation).steps, 4);
+    kt_check_equal_int("steps", (long long)kt_simulation_counts_of(simulation).steps, 4);
     kt_check_near("position", kt_simulation_positions(simulation)[0], 1.05, 4.0 * DBL_EPSILON);
 }
 

@@ -177,8 +177,8 @@ KT_TEST(projection_that_rejects_long_steps_shortens_them) {
     options.user = &last;
     kt_simulation *simulation = kt_test_simulation(model, NULL, &options);
     kt_test_advance(simulation, 1.0);
-    kt_check_above("steps", (double)kt_simulation_counts_get(simulation).steps, 20.0);
-    kt_check_above("rejected", (double)kt_simulation_counts_get(simulation).rejected, 1.0);
+    kt_check_above("steps", (double)kt_simulation_counts_of(simulation).steps, 20.0);
+    kt_check_above("rejected", (double)kt_simulation_counts_of(simulation).rejected, 1.0);
     kt_check_near("q", kt_simulation_positions(simulation)[0], 1.0, 64.0 * DBL_EPSILON);
 }
 

@@ -66,7 +66,7 @@ static double run(const kt_model *model, const char *method, double h, bool smoo
     kt_check_true("runs", fine);
     const double *q = kt_simulation_positions(simulation);
     const double error = fine ? hypot(q[0] - expected[0], q[1] - expected[1]) : (double)NAN;
-    *evaluations = (double)kt_simulation_counts_get(simulation).evaluations / ticks;
+    *evaluations = (double)kt_simulation_counts_of(simulation).evaluations / ticks;
     return error;
 }
 

@@ -275,7 +275,7 @@ static void count(const char *name, const kt_model *model, const kt_absolute *ab
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
     kt_simulation *plain = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
     if (go(name, plain, nv, false, p->order) && go(name, sensed, nv, true, p->order)) {
-        const kt_simulation_counts a = kt_simulation_counts_get(plain), b = kt_simulation_counts_get(sensed);
+        const kt_simulation_counts a = kt_simulation_counts_of(plain), b = kt_simulation_counts_of(sensed);
         const double *q[2] = {kt_simulation_positions(plain), kt_simulation_positions(sensed)};
         const long more = (long)(b.evaluations - a.evaluations);
         if (more > 0 && p->order != AFTER_SENSING)

@@ -112,7 +112,7 @@ KT_TEST(breakpoints_without_end_are_no_progress) {
     kt_error e = {0};
     kt_check_equal_int("status", kt_simulation_advance(s, 1.0, &e), KT_ERROR_STEP);
     kt_check_contains("message", e.message, "makes no progress");
-    kt_check_below("steps", (double)kt_simulation_counts_get(s).steps, 2e5);
+    kt_check_below("steps", (double)kt_simulation_counts_of(s).steps, 2e5);
     kt_simulation_free(s);
     kt_model_free(model);
 }

@@ -91,7 +91,7 @@ static void make_study(bench *b) {
     if (b->status != KT_OK)
         kt_note("%s: %s", b->error.where, b->error.message);
     kt_need(kt_check_equal_int("study", b->status, KT_OK));
-    b->results = kt_accuracy_get(b->study);
+    b->results = kt_accuracy_results_of(b->study);
 }
 
 static const kt_accuracy_curve *curve_of(const bench *b, const char *name) {
@@ -240,7 +240,7 @@ KT_TEST(given_reference_is_used_and_checked) {
     bench b;
     double q[GIVEN], v[GIVEN], amplitude = 1.0;
     kt_need(kt_check_equal_int("truth", study_with_truth(&b, 0.0, q, v), KT_OK));
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_true("given", r->reference == NULL);
     kt_check_equal_int("its records", r->records, GIVEN - 1);
     const double error = true_error(&b, "rk4", false, 0.01, GIVEN - 1);
@@ -248,15 +248,15 @@ KT_TEST(given_reference_is_used_and_checked) {
     kt_check_near("error of rk4", r->points[0].error.position, error, 1e-12);
     kt_check_below("uncertainty: what dop853 is off at 1e-13", r->uncertainty.position, 1e-12);
     kt_need(kt_check_equal_int("a little off", study_with_truth(&b, 1e-8, q, v), KT_OK));
-    kt_check_near("found", kt_accuracy_get(b.study)->uncertainty.position, 1e-8, 1e-12);
+    kt_check_near("found", kt_accuracy_results_of(b.study)->uncertainty.position, 1e-8, 1e-12);
     kt_need(kt_check_equal_int("off from the middle on", study_with_truth(&b, 0.1, q, v), KT_OK));
-    r = kt_accuracy_get(b.study);
+    r = kt_accuracy_results_of(b.study);
     kt_check_equal_int("cut there", r->cut, KT_ACCURACY_DISAGREEMENT);
     kt_check_near("duration", r->duration, 2.5, 0.051);
     const double edges[] = {0.9e-5, 1.1e-5}; /* of the amplitude: from 1e-5 on it is another motion */
     for (int k = 0; k < 2; k++) {
         kt_need(kt_check_equal_int("next to the edge", study_with_truth(&b, edges[k] * amplitude, q, v), KT_OK));
-        r = kt_accuracy_get(b.study);
+        r = kt_accuracy_results_of(b.study);
         kt_check_equal_int("cut", r->cut, k ? KT_ACCURACY_DISAGREEMENT : KT_ACCURACY_WHOLE);
         kt_check_near("duration", r->duration, k ? 2.5 : 5.0, 0.051);
     }

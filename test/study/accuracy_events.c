@@ -162,7 +162,7 @@ static void run_own(rail *r, const char *method, double step, kt_contact_scheme 
     kt_run run = r->b.run;
     kt_simulation_options options = kt_simulation_options_default();
     void *watch = NULL;
-    own->study = kt_accuracy_get(r->b.study);
+    own->study = kt_accuracy_results_of(r->b.study);
     run.integrator = method;
     run.step = step;
     run.interval = run.duration / r->b.options.records;
@@ -190,7 +190,7 @@ KT_TEST(errors_of_events_are_those_of_the_closed_form) {
     make_spring(&r);
     r.b.step = 0.01;
     must_create(&r.b);
-    const kt_accuracy_results *study = kt_accuracy_get(r.b.study);
+    const kt_accuracy_results *study = kt_accuracy_results_of(r.b.study);
     const kt_accuracy_point *point = &study->points[0];
     kt_check_equal_int("instants", study->instant_count, 5);
     for (int k = 0; k < study->instant_count; k++)
@@ -216,7 +216,7 @@ KT_TEST(errors_of_impacts_are_those_of_the_closed_form) {
     r.b.methods[0] = kt_method_find("euler");
     r.b.step = 0.002;
     must_create(&r.b);
-    const kt_accuracy_results *study = kt_accuracy_get(r.b.study);
+    const kt_accuracy_results *study = kt_accuracy_results_of(r.b.study);
     kt_check_equal_int("impacts", study->instant_count, 6);
     for (int k = 0; k < study->instant_count; k++)
         kt_check_near("impact of the reference", study->instants[k].time, impact_at(k), 1e-12);
@@ -237,7 +237,7 @@ KT_TEST(both_contact_methods_are_points_of_one_study) {
     r.b.step = 0.01;
     r.b.options.contact_steps = true;
     must_create(&r.b);
-    const kt_accuracy_results *study = kt_accuracy_get(r.b.study);
+    const kt_accuracy_results *study = kt_accuracy_results_of(r.b.study);
     kt_need(kt_check_equal_int("curves", study->curve_count, 2));
     kt_check_text("time stepping", study->curves[1].method->name, "moreau-jean");
     kt_check_equal_int("instants", study->instant_count, 1);
@@ -266,7 +266,7 @@ KT_TEST(study_ends_at_the_event_that_ends_the_run) {
     r.b.options.steps = steps;
     r.b.options.step_count = 2;
     must_create(&r.b);
-    const kt_accuracy_results *study = kt_accuracy_get(r.b.study);
+    const kt_accuracy_results *study = kt_accuracy_results_of(r.b.study);
     kt_check_equal_int("cut", study->cut, KT_ACCURACY_STOPPED);
     kt_check_near("end", study->duration, sqrt(2.0 / g), 1e-12);
     kt_check_near("asked", study->asked, 10.0, 0.0);

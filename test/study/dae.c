@@ -78,7 +78,7 @@ static double largest(const double *a, const double *b, int n) {
 }
 
 static outcome compare(const motion *m, kt_dae *dae) {
-    outcome o = {.condition = kt_dae_condition(dae), .counts = kt_dae_counts_get(dae)};
+    outcome o = {.condition = kt_dae_condition(dae), .counts = kt_dae_counts_of(dae)};
     double d[LINKAGE_NQ];
     kt_error e = {0};
     kt_position_subtract(m->model, kt_dae_positions(dae), m->end_q, d);

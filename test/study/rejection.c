@@ -166,7 +166,7 @@ KT_TEST(study_ends_where_its_reference_does) {
     b.options.run_evaluations = 2000;
     b.options.records = 200;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_equal_int("cut", r->cut, KT_ACCURACY_LATE);
     kt_check_near("asked", r->asked, 1000.0, 0.0);
     kt_check_above("studied", r->duration, 10.0);
@@ -181,7 +181,7 @@ KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
     b.options.run_evaluations = 1000;
     b.step = 1e-6;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_need(kt_check_equal_int("points", r->point_count, 1));
     kt_check_true("unusable", !r->points[0].usable && r->points[0].status != KT_OK);
     kt_check_true("without an error", isinf(r->points[0].error.position));
@@ -193,7 +193,7 @@ KT_TEST(runs_that_are_too_long_are_points_without_an_error) {
     b.options.method_count = 2;
     b.options.run_evaluations = 300;
     must_create(&b);
-    r = kt_accuracy_get(b.study);
+    r = kt_accuracy_results_of(b.study);
     for (int i = 0; i < r->curve_count; i++)
         kt_check_equal_int(r->curves[i].method->name, r->curves[i].end, KT_ACCURACY_LENGTH);
 }

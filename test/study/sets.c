@@ -199,7 +199,7 @@ static double left_after(const linkage *l, kt_constraint_formulation *set, int i
     kt_constraint_formulation_reset(set);
     (void)kt_fine("set", kt_constraint_formulation_evaluate(set, l->data, 0.0, l->q, l->v, NULL, NULL, NULL, a, &e),
                   &e);
-    return kt_constraint_formulation_statistics_get(set).residual;
+    return kt_constraint_formulation_statistics_of(set).residual;
 }
 
 /* An iteration divides by 1 + penalty along the smallest direction of A M^-1 A'. The last diagonal of R is at most a

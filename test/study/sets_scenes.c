@@ -110,7 +110,7 @@ static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, cons
     m->evaluations = 0;
     kt_simulation *simulation = kt_test_simulation(c->model, &run, &options);
     m->status = kt_simulation_run(simulation, follow, m, &e);
-    m->evaluations = kt_simulation_counts_get(simulation).evaluations;
+    m->evaluations = kt_simulation_counts_of(simulation).evaluations;
     if (m->status != KT_OK)
         kt_note("stopped: %s: %s", e.where, e.message);
     if (m->known)
@@ -230,7 +230,7 @@ KT_TEST(trusting_redundant_equations_wrecks_bricard) {
     set = closure_set(c.model, &o);
     go(&c, &m, "rk4", 0.01, 0.0, set);
     kt_check_true("stops, or errs", m.status != KT_OK || m.error > 100.0 * right);
-    kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_get(set).trusted, 1.0);
+    kt_check_above("evaluations that trusted it", (double)kt_constraint_formulation_statistics_of(set).trusted, 1.0);
     check_verdict(set, KT_ERROR_CONSTRAINT, "were trusted in");
 }
 
@@ -290,6 +290,6 @@ KT_TEST(force_projection_crosses_the_n_four_bar_and_the_augmented_set_loses_digi
     o = kt_constraint_formulation_options_default(KT_CONSTRAINT_FORMULATION_AUGMENTED, 0.01);
     set = closure_set(c.model, &o);
     go(&c, &m, "dopri5", 0.0, 1e-8, set);
-    kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_get(set).residual, 0.5);
+    kt_check_above("augmented: equations left open", kt_constraint_formulation_statistics_of(set).residual, 0.5);
     check_verdict(set, KT_ERROR_SINGULAR, "still off by");
 }

@@ -27,16 +27,16 @@ KT_TEST(markers_count_in_the_length_scale) {
     b.body.joint.type = KT_JOINT_CYLINDRICAL;
     b.body.joint.velocity[1] = 0.1;
     must_create(&b);
-    const double without = kt_accuracy_get(b.study)->length;
-    kt_check_equal_int("unit", kt_accuracy_get(b.study)->unit, KT_ACCURACY_MIXED);
+    const double without = kt_accuracy_results_of(b.study)->length;
+    kt_check_equal_int("unit", kt_accuracy_results_of(b.study)->unit, KT_ACCURACY_MIXED);
     b.marker = (kt_marker){.name = "far", .at = kt_vec3_make(0.0, -5.0, 0.0)};
     b.body.markers = &b.marker;
     b.body.marker_count = 1;
     must_create(&b);
     /* The swing of 1 rad to both sides is 10 sin 1 wide. It is sampled at records, and one of them lies near the turn.
      */
-    kt_check_near("length", kt_accuracy_get(b.study)->length, 5.0 * without, 1e-9);
-    kt_check_near("length", kt_accuracy_get(b.study)->length, 10.0 * sin(1.0), 0.1);
+    kt_check_near("length", kt_accuracy_results_of(b.study)->length, 5.0 * without, 1e-9);
+    kt_check_near("length", kt_accuracy_results_of(b.study)->length, 10.0 * sin(1.0), 0.1);
 }
 
 /* It has no centre of mass, and turns as fast for ever. */
@@ -48,7 +48,7 @@ KT_TEST(wheel_without_mass_is_measured) {
     b.body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     b.body.joint.velocity[0] = 3.0;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_near("amplitude", r->amplitude, 3.0, 1e-13);
     kt_check_below("error", r->points[0].error.position, 1e-13);
     kt_check_true("usable", r->points[0].usable);
@@ -64,8 +64,8 @@ KT_TEST(motion_without_extent_is_measured_against_a_metre) {
     b.body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
     b.options.duration = 0.5;
     must_create(&b);
-    kt_check_near("length", kt_accuracy_get(b.study)->length, 1.0, 0.0);
-    kt_check_near("duration, of the options", kt_accuracy_get(b.study)->asked, 0.5, 0.0);
+    kt_check_near("length", kt_accuracy_results_of(b.study)->length, 1.0, 0.0);
+    kt_check_near("duration, of the options", kt_accuracy_results_of(b.study)->asked, 0.5, 0.0);
 }
 
 /* Uniform motion is had by any step: the ladder begins with a single one, and its error is the rounding's. */
@@ -79,7 +79,7 @@ KT_TEST(motion_that_any_step_has_ends_the_ladder_at_once) {
     b.options.steps = NULL;
     b.options.step_count = 0;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_near("the coarsest step is the duration", r->points[0].setting, 1.0, 0.0);
     kt_check_below("its error", r->points[0].error.position, 1e-15);
     kt_check_equal_int("the end", r->curves[0].end, KT_ACCURACY_FLOOR);
@@ -104,7 +104,7 @@ KT_TEST(curves_end_as_runs_may_be_longer) {
         }
         kt_need(kt_check_equal_int("study", status, KT_OK));
         studies++;
-        const kt_accuracy_results *r = kt_accuracy_get(b.study);
+        const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
         for (int i = 0; i < r->point_count; i++)
             strange += r->points[i].usable ? r->points[i].status != KT_OK
                                            : r->points[i].status != KT_OK && !isinf(r->points[i].error.position);
@@ -178,7 +178,7 @@ KT_TEST(study_survives_an_effect_that_fails) {
                 continue;
             }
             had++;
-            const kt_accuracy_results *r = kt_accuracy_get(b.study);
+            const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
             for (int i = 0; i < r->point_count; i++)
                 strange += r->points[i].usable && r->points[i].status != KT_OK;
             if (c.calls < n)
@@ -228,7 +228,7 @@ KT_TEST(sets_are_measured_beside_the_reduction) {
     b.options.variant_count = 4;
     b.options.method_count = 2;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_equal_int("points", r->point_count, 8);
     double open[4] = {0.0, 0.0, 0.0, 0.0};
     for (int i = 0; i < r->curve_count; i++)
@@ -260,7 +260,7 @@ KT_TEST(set_that_cannot_do_a_scene_is_a_point_that_says_so) {
     b.options.variants = &variant;
     b.options.variant_count = 1;
     must_create(&b);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_equal_int("status", r->points[0].status, KT_ERROR_SINGULAR);
     kt_check_equal_int("verdict", r->points[0].verdict, KT_ERROR_SINGULAR);
     kt_check_true("unusable", !r->points[0].usable);
@@ -279,7 +279,7 @@ KT_TEST(without_options_every_method_is_measured_until_errors_no_longer_fall) {
     b.run.duration = 0.2;
     kt_need(kt_check_equal_int("study", kt_accuracy_create(&b.description, &b.run, NULL, &b.study, &b.error), KT_OK));
     kt_test_own(b.study, release_study);
-    const kt_accuracy_results *r = kt_accuracy_get(b.study);
+    const kt_accuracy_results *r = kt_accuracy_results_of(b.study);
     kt_check_equal_int("a curve a method", r->curve_count, (long long)kt_method_count());
     kt_check_above("points", (double)r->point_count, 10.0 * (double)kt_method_count());
     kt_check_true("one is as good as can be", kt_accuracy_best(b.study, 1e-13) >= 0);

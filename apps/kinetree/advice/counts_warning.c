@@ -32,7 +32,7 @@ static const kt_counted joined_states = {.code = "joined",
  * An estimate of the fastest decay (rkc2, rkc4) that has not converged is used with a margin. Only the summary lists
  * it. */
 static void warn_of_caps(kt_outcome *outcome) {
-    const unsigned long long capped = kt_simulation_counts_get(outcome->simulation).capped;
+    const unsigned long long capped = kt_simulation_counts_of(outcome->simulation).capped;
     const kt_method *method = kt_method_find(outcome->run->integrator);
     const kt_warning warning =
         kt_warning_of("capped", (double)capped, NULL, "Take smaller steps or another method, and compare the results");
@@ -70,7 +70,7 @@ static void warn_of_event_cuts(kt_outcome *outcome) {
 /* Warns if rounding decides how a motion continues next to a singular position. This also applies to driven and damped
  * motions. */
 static void warn_of_crossings(kt_outcome *outcome) {
-    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const kt_crossings seen = kt_simulation_counts_of(outcome->simulation).crossings;
     const kt_warning warning =
         kt_warning_of("singular", seen.error, NULL,
                       "Compare with runs of slightly different lengths or starts: they may take another branch");
@@ -86,7 +86,7 @@ static void warn_of_crossings(kt_outcome *outcome) {
  * branches that would meet miss each other. The motion then comes as near to the singular position as s = sqrt(d).
  * Measurements on parallelograms of many sizes gave 3.3 times this distance. */
 static void warn_of_branches(kt_outcome *outcome) {
-    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const kt_crossings seen = kt_simulation_counts_of(outcome->simulation).crossings;
     const double off = seen.smallest * seen.smallest, accepted = outcome->scene->description.tolerance;
     const kt_warning warning = kt_warning_of("branch", off, NULL,
                                              "Give lengths with more digits, or compare with runs of slightly "
@@ -101,7 +101,7 @@ static void warn_of_branches(kt_outcome *outcome) {
 
 /* Warns if fixed steps leap over a bend of the path next to a singular position. */
 static void warn_of_leaps(kt_outcome *outcome) {
-    const double step = outcome->run->step, bend = kt_simulation_counts_get(outcome->simulation).crossings.bend;
+    const double step = outcome->run->step, bend = kt_simulation_counts_of(outcome->simulation).crossings.bend;
     const kt_warning warning = kt_warning_of(
         "long_step", step, "s", "Take a step below a tenth of that, or an adaptive method, which finds it");
     if (bend > 0.0 && step > 0.5 * bend)
@@ -128,7 +128,7 @@ static void warn_of_missed(kt_outcome *outcome) {
 }
 
 void kt_warn_of_counts(kt_outcome *outcome) {
-    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     warn_of_missed(outcome);
     warn_of_caps(outcome);
     kt_warn_of_count(outcome, counts.cut, &cut_searches);

@@ -124,7 +124,7 @@ void kt_driven_begin(kt_driven *driven) {
         driven->has_news |= driven->outcome.warnings.list != NULL;
     }
     driven->has_started = driven->has_begun = true;
-    const uint64_t steps = kt_simulation_counts_get(driven->outcome.simulation).steps;
+    const uint64_t steps = kt_simulation_counts_of(driven->outcome.simulation).steps;
     driven->verdict = steps + FIRST;
     take_state(driven, steps, false);
 }
@@ -133,7 +133,7 @@ bool kt_driven_take(kt_driven *driven) {
     if (driven == NULL)
         return false;
     const kt_simulation *simulation = driven->outcome.simulation;
-    const uint64_t steps = kt_simulation_counts_get(simulation).steps;
+    const uint64_t steps = kt_simulation_counts_of(simulation).steps;
     const bool is_over = !driven->is_over && kt_simulation_time(simulation) >= driven->duration;
     if (steps >= driven->due || is_over)
         take_state(driven, steps, is_over);

@@ -55,7 +55,7 @@ static void write_remedy(const kt_outcome *outcome, double error, char *text, si
     const char *also = outcome->unprojected && kt_loop_count(outcome->model) > 0 ? ", and leave out --unprojected" : "";
     const bool in_proportion = error < 0.1 && method != NULL;
     const double shorter = 0.9 * KT_ENERGY_ERROR / error;
-    const bool rounding = kt_simulation_counts_get(outcome->simulation).crossings.error > run->relative;
+    const bool rounding = kt_simulation_counts_of(outcome->simulation).crossings.error > run->relative;
     double step = in_proportion ? run->step * pow(shorter, 1.0 / (double)method->order) : 0.0;
     if (outcome->advised_step > 0.0 && outcome->advised_step < step)
         step = outcome->advised_step;
@@ -113,7 +113,7 @@ void kt_warn_of_energy(kt_outcome *outcome) {
  * contributes less than a tenth of the tolerance. A thirtieth was measured in linkages away from singular positions. */
 void kt_warn_of_passages(kt_outcome *outcome) {
     const kt_energy_watch *energy = &outcome->so_far.energy;
-    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     const double error = kt_energy_watch_error(energy), tolerance = outcome->run->relative;
     const kt_warning warning = kt_warning_of("singular_energy", energy->error, "J",
                                              "Compare with runs of slightly different lengths or starts, and with one "

@@ -93,7 +93,7 @@ static void warn_of_steps(kt_outcome *outcome, double step, double left, double 
     enum { SIZE = 400 };
     char cause[SIZE], remedy[SIZE], time[48];
     const double t = kt_simulation_time(outcome->simulation);
-    const double steps = (double)kt_simulation_counts_get(outcome->simulation).steps;
+    const double steps = (double)kt_simulation_counts_of(outcome->simulation).steps;
     find_cause(outcome, step, breakpoints, cause, remedy, SIZE);
     write_time((kt_clock() - outcome->pace.begin) / steps * left, time, sizeof time);
     const kt_warning warning = kt_warning_at("many_steps", t, step, "s", remedy);
@@ -105,7 +105,7 @@ static void warn_of_steps(kt_outcome *outcome, double step, double left, double 
 
 static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
     kt_pace *pace = &outcome->pace;
-    const kt_simulation_counts counts = kt_simulation_counts_get(simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     const double t = kt_simulation_time(simulation), steps = (double)BETWEEN * WINDOW;
     const uint64_t breakpoints = counts.corners - pace->breakpoints;
     if (pace->said || ++pace->seen % WINDOW != 0)

@@ -49,7 +49,7 @@ static double rate_at(const kt_outcome *outcome, const kt_record *record) {
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     kt_stability_watch *w = &outcome->so_far.stability;
     const kt_method *method = explicit_method(outcome);
-    const kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     const uint64_t steps = counts.steps;
     if (method == NULL || record->time < (double)w->estimates * outcome->run->duration / SAMPLES)
         return;
@@ -73,7 +73,7 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
 void kt_warn_of_stability(kt_outcome *outcome) {
     const kt_stability_watch *w = &outcome->so_far.stability;
     const kt_method *method = explicit_method(outcome);
-    if (method == NULL || kt_simulation_counts_get(outcome->simulation).steps < STEPS_LEAST ||
+    if (method == NULL || kt_simulation_counts_of(outcome->simulation).steps < STEPS_LEAST ||
         2 * w->bounded <= w->compared)
         return;
     const bool missed = is_switching(method);

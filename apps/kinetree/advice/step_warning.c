@@ -44,7 +44,7 @@ void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_rec
     /* These are the evaluations of the steps only. Their number is equal in an interrupted and an uninterrupted run. */
     const kt_method *method = kt_method_find(outcome->run->integrator);
     const uint64_t stages = method != NULL ? (uint64_t)method->stages : 1;
-    const uint64_t evaluations = stages * kt_simulation_counts_get(outcome->simulation).steps;
+    const uint64_t evaluations = stages * kt_simulation_counts_of(outcome->simulation).steps;
     if (kt_mode_watch_evaluations(watch) <= FIRST_EVALUATIONS + evaluations / PART)
         kt_mode_watch_add(watch, record->time, record->q, record->v);
 }
@@ -298,7 +298,7 @@ static void warn_of_impact(kt_outcome *outcome) {
     const kt_warning warning =
         kt_warning_at("large_projection", correction.time, correction.share, NULL,
                       "Compare with runs of another tolerance, and of slightly different lengths or starts");
-    if (kt_simulation_counts_get(outcome->simulation).crossings.near > 0 &&
+    if (kt_simulation_counts_of(outcome->simulation).crossings.near > 0 &&
         correction.share > fmax(IMPACT_LEAST, 10.0 * outcome->run->relative))
         kt_warn(&outcome->warnings, &warning,
                 "next to a singular position of the loops the path bends more sharply than the steps resolve. At t = "

@@ -28,7 +28,7 @@ static void watch_record(kt_outcome *outcome, const kt_record *record) {
  * rise before the potential energy falls. Shorter blow-ups therefore do not count. */
 static bool stays_blown_up(kt_outcome *outcome) {
     enum { STEPS = 4 };
-    const uint64_t steps = kt_simulation_counts_get(outcome->simulation).steps;
+    const uint64_t steps = kt_simulation_counts_of(outcome->simulation).steps;
     if (!kt_energy_watch_is_blown_up(&outcome->so_far.energy))
         outcome->so_far.sound_steps = steps;
     return steps >= outcome->so_far.sound_steps + STEPS;

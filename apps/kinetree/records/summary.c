@@ -57,7 +57,7 @@ static json_t *describe_method(const kt_outcome *outcome) {
 }
 
 static json_t *count_cost(const kt_outcome *outcome) {
-    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     return json_pack("{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:f}", "steps", (json_int_t)counts.steps, "rejected",
                      (json_int_t)counts.rejected, "evaluations", (json_int_t)counts.evaluations, "factorizations",
                      (json_int_t)counts.factorizations, "jacobians", (json_int_t)counts.jacobians, "switches",
@@ -81,7 +81,7 @@ static void describe_parameters(const kt_scene *scene, json_t *root) {
 }
 
 static json_t *describe_crossings(const kt_outcome *outcome) {
-    const kt_crossings seen = kt_simulation_counts_get(outcome->simulation).crossings;
+    const kt_crossings seen = kt_simulation_counts_of(outcome->simulation).crossings;
     const bool is_near = seen.near > 0;
     return json_pack("{s:I, s:I, s:o, s:o, s:o, s:o}", "near", (json_int_t)seen.near, "interpolated",
                      (json_int_t)seen.interpolated, "error", kt_json_number(seen.error), "smallest",
@@ -349,7 +349,7 @@ static void say_method(const kt_outcome *outcome) {
 }
 
 static void say_cost(const kt_outcome *outcome, double time) {
-    kt_simulation_counts counts = kt_simulation_counts_get(outcome->simulation);
+    kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     kt_print("  %llu step%s", (unsigned long long)counts.steps, kt_plural((long long)counts.steps));
     if (counts.rejected > 0)
         kt_print(" (%llu rejected)", (unsigned long long)counts.rejected);
@@ -413,7 +413,7 @@ static void say_contacts(const kt_outcome *outcome) {
                  (unsigned long long)seen.openings, kt_plural((long long)seen.openings),
                  (unsigned long long)seen.sticks, kt_plural((long long)seen.sticks), (unsigned long long)seen.slips,
                  kt_plural((long long)seen.slips));
-    const unsigned long long steps = kt_simulation_counts_get(outcome->simulation).steps;
+    const unsigned long long steps = kt_simulation_counts_of(outcome->simulation).steps;
     if (outcome->scene->contact == KT_CONTACT_STEPS && steps > 0)
         kt_print("  %.3g closed contacts in a step, %.3g iterations; they penetrate by at most %.3g m or rad\n",
                  (double)seen.closed / (double)steps, (double)seen.pivots / (double)steps, seen.penetration);

@@ -283,7 +283,7 @@ static int study_scene(const kt_accuracy_arguments *arguments, const kt_scene *s
     kt_progress_end(&progress);
     if (status != KT_OK)
         return kt_say_status(status, &error);
-    findings.results = kt_accuracy_get(findings.study);
+    findings.results = kt_accuracy_results_of(findings.study);
     const int code = arguments->along != NULL ? kt_accuracy_along_line(arguments->along, &findings)
                                               : report_with_peers(&findings, path);
     kt_accuracy_free(findings.study);

@@ -96,7 +96,7 @@ static const double *pose_column(const kt_table *table, char axis, const char *b
 /* Copies the poses of all bodies, record by record. */
 static bool take_peer_poses(kt_peer_session *s, const kt_table *table, kt_peer_curve *curve) {
     const kt_model *model = kt_accuracy_model(s->work->study);
-    const size_t rows = (size_t)kt_accuracy_get(s->work->study)->records + 1;
+    const size_t rows = (size_t)kt_accuracy_results_of(s->work->study)->records + 1;
     const size_t width = POSE * ((size_t)kt_model_body_count(model) - 1);
     if (table->rows != rows) {
         (void)snprintf(curve->reason, sizeof curve->reason, "its table has %zu rows, not %zu", table->rows, rows);
@@ -144,7 +144,7 @@ static bool take_peer_answer(kt_peer_session *s, kt_peer_curve *curve, kt_accura
 /* A run at point->setting. Returns whether the ladder may continue: a setting that is too coarse for a run is a point
  * without a result, and so is one that is too slow, which ends the ladder. */
 static bool run_setting(kt_peer_session *s, const char *program, kt_peer_curve *curve, kt_accuracy_point *point) {
-    const kt_accuracy_results *results = kt_accuracy_get(s->work->study);
+    const kt_accuracy_results *results = kt_accuracy_results_of(s->work->study);
     char setting[32], interval[32], records[16], *arguments[ARGUMENTS];
     const char *const given[] = {program, curve->method,       setting,      interval,
                                  records, s->path[FILE_SCENE], s->work->path};
@@ -182,7 +182,7 @@ static bool has_stopped_falling(const kt_peer_curve *curve) {
 /* Steps from the interval of the records on, each half as long as the one before; tolerances from 0.1 on, each a tenth.
  * A failure counts as the curve's own only if no finer setting succeeds. */
 static void climb_peer_curve(kt_peer_session *s, const char *program, kt_peer_curve *curve) {
-    const kt_accuracy_results *results = kt_accuracy_get(s->work->study);
+    const kt_accuracy_results *results = kt_accuracy_results_of(s->work->study);
     double setting = curve->adaptive ? 0.1 : results->interval;
     for (bool goes_on = true; goes_on && curve->count < KT_PEER_POINTS_MAX;) {
         kt_accuracy_point *point = &curve->points[curve->count++];
@@ -332,7 +332,7 @@ static int measure_peers(kt_peer_session *s) {
 
 int kt_peers_measure(const kt_peer_work *work, kt_peers **peers) {
     const kt_model *model = kt_accuracy_model(work->study);
-    const size_t rows = (size_t)kt_accuracy_get(work->study)->records + 1;
+    const size_t rows = (size_t)kt_accuracy_results_of(work->study)->records + 1;
     kt_peer_session *s = calloc(1, sizeof *s);
     kt_peers *made = calloc(1, sizeof *made);
     double *poses = calloc(rows * POSE * (size_t)kt_model_body_count(model), sizeof *poses);

@@ -295,7 +295,7 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     const kt_sweep *sweep = m->sweep;
     kt_bytes line = {0};
     kt_sweep_plan_start(&sweep->plan, m->number, m->values, &line);
-    const kt_simulation_counts counts = kt_simulation_counts_get(m->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(m->simulation);
     kt_bytes_print(&line, "%s", kt_exit_name(kt_exit_code(status)));
     kt_sweep_put_cell(&line, kt_simulation_time(m->simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);

@@ -529,7 +529,7 @@ class Simulation(Events, Fixed):
     @property
     def counts(self) -> Dict[str, int]:
         """Steps, evaluations, factorisations and others since the start."""
-        found = lib.kt_simulation_counts_get(self._simulation)
+        found = lib.kt_simulation_counts_of(self._simulation)
         return {name: int(getattr(found, name)) for name in ("steps", "rejected", "evaluations", "factorizations", "jacobians", "switches", "capped")}
 
     @property

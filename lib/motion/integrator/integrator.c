@@ -379,7 +379,7 @@ const double *kt_integrator_state(const kt_integrator *it) { return it ? it->y :
 double kt_integrator_previous_time(const kt_integrator *it) { return it ? it->memory.previous_t : (double)NAN; }
 size_t kt_integrator_dimension(const kt_integrator *it) { return it ? it->sizes.n : 0; }
 const kt_method *kt_integrator_method(const kt_integrator *it) { return it ? it->method : NULL; }
-kt_integrator_counts kt_integrator_counts_get(const kt_integrator *it) {
+kt_integrator_counts kt_integrator_counts_of(const kt_integrator *it) {
     return it ? it->memory.counts : (kt_integrator_counts){.steps = 0};
 }
-const kt_integrator_memory *kt_integrator_memory_get(const kt_integrator *it) { return it ? &it->memory : NULL; }
+const kt_integrator_memory *kt_integrator_memory_of(const kt_integrator *it) { return it ? &it->memory : NULL; }

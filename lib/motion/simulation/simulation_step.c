@@ -59,10 +59,10 @@ kt_velocity_correction kt_simulation_velocity_correction(const kt_simulation *si
                                     kt_simulation_body_of(simulation, simulation->size.nq + (size_t)corrections->v)};
 }
 
-kt_simulation_counts kt_simulation_counts_get(const kt_simulation *simulation) {
+kt_simulation_counts kt_simulation_counts_of(const kt_simulation *simulation) {
     if (!simulation)
         return (kt_simulation_counts){.steps = 0};
-    kt_integrator_counts from = kt_integrator_counts_get(simulation->integrator);
+    kt_integrator_counts from = kt_integrator_counts_of(simulation->integrator);
     kt_simulation_counts counts = {from.steps,
                                    from.rejected,
                                    from.evaluations,
@@ -237,7 +237,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
 }
 
 double kt_simulation_period_end(const kt_simulation *simulation, double period) {
-    const kt_integrator_memory *m = kt_integrator_memory_get(simulation->integrator);
+    const kt_integrator_memory *m = kt_integrator_memory_of(simulation->integrator);
     const double k = nearbyint((m->t - m->origin) / period), tick = m->origin + k * period;
     const double rounding = 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(m->t));
     return fabs(tick - m->t) <= rounding ? m->origin + (k + 1.0) * period : m->t + period;

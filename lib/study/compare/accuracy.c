@@ -287,7 +287,7 @@ kt_status kt_accuracy_create(const kt_description *description, const kt_run *ru
     return status;
 }
 
-const kt_accuracy_results *kt_accuracy_get(const kt_accuracy *study) { return study ? &study->results : NULL; }
+const kt_accuracy_results *kt_accuracy_results_of(const kt_accuracy *study) { return study ? &study->results : NULL; }
 
 const kt_model *kt_accuracy_model(const kt_accuracy *study) { return study ? study->model : NULL; }
 

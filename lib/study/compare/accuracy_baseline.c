@@ -91,7 +91,7 @@ static kt_status run_baseline(kt_accuracy *study, kt_baseline_work *w, double st
         if (status == KT_OK)
             status = note_errors(study, w, record, b, NULL);
     }
-    b->counts = kt_dae_counts_get(w->dae);
+    b->counts = kt_dae_counts_of(w->dae);
     b->multiplier /= w->largest > 0.0 ? w->largest : 1.0;
     return status;
 }

@@ -146,7 +146,7 @@ static kt_status solve_reference(kt_walk *start, const char *method, double *tol
         if (status != KT_OK)
             return status;
         status = follow_walk(start, &play, error);
-        *counts = kt_simulation_counts_get(play.simulation);
+        *counts = kt_simulation_counts_of(play.simulation);
         const kt_status closed = kt_accuracy_close(&play, status == KT_OK ? error : NULL);
         status = status == KT_OK ? closed : status;
         if (status != KT_ERROR_STEP || *tolerance > 0.5 * loosest)

@@ -64,7 +64,7 @@ static int watch_length(const kt_simulation *simulation, void *user) {
     kt_accuracy_guard *guard = user;
     if (guard->log != NULL)
         kt_instants_watch(guard->log, simulation);
-    const uint64_t evaluations = kt_simulation_counts_get(simulation).evaluations;
+    const uint64_t evaluations = kt_simulation_counts_of(simulation).evaluations;
     const bool is_due = guard->study->options.clock != NULL && evaluations >= guard->seen + 16;
     if (is_due)
         guard->seen = evaluations;
@@ -138,7 +138,7 @@ static kt_status measure_time(kt_accuracy *study, kt_accuracy_play *play, const 
     const double share = study->options.budget / study->results.curve_count;
     kt_status status = run_once(study, play, variant->records);
     double last = kt_accuracy_now(study), used = last - start;
-    point->counts = kt_simulation_counts_get(play->simulation);
+    point->counts = kt_simulation_counts_of(play->simulation);
     if (status != KT_OK || study->options.clock == NULL)
         return status;
     const int inner = used < sample_least ? (int)fmin(1000.0, ceil(sample_least / fmax(used, 1e-7))) : 1;
@@ -218,7 +218,7 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     kt_instants_start(guard.log, play.simulation);
     point->status = kt_simulation_run(play.simulation, watch_errors, &watcher, NULL);
     kt_instants_watch(guard.log, play.simulation);
-    point->counts = kt_simulation_counts_get(play.simulation);
+    point->counts = kt_simulation_counts_of(play.simulation);
     point->late = guard.late;
     kt_instants_compare(study, &study->log, guard.log, &point->error);
     reject_early_end(&watcher, point);

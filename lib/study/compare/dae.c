@@ -142,7 +142,7 @@ static kt_status choose_rows(kt_dae *dae, double t, const double *q, const doubl
                                                                 dae->slope + dae->n, error);
     if (status != KT_OK)
         return status;
-    if (kt_constraint_formulation_statistics_get(dae->equations).dropped)
+    if (kt_constraint_formulation_statistics_of(dae->equations).dropped)
         return kt_formulation_reject(t, KT_ERROR_SINGULAR,
                                      "the loops are at a singular position, where their equations determine no "
                                      "multipliers: start at another one",
@@ -412,7 +412,7 @@ double kt_dae_time(const kt_dae *dae) { return dae ? dae->t : (double)NAN; }
 const double *kt_dae_positions(const kt_dae *dae) { return dae ? dae->q : NULL; }
 const double *kt_dae_velocities(const kt_dae *dae) { return dae ? dae->v : NULL; }
 const double *kt_dae_multipliers(const kt_dae *dae) { return dae ? dae->multiplier : NULL; }
-kt_dae_counts kt_dae_counts_get(const kt_dae *dae) { return dae ? dae->counts : (kt_dae_counts){0}; }
+kt_dae_counts kt_dae_counts_of(const kt_dae *dae) { return dae ? dae->counts : (kt_dae_counts){0}; }
 
 kt_status kt_dae_residual(kt_dae *dae, kt_residual *residual, kt_error *error) {
     if (KT_IS_MISSING(error, dae, dae->started, residual))

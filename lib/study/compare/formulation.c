@@ -130,7 +130,7 @@ void kt_constraint_formulation_use(kt_constraint_formulation *formulation, kt_si
 /* ---- statistics -------------------------------------------------------------------------------------------------- */
 
 kt_constraint_formulation_statistics
-kt_constraint_formulation_statistics_get(const kt_constraint_formulation *formulation) {
+kt_constraint_formulation_statistics_of(const kt_constraint_formulation *formulation) {
     return formulation ? formulation->found : (kt_constraint_formulation_statistics){.evaluations = 0};
 }
 
